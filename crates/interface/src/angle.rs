@@ -1,0 +1,67 @@
+//! Electrical angles on the circle.
+
+use crate::Real;
+
+/// An electrical angle, kept in [0, 2π) rad. Zero is the magnetic axis of phase a; the rotor angle points to
+/// the magnet's north pole (the d-axis).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Angle<T>(T);
+
+impl<T: Real> Angle<T> {
+    /// From radians, any number of turns.
+    pub fn from_radians(radians: T) -> Self {
+        let turn = T::TAU();
+        let wrapped = radians - turn * (radians / turn).floor();
+        // Rounding can lift a tiny negative angle to a whole turn.
+        Self(if wrapped >= turn { T::zero() } else { wrapped })
+    }
+
+    /// From degrees, any number of turns.
+    pub fn from_degrees(degrees: T) -> Self {
+        Self::from_radians(degrees.to_radians())
+    }
+
+    /// In [0, 2π) rad.
+    pub fn radians(self) -> T {
+        self.0
+    }
+
+    /// In [0, 360)°.
+    pub fn degrees(self) -> T {
+        self.0.to_degrees()
+    }
+
+    /// The other pole: half a turn further.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        Self::from_radians(self.0 + T::PI())
+    }
+
+    /// The signed way from `other` to `self`, in (−π, π] rad.
+    pub fn difference(self, other: Self) -> T {
+        let way = Self::from_radians(self.0 - other.0).0;
+        if way > T::PI() { way - T::TAU() } else { way }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_difference_is_the_short_signed_way() {
+        let way =
+            |a: f64, b: f64| Angle::from_degrees(a).difference(Angle::from_degrees(b)).to_degrees().round();
+        assert_eq!(way(10.0, 350.0), 20.0);
+        assert_eq!(way(350.0, 10.0), -20.0);
+        assert_eq!(way(180.0, 0.0), 180.0);
+        assert_eq!(way(0.0, 180.0), 180.0);
+        assert_eq!(way(725.0, 0.0), 5.0);
+    }
+
+    #[test]
+    fn regress_a_tiny_negative_angle_stays_below_a_whole_turn() {
+        assert!(Angle::from_radians(-1e-20_f64).radians() < core::f64::consts::TAU);
+        assert!(Angle::from_radians(-1e-9_f32).radians() < core::f32::consts::TAU);
+    }
+}

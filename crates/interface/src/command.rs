@@ -1,0 +1,163 @@
+//! What a detector asks of the drive.
+
+use core::ops::{Add, Mul, Sub};
+
+use crate::{Abc, Phase};
+
+/// A time or duration in whole nanoseconds: gate edges and ADC triggers come from counters, not from reals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Nanos(pub u64);
+
+impl Nanos {
+    /// Zero.
+    pub const ZERO: Self = Self(0);
+
+    /// From whole microseconds.
+    pub const fn from_micros(micros: u64) -> Self {
+        Self(micros * 1000)
+    }
+
+    /// In seconds.
+    pub fn seconds(self) -> f64 {
+        self.0 as f64 * 1e-9
+    }
+
+    /// `self − other`, or zero where that would be negative.
+    #[must_use]
+    pub const fn saturating_sub(self, other: Self) -> Self {
+        Self(self.0.saturating_sub(other.0))
+    }
+}
+
+impl Add for Nanos {
+    type Output = Self;
+    fn add(self, other: Self) -> Self {
+        Self(self.0 + other.0)
+    }
+}
+
+impl Sub for Nanos {
+    type Output = Self;
+    fn sub(self, other: Self) -> Self {
+        Self(self.0 - other.0)
+    }
+}
+
+impl Mul<u64> for Nanos {
+    type Output = Self;
+    fn mul(self, factor: u64) -> Self {
+        Self(self.0 * factor)
+    }
+}
+
+/// What one inverter leg is told to do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Leg<T> {
+    /// Both switches off; only the diodes can conduct.
+    Off,
+    /// Lower switch on.
+    Low,
+    /// Upper switch on.
+    High,
+    /// Centre-aligned PWM at the drive's carrier frequency: the upper switch for this share of each period
+    /// (0 to 1), the lower switch for the rest.
+    Duty(T),
+}
+
+/// The legs' state for a while.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stage<T> {
+    /// One leg per phase.
+    pub legs: Abc<Leg<T>>,
+    /// How long it is held.
+    pub duration: Nanos,
+}
+
+impl<T> Stage<T> {
+    /// All six switches off.
+    pub const fn off(duration: Nanos) -> Self {
+        Self { legs: Abc::new(Leg::Off, Leg::Off, Leg::Off), duration }
+    }
+
+    /// `first` high, `second` low, the third leg open: the DC link across two phases.
+    pub fn line(first: Phase, second: Phase, duration: Nanos) -> Self {
+        let mut stage = Self::off(duration);
+        stage.legs[first] = Leg::High;
+        stage.legs[second] = Leg::Low;
+        stage
+    }
+
+    /// `first` and `second` low, the third leg open: the two phases short-circuited through the lower rail.
+    pub fn freewheel(first: Phase, second: Phase, duration: Nanos) -> Self {
+        let mut stage = Self::off(duration);
+        stage.legs[first] = Leg::Low;
+        stage.legs[second] = Leg::Low;
+        stage
+    }
+}
+
+/// When the ADC samples, counted from the start of the command: `count` triggers, the first at `first`, then
+/// one every `interval`. None may lie after the end of the command.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Sampling {
+    /// First trigger.
+    pub first: Nanos,
+    /// From one trigger to the next.
+    pub interval: Nanos,
+    /// Number of triggers.
+    pub count: u32,
+}
+
+impl Sampling {
+    /// No samples.
+    pub const NONE: Self = Self { first: Nanos::ZERO, interval: Nanos::ZERO, count: 0 };
+
+    /// One sample.
+    pub const fn once(at: Nanos) -> Self {
+        Self { first: at, interval: Nanos::ZERO, count: 1 }
+    }
+
+    /// Two samples.
+    pub fn twice(first: Nanos, second: Nanos) -> Self {
+        Self { first, interval: second.saturating_sub(first), count: 2 }
+    }
+
+    /// The trigger with this number.
+    pub fn trigger(self, number: u32) -> Nanos {
+        self.first + self.interval * u64::from(number)
+    }
+
+    /// The last trigger, if there is one.
+    pub fn last(self) -> Option<Nanos> {
+        self.count.checked_sub(1).map(|number| self.trigger(number))
+    }
+}
+
+/// One order to the drive: up to two stages, and when to sample meanwhile. Two stages make a pulse and its
+/// decay one order, so that a sample at the edge between them needs no decision in zero time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Command<T> {
+    /// First stage.
+    pub stage: Stage<T>,
+    /// What follows at once, if anything.
+    pub then: Option<Stage<T>>,
+    /// ADC triggers over the whole command.
+    pub sampling: Sampling,
+}
+
+impl<T> Command<T> {
+    /// A single stage.
+    pub const fn hold(stage: Stage<T>, sampling: Sampling) -> Self {
+        Self { stage, then: None, sampling }
+    }
+
+    /// Two stages, one after the other.
+    pub const fn sequence(stage: Stage<T>, then: Stage<T>, sampling: Sampling) -> Self {
+        Self { stage, then: Some(then), sampling }
+    }
+
+    /// Duration of all stages.
+    pub fn duration(&self) -> Nanos {
+        self.stage.duration + self.then.as_ref().map_or(Nanos::ZERO, |stage| stage.duration)
+    }
+}

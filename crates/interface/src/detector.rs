@@ -1,0 +1,24 @@
+//! The detector as the drive sees it.
+
+use crate::{Command, Outcome, Reading, Real};
+
+/// What a detector wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a step that is not carried out is lost"]
+// A command is small and made once per millisecond; boxing it would need an allocator.
+#[allow(clippy::large_enum_variant)]
+pub enum Step<T> {
+    /// Carry this out and call again with its readings.
+    Drive(Command<T>),
+    /// The detection is over.
+    Done(Outcome<T>),
+}
+
+/// A method that finds the rotor's position at standstill.
+///
+/// The first call gets no readings. Each further call gets exactly the readings of the last command, in the
+/// order of their triggers. After [`Step::Done`] it is not called again.
+pub trait Detector<T: Real> {
+    /// From the last command's readings to the next step.
+    fn step(&mut self, readings: &[Reading<T>]) -> Step<T>;
+}

@@ -1,0 +1,212 @@
+//! Reference frames as types: a quantity in one frame cannot be added to one in another.
+//!
+//! The transforms are amplitude-invariant: `α = (2a − b − c)/3`, `β = (b − c)/√3`. Power in these frames is
+//! therefore 3/2 of the dot product of voltage and current.
+
+use core::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
+
+use crate::{Angle, Real};
+
+/// A phase of the winding, or the leg of the inverter that feeds it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Phase {
+    /// Phase a (U): its magnetic axis is the angle zero.
+    A,
+    /// Phase b (V): 120° ahead.
+    B,
+    /// Phase c (W): 240° ahead.
+    C,
+}
+
+impl Phase {
+    /// The three phases in order.
+    pub const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
+
+    /// The next phase in positive rotation: a → b → c → a.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        match self {
+            Self::A => Self::B,
+            Self::B => Self::C,
+            Self::C => Self::A,
+        }
+    }
+
+    /// The lower-case letter.
+    pub const fn letter(self) -> char {
+        match self {
+            Self::A => 'a',
+            Self::B => 'b',
+            Self::C => 'c',
+        }
+    }
+}
+
+/// One value per phase.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Abc<T>(pub [T; 3]);
+
+impl<T> Abc<T> {
+    /// Phase by phase.
+    pub const fn new(a: T, b: T, c: T) -> Self {
+        Self([a, b, c])
+    }
+
+    /// Each phase's value through `f`.
+    pub fn map<U>(self, f: impl FnMut(T) -> U) -> Abc<U> {
+        Abc(self.0.map(f))
+    }
+}
+
+impl<T> Index<Phase> for Abc<T> {
+    type Output = T;
+
+    fn index(&self, phase: Phase) -> &T {
+        &self.0[phase as usize]
+    }
+}
+
+impl<T> IndexMut<Phase> for Abc<T> {
+    fn index_mut(&mut self, phase: Phase) -> &mut T {
+        &mut self.0[phase as usize]
+    }
+}
+
+impl<T: Real> Abc<T> {
+    /// Clarke transform; the zero sequence is dropped.
+    pub fn clarke(self) -> AlphaBeta<T> {
+        let [a, b, c] = self.0;
+        AlphaBeta::new((a + a - b - c) / T::of(3.0), (b - c) / T::of(3.0).sqrt())
+    }
+}
+
+macro_rules! plane_vector {
+    ($(#[$doc:meta])* $name:ident, $x:ident: $x_doc:literal, $y:ident: $y_doc:literal) => {
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        pub struct $name<T> {
+            #[doc = $x_doc]
+            pub $x: T,
+            #[doc = $y_doc]
+            pub $y: T,
+        }
+
+        impl<T: Real> $name<T> {
+            /// From its two components.
+            pub const fn new($x: T, $y: T) -> Self {
+                Self { $x, $y }
+            }
+
+            /// Dot product.
+            pub fn dot(self, other: Self) -> T {
+                self.$x * other.$x + self.$y * other.$y
+            }
+
+            /// Length.
+            pub fn norm(self) -> T {
+                self.$x.hypot(self.$y)
+            }
+
+            /// Turned a quarter turn forwards: multiplication by j.
+            #[must_use]
+            pub fn quarter_turn(self) -> Self {
+                Self::new(-self.$y, self.$x)
+            }
+        }
+
+        impl<T: Real> Add for $name<T> {
+            type Output = Self;
+            fn add(self, other: Self) -> Self {
+                Self::new(self.$x + other.$x, self.$y + other.$y)
+            }
+        }
+
+        impl<T: Real> Sub for $name<T> {
+            type Output = Self;
+            fn sub(self, other: Self) -> Self {
+                Self::new(self.$x - other.$x, self.$y - other.$y)
+            }
+        }
+
+        impl<T: Real> Mul<T> for $name<T> {
+            type Output = Self;
+            fn mul(self, factor: T) -> Self {
+                Self::new(self.$x * factor, self.$y * factor)
+            }
+        }
+
+        impl<T: Real> Neg for $name<T> {
+            type Output = Self;
+            fn neg(self) -> Self {
+                Self::new(-self.$x, -self.$y)
+            }
+        }
+    };
+}
+
+plane_vector!(
+    /// A vector in the stator's plane: α along the axis of phase a, β a quarter turn ahead.
+    AlphaBeta,
+    alpha: "Along the axis of phase a.",
+    beta: "A quarter turn ahead of it."
+);
+plane_vector!(
+    /// A vector in the rotor's plane: d along the magnet's north pole, q a quarter turn ahead.
+    Dq,
+    d: "Along the magnet's north pole.",
+    q: "A quarter turn ahead of it."
+);
+
+impl<T: Real> AlphaBeta<T> {
+    /// Inverse Clarke transform, without zero sequence.
+    pub fn phases(self) -> Abc<T> {
+        let half = T::of(0.5);
+        let (a, b) = (-half * self.alpha, half * T::of(3.0).sqrt() * self.beta);
+        Abc::new(self.alpha, a + b, a - b)
+    }
+
+    /// Park transform: into the frame at the given angle.
+    pub fn park(self, angle: Angle<T>) -> Dq<T> {
+        let (sin, cos) = angle.radians().sin_cos();
+        self.park_by(sin, cos)
+    }
+
+    /// Park transform with sine and cosine already known.
+    pub fn park_by(self, sin: T, cos: T) -> Dq<T> {
+        Dq::new(cos * self.alpha + sin * self.beta, cos * self.beta - sin * self.alpha)
+    }
+}
+
+impl<T: Real> Dq<T> {
+    /// Inverse Park transform: out of the frame at the given angle.
+    pub fn unpark(self, angle: Angle<T>) -> AlphaBeta<T> {
+        let (sin, cos) = angle.radians().sin_cos();
+        self.unpark_by(sin, cos)
+    }
+
+    /// Inverse Park transform with sine and cosine already known.
+    pub fn unpark_by(self, sin: T, cos: T) -> AlphaBeta<T> {
+        AlphaBeta::new(cos * self.d - sin * self.q, sin * self.d + cos * self.q)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_clarke_and_park_round_trip() {
+        let vector = AlphaBeta::new(1.3_f64, -0.7);
+        let back = vector.phases().clarke();
+        assert!((back - vector).norm() < 1e-15);
+        let angle = Angle::from_degrees(77.0);
+        assert!((vector.park(angle).unpark(angle) - vector).norm() < 1e-15);
+    }
+
+    #[test]
+    fn analytic_a_vector_at_the_angle_lies_on_the_d_axis() {
+        let angle = Angle::from_degrees(200.0_f64);
+        let dq = AlphaBeta::new(angle.radians().cos(), angle.radians().sin()).park(angle);
+        assert!((dq.d - 1.0).abs() < 1e-15 && dq.q.abs() < 1e-15);
+    }
+}

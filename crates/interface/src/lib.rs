@@ -1,0 +1,31 @@
+//! All that crosses between a rotor position detector and the drive that runs it.
+//!
+//! ```text
+//!              Command: what the legs do, when to sample
+//!   ┌──────────┐ ─────────────────────────────────────► ┌─────────────────┐
+//!   │ Detector │                                        │ drive and motor │
+//!   └──────────┘ ◄───────────────────────────────────── └─────────────────┘
+//!              Readings: phase currents, DC link
+//! ```
+//!
+//! A [`Detector`] is a state machine without input or output: it gets the readings of its last command and
+//! returns the next command, or its [`Outcome`]. It has no clock, no thread and no allocation, so the same
+//! code runs in this simulator and in firmware. A [`Reading`] has no field for the true rotor angle: a
+//! detector cannot look.
+#![no_std]
+
+mod angle;
+mod command;
+mod detector;
+mod frames;
+mod outcome;
+mod reading;
+mod real;
+
+pub use angle::Angle;
+pub use command::{Command, Leg, Nanos, Sampling, Stage};
+pub use detector::{Detector, Step};
+pub use frames::{Abc, AlphaBeta, Dq, Phase};
+pub use outcome::{Fault, Findings, Outcome, Polarity, Undetermined};
+pub use reading::{Reading, Sensed};
+pub use real::Real;

@@ -1,0 +1,158 @@
+//! How a detection ends.
+
+use core::fmt;
+
+use crate::{Abc, Angle, Phase, Real};
+
+/// The two currents that the polarity decision compared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Polarity<T> {
+    /// i_d in A with the voltage vector along the candidate angle.
+    pub along: T,
+    /// i_d in A with the voltage vector against it, counted positive in its own direction.
+    pub against: T,
+}
+
+impl<T: Real> Polarity<T> {
+    /// What separates the two answers, in A.
+    pub fn margin(&self) -> T {
+        (self.along - self.against).abs()
+    }
+}
+
+/// What a detector learnt about the motor on the way. A method fills in what it measures.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Findings<T> {
+    /// Line inductances L_AB, L_BC, L_CA in H.
+    pub line_inductance: Option<Abc<T>>,
+    /// Resistances of the three lines (two phases in series, with what the devices add) in Ω.
+    pub line_resistance: Option<Abc<T>>,
+    /// L_A in H, the mean self-inductance of a phase's air-gap flux.
+    pub mean_inductance: Option<T>,
+    /// L_B in H, signed as the motor's saliency.
+    pub saliency: Option<T>,
+    /// The polarity test's two currents.
+    pub polarity: Option<Polarity<T>>,
+}
+
+impl<T> Default for Findings<T> {
+    fn default() -> Self {
+        Self {
+            line_inductance: None,
+            line_resistance: None,
+            mean_inductance: None,
+            saliency: None,
+            polarity: None,
+        }
+    }
+}
+
+/// Why the pole could not be told although the axis is known.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Undetermined<T> {
+    /// The two currents differ by less than the noise allows to trust.
+    MarginBelowNoise {
+        /// What was measured, in A.
+        margin: T,
+        /// What is needed, in A.
+        needed: T,
+    },
+}
+
+/// Why there is no angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault<T> {
+    /// A current reached the end of the ADC's range.
+    Clipped(Phase),
+    /// A current that the method needs was seen by no sensor.
+    Hidden(Phase),
+    /// A pulse raised less current than can be measured: a broken wire, a missing DC link, too short a pulse.
+    NoCurrent {
+        /// What was measured, in A.
+        peak: T,
+        /// What is needed, in A.
+        needed: T,
+    },
+    /// The current did not decay in the time allowed.
+    CurrentPersists(T),
+    /// The three line inductances differ by less than can be trusted.
+    NoSaliency {
+        /// |L_B| / L_A as measured.
+        ratio: T,
+        /// What is needed.
+        needed: T,
+    },
+    /// The samples have no inductance as their solution: equation (10) gave a value that is not positive.
+    NotInductive(Phase),
+    /// The drive returned other samples than were asked for.
+    UnexpectedReadings,
+}
+
+/// How a detection ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome<T> {
+    /// The rotor's angle, its north pole.
+    Found {
+        /// The electrical angle of the north pole.
+        angle: Angle<T>,
+        /// What was measured.
+        findings: Findings<T>,
+    },
+    /// The d-axis is known, which of its ends is north is not.
+    Axis {
+        /// One of the two candidates; the other is opposite.
+        angle: Angle<T>,
+        /// Why.
+        reason: Undetermined<T>,
+        /// What was measured.
+        findings: Findings<T>,
+    },
+    /// No angle.
+    Failed {
+        /// Why.
+        fault: Fault<T>,
+        /// What was measured before.
+        findings: Findings<T>,
+    },
+}
+
+impl<T: Copy> Outcome<T> {
+    /// What was measured.
+    pub fn findings(&self) -> &Findings<T> {
+        match self {
+            Self::Found { findings, .. } | Self::Axis { findings, .. } | Self::Failed { findings, .. } => {
+                findings
+            }
+        }
+    }
+}
+
+impl<T: Real> fmt::Display for Undetermined<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::MarginBelowNoise { margin, needed } => {
+                write!(f, "polarity margin {margin:.3} A below the {needed:.3} A that the noise demands")
+            }
+        }
+    }
+}
+
+impl<T: Real> fmt::Display for Fault<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Clipped(phase) => write!(f, "current of phase {} clipped by the ADC", phase.letter()),
+            Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
+            Self::NoCurrent { peak, needed } => {
+                write!(f, "no current: {peak:.3} A where at least {needed:.3} A are needed")
+            }
+            Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
+            Self::NoSaliency { ratio, needed } => {
+                write!(f, "no saliency: |L_B|/L_A = {ratio:.4} where at least {needed:.4} is needed")
+            }
+            Self::NotInductive(phase) => {
+                write!(f, "the line from phase {} did not answer as an inductance", phase.letter())
+            }
+            Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
+        }
+    }
+}

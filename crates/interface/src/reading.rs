@@ -1,0 +1,31 @@
+//! What the drive tells the detector.
+
+use crate::{Abc, Nanos};
+
+/// How a phase current came about.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sensed {
+    /// By its own sensor.
+    #[default]
+    Measured,
+    /// From the other two phases: the three sum to zero.
+    Derived,
+    /// At the end of the ADC's range: the true current may be larger.
+    Clipped,
+    /// Not seen by any sensor at this instant (low-side shunts see a leg only while its lower device
+    /// conducts); the value is meaningless.
+    Hidden,
+}
+
+/// One sample of the drive's sensors. There is no field for the rotor's true angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading<T> {
+    /// The trigger's nominal time, counted from the start of the command.
+    pub at: Nanos,
+    /// Phase currents in A, positive into the motor.
+    pub current: Abc<T>,
+    /// Where each current comes from.
+    pub sensed: Abc<Sensed>,
+    /// DC-link voltage in V.
+    pub dc_link: T,
+}
