@@ -1,1 +1,40 @@
-//! x
+//! The power stage: gates with dead time, switches and diodes, and the DC link.
+//!
+//! ```text
+//!   link + ──┬────────┬────────┬──       A leg is described by what it does to its terminal:
+//!            S↓ D     S↓ D     S↓ D        current out of it   → its potential sits at the lower bound,
+//!            ├── a    ├── b    ├── c       current into it     → at the upper bound,
+//!            S↓ D     S↓ D     S↓ D        no current (blocked) → anywhere between the two.
+//!   link − ──┴────────┴────────┴──       The gates move the bounds.
+//! ```
+//!
+//! A leg is High, Low or Off. Which of its four devices conducts, or none, is its [`Conduction`]. The modes of
+//! the three legs follow from the gates and the port (currents, inductances, back-EMF): [`Bridge::resolve`].
+//! While they hold, [`Bridge::potentials`] gives the terminal potentials; a blocked leg's potential is the one
+//! that keeps its current at zero, one linear equation, so there is no off-resistance and nothing stiff.
+//! [`Bridge::margins`] are positive while the modes hold; where one crosses zero, the modes change.
+
+mod bridge;
+mod devices;
+mod gates;
+mod link;
+
+pub use bridge::{Bridge, Modes, OpenLeg, Port};
+pub use devices::{Clamp, Conduction, Devices};
+pub use gates::{Gate, GateDriver, GateTiming};
+pub use link::{DcLink, Sag, Storage};
+
+use standstill_interface::Nanos;
+
+/// An inverter: everything between the commands and the motor's terminals.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inverter {
+    /// Switches, diodes and what an idle leg may do.
+    pub bridge: Bridge,
+    /// Dead time and delays of each leg, a to c.
+    pub gates: [GateTiming; 3],
+    /// The DC side.
+    pub link: DcLink,
+    /// Period of the PWM carrier.
+    pub carrier_period: Nanos,
+}

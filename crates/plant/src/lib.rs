@@ -1,1 +1,30 @@
-//! x
+//! The motor: winding, magnetics, rotor and the built-in data sheets.
+//!
+//! Angles are electrical, from the axis of phase a to the magnet's north pole (the d-axis). The transforms are
+//! amplitude-invariant, so power and energy carry a factor 3/2: with `i = ∂W/∂ψ`, the field stores `3/2 W`.
+//!
+//! * [`Winding`]: the inductances of the three phases over the rotor angle, equations (1)–(4) of the paper.
+//! * [`Magnetics`]: the core as one energy `W(ψ)`; [`Linear`] and [`Algebraic`] are such energies.
+//! * [`Rotor`]: inertia and friction.
+//! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
+//!
+//! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
+//! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
+
+mod datasheet;
+mod library;
+mod magnetics;
+mod motor;
+mod quantity;
+mod rotor;
+mod symmetric;
+mod winding;
+
+pub use datasheet::{DataSheet, Entry, MotorError, Source};
+pub use library::{built_in, built_in_names};
+pub use magnetics::{Algebraic, Core, Linear, Magnetics, NoConvergence};
+pub use motor::Motor;
+pub use quantity::{Quantity, QuantityError, Unit};
+pub use rotor::{Friction, Rotor};
+pub use symmetric::Symmetric;
+pub use winding::{Winding, rotor_angle_from_lines};

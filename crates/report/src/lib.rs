@@ -1,1 +1,3 @@
-//! x
+//! Tables and figures from records.
+
+pub mod figure;

@@ -1,1 +1,27 @@
-//! x
+//! One deterministic run of motor, inverter, sensors and detector.
+//!
+//! ```text
+//!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
+//! ```
+//!
+//! Time is cut at every instant: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of
+//! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and one
+//! high-order integrator carries it ([`run`]). A run is a pure function of its [`Case`]: nothing reads a clock,
+//! and every random draw comes from a stream of its own purpose ([`Streams`]).
+
+mod case;
+mod flow;
+mod integrator;
+mod motion;
+mod rig;
+mod sensing;
+mod streams;
+mod timeline;
+mod trace;
+
+pub use case::{Case, Ended, RotorState, Run, RunError, Tolerance, Work};
+pub use flow::Ledger;
+pub use rig::run;
+pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
+pub use streams::{Purpose, Streams};
+pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};

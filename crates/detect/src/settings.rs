@@ -1,0 +1,42 @@
+//! What the detectors' settings have in common.
+
+use core::fmt;
+
+use standstill_interface::Real;
+
+/// How a pulse's current decays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decay {
+    /// Both driven legs low: the zero vector of the paper. The current circulates and is not gone before the
+    /// next pulse of the pair, which equation (10) allows for.
+    Slow,
+    /// All gates off: the current returns to the DC link through the diodes, against its full voltage.
+    Fast,
+}
+
+/// A setting that cannot work.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SettingsError {
+    /// Its name.
+    pub setting: &'static str,
+    /// What it must be.
+    pub needed: &'static str,
+}
+
+impl fmt::Display for SettingsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "detector setting `{}` must be {}", self.setting, self.needed)
+    }
+}
+
+impl core::error::Error for SettingsError {}
+
+/// An error unless `holds`.
+pub(crate) fn require(holds: bool, setting: &'static str, needed: &'static str) -> Result<(), SettingsError> {
+    if holds { Ok(()) } else { Err(SettingsError { setting, needed }) }
+}
+
+/// Positive and finite.
+pub(crate) fn require_positive<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
+    require(value.is_finite() && value > T::zero(), setting, "positive and finite")
+}

@@ -1,0 +1,312 @@
+//! Motor data sheets: TOML in which each number says where it comes from.
+
+use std::fmt;
+
+use serde::Deserialize;
+use standstill_interface::Dq;
+
+use crate::quantity::unit::{
+    Ampere, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, Volt, Watt, Weber,
+};
+use crate::{Algebraic, Core, Friction, Linear, Magnetics, Motor, Quantity, Rotor, Unit, Winding};
+
+/// Where a number comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    /// Printed in the source that the data sheet names.
+    Given,
+    /// Computed from what is printed there.
+    Inferred,
+    /// Neither: chosen, for the reason stated.
+    Assumed,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Given => "given",
+            Self::Inferred => "inferred",
+            Self::Assumed => "assumed",
+        })
+    }
+}
+
+/// One number of a data sheet.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields, bound = "U: Unit")]
+pub struct Sourced<U> {
+    value: Quantity<U>,
+    source: Source,
+    reason: String,
+}
+
+/// One number of a data sheet, ready to print.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Entry {
+    /// Its key in the file.
+    pub key: String,
+    /// Value with unit.
+    pub value: String,
+    /// Where it comes from.
+    pub source: Source,
+    /// Why it is what it is.
+    pub reason: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RatingTable {
+    power: Option<Sourced<Watt>>,
+    current: Sourced<Ampere>,
+    dc_link: Option<Sourced<Volt>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WindingTable {
+    pole_pairs: Sourced<One>,
+    resistance: Sourced<Ohm>,
+    mean_inductance: Sourced<Henry>,
+    saliency: Sourced<Henry>,
+    leakage: Sourced<Henry>,
+    magnet_flux: Sourced<Weber>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SaturationTable {
+    a_d0: Sourced<One>,
+    a_dd: Sourced<One>,
+    s: Sourced<One>,
+    a_q0: Sourced<One>,
+    a_qq: Sourced<One>,
+    t: Sourced<One>,
+    a_dq: Sourced<One>,
+    u: Sourced<One>,
+    v: Sourced<One>,
+    i_f: Sourced<Ampere>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RotorTable {
+    inertia: Sourced<KilogramSquareMetre>,
+    stiction: Sourced<NewtonMetre>,
+    coulomb: Sourced<NewtonMetre>,
+    viscous: Sourced<NewtonMetreSecond>,
+}
+
+/// A motor as its file states it. Without a `[saturation]` table the core is linear.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DataSheet {
+    name: String,
+    title: String,
+    notes: String,
+    rating: RatingTable,
+    winding: WindingTable,
+    saturation: Option<SaturationTable>,
+    rotor: RotorTable,
+}
+
+/// A data sheet that is not a motor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MotorError {
+    /// Not TOML, or not with these keys; the message shows the line.
+    Format {
+        /// The file, or the built-in's name.
+        file: String,
+        /// What the parser says.
+        message: String,
+    },
+    /// A number that no motor has.
+    Value {
+        /// The file, or the built-in's name.
+        file: String,
+        /// Its key.
+        key: &'static str,
+        /// What was found.
+        found: String,
+        /// What is needed.
+        needed: &'static str,
+    },
+}
+
+impl fmt::Display for MotorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Format { file, message } => write!(f, "{file}: {message}"),
+            Self::Value { file, key, found, needed } => {
+                write!(f, "{file}: `{key}` is {found}, but must be {needed}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for MotorError {}
+
+impl DataSheet {
+    /// From the text of a file; `file` is its name for error messages.
+    pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
+        toml::from_str(text).map_err(|error| MotorError::Format { file: file.to_owned(), message: error.to_string() })
+    }
+
+    /// What the motor is.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
+    /// What its user should know.
+    pub fn notes(&self) -> &str {
+        &self.notes
+    }
+
+    /// Each number with its source, in the order of the file.
+    pub fn entries(&self) -> Vec<Entry> {
+        fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
+            Entry {
+                key: format!("{table}.{key}"),
+                value: from.value.to_string(),
+                source: from.source,
+                reason: from.reason.trim().to_owned(),
+            }
+        }
+        let Self { rating, winding: w, rotor: r, .. } = self;
+        let mut entries = Vec::new();
+        entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
+        entries.push(entry("rating", "current", &rating.current));
+        entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));
+        entries.extend([
+            entry("winding", "pole_pairs", &w.pole_pairs),
+            entry("winding", "resistance", &w.resistance),
+            entry("winding", "mean_inductance", &w.mean_inductance),
+            entry("winding", "saliency", &w.saliency),
+            entry("winding", "leakage", &w.leakage),
+            entry("winding", "magnet_flux", &w.magnet_flux),
+        ]);
+        if let Some(s) = &self.saturation {
+            let exponents = [("s", &s.s), ("t", &s.t), ("u", &s.u), ("v", &s.v)];
+            let factors = [
+                ("a_d0", &s.a_d0),
+                ("a_dd", &s.a_dd),
+                ("a_q0", &s.a_q0),
+                ("a_qq", &s.a_qq),
+                ("a_dq", &s.a_dq),
+            ];
+            entries.extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
+            entries.push(entry("saturation", "i_f", &s.i_f));
+        }
+        entries.extend([
+            entry("rotor", "inertia", &r.inertia),
+            entry("rotor", "stiction", &r.stiction),
+            entry("rotor", "coulomb", &r.coulomb),
+            entry("rotor", "viscous", &r.viscous),
+        ]);
+        entries
+    }
+
+    /// The motor, if the numbers make one.
+    pub fn motor(&self) -> Result<Motor, MotorError> {
+        let check = Check { file: &self.name };
+        let w = &self.winding;
+        let winding = Winding {
+            mean_inductance: w.mean_inductance.value.value(),
+            saliency: w.saliency.value.value(),
+            leakage: check.at_least_zero("winding.leakage", &w.leakage)?,
+        };
+        if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
+            return Err(check.value(
+                "winding.saliency",
+                &w.saliency.value,
+                "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
+            ));
+        }
+        let magnet_flux = check.at_least_zero("winding.magnet_flux", &w.magnet_flux)?;
+        let r = &self.rotor;
+        let friction = Friction {
+            stiction: check.at_least_zero("rotor.stiction", &r.stiction)?,
+            coulomb: check.at_least_zero("rotor.coulomb", &r.coulomb)?,
+            viscous: check.at_least_zero("rotor.viscous", &r.viscous)?,
+        };
+        if friction.coulomb > friction.stiction {
+            return Err(check.value("rotor.coulomb", &r.coulomb.value, "at most rotor.stiction"));
+        }
+        let motor = Motor {
+            name: self.name.clone(),
+            pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
+            resistance: check.positive("winding.resistance", &w.resistance)?,
+            rated_current: check.positive("rating.current", &self.rating.current)?,
+            winding,
+            magnet_flux,
+            core: match &self.saturation {
+                None => Core::Linear(Linear::from_winding(&winding, magnet_flux)),
+                Some(table) => Core::Algebraic(check.saturation(table)?),
+            },
+            rotor: Rotor { inertia: check.positive("rotor.inertia", &r.inertia)?, friction },
+        };
+        check.core(&motor)?;
+        Ok(motor)
+    }
+}
+
+struct Check<'a> {
+    file: &'a str,
+}
+
+impl Check<'_> {
+    fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &'static str) -> MotorError {
+        MotorError::Value { file: self.file.to_owned(), key, found: found.to_string(), needed }
+    }
+
+    fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+        let value = from.value.value();
+        if value > 0.0 { Ok(value) } else { Err(self.value(key, &from.value, "positive")) }
+    }
+
+    fn at_least_zero<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+        let value = from.value.value();
+        if value >= 0.0 { Ok(value) } else { Err(self.value(key, &from.value, "zero or more")) }
+    }
+
+    fn whole(&self, key: &'static str, from: &Sourced<One>, least: u8, most: u8) -> Result<u8, MotorError> {
+        (least..=most).find(|n| f64::from(*n) == from.value.value()).ok_or_else(|| {
+            self.value(key, &from.value, if least == 0 { "a whole number from 0 to 60" } else { "a whole number from 1 to 200" })
+        })
+    }
+
+    fn saturation(&self, table: &SaturationTable) -> Result<Algebraic, MotorError> {
+        Ok(Algebraic {
+            d: self.at_least_zero("saturation.a_d0", &table.a_d0)?,
+            dd: self.at_least_zero("saturation.a_dd", &table.a_dd)?,
+            d_exponent: self.whole("saturation.s", &table.s, 0, 60)?,
+            q: self.at_least_zero("saturation.a_q0", &table.a_q0)?,
+            qq: self.at_least_zero("saturation.a_qq", &table.a_qq)?,
+            q_exponent: self.whole("saturation.t", &table.t, 0, 60)?,
+            cross: self.at_least_zero("saturation.a_dq", &table.a_dq)?,
+            cross_d_exponent: self.whole("saturation.u", &table.u, 0, 60)?,
+            cross_q_exponent: self.whole("saturation.v", &table.v, 0, 60)?,
+            magnet_current: self.at_least_zero("saturation.i_f", &table.i_f)?,
+        })
+    }
+
+    /// The Hessian must be positive definite wherever a detection may take the core: to three times the rated
+    /// current in any direction.
+    fn core(&self, motor: &Motor) -> Result<(), MotorError> {
+        for step in 0..48 {
+            let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 48.0).sin_cos();
+            for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
+                let current = Dq::new(cos, sin) * (motor.rated_current * share);
+                let convex = motor
+                    .core
+                    .flux_at(current)
+                    .is_ok_and(|flux| motor.core.current_and_inverse_inductance(flux).1.is_positive_definite());
+                if !convex {
+                    let found = format!("not convex near i_d = {:.3} A, i_q = {:.3} A", current.d, current.q);
+                    return Err(self.value("saturation", &found, "an energy whose inductances stay positive"));
+                }
+            }
+        }
+        Ok(())
+    }
+}

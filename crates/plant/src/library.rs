@@ -1,0 +1,62 @@
+//! The built-in motors. Their files in `motors/` are part of the binary.
+
+use crate::{DataSheet, Motor, MotorError};
+
+const FILES: [(&str, &str); 2] = [
+    ("paper-5k5", include_str!("../motors/paper-5k5.toml")),
+    ("gearless-hoist", include_str!("../motors/gearless-hoist.toml")),
+];
+
+/// Names of the built-in motors.
+pub fn built_in_names() -> impl Iterator<Item = &'static str> {
+    FILES.iter().map(|(name, _)| *name)
+}
+
+/// A built-in motor by name; `None` if there is none of that name.
+pub fn built_in(name: &str) -> Option<Motor> {
+    built_in_sheet(name)?.and_then(|sheet| sheet.motor()).ok()
+}
+
+fn built_in_sheet(name: &str) -> Option<Result<DataSheet, MotorError>> {
+    FILES.iter().find(|(known, _)| *known == name).map(|(file, text)| DataSheet::parse(file, text))
+}
+
+impl DataSheet {
+    /// The data sheet of a built-in motor; `None` if there is none of that name.
+    pub fn built_in(name: &str) -> Option<Self> {
+        built_in_sheet(name)?.ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_every_built_in_is_a_motor_and_says_why() {
+        for (name, text) in FILES {
+            let sheet = DataSheet::parse(name, text).unwrap_or_else(|error| panic!("{error}"));
+            let motor = sheet.motor().unwrap_or_else(|error| panic!("{error}"));
+            assert_eq!(motor.name, name);
+            for entry in sheet.entries() {
+                assert!(entry.reason.len() > 10, "{name}: {} has no reason", entry.key);
+            }
+        }
+    }
+
+    #[test]
+    fn regress_a_wrong_number_is_named() {
+        let text = FILES[0].1;
+        let error = |from: &str, to: &str| {
+            assert!(text.contains(from), "{from}");
+            let sheet = DataSheet::parse("mine.toml", &text.replacen(from, to, 1));
+            sheet.and_then(|sheet| sheet.motor()).expect_err("must be refused").to_string()
+        };
+        assert!(error("\"1.2 Ω\"", "\"-1.2 Ω\"").contains("`winding.resistance` is -1.2 Ω, but must be positive"));
+        assert!(error("\"1.2 Ω\"", "\"1.2 mH\"").contains("`1.2 mH` is not a finite number in Ω"));
+        assert!(error("\nresistance", "\nresistence").contains("unknown field `resistence`"));
+        assert!(error("\"-2.1 mH\"", "\"-21 mH\"").contains("winding.saliency"));
+        assert!(error("pole_pairs = { value = 4", "pole_pairs = { value = 0").contains("from 1 to 200"));
+        assert!(error("value = 59.0", "value = 0.0").contains("not convex"));
+    }
+}

@@ -1,0 +1,99 @@
+//! The core as one energy.
+//!
+//! Everything magnetic follows from a function `W(ψ_d, ψ_q)`: the current is its gradient, the inverse of the
+//! incremental inductance its Hessian. Reciprocity (∂i_d/∂ψ_q = ∂i_q/∂ψ_d) then holds by construction and no
+//! run can create energy. The physical field energy is `3/2 W`.
+
+mod algebraic;
+mod linear;
+
+use standstill_interface::Dq;
+use std::fmt;
+
+pub use algebraic::Algebraic;
+pub use linear::Linear;
+
+use crate::Symmetric;
+
+/// A core without losses: flux linkage in Wb to current in A.
+pub trait Magnetics {
+    /// W in J per 3/2 (multiply by 3/2 for the physical energy).
+    fn energy(&self, flux: Dq<f64>) -> f64;
+
+    /// The current `∂W/∂ψ` in A and the inverse incremental inductance `∂²W/∂ψ²` in 1/H.
+    fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric);
+
+    /// The current in A alone.
+    fn current(&self, flux: Dq<f64>) -> Dq<f64> {
+        self.current_and_inverse_inductance(flux).0
+    }
+
+    /// The flux in Wb at which the given current in A flows, by damped Newton iteration from zero flux.
+    ///
+    /// # Errors
+    /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
+    fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
+        let mut flux = Dq::new(0.0, 0.0);
+        let distance = |flux| self.energy(flux) - current.dot(flux);
+        for _ in 0..200 {
+            let (i, gamma) = self.current_and_inverse_inductance(flux);
+            let way = gamma.inverse().times_dq(current - i);
+            // W(ψ) − i·ψ is convex and has its minimum at the flux sought: never step uphill. Close to it the
+            // difference drowns in rounding, and Newton's own step is right.
+            let mut share = 1.0;
+            while way.norm() > 1e-6 && distance(flux + way * share) > distance(flux) && share > 1e-6 {
+                share *= 0.5;
+            }
+            flux = flux + way * share;
+            if way.norm() < 1e-15 {
+                break;
+            }
+        }
+        let left = (self.current(flux) - current).norm();
+        if left < 1e-9 * (1.0 + current.norm()) { Ok(flux) } else { Err(NoConvergence { current }) }
+    }
+}
+
+/// The core has no state with this current.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoConvergence {
+    /// The current in A that was asked for.
+    pub current: Dq<f64>,
+}
+
+impl fmt::Display for NoConvergence {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "no flux found at i_d = {} A, i_q = {} A", self.current.d, self.current.q)
+    }
+}
+
+impl std::error::Error for NoConvergence {}
+
+/// The cores that a motor can have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Core {
+    /// Constant inductances.
+    Linear(Linear),
+    /// Algebraic saturation.
+    Algebraic(Algebraic),
+}
+
+impl Magnetics for Core {
+    fn energy(&self, flux: Dq<f64>) -> f64 {
+        match self {
+            Self::Linear(core) => core.energy(flux),
+            Self::Algebraic(core) => core.energy(flux),
+        }
+    }
+
+    #[inline]
+    fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
+        match self {
+            Self::Linear(core) => core.current_and_inverse_inductance(flux),
+            Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,96 @@
+//! Algebraic saturation after Hinkkanen et al. 2017, <https://doi.org/10.1109/TIA.2016.2644624>.
+
+use standstill_interface::Dq;
+
+use super::Magnetics;
+use crate::Symmetric;
+
+/// ```text
+/// i_d = [a_d0 + a_dd |ψ_d|^S + a_dq/(V+2) |ψ_d|^U |ψ_q|^(V+2)] ψ_d − i_f
+/// i_q = [a_q0 + a_qq |ψ_q|^T + a_dq/(U+2) |ψ_d|^(U+2) |ψ_q|^V] ψ_q
+/// ```
+/// the gradient of
+/// ```text
+/// W = a_d0/2 ψ_d² + a_dd/(S+2) |ψ_d|^(S+2) + a_q0/2 ψ_q² + a_qq/(T+2) |ψ_q|^(T+2)
+///     + a_dq/((U+2)(V+2)) |ψ_d|^(U+2) |ψ_q|^(V+2) − i_f ψ_d
+/// ```
+/// Fluxes in Wb, currents in A. The exponents are whole numbers, as in the published fits.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Algebraic {
+    /// a_d0 in 1/H.
+    pub d: f64,
+    /// a_dd in A/Wb^(S+1).
+    pub dd: f64,
+    /// S.
+    pub d_exponent: u8,
+    /// a_q0 in 1/H.
+    pub q: f64,
+    /// a_qq in A/Wb^(T+1).
+    pub qq: f64,
+    /// T.
+    pub q_exponent: u8,
+    /// a_dq in A/Wb^(U+V+3).
+    pub cross: f64,
+    /// U.
+    pub cross_d_exponent: u8,
+    /// V.
+    pub cross_q_exponent: u8,
+    /// i_f in A, the magnet as a current that magnetises the d-axis.
+    pub magnet_current: f64,
+}
+
+/// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
+#[inline]
+fn power(x: f64, exponent: u8) -> f64 {
+    let (mut result, mut square, mut left) = (1.0, x, exponent);
+    while left > 0 {
+        if left & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        left >>= 1;
+    }
+    result
+}
+
+impl Magnetics for Algebraic {
+    fn energy(&self, flux: Dq<f64>) -> f64 {
+        let (d, q) = (flux.d.abs(), flux.q.abs());
+        let (s, t) = (f64::from(self.d_exponent), f64::from(self.q_exponent));
+        let (u, v) = (f64::from(self.cross_d_exponent), f64::from(self.cross_q_exponent));
+        self.d / 2.0 * d * d
+            + self.dd / (s + 2.0) * power(d, self.d_exponent) * d * d
+            + self.q / 2.0 * q * q
+            + self.qq / (t + 2.0) * power(q, self.q_exponent) * q * q
+            + self.cross / ((u + 2.0) * (v + 2.0))
+                * power(d, self.cross_d_exponent)
+                * d
+                * d
+                * power(q, self.cross_q_exponent)
+                * q
+                * q
+            - self.magnet_current * flux.d
+    }
+
+    #[inline]
+    fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
+        let (d, q) = (flux.d.abs(), flux.q.abs());
+        let (s, t) = (f64::from(self.d_exponent), f64::from(self.q_exponent));
+        let (u, v) = (f64::from(self.cross_d_exponent), f64::from(self.cross_q_exponent));
+        let d_term = self.dd * power(d, self.d_exponent);
+        let q_term = self.qq * power(q, self.q_exponent);
+        let mut slope_d = self.d + d_term;
+        let mut slope_q = self.q + q_term;
+        let mut gamma = Symmetric::new(self.d + (s + 1.0) * d_term, 0.0, self.q + (t + 1.0) * q_term);
+        if self.cross != 0.0 {
+            let (d_u, q_v) = (power(d, self.cross_d_exponent), power(q, self.cross_q_exponent));
+            let cross = self.cross * d_u * q_v;
+            slope_d += cross * q * q / (v + 2.0);
+            slope_q += cross * d * d / (u + 2.0);
+            gamma.xx += (u + 1.0) * cross * q * q / (v + 2.0);
+            gamma.yy += (v + 1.0) * cross * d * d / (u + 2.0);
+            gamma.xy = cross * flux.d * flux.q;
+        }
+        (Dq::new(slope_d * flux.d - self.magnet_current, slope_q * flux.q), gamma)
+    }
+}

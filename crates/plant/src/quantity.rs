@@ -1,0 +1,212 @@
+//! Numbers with a unit: `"9.2 mH"`, `"80 us"`, `"0.8 Ω"`, or a bare number in SI.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::str::FromStr;
+
+use serde::{Deserialize, Deserializer};
+
+/// A physical dimension with its SI unit.
+pub trait Unit: Copy + fmt::Debug + PartialEq {
+    /// Symbol of the SI unit, as printed.
+    const SYMBOL: &'static str;
+    /// Other ways to write it.
+    const ALIASES: &'static [&'static str] = &[];
+    /// A prefix in use for it, and its power of ten: how the field writes such values.
+    const USUAL: (&'static str, i32) = ("", 0);
+}
+
+macro_rules! units {
+    ($($(#[$doc:meta])* $name:ident = $symbol:literal $(or $alias:literal)* $(in $prefix:literal $power:literal)?;)*) => {
+        $(
+            $(#[$doc])*
+            #[derive(Clone, Copy, Debug, PartialEq)]
+            pub struct $name;
+            impl Unit for $name {
+                const SYMBOL: &'static str = $symbol;
+                const ALIASES: &'static [&'static str] = &[$($alias),*];
+                $(const USUAL: (&'static str, i32) = ($prefix, $power);)?
+            }
+        )*
+    };
+}
+
+/// The units.
+pub mod unit {
+    use super::Unit;
+
+    units! {
+        /// Inductance.
+        Henry = "H" in "m" -3;
+        /// Resistance.
+        Ohm = "Ω" or "ohm" or "Ohm";
+        /// Flux linkage.
+        Weber = "Wb" or "Vs";
+        /// Current.
+        Ampere = "A";
+        /// Voltage.
+        Volt = "V";
+        /// Power.
+        Watt = "W" in "k" 3;
+        /// Torque.
+        NewtonMetre = "N m" or "Nm" or "N·m";
+        /// Viscous friction.
+        NewtonMetreSecond = "N m s" or "Nms" or "N·m·s" or "N m s/rad";
+        /// Moment of inertia.
+        KilogramSquareMetre = "kg m²" or "kg m2" or "kg m^2" or "kgm2" or "kg·m²";
+        /// A pure number.
+        One = "";
+    }
+}
+
+/// A value of one dimension, in SI.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantity<U>(f64, PhantomData<U>);
+
+impl<U: Unit> Quantity<U> {
+    /// From a value in the SI unit.
+    pub const fn si(value: f64) -> Self {
+        Self(value, PhantomData)
+    }
+
+    /// The value in the SI unit.
+    pub const fn value(self) -> f64 {
+        self.0
+    }
+}
+
+/// A text that is not a quantity of the dimension asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct QuantityError {
+    found: String,
+    symbol: &'static str,
+}
+
+impl fmt::Display for QuantityError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { found, symbol } = self;
+        if symbol.is_empty() {
+            write!(f, "`{found}` is not a finite number without unit")
+        } else {
+            write!(f, "`{found}` is not a finite number in {symbol}, such as \"1.5 {symbol}\", with or without a prefix p n u m k M")
+        }
+    }
+}
+
+impl std::error::Error for QuantityError {}
+
+const PREFIXES: [(&str, i32); 9] =
+    [("", 0), ("p", -12), ("n", -9), ("u", -6), ("µ", -6), ("μ", -6), ("m", -3), ("k", 3), ("M", 6)];
+
+impl<U: Unit> FromStr for Quantity<U> {
+    type Err = QuantityError;
+
+    fn from_str(text: &str) -> Result<Self, QuantityError> {
+        let error = || QuantityError { found: text.to_owned(), symbol: U::SYMBOL };
+        let text = text.trim();
+        // The number is what is left when the longest unit that fits is taken off the end; "1e-3 m" cannot be
+        // mistaken for an exponent because units have letters.
+        let digits = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE_".contains(c))).unwrap_or(text.len());
+        let (number, unit) = text.split_at(digits);
+        let unit = unit.trim();
+        let power = if unit.is_empty() {
+            0
+        } else {
+            std::iter::once(&U::SYMBOL)
+                .chain(U::ALIASES)
+                .filter(|symbol| !symbol.is_empty())
+                .find_map(|symbol| {
+                    let prefix = unit.strip_suffix(symbol)?;
+                    PREFIXES.iter().find(|(p, _)| *p == prefix).map(|(_, power)| *power)
+                })
+                .ok_or_else(error)?
+        };
+        // As text, so that "80 us" is exactly 80e-6 and not 80.0 * 1e-6.
+        let number = number.trim().replace('_', "");
+        let value = if number.contains(['e', 'E']) {
+            number.parse::<f64>().map(|value| value * 10_f64.powi(power))
+        } else {
+            format!("{number}e{power}").parse()
+        };
+        value.ok().filter(|value: &f64| value.is_finite()).map(Self::si).ok_or_else(error)
+    }
+}
+
+impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Visitor<U>(PhantomData<U>);
+        impl<U: Unit> serde::de::Visitor<'_> for Visitor<U> {
+            type Value = Quantity<U>;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                write!(f, "a number in {0}, or a text such as \"1.5 {0}\"", U::SYMBOL)
+            }
+
+            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Quantity<U>, E> {
+                if value.is_finite() { Ok(Quantity::si(value)) } else { Err(E::custom("not a finite number")) }
+            }
+
+            fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Quantity<U>, E> {
+                self.visit_f64(value as f64)
+            }
+
+            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Quantity<U>, E> {
+                text.parse().map_err(E::custom)
+            }
+        }
+        deserializer.deserialize_any(Visitor(PhantomData))
+    }
+}
+
+impl<U: Unit> fmt::Display for Quantity<U> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (prefix, power) = U::USUAL;
+        // Twelve digits hide what the scaling by a power of ten rounds.
+        let scaled: f64 = format!("{:.11e}", self.0 / 10_f64.powi(power)).parse().unwrap_or(self.0);
+        let number = if scaled != 0.0 && !(1e-3..1e6).contains(&scaled.abs()) {
+            format!("{scaled:e}")
+        } else {
+            format!("{scaled}")
+        };
+        write!(f, "{}", format!("{number} {prefix}{}", U::SYMBOL).trim_end())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::unit::{Henry, KilogramSquareMetre, NewtonMetre, Ohm, One};
+    use super::*;
+
+    fn parse<U: Unit>(text: &str) -> Option<f64> {
+        text.parse::<Quantity<U>>().ok().map(Quantity::value)
+    }
+
+    #[test]
+    fn analytic_quantities_are_exact() {
+        assert_eq!(parse::<Henry>("9.2 mH"), Some(9.2e-3));
+        assert_eq!(parse::<Henry>("-2.1mH"), Some(-2.1e-3));
+        assert_eq!(parse::<Henry>("80 uH"), Some(80e-6));
+        assert_eq!(parse::<Henry>("80 µH"), Some(80e-6));
+        assert_eq!(parse::<Ohm>("0.8 Ω"), Some(0.8));
+        assert_eq!(parse::<Ohm>("800 mohm"), Some(0.8));
+        assert_eq!(parse::<NewtonMetre>("3.5 N m"), Some(3.5));
+        assert_eq!(parse::<KilogramSquareMetre>("0.02 kg m²"), Some(0.02));
+        assert_eq!(parse::<One>("4"), Some(4.0));
+        assert_eq!(parse::<Henry>("1.5e-3 H"), Some(1.5e-3));
+    }
+
+    #[test]
+    fn regress_wrong_dimension_or_no_number_is_refused() {
+        for text in ["9.2 mA", "mH", "", "9.2 xH", "1 H H", "nan H", "inf", "1e999 H", "9,2 mH"] {
+            assert_eq!(parse::<Henry>(text), None, "{text}");
+        }
+        assert_eq!(parse::<One>("4 H"), None);
+    }
+
+    #[test]
+    fn analytic_quantities_print_as_the_field_writes_them() {
+        assert_eq!(Quantity::<Henry>::si(9.2e-3).to_string(), "9.2 mH");
+        assert_eq!(Quantity::<One>::si(4.0).to_string(), "4");
+        assert_eq!(Quantity::<One>::si(5.305e-5).to_string(), "5.305e-5");
+    }
+}

@@ -1,0 +1,21 @@
+//! The rotor as a mechanical body.
+
+/// Friction of a rotor. Torques in N·m, speeds mechanical.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Friction {
+    /// Torque in N·m that must be exceeded before a resting rotor moves.
+    pub stiction: f64,
+    /// Torque in N·m against any motion, whatever its speed. At most the stiction.
+    pub coulomb: f64,
+    /// Torque per speed in N·m·s/rad.
+    pub viscous: f64,
+}
+
+/// A rotor that obeys `J dω/dt = T − friction`, and rests until the torque exceeds its stiction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Rotor {
+    /// Moment of inertia J in kg·m².
+    pub inertia: f64,
+    /// What holds it back.
+    pub friction: Friction,
+}

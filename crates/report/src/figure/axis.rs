@@ -1,0 +1,194 @@
+//! Axes: ranges, the places and texts of ticks, and the way from data to pixels.
+
+/// An axis of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Axis {
+    /// Quantity, symbol and unit, as in `time t (ms)`.
+    pub label: String,
+    /// First and last value shown, or the range of the data.
+    pub range: Option<(f64, f64)>,
+    /// Where the axis is marked.
+    pub ticks: Ticks,
+}
+
+/// Where an axis is marked.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Ticks {
+    /// At multiples of 1, 2 or 5 times a power of ten.
+    Auto,
+    /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit.
+    Step(f64),
+    /// At these values, with these words.
+    Named(Vec<(f64, String)>),
+}
+
+impl Axis {
+    /// An axis over the range of the data.
+    pub fn new(label: impl Into<String>) -> Self {
+        Self { label: label.into(), range: None, ticks: Ticks::Auto }
+    }
+
+    /// The axis from `first` to `last`.
+    #[must_use]
+    pub fn range(mut self, first: f64, last: f64) -> Self {
+        self.range = Some((first, last));
+        self
+    }
+
+    /// The axis marked at multiples of `step`.
+    #[must_use]
+    pub fn step(mut self, step: f64) -> Self {
+        self.ticks = Ticks::Step(step);
+        self
+    }
+}
+
+/// A straight mapping from values to pixels.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Scale {
+    /// First and last value.
+    pub range: (f64, f64),
+    /// Their pixels.
+    pub pixels: (f64, f64),
+}
+
+impl Scale {
+    pub fn at(&self, value: f64) -> f64 {
+        let (first, last) = self.range;
+        let (from, to) = self.pixels;
+        from + (value - first) / (last - first) * (to - from)
+    }
+
+    pub fn shows(&self, value: f64) -> bool {
+        (self.range.0..=self.range.1).contains(&value)
+    }
+}
+
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Tick {
+    pub at: f64,
+    pub text: String,
+}
+
+/// The range asked for, if it is one; lowest first.
+pub(super) fn usable(range: Option<(f64, f64)>) -> Option<(f64, f64)> {
+    let (a, b) = range?;
+    let (low, high) = (a.min(b), a.max(b));
+    (a.is_finite() && b.is_finite() && spread(low, high)).then_some((low, high))
+}
+
+/// Whether two values are apart by more than the error of their subtraction.
+fn spread(low: f64, high: f64) -> bool {
+    high - low > 1e-12 * low.abs().max(high.abs()) && (high - low).is_finite()
+}
+
+/// A range around data from `low` to `high`, wider by the share `margin` on both sides. Data without extent
+/// get a range around them, no data the range from 0 to 1.
+pub(super) fn around(extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
+    let Some((low, high)) = extent else { return (0.0, 1.0) };
+    // Beyond this, differences overflow.
+    let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
+    if spread(low, high) {
+        let more = margin * (high - low);
+        (low - more, high + more)
+    } else {
+        let more = if low == 0.0 { 1.0 } else { 0.1 * low.abs() };
+        (low - more, high + more)
+    }
+}
+
+/// The ticks within a range: about `most` automatic ones, or as many of a given step as keep `densest`.
+pub(super) fn ticks(ticks: &Ticks, range: (f64, f64), most: f64, densest: f64) -> Vec<Tick> {
+    let span = range.1 - range.0;
+    let step = match ticks {
+        Ticks::Named(names) => {
+            return names
+                .iter()
+                .filter(|(at, _)| (range.0..=range.1).contains(at))
+                .map(|(at, text)| Tick { at: *at, text: text.clone() })
+                .collect();
+        }
+        Ticks::Step(step) if step.is_finite() && *step > 0.0 => {
+            step * (span / step / densest).ceil().max(1.0)
+        }
+        _ => nice_step(span / most.max(1.0)),
+    };
+    let slack = 1e-9;
+    let (first, last) = ((range.0 / step - slack).ceil(), (range.1 / step + slack).floor());
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few dozen ticks")]
+    let count = (last - first + 1.0).clamp(0.0, 100.0) as u32;
+    let largest = range.0.abs().max(range.1.abs());
+    (0..count)
+        .map(|i| (first + f64::from(i)) * step)
+        .map(|at| Tick { at, text: number(at, step, largest) })
+        .collect()
+}
+
+/// The smallest of 1, 2 and 5 times a power of ten that is not below `least`.
+fn nice_step(least: f64) -> f64 {
+    let decade = 10f64.powf(least.log10().floor());
+    [1.0, 2.0, 5.0]
+        .into_iter()
+        .map(|m| m * decade)
+        .find(|step| *step >= least * (1.0 - 1e-9))
+        .unwrap_or(10.0 * decade)
+}
+
+/// A tick's value with the decimals its step needs, and with a power of ten if it would be long.
+fn number(value: f64, step: f64, largest: f64) -> String {
+    let exponent = largest.log10().floor();
+    if value == 0.0 {
+        "0".to_owned()
+    } else if (-3.0..6.0).contains(&exponent) {
+        decimal(value, step)
+    } else {
+        let unit = 10f64.powf(exponent);
+        format!("{}·10{}", decimal(value / unit, step / unit), superscript(exponent))
+    }
+}
+
+fn decimal(value: f64, step: f64) -> String {
+    let mut scaled = step;
+    let mut decimals = 0;
+    while decimals < 9 && (scaled - scaled.round()).abs() > 1e-6 * scaled {
+        scaled *= 10.0;
+        decimals += 1;
+    }
+    format!("{value:.decimals$}").replace('-', "−")
+}
+
+fn superscript(exponent: f64) -> String {
+    format!("{exponent:.0}")
+        .chars()
+        .map(|c| match c {
+            '-' => '⁻',
+            '1' => '¹',
+            '2' => '²',
+            '3' => '³',
+            // The others follow each other from U+2070.
+            digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn texts(ticks_at: &Ticks, range: (f64, f64)) -> Vec<String> {
+        ticks(ticks_at, range, 5.0, 12.0).into_iter().map(|tick| tick.text).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_numbers() {
+        assert_eq!(texts(&Ticks::Auto, (-0.05, 0.55)), ["0.0", "0.2", "0.4"].map(|t| t.replace("0.0", "0")));
+        assert_eq!(texts(&Ticks::Auto, (-3.0, 2.0)), ["−3", "−2", "−1", "0", "1", "2"]);
+        assert_eq!(texts(&Ticks::Step(60.0), (0.0, 180.0)), ["0", "60", "120", "180"]);
+        assert_eq!(texts(&Ticks::Auto, (0.0, 4e-5)), ["0", "1·10⁻⁵", "2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]);
+    }
+
+    #[test]
+    fn too_fine_a_step_is_thinned() {
+        assert!(texts(&Ticks::Step(0.001), (0.0, 360.0)).len() <= 13);
+    }
+}

@@ -1,0 +1,208 @@
+//! Figures: a description of panels, axes and layers that is drawn alike to SVG and to PNG.
+//!
+//! A [`Figure`] holds data and labels only. Ticks, margins, legends and the thinning of long series follow
+//! from the description, so that every figure of the project looks the same. Drawing happens in memory and is
+//! deterministic: equal figures give equal bytes.
+//!
+//! In every text the index of a one-letter symbol is written after an underscore and set below the line, as in
+//! `i_a` or `L_d`; names like `pulse_test` stay as they are.
+//!
+//! Coordinates that are not finite are gaps: a line breaks there, a marker is left out.
+
+mod axis;
+mod canvas;
+mod extent;
+mod frame;
+mod layers;
+mod layout;
+mod legend;
+mod output;
+mod reduce;
+mod style;
+mod text;
+
+pub use axis::{Axis, Ticks};
+pub use style::Style;
+
+/// A whole figure: a title and panels stacked from top to bottom.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Figure {
+    /// First line, in the largest type. May be empty.
+    pub title: String,
+    /// Smaller text under the title: the conditions under which the data were obtained.
+    pub subtitle: Option<String>,
+    /// Width in logical pixels, 200 to 4000. A PNG has twice as many.
+    pub width: u32,
+    /// Height in logical pixels, 200 to 4000. A PNG has twice as many.
+    pub height: u32,
+    /// The panels, top to bottom. Neighbours with the same horizontal axis share one set of tick labels.
+    pub panels: Vec<Panel>,
+}
+
+/// One pair of axes and what is drawn in it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Panel {
+    /// Horizontal axis.
+    pub x: Axis,
+    /// Vertical axis. A [`Layer::Lanes`] replaces its range and ticks by the names of the lanes.
+    pub y: Axis,
+    /// Layers, the first at the back.
+    pub layers: Vec<Layer>,
+    /// Share of the figure's height relative to the other panels; 1 unless finite and positive.
+    pub weight: f64,
+    /// Whether the labelled layers are explained in a row above the panel.
+    pub legend: bool,
+}
+
+/// Something drawn in a panel, in the units of its axes.
+///
+/// Layers of one panel with the same label share one legend entry, so that a line and its samples can be
+/// given as two layers.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Layer {
+    /// Straight connections between points in the given order.
+    Line {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, y)`
+        points: Vec<(f64, f64)>,
+        /// Colour and dashes.
+        style: Style,
+    },
+    /// Each value holds until the next point, as a sampled or switched quantity does.
+    Steps {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, y)`, by increasing `x`.
+        points: Vec<(f64, f64)>,
+        /// Colour and dashes.
+        style: Style,
+    },
+    /// One marker per point; many points become small and translucent, so that density shows.
+    Points {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, y)`
+        points: Vec<(f64, f64)>,
+        /// Colour and marker.
+        style: Style,
+    },
+    /// The translucent area between two curves.
+    Band {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, lower, upper)`, by increasing `x`.
+        points: Vec<(f64, f64, f64)>,
+        /// Colour.
+        style: Style,
+    },
+    /// A marker with a whisker from a lower to an upper value.
+    ErrorBars {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, y, lower, upper)`
+        points: Vec<(f64, f64, f64, f64)>,
+        /// Colour and marker.
+        style: Style,
+    },
+    /// A thin dashed line across the panel, for a limit.
+    HorizontalRule {
+        /// Written to the right of the panel.
+        label: Option<String>,
+        /// Where, on the vertical axis.
+        y: f64,
+    },
+    /// A thin dashed line from bottom to top, for an instant.
+    VerticalRule {
+        /// Written above the panel.
+        label: Option<String>,
+        /// Where, on the horizontal axis.
+        x: f64,
+    },
+    /// Strips that show which of a few states each of several things is in.
+    Lanes {
+        /// The strips, top to bottom.
+        lanes: Vec<Lane>,
+        /// The names of the states; they fill the legend. Up to six are told apart by fill and hatching.
+        categories: Vec<String>,
+    },
+}
+
+/// One strip of a [`Layer::Lanes`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lane {
+    /// Written in place of a tick label.
+    pub label: String,
+    /// `(from, to, index of the category)`, from and to on the horizontal axis. A category that does not
+    /// exist, and any stretch not covered, is left blank.
+    pub spans: Vec<(f64, f64, usize)>,
+}
+
+/// Why a figure could not be drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum FigureError {
+    /// Width or height are outside 200 to 4000 logical pixels.
+    Size {
+        /// Width asked for.
+        width: u32,
+        /// Height asked for.
+        height: u32,
+    },
+    /// The drawing library refused an operation.
+    Draw(String),
+    /// The picture could not be encoded as PNG.
+    Encode(String),
+}
+
+impl std::fmt::Display for FigureError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Size { width, height } => {
+                write!(f, "a figure of {width} by {height} pixels is outside 200 to 4000")
+            }
+            Self::Draw(why) => write!(f, "the figure could not be drawn: {why}"),
+            Self::Encode(why) => write!(f, "the figure could not be encoded as PNG: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for FigureError {}
+
+impl Panel {
+    /// A panel of weight 1 with a legend and no layers yet.
+    pub fn new(x: Axis, y: Axis) -> Self {
+        Self { x, y, layers: Vec::new(), weight: 1.0, legend: true }
+    }
+
+    /// The panel with one more layer in front.
+    #[must_use]
+    pub fn with(mut self, layer: Layer) -> Self {
+        self.layers.push(layer);
+        self
+    }
+}
+
+impl Figure {
+    /// The figure as an SVG document of its logical size.
+    ///
+    /// Text stays text, set in DejaVu Sans where that is installed and in a font of similar widths elsewhere.
+    pub fn svg(&self) -> Result<String, FigureError> {
+        self.check_size()?;
+        output::svg(self)
+    }
+
+    /// The figure as a PNG file of twice its logical size.
+    pub fn png(&self) -> Result<Vec<u8>, FigureError> {
+        self.check_size()?;
+        output::png(self)
+    }
+
+    fn check_size(&self) -> Result<(), FigureError> {
+        let allowed = 200..=4000;
+        if allowed.contains(&self.width) && allowed.contains(&self.height) {
+            Ok(())
+        } else {
+            Err(FigureError::Size { width: self.width, height: self.height })
+        }
+    }
+}

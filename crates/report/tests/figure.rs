@@ -1,0 +1,187 @@
+//! Figures as files: what is in them, and what must not upset them.
+
+use standstill_report::figure::{Axis, Figure, FigureError, Lane, Layer, Panel, Style, Ticks};
+
+fn figure(panels: Vec<Panel>) -> Figure {
+    Figure {
+        title: "Currents & <angles>".into(),
+        subtitle: Some("20 kHz".into()),
+        width: 600,
+        height: 400,
+        panels,
+    }
+}
+
+fn line(points: Vec<(f64, f64)>) -> Layer {
+    Layer::Line { label: Some("median".into()), points, style: Style::Blue }
+}
+
+fn panel() -> Panel {
+    Panel::new(Axis::new("time (ms)").range(0.0, 1.0), Axis::new("current (A)").range(-1.0, 1.0))
+}
+
+/// Every kind of layer.
+fn everything() -> Figure {
+    let wave = |i: i32| (f64::from(i) / 1000.0, (f64::from(i) / 50.0).sin());
+    let curve = panel()
+        .with(Layer::Band {
+            label: Some("spread".into()),
+            points: (0..1000).map(wave).map(|(x, y)| (x, y - 0.1, y + 0.1)).collect(),
+            style: Style::Orange,
+        })
+        .with(line((0..1000).map(wave).collect()))
+        .with(Layer::Steps {
+            label: None,
+            points: (0..9).map(|i| wave(100 * i)).collect(),
+            style: Style::Green,
+        })
+        .with(Layer::Points {
+            label: Some("all".into()),
+            points: (0..900).map(wave).collect(),
+            style: Style::Black,
+        })
+        .with(Layer::ErrorBars { label: None, points: vec![(0.5, 0.0, -0.5, 0.5)], style: Style::Purple })
+        .with(Layer::HorizontalRule { label: Some("limit".into()), y: 0.5 })
+        .with(Layer::VerticalRule { label: Some("instant".into()), x: 0.4 });
+    let lanes =
+        vec![Lane { label: "leg a".into(), spans: vec![(0.0, 0.4, 0), (0.4, 1.0, 1), (0.2, 0.3, 99)] }];
+    let modes = panel().with(Layer::Lanes { lanes, categories: vec!["switch".into(), "diode".into()] });
+    figure(vec![curve, modes])
+}
+
+fn decode(png: &[u8]) -> image::RgbImage {
+    image::load_from_memory_with_format(png, image::ImageFormat::Png).unwrap().to_rgb8()
+}
+
+/// Tags closed in the order of their opening, and no ampersand without an entity.
+fn assert_well_formed(svg: &str) {
+    let mut open = Vec::new();
+    for tag in svg.split('<').skip(1) {
+        let (tag, text) = tag.split_once('>').expect("a tag ends");
+        assert_eq!(tag.matches('"').count() % 2, 0, "{tag}");
+        for entity in text.split('&').skip(1) {
+            assert!(["lt;", "gt;", "amp;", "quot;", "apos;"].iter().any(|e| entity.starts_with(e)), "{text}");
+        }
+        if let Some(name) = tag.strip_prefix('/') {
+            assert_eq!(open.pop(), Some(name));
+        } else if !tag.ends_with('/') {
+            open.push(tag.split(' ').next().unwrap());
+        }
+    }
+    assert!(open.is_empty(), "{open:?}");
+}
+
+#[test]
+fn an_svg_has_the_size_and_the_texts_of_its_figure() {
+    let svg = everything().svg().unwrap();
+    assert_well_formed(&svg);
+    assert!(svg.starts_with("<svg width=\"600\" height=\"400\""));
+    assert!(svg.contains("viewBox=\"0 0 4800 3200\""));
+    let texts = ["Currents &amp; &lt;angles&gt;", "20 kHz", "time (ms)", "current (A)", "median", "spread"];
+    for text in texts.into_iter().chain(["limit", "instant", "leg a", "switch", "diode", "−1", "0.4"]) {
+        assert!(svg.contains(&format!(">\n{text}\n<")), "{text}");
+    }
+}
+
+#[test]
+fn a_png_has_twice_the_size_and_its_line_where_it_belongs() {
+    let picture = decode(&figure(vec![panel().with(line(vec![(0.0, 0.0), (1.0, 0.0)]))]).png().unwrap());
+    assert_eq!(picture.dimensions(), (1200, 800));
+    // Along any column inside the panel, the line is the only blue, half way between the ends of the axis.
+    let blue = |y: &u32| {
+        let [r, _, b] = picture.get_pixel(700, *y).0;
+        b > 120 && r < 60
+    };
+    let rows: Vec<u32> = (0..800).filter(blue).collect();
+    assert!((2..=4).contains(&rows.len()), "{rows:?}");
+    assert!(rows[rows.len() - 1] - rows[0] < 4 && (300..500).contains(&rows[0]), "{rows:?}");
+}
+
+#[test]
+fn a_spike_among_many_points_is_seen() {
+    let mut points: Vec<_> = (0..30_000).map(|i| (f64::from(i) / 30_000.0, -0.9)).collect();
+    points[15_001].1 = 0.9;
+    let svg = figure(vec![panel().with(line(points))]).svg().unwrap();
+    let longest = svg.lines().filter(|l| l.starts_with("<polyline")).max_by_key(|l| l.len()).unwrap();
+    let list = longest.split("points=\"").nth(1).unwrap().split('"').next().unwrap();
+    let heights: Vec<i32> =
+        list.split_whitespace().map(|p| p.split_once(',').unwrap().1.parse().unwrap()).collect();
+    let (top, bottom) = (heights.iter().min().unwrap(), heights.iter().max().unwrap());
+    assert!(bottom - top > 1000, "from {top} to {bottom}");
+    assert!(svg.len() < 200_000);
+}
+
+#[test]
+fn twenty_thousand_points_keep_the_svg_small() {
+    let points = (0..20_000).map(|i| (f64::from(i) / 2e4, (f64::from(i) * 0.618).fract())).collect();
+    let layer = Layer::Points { label: None, points, style: Style::Blue };
+    let svg = figure(vec![panel().with(layer)]).svg().unwrap();
+    assert!((500_000..3_000_000).contains(&svg.len()), "{}", svg.len());
+}
+
+#[test]
+fn equal_figures_give_equal_files() {
+    assert_eq!(everything().svg(), everything().svg());
+    assert_eq!(everything().png(), everything().png());
+}
+
+#[test]
+fn no_data_is_said() {
+    for layers in [vec![], vec![line(vec![])], vec![line(vec![(f64::NAN, 1.0)])]] {
+        let empty = figure(vec![Panel { layers, ..Panel::new(Axis::new("x"), Axis::new("y")) }]);
+        assert!(empty.svg().unwrap().contains("no data"));
+        empty.png().unwrap();
+    }
+    assert!(!everything().svg().unwrap().contains("no data"));
+    assert_well_formed(&figure(vec![]).svg().unwrap());
+}
+
+#[test]
+fn awkward_data_are_drawn() {
+    let awkward = [
+        vec![(0.0, 1.0)],
+        vec![(0.0, 0.0), (1.0, 0.0)],
+        vec![(5.0, 3.3), (5.0, 3.3)],
+        vec![(0.0, 1.0), (1.0, f64::NAN), (2.0, f64::INFINITY), (3.0, 2.0)],
+        vec![(0.0, -1e300), (1.0, 1e300)],
+        vec![(1e15, 1e-30), (1e15 + 1.0, 2e-30)],
+        vec![(f64::MIN, f64::MIN), (f64::MAX, f64::MAX)],
+    ];
+    for points in awkward {
+        let bars = points.iter().map(|&(x, y)| (x, y, y - 1.0, f64::NAN)).collect();
+        let band = points.iter().map(|&(x, y)| (x, y, y)).collect();
+        let spans = points.iter().map(|&(x, y)| (x, y, 0)).collect();
+        let of = |layer: Layer| Panel::new(Axis::new("x"), Axis::new("y")).with(layer);
+        for layer in [
+            line(points.clone()),
+            Layer::Line { label: None, points: points.clone(), style: Style::Purple },
+            Layer::Steps { label: None, points: points.clone(), style: Style::Black },
+            Layer::Points { label: None, points: points.clone(), style: Style::Green },
+            Layer::ErrorBars { label: None, points: bars, style: Style::Orange },
+            Layer::Band { label: None, points: band, style: Style::Blue },
+            Layer::Lanes { lanes: vec![Lane { label: "a".into(), spans }], categories: vec!["on".into()] },
+        ] {
+            let drawn = figure(vec![of(layer)]);
+            assert_well_formed(&drawn.svg().unwrap());
+            drawn.png().unwrap();
+        }
+    }
+    let strange = |range, ticks| Axis { label: String::new(), range: Some(range), ticks };
+    for axis in [
+        strange((1.0, 1.0), Ticks::Auto),
+        strange((f64::NAN, 1.0), Ticks::Step(0.0)),
+        strange((360.0, 0.0), Ticks::Step(1e-9)),
+        strange((0.0, 1.0), Ticks::Named(vec![(0.5, String::new()), (f64::NAN, "never".into())])),
+    ] {
+        let drawn = figure(vec![Panel::new(axis.clone(), axis).with(line(vec![(0.0, 0.0), (1.0, 1.0)]))]);
+        assert_well_formed(&drawn.svg().unwrap());
+    }
+}
+
+#[test]
+fn sizes_have_limits() {
+    let small = Figure { width: 200, height: 200, ..everything() };
+    assert_eq!(decode(&small.png().unwrap()).dimensions(), (400, 400));
+    let flat = Figure { height: 0, ..figure(vec![]) };
+    assert_eq!(flat.png(), Err(FigureError::Size { width: 600, height: 0 }));
+}

@@ -1,0 +1,143 @@
+//! What goes into a run and what comes out.
+
+use std::fmt;
+
+use standstill_interface::{Nanos, Outcome, Real};
+use standstill_inverter::Inverter;
+use standstill_plant::Motor;
+
+use crate::{Ledger, Sensors, Streams};
+
+/// Whether the rotor can move.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RotorState {
+    /// Held by a brake.
+    Locked,
+    /// Free, with the friction of its motor.
+    Free,
+}
+
+/// Largest numerical error of one step. It is scaled to what a pulse changes, not to the flux of the magnet:
+/// a tolerance relative to 0.45 Wb would swamp the few mWb in which the polarity shows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tolerance {
+    /// Flux in Wb. The other quantities follow from it.
+    pub flux: f64,
+}
+
+impl Default for Tolerance {
+    /// 1e-9 Wb: with 10 mH a tenth of a microampere.
+    fn default() -> Self {
+        Self { flux: 1e-9 }
+    }
+}
+
+/// One run, complete: everything is drawn and nothing is left to chance but the noise streams.
+#[derive(Clone, Debug)]
+pub struct Case<'a> {
+    /// The motor.
+    pub motor: &'a Motor,
+    /// The inverter with its legs' own delays and its link's own ripple.
+    pub inverter: Inverter,
+    /// The sensors with their own errors.
+    pub sensors: Sensors,
+    /// Electrical angle θ in rad at the start.
+    pub start_angle: f64,
+    /// Whether the rotor can move.
+    pub rotor: RotorState,
+    /// Noise and jitter of the samples.
+    pub streams: Streams,
+    /// Numerical tolerance.
+    pub tolerance: Tolerance,
+    /// Longest time a detection may take.
+    pub time_limit: Nanos,
+}
+
+impl Case<'_> {
+    /// Time limit where nobody has set another: the slowest method, DC alignment, needs about 3 s.
+    pub const TIME_LIMIT: Nanos = Nanos(20_000_000_000);
+}
+
+/// How much work a run was.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Work {
+    /// Evaluations of the right-hand side.
+    pub derivatives: u64,
+    /// Accepted integration steps.
+    pub steps: u64,
+    /// Segments: stretches between two instants known beforehand.
+    pub segments: u64,
+    /// Changes of conduction or motion that were located within segments.
+    pub events: u64,
+}
+
+/// Why a run ended without an outcome of the detector.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RunError {
+    /// A command without duration, or with a sample after its end.
+    BadCommand,
+    /// A duty that is not a number.
+    BadDuty,
+    /// The detector was not done within the time limit.
+    TimeLimit(Nanos),
+    /// Conduction modes changed more often than any physics does; the state is reported, not guessed.
+    Chatter,
+    /// The state left the numbers.
+    NotFinite,
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::BadCommand => write!(f, "command without duration, or with a sample after its end"),
+            Self::BadDuty => write!(f, "duty cycle that is not a number"),
+            Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
+            Self::Chatter => write!(f, "conduction modes keep changing without time passing"),
+            Self::NotFinite => write!(f, "the simulation left the finite numbers"),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+/// How a run ended.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Ended<T> {
+    /// The detector was done.
+    Outcome(Outcome<T>),
+    /// The run could not go on.
+    Error(RunError),
+}
+
+/// The result of one run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Run<T> {
+    /// How it ended.
+    pub ended: Ended<T>,
+    /// How long the detection took.
+    pub duration: Nanos,
+    /// Electrical angle in rad at the start.
+    pub start_angle: f64,
+    /// Electrical angle in rad at the end: what the detector should have found.
+    pub end_angle: f64,
+    /// What the resolver reads at the end, in rad.
+    pub resolver_angle: f64,
+    /// Furthest the rotor was from its start, in rad electrical.
+    pub moved: f64,
+    /// Largest phase current in A, at the ends of the steps.
+    pub peak_current: f64,
+    /// Where the energy went, if it was asked for.
+    pub ledger: Option<Ledger>,
+    /// What it cost to compute.
+    pub work: Work,
+}
+
+impl<T: Real> Run<T> {
+    /// The angle found in rad, if one was; for an axis without pole, none.
+    pub fn found(&self) -> Option<f64> {
+        match self.ended {
+            Ended::Outcome(Outcome::Found { angle, .. }) => Some(angle.radians().to_double()),
+            _ => None,
+        }
+    }
+}

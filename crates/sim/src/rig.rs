@@ -1,0 +1,248 @@
+//! The one loop: command → gate edges → conduction → voltage → flux → current → reading → detector → command.
+
+mod advance;
+
+use standstill_interface::{Command, Detector, Leg, Nanos, Phase, Reading, Real, Step};
+use standstill_inverter::{Gate, GateDriver};
+
+use crate::case::{Case, Ended, RotorState, Run, RunError, Work};
+use crate::flow::{CORE, Flow, Ledger, WITH_LEDGER};
+use crate::motion::Motion;
+use crate::sensing::{Instant, LowPass, Sampler};
+use crate::timeline::Timeline;
+use crate::trace::{Event, Probe, Snapshot};
+
+/// Carries out one detection from rest.
+///
+/// `ledger` asks for the energies, which cost about half as much again.
+pub fn run<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut impl Probe,
+) -> Run<T> {
+    if ledger {
+        Rig::<WITH_LEDGER, _>::new(case, probe).detect(detector)
+    } else {
+        Rig::<CORE, _>::new(case, probe).detect(detector)
+    }
+}
+
+/// Motor, bridge, link, sensors and time: the state of a run.
+struct Rig<'a, const N: usize, P> {
+    case: &'a Case<'a>,
+    probe: &'a mut P,
+    flow: Flow<'a>,
+    drivers: [GateDriver; 3],
+    requested: [Gate; 3],
+    sampler: Sampler,
+    filters: Option<[LowPass; 3]>,
+    link_filter: Option<LowPass>,
+    state: [f64; N],
+    tolerance: [f64; N],
+    /// The last instant, and the time in s since then.
+    now: Nanos,
+    elapsed: f64,
+    /// Length of the step to try next, in s.
+    step_hint: f64,
+    moved: f64,
+    peak_current: f64,
+    work: Work,
+}
+
+impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
+    fn new(case: &'a Case<'a>, probe: &'a mut P) -> Self {
+        let Case { motor, inverter, .. } = case;
+        let motion = match case.rotor {
+            RotorState::Locked => Motion::Held,
+            RotorState::Free => Motion::resolve(&motor.rotor, 0.0, 0.0),
+        };
+        let flux = motor.open_circuit_flux(case.start_angle);
+        let mut state = [0.0; N];
+        state[..CORE].copy_from_slice(&[
+            flux.alpha,
+            flux.beta,
+            case.start_angle,
+            0.0,
+            inverter.link.source(0.0),
+        ]);
+        let mut flow = Flow::new(motor, &inverter.bridge, &inverter.link, motion);
+        flow.settle(case.start_angle);
+        let settings = &case.sensors.settings;
+        Self {
+            case,
+            probe,
+            flow,
+            drivers: inverter.gates.map(GateDriver::new),
+            requested: [Gate::Off; 3],
+            sampler: Sampler::new(case.sensors, case.streams),
+            filters: settings.bandwidth.map(|corner| [LowPass::new(corner, 0.0); 3]),
+            link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, inverter.link.source(0.0))),
+            state,
+            tolerance: tolerances(case),
+            now: Nanos::ZERO,
+            elapsed: 0.0,
+            step_hint: f64::INFINITY,
+            moved: 0.0,
+            peak_current: 0.0,
+            work: Work::default(),
+        }
+    }
+
+    fn detect<T: Real, D: Detector<T> + ?Sized>(mut self, detector: &mut D) -> Run<T> {
+        let before = (self.flow.field_energy(&self.state), self.flow.link_energy(&self.state));
+        let mut readings: Vec<Reading<T>> = Vec::new();
+        let ended = loop {
+            match detector.step(&readings) {
+                Step::Done(outcome) => break Ended::Outcome(outcome),
+                Step::Drive(command) => {
+                    readings.clear();
+                    if let Err(error) = self.carry_out(&command, &mut readings) {
+                        break Ended::Error(error);
+                    }
+                }
+            }
+        };
+        let ledger = (N == WITH_LEDGER).then(|| Ledger {
+            source: self.state[CORE],
+            source_loss: self.state[CORE + 1],
+            device_loss: self.state[CORE + 2],
+            copper_loss: self.state[CORE + 3],
+            shaft_work: self.state[CORE + 4],
+            field_change: self.flow.field_energy(&self.state) - before.0,
+            link_change: self.flow.link_energy(&self.state) - before.1,
+            kinetic_change: self.flow.kinetic_energy(&self.state),
+        });
+        Run {
+            ended,
+            duration: self.now,
+            start_angle: self.case.start_angle,
+            end_angle: self.state[2],
+            resolver_angle: self.state[2] + self.case.sensors.resolver_error,
+            moved: self.moved,
+            peak_current: self.peak_current,
+            ledger,
+            work: self.work,
+        }
+    }
+
+    /// Carries out one command. At each instant: first the samples, then what the legs are told, then the gates.
+    fn carry_out<T: Real>(
+        &mut self,
+        command: &Command<T>,
+        readings: &mut Vec<Reading<T>>,
+    ) -> Result<(), RunError> {
+        validate(command)?;
+        let start = self.now;
+        let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
+        let end = timeline.end;
+        if end > self.case.time_limit {
+            return Err(RunError::TimeLimit(self.case.time_limit));
+        }
+        self.probe.event(self.now.seconds(), Event::Command);
+        let mut triggers = (0..command.sampling.count).map(|n| command.sampling.trigger(n));
+        let mut pending = self.next_trigger(&mut triggers, start, end);
+        loop {
+            while let Some((nominal, at)) = pending
+                && at <= self.now
+            {
+                readings.push(self.sample(nominal));
+                pending = self.next_trigger(&mut triggers, start, end);
+            }
+            if self.now >= end {
+                return Ok(());
+            }
+            self.switch(&mut timeline)?;
+            let next = [timeline.next(), pending.map(|(_, at)| at)]
+                .into_iter()
+                .chain(self.drivers.iter().map(GateDriver::next_edge))
+                .flatten()
+                .fold(end, Nanos::min);
+            self.advance_to(next)?;
+        }
+    }
+
+    fn next_trigger(
+        &mut self,
+        triggers: &mut impl Iterator<Item = Nanos>,
+        start: Nanos,
+        end: Nanos,
+    ) -> Option<(Nanos, Nanos)> {
+        let nominal = triggers.next()?;
+        // Jitter may bring two triggers out of order; a converter takes them one after the other.
+        let at = self.sampler.instant(start + nominal, start, end).max(self.now);
+        Some((nominal, at))
+    }
+
+    /// Tells the legs what is due now and carries out the gate edges that are due.
+    fn switch(&mut self, timeline: &mut Timeline) -> Result<(), RunError> {
+        let mut changed = false;
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            while let Some(gate) = timeline.take(k, self.now) {
+                self.requested[k] = gate;
+                self.drivers[k].request(self.now, gate);
+            }
+            if self.drivers[k].advance(self.now) {
+                changed = true;
+                self.flow.gates[k] = self.drivers[k].gate();
+                self.probe.event(self.now.seconds(), Event::Gate(phase, self.flow.gates[k]));
+            }
+        }
+        if changed {
+            self.resolve()?;
+        }
+        Ok(())
+    }
+
+    fn sample<T: Real>(&mut self, nominal: Nanos) -> Reading<T> {
+        let at = self.flow.operating(self.now.seconds(), &self.state);
+        let current = self.filters.map_or(at.port.current, |filters| filters.map(|filter| filter.output()));
+        let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
+        let there = Instant { current, dc_link, modes: self.flow.modes, requested: self.requested };
+        let reading: Reading<T> = self.sampler.read(nominal, &there);
+        let seen = reading.current.map(Real::to_double).0;
+        self.probe.event(self.now.seconds(), Event::Sample(seen, reading.dc_link.to_double()));
+        reading
+    }
+
+    /// Reports the state at `time` to the probe.
+    fn show(&mut self, time: f64, state: &[f64; N]) {
+        let at = self.flow.operating(time, state);
+        let potential = self.flow.bridge.potentials(self.flow.gates, self.flow.modes, &at.port);
+        self.probe.snapshot(&Snapshot {
+            time,
+            current: at.port.current,
+            potential,
+            dc_link: at.port.dc_link,
+            angle: state[2],
+            speed: state[3],
+            torque: at.torque,
+            modes: self.flow.modes,
+        });
+    }
+}
+
+/// Absolute tolerances of the state, all from the one of the flux: what moves a current as much.
+fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
+    let flux = case.tolerance.flux;
+    // An angle error turns the magnet's flux; a speed error does within a millisecond.
+    let angle = flux / case.motor.magnet_flux.max(0.1);
+    let mut all = [0.0; N];
+    all[..CORE].copy_from_slice(&[flux, flux, angle, angle * 1e3, flux * 1e5]);
+    // Energies: the flux at about rated current.
+    all[CORE..].fill(flux * case.motor.rated_current);
+    all
+}
+
+fn validate<T: Real>(command: &Command<T>) -> Result<(), RunError> {
+    let duration = command.duration();
+    if duration == Nanos::ZERO || command.sampling.last().is_some_and(|last| last > duration) {
+        return Err(RunError::BadCommand);
+    }
+    let stages = [Some(command.stage), command.then];
+    let nonsense = |leg: &Leg<T>| matches!(leg, Leg::Duty(duty) if !duty.is_finite());
+    if stages.iter().flatten().any(|stage| stage.legs.0.iter().any(nonsense)) {
+        return Err(RunError::BadDuty);
+    }
+    Ok(())
+}

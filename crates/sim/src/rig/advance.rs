@@ -1,0 +1,267 @@
+//! From one instant to the next: steps, and the changes of conduction or motion found within them.
+
+use standstill_interface::{AlphaBeta, Nanos, Phase};
+use standstill_inverter::Conduction;
+
+use super::Rig;
+use crate::case::RunError;
+use crate::integrator::{Attempt, STAGES};
+use crate::motion::Motion;
+use crate::trace::{Event, Probe};
+
+/// Events within one segment beyond which the modes are taken to chatter. A segment of a PWM period has at most
+/// a handful.
+const MOST_EVENTS: u32 = 1000;
+
+/// How far beyond zero a margin must be to count as crossed: the next mode then contradicts the last one by more
+/// than rounding. In A, V, N·m or rad/s, whichever the margin is in.
+const CURRENT_SLACK: f64 = 1e-10;
+const OTHER_SLACK: f64 = 1e-6;
+
+impl<const N: usize, P: Probe> Rig<'_, N, P> {
+    /// Time in s since the start of the run.
+    fn time(&self) -> f64 {
+        self.now.seconds() + self.elapsed
+    }
+
+    /// Integrates to the instant `next`.
+    pub(super) fn advance_to(&mut self, next: Nanos) -> Result<(), RunError> {
+        let span = (next - self.now).seconds();
+        self.elapsed = 0.0;
+        if span > 0.0 {
+            self.work.segments += 1;
+            if self.probe.resolution().is_some() {
+                let state = self.state;
+                self.show(self.time(), &state);
+            }
+            let mut events = 0;
+            let mut slope = self.slope();
+            while self.elapsed < span {
+                if self.step(span, &mut slope)? {
+                    events += 1;
+                    if events > MOST_EVENTS {
+                        return Err(RunError::Chatter);
+                    }
+                    slope = self.slope();
+                }
+            }
+        }
+        self.now = next;
+        self.elapsed = 0.0;
+        self.project();
+        Ok(())
+    }
+
+    fn slope(&mut self) -> [f64; N] {
+        self.work.derivatives += 1;
+        self.flow.derivative(self.time(), &self.state)
+    }
+
+    /// One accepted step, to the end of the span at most; true if it ended in an event.
+    fn step(&mut self, span: f64, slope: &mut [f64; N]) -> Result<bool, RunError> {
+        let remaining = span - self.elapsed;
+        let mut h = remaining.min(self.step_hint);
+        let attempt = loop {
+            let attempt = self.attempt(slope, h);
+            let error = attempt.error(&self.tolerance);
+            if error <= 1.0 {
+                // A step cut short by the end of the span says little about the next one's length.
+                let next = attempt.next_length(error);
+                self.step_hint = if h < self.step_hint { next.max(self.step_hint) } else { next };
+                break attempt;
+            }
+            if !error.is_finite() || h < 1e-15 {
+                return Err(RunError::NotFinite);
+            }
+            self.step_hint = attempt.next_length(error).min(0.9 * h);
+            h = self.step_hint;
+        };
+        match self.find_event(&attempt) {
+            None => {
+                let last = h == remaining;
+                *slope = attempt.end_slope;
+                self.accept(&attempt);
+                self.elapsed = if last { span } else { self.elapsed + h };
+                Ok(false)
+            }
+            Some((which, share)) => {
+                let cut = self.attempt(slope, h * share);
+                self.accept(&cut);
+                // A cut of no length still ends the mode that it was to end.
+                self.elapsed = (self.elapsed + cut.h).min(span);
+                self.work.events += 1;
+                self.handle_event(which)?;
+                Ok(true)
+            }
+        }
+    }
+
+    fn attempt(&mut self, slope: &[f64; N], h: f64) -> Attempt<N> {
+        self.work.derivatives += STAGES;
+        let flow = &self.flow;
+        Attempt::new(|t, y| flow.derivative(t, y), self.time(), &self.state, slope, h)
+    }
+
+    /// How far the modes are from their end at share `x` of the step; negative beyond.
+    fn slack(&self, attempt: &Attempt<N>, x: f64) -> [f64; 4] {
+        let state = if x == 1.0 { attempt.end } else { attempt.dense(x) };
+        let mut margins = self.flow.margins(self.time() + x * attempt.h, &state);
+        for (k, margin) in margins.iter_mut().enumerate() {
+            let conducting = k < 3 && self.flow.modes[k] != Conduction::Blocked;
+            *margin += if conducting { CURRENT_SLACK } else { OTHER_SLACK };
+        }
+        margins
+    }
+
+    /// The first end of a mode within the step: whose, and at which share of the step.
+    ///
+    /// The margins are looked at in the middle and at the end. What dips below zero and returns within half a
+    /// step is smaller than the step's tolerance allows to matter.
+    fn find_event(&self, attempt: &Attempt<N>) -> Option<(usize, f64)> {
+        let middle = self.slack(attempt, 0.5);
+        let end = self.slack(attempt, 1.0);
+        let mut first: Option<(usize, f64)> = None;
+        for which in 0..4 {
+            let bracket = if middle[which] < 0.0 {
+                (0.0, 0.5)
+            } else if end[which] < 0.0 {
+                (0.5, 1.0)
+            } else {
+                continue;
+            };
+            let share = self.locate(attempt, which, bracket);
+            if first.is_none_or(|(_, earliest)| share < earliest) {
+                first = Some((which, share));
+            }
+        }
+        first
+    }
+
+    /// The share of the step at which margin `which` ends, just beyond zero.
+    fn locate(&self, attempt: &Attempt<N>, which: usize, (mut low, mut high): (f64, f64)) -> f64 {
+        // Regula falsi with the Illinois modification on the dense output: as safe as bisection, and quick.
+        let mut at_low = self.slack(attempt, low)[which].max(0.0);
+        let mut at_high = self.slack(attempt, high)[which];
+        let mut side = 0;
+        for _ in 0..60 {
+            if high - low < 1e-13 || at_high > -1e-3 * OTHER_SLACK {
+                break;
+            }
+            let middle = (low * at_high - high * at_low) / (at_high - at_low);
+            let middle = if middle > low && middle < high { middle } else { (low + high) / 2.0 };
+            let value = self.slack(attempt, middle)[which];
+            if value < 0.0 {
+                if side == -1 {
+                    at_low /= 2.0;
+                }
+                (high, at_high, side) = (middle, value, -1);
+            } else {
+                if side == 1 {
+                    at_high /= 2.0;
+                }
+                (low, at_low, side) = (middle, value, 1);
+            }
+        }
+        high
+    }
+
+    /// Makes the end of an attempt the state.
+    fn accept(&mut self, attempt: &Attempt<N>) {
+        let begin = self.time();
+        if let Some(resolution) = self.probe.resolution() {
+            // A number of snapshots per step is small and positive.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let parts = (attempt.h / resolution).ceil().max(1.0) as u32;
+            for part in 1..=parts {
+                let x = f64::from(part) / f64::from(parts);
+                let state = if part == parts { attempt.end } else { attempt.dense(x) };
+                self.show(begin + x * attempt.h, &state);
+            }
+        }
+        self.filter(attempt, begin);
+        self.state = attempt.end;
+        self.work.steps += 1;
+        self.moved = self.moved.max((self.state[2] - self.case.start_angle).abs());
+        let at = self.flow.operating(begin + attempt.h, &self.state);
+        self.peak_current = at.port.current.iter().fold(self.peak_current, |peak, i| peak.max(i.abs()));
+    }
+
+    /// Carries the sensors' filters over the step.
+    fn filter(&mut self, attempt: &Attempt<N>, begin: f64) {
+        if self.filters.is_none() && self.link_filter.is_none() || attempt.h <= 0.0 {
+            return;
+        }
+        let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]
+            .map(|x| self.flow.operating(begin + x * attempt.h, &attempt.dense(x)).port);
+        if let Some(filters) = &mut self.filters {
+            for (k, filter) in filters.iter_mut().enumerate() {
+                filter.advance(attempt.h, points.map(|port| port.current[k]));
+            }
+        }
+        if let Some(filter) = &mut self.link_filter {
+            filter.advance(attempt.h, points.map(|port| port.dc_link));
+        }
+    }
+
+    /// Ends the mode whose margin reached zero and finds what follows.
+    fn handle_event(&mut self, which: usize) -> Result<(), RunError> {
+        if which == 3 {
+            if self.flow.motion != Motion::Resting {
+                self.state[3] = 0.0;
+            }
+            let torque = self.flow.operating(self.time(), &self.state).torque;
+            self.flow.settle(self.state[2]);
+            self.flow.motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque);
+            self.probe.event(self.time(), Event::Motion(self.flow.motion));
+            return Ok(());
+        }
+        if self.flow.modes[which] != Conduction::Blocked {
+            // The current is at its zero up to rounding; make it exactly that.
+            self.project_leg(which);
+        }
+        self.project();
+        self.resolve()
+    }
+
+    /// Takes the integrator's drift off the currents of blocked legs.
+    fn project(&mut self) {
+        for k in 0..3 {
+            if self.flow.modes[k] == Conduction::Blocked {
+                self.project_leg(k);
+            }
+        }
+    }
+
+    /// Moves the flux as a voltage impulse at terminal `k` would, until that phase's current is zero.
+    fn project_leg(&mut self, k: usize) {
+        for _ in 0..3 {
+            let port = self.flow.operating(self.time(), &self.state).port;
+            if port.current[k].abs() < 1e-15 {
+                break;
+            }
+            let mut unit = [0.0; 3];
+            unit[k] = 1.0;
+            let push: AlphaBeta<f64> = standstill_interface::Abc(unit).clarke();
+            let response = port.inverse_inductance.times(push).phases().0[k];
+            let impulse = push * (-port.current[k] / response);
+            self.state[0] += impulse.alpha;
+            self.state[1] += impulse.beta;
+        }
+    }
+
+    /// Finds the conduction modes that fit the gates and the state.
+    pub(super) fn resolve(&mut self) -> Result<(), RunError> {
+        let port = self.flow.operating(self.time(), &self.state).port;
+        if !port.current.iter().all(|current| current.is_finite()) {
+            return Err(RunError::NotFinite);
+        }
+        let modes = self.flow.bridge.resolve(self.flow.gates, &port);
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            if modes[k] != self.flow.modes[k] {
+                self.probe.event(self.time(), Event::Conduction(phase, modes[k]));
+            }
+        }
+        self.flow.modes = modes;
+        Ok(())
+    }
+}

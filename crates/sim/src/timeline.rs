@@ -1,0 +1,161 @@
+//! From a command to what each leg is told, and when.
+
+use standstill_interface::{Abc, Command, Leg, Nanos, Real, Stage};
+use standstill_inverter::Gate;
+
+/// One leg's requests over one command, in order of time.
+#[derive(Clone, Copy, Debug)]
+struct LegPlan {
+    /// What the leg does in each of the two stages.
+    legs: [Leg<f64>; 2],
+    /// Ends of the two stages.
+    ends: [Nanos; 2],
+    carrier: Nanos,
+    stage: usize,
+    /// Number of the PWM period within the stage and of the switching instant within the period.
+    period: u64,
+    part: u8,
+    start: Nanos,
+}
+
+impl LegPlan {
+    /// The next request: when, and which gate.
+    fn peek(&self) -> Option<(Nanos, Gate)> {
+        let leg = *self.legs.get(self.stage)?;
+        let stage_start = if self.stage == 0 { self.start } else { self.ends[0] };
+        match leg {
+            Leg::Off => Some((stage_start, Gate::Off)),
+            Leg::Low => Some((stage_start, Gate::Low)),
+            Leg::High => Some((stage_start, Gate::High)),
+            Leg::Duty(duty) => {
+                // Centre-aligned: low, high in the middle of the period, low.
+                let on = on_time(duty, self.carrier);
+                let idle = Nanos((self.carrier.0 - on.0) / 2);
+                let begin = stage_start + self.carrier * self.period;
+                Some(match self.part {
+                    0 => (begin, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
+                    1 => (begin + idle, if on == Nanos::ZERO { Gate::Low } else { Gate::High }),
+                    _ => (begin + idle + on, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
+                })
+            }
+        }
+    }
+
+    /// Steps to the request after this one.
+    fn advance(&mut self) {
+        let duty = matches!(self.legs.get(self.stage), Some(Leg::Duty(_)));
+        if duty {
+            self.part = (self.part + 1) % 3;
+            self.period += u64::from(self.part == 0);
+            if self.peek().is_some_and(|(at, _)| at < self.ends[self.stage]) {
+                return;
+            }
+        }
+        self.stage += 1;
+        (self.period, self.part) = (0, 0);
+        if self.stage < 2 && self.ends[0] == self.ends[1] {
+            self.stage = 2;
+        }
+    }
+}
+
+// A duty between 0 and 1 of a carrier period is a small non-negative number.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn on_time(duty: f64, carrier: Nanos) -> Nanos {
+    Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
+}
+
+/// All requests of one command.
+#[derive(Clone, Debug)]
+pub struct Timeline {
+    plans: [LegPlan; 3],
+    /// End of the command.
+    pub end: Nanos,
+}
+
+impl Timeline {
+    /// Lays out a command that starts at `start`.
+    pub fn new<T: Real>(command: &Command<T>, start: Nanos, carrier: Nanos) -> Self {
+        let double = |leg: Leg<T>| match leg {
+            Leg::Off => Leg::Off,
+            Leg::Low => Leg::Low,
+            Leg::High => Leg::High,
+            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
+        };
+        let first = command.stage;
+        let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
+        let ends = [start + first.duration, start + first.duration + second.duration];
+        let legs: [[Leg<f64>; 2]; 3] = {
+            let (Abc(a), Abc(b)) = (first.legs, second.legs);
+            std::array::from_fn(|k| [double(a[k]), double(b[k])])
+        };
+        let plans = legs.map(|legs| LegPlan { legs, ends, carrier, stage: 0, period: 0, part: 0, start });
+        Self { plans, end: ends[1] }
+    }
+
+    /// When the next request comes; none after the last.
+    pub fn next(&self) -> Option<Nanos> {
+        self.plans.iter().filter_map(|plan| plan.peek().map(|(at, _)| at)).min()
+    }
+
+    /// Takes the next request of leg `k` that is due at `now`.
+    pub fn take(&mut self, k: usize, now: Nanos) -> Option<Gate> {
+        let (at, gate) = self.plans[k].peek()?;
+        (at <= now).then(|| {
+            self.plans[k].advance();
+            gate
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standstill_interface::{Phase, Sampling};
+
+    fn requests(command: &Command<f64>, leg: usize) -> Vec<(u64, Gate)> {
+        let mut line = Timeline::new(command, Nanos(1000), Nanos::from_micros(100));
+        let mut seen = Vec::new();
+        while let Some(at) = line.next() {
+            for k in 0..3 {
+                while let Some(gate) = line.take(k, at) {
+                    if k == leg {
+                        seen.push((at.0, gate));
+                    }
+                }
+            }
+        }
+        seen
+    }
+
+    #[test]
+    fn analytic_a_pulse_and_its_decay() {
+        let command = Command::sequence(
+            Stage::line(Phase::A, Phase::B, Nanos::from_micros(80)),
+            Stage::freewheel(Phase::A, Phase::B, Nanos::from_micros(20)),
+            Sampling::NONE,
+        );
+        assert_eq!(requests(&command, 0), [(1000, Gate::High), (81_000, Gate::Low)]);
+        assert_eq!(requests(&command, 2), [(1000, Gate::Off), (81_000, Gate::Off)]);
+    }
+
+    #[test]
+    fn analytic_pwm_is_centred() {
+        let legs = Abc::new(Leg::Duty(0.5), Leg::Duty(0.0), Leg::Duty(1.0));
+        let command =
+            Command::hold(Stage { legs, duration: Nanos::from_micros(200) }, Sampling::NONE);
+        assert_eq!(
+            requests(&command, 0),
+            [
+                (1000, Gate::Low),
+                (26_000, Gate::High),
+                (76_000, Gate::Low),
+                (101_000, Gate::Low),
+                (126_000, Gate::High),
+                (176_000, Gate::Low),
+            ]
+        );
+        assert!(requests(&command, 1).iter().all(|(_, gate)| *gate == Gate::Low));
+        assert!(requests(&command, 2).iter().all(|(_, gate)| *gate == Gate::High));
+    }
+}

@@ -1,0 +1,98 @@
+//! Watching a run: every waveform and every event.
+
+use standstill_interface::Phase;
+use standstill_inverter::{Conduction, Gate, Modes};
+
+use crate::motion::Motion;
+
+/// The machine at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapshot {
+    /// Time in s since the start of the run.
+    pub time: f64,
+    /// Phase currents in A into the motor.
+    pub current: [f64; 3],
+    /// Terminal potentials in V against the negative rail.
+    pub potential: [f64; 3],
+    /// DC link in V.
+    pub dc_link: f64,
+    /// Electrical angle θ in rad, not wrapped.
+    pub angle: f64,
+    /// Electrical speed in rad/s.
+    pub speed: f64,
+    /// Electromagnetic torque in N·m.
+    pub torque: f64,
+    /// Conduction mode of each leg.
+    pub modes: Modes,
+}
+
+/// Something that happens at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// The detector gave a command.
+    Command,
+    /// A gate changed.
+    Gate(Phase, Gate),
+    /// A leg changed its conduction mode.
+    Conduction(Phase, Conduction),
+    /// The rotor started or stopped.
+    Motion(Motion),
+    /// The ADC sampled; phase currents in A and the DC link in V as the drive sees them.
+    Sample([f64; 3], f64),
+}
+
+/// What a run reports to while it goes on.
+pub trait Probe {
+    /// Time in s between two snapshots at most; none: snapshots are not wanted and cost nothing.
+    fn resolution(&self) -> Option<f64>;
+    /// One snapshot. At an instant there are two with the same time: before and after.
+    fn snapshot(&mut self, snapshot: &Snapshot);
+    /// One event, at a time in s.
+    fn event(&mut self, time: f64, event: Event);
+}
+
+/// Watches nothing.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoProbe;
+
+impl Probe for NoProbe {
+    fn resolution(&self) -> Option<f64> {
+        None
+    }
+    fn snapshot(&mut self, _: &Snapshot) {}
+    fn event(&mut self, _: f64, _: Event) {}
+}
+
+/// Keeps everything.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    resolution: f64,
+    /// Snapshots in order of time.
+    pub snapshots: Vec<Snapshot>,
+    /// Events in order of time.
+    pub events: Vec<(f64, Event)>,
+}
+
+impl Trace {
+    /// With snapshots at most `resolution` seconds apart.
+    pub fn new(resolution: f64) -> Self {
+        Self { resolution, snapshots: Vec::new(), events: Vec::new() }
+    }
+}
+
+impl Probe for Trace {
+    fn resolution(&self) -> Option<f64> {
+        Some(self.resolution)
+    }
+
+    fn snapshot(&mut self, snapshot: &Snapshot) {
+        // An instant at which nothing changed, such as a sample, would only repeat itself.
+        if self.snapshots.last() != Some(snapshot) {
+            self.snapshots.push(*snapshot);
+        }
+    }
+
+    fn event(&mut self, time: f64, event: Event) {
+        self.events.push((time, event));
+    }
+}
