@@ -1,1 +1,12 @@
-fn main(){}
+//! The test suite. Names carry the kind of evidence: `analytic_` against a closed form, `law_` against a law of
+//! physics, `cross_` against another program, `regress_` against a mistake once made.
+
+mod accuracy;
+mod bench;
+mod determinism;
+mod energy;
+mod error_sets;
+mod failures;
+mod pulse;
+mod rotor;
+mod tables;

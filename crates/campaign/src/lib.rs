@@ -1,1 +1,20 @@
-//! x
+//! Many runs: from a scenario to cases, from cases to records, from records to statistics.
+//!
+//! ```text
+//!   Scenario ──(trial number)──► Case ──► run ──► Record ──► Statistics, files
+//! ```
+//! A trial is a pure function of the scenario and its number, so a campaign gives the same records in the same
+//! order on any number of threads ([`Campaign`]). A failed trial is a record like any other.
+
+mod campaign;
+mod errors;
+pub mod paper;
+mod record;
+mod scenario;
+mod statistics;
+
+pub use campaign::{Campaign, CampaignError};
+pub use errors::{DriveSettings, ErrorSet};
+pub use record::{Record, Verdict};
+pub use scenario::{Scenario, Specimen};
+pub use statistics::{Estimate, Statistics, Summary, binomial_interval};

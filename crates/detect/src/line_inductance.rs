@@ -28,6 +28,9 @@ pub struct LineInductanceSettings<T> {
     pub pulses: u8,
     /// How the current decays after a pulse.
     pub decay: Decay,
+    /// How long before the end of the pulse i2 is sampled. Zero, as in the paper, samples at the edge itself; a
+    /// drive with low-side shunts needs more than its jitter, because beyond the edge its shunts see other legs.
+    pub sample_lead: Nanos,
     /// Dead time of the drive: the pulse is shorter by it. Zero: ignored, which scales all inductances alike
     /// and leaves the angle as it is.
     pub dead_time: Nanos,
@@ -60,14 +63,15 @@ impl<T: Real> LineInductanceSettings<T> {
             period: Nanos::from_micros(2400),
             pulses: 3,
             decay,
+            sample_lead: Nanos::ZERO,
             dead_time,
             saliency: SaliencySign::Negative,
             least_current: rated_current * T::of(0.02),
             least_saliency: T::of(0.05),
             settle: SettleSettings {
                 wait: Nanos::from_micros(500),
-                threshold: rated_current * T::of(0.05),
-                attempts: 40,
+                threshold: rated_current * T::of(0.025),
+                attempts: 400,
             },
             polarity: PolaritySettings {
                 carrier_period,
@@ -93,7 +97,11 @@ impl<T: Real> LineInductanceSettings<T> {
     fn check(&self) -> Result<(), SettingsError> {
         require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
         require(self.pulses > 0, "pulses", "at least 1")?;
-        require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
+        require(
+            self.dead_time + self.sample_lead < self.pulse,
+            "dead_time",
+            "with sample_lead shorter than the pulse",
+        )?;
         let decay_needs = Nanos(2 * self.pulse.0) + self.settle.wait;
         require(self.period > decay_needs, "period", "longer than two pulses and settle.wait")?;
         require_positive(self.least_current, "least_current")?;
@@ -110,7 +118,7 @@ const LINES: [(Phase, Phase); 3] = [(Phase::A, Phase::B), (Phase::B, Phase::C), 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Start,
-    Settling { waits: u16, next: Action },
+    Settling { waits: u16, released: bool, next: Action },
     Pulsing { line: usize, pulse: u8 },
     Pushing { against: bool },
 }
@@ -160,9 +168,14 @@ impl<T: Real> LineInductance<T> {
         })
     }
 
+    /// Begins to wait for the current of a pulse to be gone.
     fn settle(&mut self, next: Action) -> Command<T> {
-        self.state = State::Settling { waits: 1, next };
-        self.settings.settle.command()
+        self.wait(1, self.settings.decay == Decay::Fast, next)
+    }
+
+    fn wait(&mut self, waits: u16, released: bool, next: Action) -> Command<T> {
+        self.state = State::Settling { waits, released, next };
+        self.settings.settle.command(released)
     }
 
     fn act(&mut self, action: Action) -> Command<T> {
@@ -190,23 +203,27 @@ impl<T: Real> LineInductance<T> {
             // The wait that follows belongs to the period.
             Decay::Fast => Stage::off(s.period - s.pulse - s.settle.wait),
         };
-        let sampling = Sampling::twice(s.pulse, s.third_sample());
+        let sampling = Sampling::twice(s.pulse - s.sample_lead, s.third_sample());
         Command::sequence(Stage::line(first, second, s.pulse), decay, sampling)
     }
 
     /// After a wait: the next action, another wait, or the end.
-    fn settled(&mut self, waits: u16, next: Action, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
+    fn settled(
+        &mut self,
+        waits: u16,
+        released: bool,
+        next: Action,
+        readings: &[Reading<T>],
+    ) -> Result<Command<T>, Fault<T>> {
         match self.settings.settle.judge(readings)? {
-            Ok(residual) => {
+            Ok(residual) if released => {
                 self.initial = residual;
                 self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
                 Ok(self.act(next))
             }
+            Ok(_) => Ok(self.wait(1, true, next)),
             Err(current) if waits >= self.settings.settle.attempts => Err(Fault::CurrentPersists(current)),
-            Err(_) => {
-                self.state = State::Settling { waits: waits + 1, next };
-                Ok(self.settings.settle.command())
-            }
+            Err(_) => Ok(self.wait(waits + 1, released, next)),
         }
     }
 
@@ -219,21 +236,26 @@ impl<T: Real> LineInductance<T> {
         if i2 - i1 < s.least_current {
             return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
         }
-        let on = T::of((s.pulse - s.dead_time).seconds() / s.pulse.seconds());
+        let seconds = |duration: Nanos| T::of(duration.seconds());
+        // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
+        let risen = s.pulse - s.sample_lead;
         let rise = Interval {
-            voltage: second.dc_link * on,
+            voltage: second.dc_link * seconds(risen - s.dead_time) / seconds(risen),
             begin: i1,
             end: i2,
-            duration: T::of(s.pulse.seconds()),
+            duration: seconds(risen),
         };
+        let after = s.third_sample() - s.pulse;
+        let decaying = match s.decay {
+            Decay::Slow => T::zero(),
+            Decay::Fast => -third.dc_link,
+        };
+        let whole = seconds(after + s.sample_lead);
         let decay = Interval {
-            voltage: match s.decay {
-                Decay::Slow => T::zero(),
-                Decay::Fast => -third.dc_link,
-            },
+            voltage: (second.dc_link * seconds(s.sample_lead) + decaying * seconds(after)) / whole,
             begin: i2,
             end: i3,
-            duration: T::of((s.third_sample() - s.pulse).seconds()),
+            duration: whole,
         };
         let (resistance, inductance) = line_impedance(rise, decay).ok_or(Fault::NotInductive(phase))?;
         if inductance <= T::zero() {
@@ -313,8 +335,11 @@ fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fault<T>> {
 impl<T: Real> Detector<T> for LineInductance<T> {
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
         let step = match self.state {
-            State::Start => Ok(Step::Drive(self.settle(Action::Pulse { line: 0, pulse: 0 }))),
-            State::Settling { waits, next } => self.settled(waits, next, readings).map(Step::Drive),
+            // Whatever flows before the first command has no zero vector to keep it going.
+            State::Start => Ok(Step::Drive(self.wait(1, true, Action::Pulse { line: 0, pulse: 0 }))),
+            State::Settling { waits, released, next } => {
+                self.settled(waits, released, next, readings).map(Step::Drive)
+            }
             State::Pulsing { line, pulse } => self.pulsed(line, pulse, readings).map(Step::Drive),
             State::Pushing { against } => self.pushed(against, readings),
         };

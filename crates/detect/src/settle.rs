@@ -1,10 +1,14 @@
 //! Waiting until the current is gone.
 
-use standstill_interface::{Abc, Command, Fault, Nanos, Reading, Real, Sampling, Sensed, Stage};
+use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Reading, Real, Sampling, Sensed, Stage};
 
 use crate::settings::{SettingsError, require, require_positive};
 
-/// How to wait for the current of the last pulse to be gone: all gates off, and look again and again.
+/// How to wait for the current of the last pulse to be gone: wait, look, and wait again.
+///
+/// With slow decay the waits are zero vectors until the current is below the threshold, and then one with all
+/// gates off, in which the rest goes back to the link within microseconds. With fast decay all gates are off from
+/// the beginning.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SettleSettings<T> {
     /// Length of one wait. The current is sampled at four fifths of it and at its end.
@@ -23,10 +27,12 @@ impl<T: Real> SettleSettings<T> {
         require(self.attempts > 0, "settle.attempts", "at least 1")
     }
 
-    /// One wait.
-    pub(crate) fn command(&self) -> Command<T> {
+    /// One wait, with the zero vector or with all gates off.
+    pub(crate) fn command(&self, released: bool) -> Command<T> {
+        let leg = if released { Leg::Off } else { Leg::Low };
         let early = Nanos(self.wait.0 / 5 * 4);
-        Command::hold(Stage::off(self.wait), Sampling::twice(early, self.wait))
+        let stage = Stage { legs: Abc::new(leg, leg, leg), duration: self.wait };
+        Command::hold(stage, Sampling::twice(early, self.wait))
     }
 
     /// After a wait: the residual currents if they are gone, or else the largest.

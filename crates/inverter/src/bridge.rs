@@ -147,8 +147,7 @@ impl Bridge {
             1 => {
                 let k = blocked[0];
                 let row = port.inverse_inductance.times(AXES[k]);
-                let others: f64 =
-                    (0..3).filter(|m| *m != k).map(|m| row.dot(AXES[m]) * potentials[m]).sum();
+                let others: f64 = (0..3).filter(|m| *m != k).map(|m| row.dot(AXES[m]) * potentials[m]).sum();
                 potentials[k] = (1.5 * row.dot(port.holding) - others) / row.dot(AXES[k]);
             }
             _ => potentials = self.all_blocked(gates, port),
@@ -164,7 +163,8 @@ impl Bridge {
             low = low.max(l - e);
             high = high.min(h - e);
         }
-        let common = if low.is_finite() && high.is_finite() { (low + high) / 2.0 } else { port.dc_link / 2.0 };
+        let common =
+            if low.is_finite() && high.is_finite() { (low + high) / 2.0 } else { port.dc_link / 2.0 };
         holding.map(|e| common + e)
     }
 

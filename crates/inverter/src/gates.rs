@@ -139,11 +139,8 @@ mod tests {
     #[test]
     fn law_high_and_low_are_always_separated_by_off() {
         for (off, on, dead) in [(300, 0, 0), (0, 0, 0), (500, 100, 2000), (900, 0, 100)] {
-            let timing = GateTiming {
-                turn_off_delay: Nanos(off),
-                turn_on_delay: Nanos(on),
-                dead_time: Nanos(dead),
-            };
+            let timing =
+                GateTiming { turn_off_delay: Nanos(off), turn_on_delay: Nanos(on), dead_time: Nanos(dead) };
             let mut leg = GateDriver::new(timing);
             let mut last = Gate::Off;
             for step in 0..200_u64 {

@@ -149,7 +149,8 @@ impl std::error::Error for MotorError {}
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
-        toml::from_str(text).map_err(|error| MotorError::Format { file: file.to_owned(), message: error.to_string() })
+        toml::from_str(text)
+            .map_err(|error| MotorError::Format { file: file.to_owned(), message: error.to_string() })
     }
 
     /// What the motor is.
@@ -194,7 +195,8 @@ impl DataSheet {
                 ("a_qq", &s.a_qq),
                 ("a_dq", &s.a_dq),
             ];
-            entries.extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
+            entries
+                .extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
             entries.push(entry("saturation", "i_f", &s.i_f));
         }
         entries.extend([
@@ -271,7 +273,11 @@ impl Check<'_> {
 
     fn whole(&self, key: &'static str, from: &Sourced<One>, least: u8, most: u8) -> Result<u8, MotorError> {
         (least..=most).find(|n| f64::from(*n) == from.value.value()).ok_or_else(|| {
-            self.value(key, &from.value, if least == 0 { "a whole number from 0 to 60" } else { "a whole number from 1 to 200" })
+            self.value(
+                key,
+                &from.value,
+                if least == 0 { "a whole number from 0 to 60" } else { "a whole number from 1 to 200" },
+            )
         })
     }
 
@@ -297,13 +303,16 @@ impl Check<'_> {
             let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 48.0).sin_cos();
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
                 let current = Dq::new(cos, sin) * (motor.rated_current * share);
-                let convex = motor
-                    .core
-                    .flux_at(current)
-                    .is_ok_and(|flux| motor.core.current_and_inverse_inductance(flux).1.is_positive_definite());
+                let convex = motor.core.flux_at(current).is_ok_and(|flux| {
+                    motor.core.current_and_inverse_inductance(flux).1.is_positive_definite()
+                });
                 if !convex {
                     let found = format!("not convex near i_d = {:.3} A, i_q = {:.3} A", current.d, current.q);
-                    return Err(self.value("saturation", &found, "an energy whose inductances stay positive"));
+                    return Err(self.value(
+                        "saturation",
+                        &found,
+                        "an energy whose inductances stay positive",
+                    ));
                 }
             }
         }

@@ -88,7 +88,10 @@ impl fmt::Display for QuantityError {
         if symbol.is_empty() {
             write!(f, "`{found}` is not a finite number without unit")
         } else {
-            write!(f, "`{found}` is not a finite number in {symbol}, such as \"1.5 {symbol}\", with or without a prefix p n u m k M")
+            write!(
+                f,
+                "`{found}` is not a finite number in {symbol}, such as \"1.5 {symbol}\", with or without a prefix p n u m k M"
+            )
         }
     }
 }
@@ -143,7 +146,11 @@ impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
             }
 
             fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Quantity<U>, E> {
-                if value.is_finite() { Ok(Quantity::si(value)) } else { Err(E::custom("not a finite number")) }
+                if value.is_finite() {
+                    Ok(Quantity::si(value))
+                } else {
+                    Err(E::custom("not a finite number"))
+                }
             }
 
             fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Quantity<U>, E> {

@@ -57,7 +57,8 @@ impl Winding {
     pub fn line_inductances(&self, angle: f64) -> Abc<f64> {
         let third = 2.0 * PI / 3.0;
         Abc::new(-third, 0.0, third).map(|shift| {
-            3.0 * self.mean_inductance + 2.0 * self.leakage - 3.0 * self.saliency * (2.0 * angle + shift).cos()
+            3.0 * self.mean_inductance + 2.0 * self.leakage
+                - 3.0 * self.saliency * (2.0 * angle + shift).cos()
         })
     }
 
@@ -143,9 +144,8 @@ mod tests {
                 let l = winding.inductance_matrix(angle);
                 assert!((l - l.transpose()).norm() < 1e-18);
                 // A current vector along d makes flux along d only, with L_d.
-                let along = |shift: f64| {
-                    Vector3::from_fn(|k, _| (angle + shift - 2.0 * PI / 3.0 * k as f64).cos())
-                };
+                let along =
+                    |shift: f64| Vector3::from_fn(|k, _| (angle + shift - 2.0 * PI / 3.0 * k as f64).cos());
                 assert!((l * along(0.0) - along(0.0) * winding.d_axis_inductance()).norm() < 1e-15);
                 let q = PI / 2.0;
                 assert!((l * along(q) - along(q) * winding.q_axis_inductance()).norm() < 1e-15);

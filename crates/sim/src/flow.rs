@@ -151,7 +151,11 @@ impl<'a> Flow<'a> {
                     .map(|k| {
                         let rail = if self.modes[k].is_upper() { port.dc_link } else { 0.0 };
                         // A blocked leg's current is zero only up to the integrator's error; it loses nothing.
-                        if self.modes[k].direction() == 0.0 { 0.0 } else { (rail - potentials[k]) * port.current[k] }
+                        if self.modes[k].direction() == 0.0 {
+                            0.0
+                        } else {
+                            (rail - potentials[k]) * port.current[k]
+                        }
                     })
                     .sum();
                 dy[CORE + 3] = 1.5 * self.motor.resistance * current.dot(current);

@@ -77,7 +77,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             requested: [Gate::Off; 3],
             sampler: Sampler::new(case.sensors, case.streams),
             filters: settings.bandwidth.map(|corner| [LowPass::new(corner, 0.0); 3]),
-            link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, inverter.link.source(0.0))),
+            link_filter: settings
+                .dc_link
+                .bandwidth
+                .map(|corner| LowPass::new(corner, inverter.link.source(0.0))),
             state,
             tolerance: tolerances(case),
             now: Nanos::ZERO,
@@ -133,7 +136,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         readings: &mut Vec<Reading<T>>,
     ) -> Result<(), RunError> {
         validate(command)?;
-        let start = self.now;
+        let (start, before) = (self.now, self.requested);
         let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
         let end = timeline.end;
         if end > self.case.time_limit {
@@ -146,7 +149,9 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             while let Some((nominal, at)) = pending
                 && at <= self.now
             {
-                readings.push(self.sample(nominal));
+                // The drive knows what it told the legs at the trigger, not when the sample was really taken.
+                let told = if nominal == Nanos::ZERO { before } else { timeline.told(start + nominal) };
+                readings.push(self.sample(nominal, told));
                 pending = self.next_trigger(&mut triggers, start, end);
             }
             if self.now >= end {
@@ -194,11 +199,11 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         Ok(())
     }
 
-    fn sample<T: Real>(&mut self, nominal: Nanos) -> Reading<T> {
+    fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
         let at = self.flow.operating(self.now.seconds(), &self.state);
         let current = self.filters.map_or(at.port.current, |filters| filters.map(|filter| filter.output()));
         let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
-        let there = Instant { current, dc_link, modes: self.flow.modes, requested: self.requested };
+        let there = Instant { current, dc_link, modes: self.flow.modes, requested };
         let reading: Reading<T> = self.sampler.read(nominal, &there);
         let seen = reading.current.map(Real::to_double).0;
         self.probe.event(self.now.seconds(), Event::Sample(seen, reading.dc_link.to_double()));

@@ -204,7 +204,7 @@ pub struct Instant {
     /// DC link in V, likewise.
     pub dc_link: f64,
     pub modes: Modes,
-    /// What each leg was told.
+    /// What each leg was told just before the trigger's nominal time.
     pub requested: [Gate; 3],
 }
 
@@ -233,7 +233,8 @@ impl Sampler {
     /// One sample; `at` is the trigger's nominal time after the start of its command.
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = self.sensors.settings;
-        let noise: [f64; 3] = std::array::from_fn(|_| if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 });
+        let noise: [f64; 3] =
+            std::array::from_fn(|_| if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 });
         let raw: [(f64, bool); 3] = std::array::from_fn(|k| {
             let visible = s.arrangement != Arrangement::LowSideShunts || there.modes[k].is_lower();
             let current = if visible { there.current[k] } else { 0.0 };
@@ -249,7 +250,11 @@ impl Sampler {
         let phase = |k: usize| match s.arrangement {
             Arrangement::TwoInLine if k == 2 => derived(2),
             Arrangement::LowSideShunts if there.requested[k] == Gate::High => {
-                if upper == 1 { derived(k) } else { (0.0, Sensed::Hidden) }
+                if upper == 1 {
+                    derived(k)
+                } else {
+                    (0.0, Sensed::Hidden)
+                }
             }
             _ => measured(k),
         };
@@ -298,7 +303,8 @@ mod tests {
 
     #[test]
     fn law_two_sensors_derive_the_third() {
-        let mut sampler = sampler(SensorSettings { arrangement: Arrangement::TwoInLine, ..SensorSettings::IDEAL });
+        let mut sampler =
+            sampler(SensorSettings { arrangement: Arrangement::TwoInLine, ..SensorSettings::IDEAL });
         let mut point = there(PULSE.1, PULSE.0);
         point.current = [1.5, -1.0, -0.5];
         let reading: Reading<f64> = sampler.read(Nanos(0), &point);
@@ -356,9 +362,8 @@ mod tests {
     #[test]
     fn law_jitter_fills_its_range_and_stays_within_the_command() {
         let mut sampler = sampler(SensorSettings { jitter: Nanos(1000), ..SensorSettings::IDEAL });
-        let mut instants: Vec<u64> = (0..5000)
-            .map(|_| sampler.instant(Nanos(80_000), Nanos(0), Nanos(100_000)).0)
-            .collect();
+        let mut instants: Vec<u64> =
+            (0..5000).map(|_| sampler.instant(Nanos(80_000), Nanos(0), Nanos(100_000)).0).collect();
         instants.sort_unstable();
         assert!(instants[0] < 79_010 && instants[0] >= 79_000);
         assert!(instants[4999] > 80_990 && instants[4999] <= 81_000);

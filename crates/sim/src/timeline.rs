@@ -59,6 +59,25 @@ impl LegPlan {
     }
 }
 
+impl LegPlan {
+    /// What the leg is told just before `at`, which lies after the start of the command.
+    fn told(&self, at: Nanos) -> Gate {
+        let before = at.saturating_sub(Nanos(1));
+        let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
+        match self.legs[stage] {
+            Leg::Off => Gate::Off,
+            Leg::Low => Gate::Low,
+            Leg::High => Gate::High,
+            Leg::Duty(duty) => {
+                let on = on_time(duty, self.carrier);
+                let idle = (self.carrier.0 - on.0) / 2;
+                let place = (before.0 - stage_start.0) % self.carrier.0;
+                if place >= idle && place < idle + on.0 { Gate::High } else { Gate::Low }
+            }
+        }
+    }
+}
+
 // A duty between 0 and 1 of a carrier period is a small non-negative number.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 fn on_time(duty: f64, carrier: Nanos) -> Nanos {
@@ -96,6 +115,11 @@ impl Timeline {
     /// When the next request comes; none after the last.
     pub fn next(&self) -> Option<Nanos> {
         self.plans.iter().filter_map(|plan| plan.peek().map(|(at, _)| at)).min()
+    }
+
+    /// What the legs are told just before `at`, for a time after the start of the command.
+    pub fn told(&self, at: Nanos) -> [Gate; 3] {
+        [0, 1, 2].map(|k| self.plans[k].told(at))
     }
 
     /// Takes the next request of leg `k` that is due at `now`.
@@ -142,8 +166,7 @@ mod tests {
     #[test]
     fn analytic_pwm_is_centred() {
         let legs = Abc::new(Leg::Duty(0.5), Leg::Duty(0.0), Leg::Duty(1.0));
-        let command =
-            Command::hold(Stage { legs, duration: Nanos::from_micros(200) }, Sampling::NONE);
+        let command = Command::hold(Stage { legs, duration: Nanos::from_micros(200) }, Sampling::NONE);
         assert_eq!(
             requests(&command, 0),
             [
@@ -155,6 +178,16 @@ mod tests {
                 (176_000, Gate::Low),
             ]
         );
+        let line = Timeline::new(&command, Nanos(1000), Nanos::from_micros(100));
+        for (at, expected) in [
+            (26_000, Gate::Low),
+            (26_001, Gate::High),
+            (76_000, Gate::High),
+            (76_001, Gate::Low),
+            (201_000, Gate::Low),
+        ] {
+            assert_eq!(line.told(Nanos(at))[0], expected, "{at}");
+        }
         assert!(requests(&command, 1).iter().all(|(_, gate)| *gate == Gate::Low));
         assert!(requests(&command, 2).iter().all(|(_, gate)| *gate == Gate::High));
     }

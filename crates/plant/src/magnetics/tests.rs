@@ -29,7 +29,8 @@ fn all_cores() -> Vec<(String, Core)> {
 fn fluxes(core: &Core) -> impl Iterator<Item = Dq<f64>> {
     let reach = 1.2 * core.flux_at(Dq::new(0.0, 0.0)).expect("open circuit").d.abs().max(0.4);
     (-5..=5).flat_map(move |d| {
-        (-5..=5).map(move |q| Dq::new(reach * (f64::from(d) + 0.13) / 5.2, reach * (f64::from(q) - 0.09) / 5.2))
+        (-5..=5)
+            .map(move |q| Dq::new(reach * (f64::from(d) + 0.13) / 5.2, reach * (f64::from(q) - 0.09) / 5.2))
     })
 }
 
@@ -38,9 +39,8 @@ fn law_current_is_the_gradient_of_the_energy() {
     for (name, core) in all_cores() {
         for flux in fluxes(&core) {
             let h = 1e-5;
-            let slope = |step: Dq<f64>| {
-                (core.energy(flux + step) - core.energy(flux - step)) / (2.0 * step.norm())
-            };
+            let slope =
+                |step: Dq<f64>| (core.energy(flux + step) - core.energy(flux - step)) / (2.0 * step.norm());
             let i = core.current(flux);
             let numeric = Dq::new(slope(Dq::new(h, 0.0)), slope(Dq::new(0.0, h)));
             assert!((i - numeric).norm() < 1e-5 * (1.0 + i.norm()), "{name} at {flux:?}: {i:?} {numeric:?}");

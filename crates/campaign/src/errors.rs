@@ -1,0 +1,135 @@
+//! The error sets: what a good drive and a poor one get wrong.
+
+use rand::RngExt;
+use standstill_interface::Nanos;
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_sim::{Adc, Arrangement, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
+
+/// How good drive and sensors are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ErrorSet {
+    /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
+    /// left is the method's own: saturation.
+    None,
+    /// A good industrial drive.
+    Default,
+    /// A poor one.
+    Harsh,
+}
+
+/// An inverter as a type: what its specimens are drawn from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DriveSettings {
+    /// Switches and diodes.
+    pub bridge: Bridge,
+    /// Dead time.
+    pub dead_time: Nanos,
+    /// Standard deviation in s of the legs' switching delays about their mean, which is three times as long.
+    pub delay_mismatch: f64,
+    /// DC link; the phase of its ripple is drawn.
+    pub link: DcLink,
+    /// Period of the PWM carrier.
+    pub carrier_period: Nanos,
+}
+
+impl DriveSettings {
+    /// Draws one specimen.
+    pub fn draw(&self, streams: Streams) -> Inverter {
+        let mut delays = streams.open(Purpose::GateDelay);
+        let mut ripple = streams.open(Purpose::Ripple);
+        let gates = std::array::from_fn(|_| {
+            let mut delay = || {
+                let normal: f64 = delays.sample(rand_distr::StandardNormal);
+                nanos(self.delay_mismatch * (3.0 + normal).max(0.0))
+            };
+            GateTiming { turn_off_delay: delay(), turn_on_delay: delay(), dead_time: self.dead_time }
+        });
+        let link = DcLink { ripple_phase: ripple.random_range(0.0..std::f64::consts::TAU), ..self.link };
+        Inverter { bridge: self.bridge, gates, link, carrier_period: self.carrier_period }
+    }
+}
+
+// Delays are non-negative and far below the range of u64.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn nanos(seconds: f64) -> Nanos {
+    Nanos((seconds * 1e9).round() as u64)
+}
+
+impl ErrorSet {
+    /// All sets.
+    pub const ALL: [Self; 3] = [Self::None, Self::Default, Self::Harsh];
+
+    /// As on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::None => "none",
+            Self::Default => "default",
+            Self::Harsh => "harsh",
+        }
+    }
+
+    /// The drive, on a DC link of this many volts.
+    pub fn drive(self, dc_link: f64) -> DriveSettings {
+        let ideal = DriveSettings {
+            bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Open },
+            dead_time: Nanos::ZERO,
+            delay_mismatch: 0.0,
+            link: DcLink::stiff(dc_link),
+            carrier_period: Nanos::from_micros(100),
+        };
+        let (delay_mismatch, ripple) = match self {
+            Self::None => return ideal,
+            Self::Default => (50e-9, 0.002),
+            Self::Harsh => (100e-9, 0.01),
+        };
+        DriveSettings {
+            bridge: Bridge {
+                devices: Devices {
+                    switch_drop: 0.9,
+                    switch_resistance: 50e-3,
+                    diode_drop: 1.0,
+                    diode_resistance: 30e-3,
+                },
+                open_leg: OpenLeg::Diodes,
+            },
+            dead_time: Nanos::from_micros(2),
+            delay_mismatch,
+            link: DcLink { ripple, ..ideal.link },
+            ..ideal
+        }
+    }
+
+    /// The sensors.
+    pub fn sensors(self) -> SensorSettings {
+        let default = SensorSettings {
+            arrangement: Arrangement::ThreeInLine,
+            gain_error: 0.005,
+            offset: 20e-3,
+            noise: 10e-3,
+            bandwidth: None,
+            adc: Some(Adc { bits: 12, low: -20.0, high: 20.0 }),
+            jitter: Nanos(100),
+            sample_delay: Nanos::ZERO,
+            dc_link: VoltageSensor {
+                gain_error: 0.001,
+                offset: 0.0,
+                noise: 0.0,
+                bandwidth: None,
+                adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 }),
+            },
+            resolver: Resolver { error: 0.2_f64.to_radians() },
+        };
+        match self {
+            Self::None => SensorSettings::IDEAL,
+            Self::Default => default,
+            Self::Harsh => SensorSettings {
+                gain_error: 0.01,
+                offset: 50e-3,
+                noise: 20e-3,
+                jitter: Nanos(1000),
+                resolver: Resolver { error: 0.5_f64.to_radians() },
+                ..default
+            },
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The paper's published tables: as printed, audited, and simulated.
+
+mod audit;
+mod simulate;
+
+pub use audit::{Finding, audit};
+pub use simulate::{SimulatedRow, simulate};
+
+/// One row of Table 1 as printed: line inductances and the angle the paper computed from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Table1Row {
+    /// L_AB, L_BC, L_CA in mH.
+    pub lines_mh: [f64; 3],
+    /// 2θ in degrees.
+    pub twice_deg: f64,
+}
+
+/// One row of Table 2 as printed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Table2Row {
+    /// The two candidates in degrees.
+    pub candidates_deg: [f64; 2],
+    /// i_d in A with the vector at each candidate.
+    pub current_a: [f64; 2],
+    /// The angle declared, in degrees.
+    pub identified_deg: f64,
+    /// The resolver's angle in degrees.
+    pub measured_deg: f64,
+    /// The error as printed, in degrees.
+    pub error_deg: f64,
+}
+
+/// Table 1.
+pub const TABLE_1: [Table1Row; 5] = [
+    Table1Row { lines_mh: [33.6, 27.6, 18.8], twice_deg: 83.8 },
+    Table1Row { lines_mh: [28.7, 31.3, 22.5], twice_deg: 120.4 },
+    Table1Row { lines_mh: [21.6, 30.2, 32.8], twice_deg: 170.6 },
+    Table1Row { lines_mh: [29.1, 32.2, 21.5], twice_deg: 242.3 },
+    Table1Row { lines_mh: [25.3, 34.0, 28.9], twice_deg: 306.4 },
+];
+
+/// Table 2.
+pub const TABLE_2: [Table2Row; 5] = [
+    Table2Row {
+        candidates_deg: [41.9, 221.9],
+        current_a: [8.17, 7.68],
+        identified_deg: 41.9,
+        measured_deg: 43.2,
+        error_deg: -1.3,
+    },
+    Table2Row {
+        candidates_deg: [60.2, 240.2],
+        current_a: [8.14, 8.49],
+        identified_deg: 240.2,
+        measured_deg: 241.6,
+        error_deg: -1.4,
+    },
+    Table2Row {
+        candidates_deg: [85.3, 265.3],
+        current_a: [8.21, 7.85],
+        identified_deg: 85.3,
+        measured_deg: 84.5,
+        error_deg: 0.8,
+    },
+    Table2Row {
+        candidates_deg: [121.7, 301.7],
+        current_a: [8.64, 8.28],
+        identified_deg: 301.7,
+        measured_deg: 300.5,
+        error_deg: 1.2,
+    },
+    Table2Row {
+        candidates_deg: [153.2, 333.2],
+        current_a: [8.33, 7.95],
+        identified_deg: 153.2,
+        measured_deg: 155.4,
+        error_deg: -1.1,
+    },
+];

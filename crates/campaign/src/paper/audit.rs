@@ -1,0 +1,254 @@
+//! Do the published tables agree with the paper's own equations? Each statement is computed from what is
+//! printed, and named where it does not hold.
+
+use serde::Serialize;
+use standstill_interface::Abc;
+use standstill_plant::rotor_angle_from_lines;
+
+use super::{TABLE_1, TABLE_2};
+
+/// One statement of the audit.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finding {
+    /// Where it stands in the paper.
+    pub place: String,
+    /// What is compared.
+    pub quantity: String,
+    /// As printed.
+    pub printed: String,
+    /// As recomputed from the printed data.
+    pub recomputed: String,
+    /// Whether the two agree, within the rounding of what is printed.
+    pub agrees: bool,
+    /// What the disagreement is.
+    pub note: String,
+}
+
+fn finding(
+    place: String,
+    quantity: &str,
+    printed: String,
+    recomputed: String,
+    note: Option<String>,
+) -> Finding {
+    Finding {
+        place,
+        quantity: quantity.to_owned(),
+        printed,
+        recomputed,
+        agrees: note.is_none(),
+        note: note.unwrap_or_default(),
+    }
+}
+
+/// 2θ in [0, 360)° from three line inductances, with the sign of interior magnets.
+fn twice_angle(lines: [f64; 3]) -> f64 {
+    2.0 * rotor_angle_from_lines(Abc(lines), -1.0).to_degrees()
+}
+
+/// Signed difference of two angles in (−180, 180]°.
+fn way(a: f64, b: f64) -> f64 {
+    let way = (a - b).rem_euclid(360.0);
+    if way > 180.0 { way - 360.0 } else { way }
+}
+
+/// Everything, table by table.
+pub fn audit() -> Vec<Finding> {
+    let mut findings = table_1();
+    findings.push(relabelling());
+    findings.extend(table_2());
+    findings.push(rating());
+    findings
+}
+
+fn table_1() -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let sums = TABLE_1.map(|row| row.lines_mh.iter().sum::<f64>());
+    let mean = sums.iter().sum::<f64>() / 5.0;
+    for (k, row) in TABLE_1.iter().enumerate() {
+        let place = format!("Table 1, row {}", k + 1);
+        let twice = twice_angle(row.lines_mh);
+        let difference = way(row.twice_deg, twice);
+        // A tenth of a millihenry of rounding in each inductance moves 2θ by up to 0.6°.
+        let note = (difference.abs() > 0.6).then(|| {
+            format!("equation (7) with L_B < 0 gives {twice:.1}°, {difference:+.1}° from the printed angle")
+        });
+        findings.push(finding(
+            place.clone(),
+            "2θ in degrees, equation (7)",
+            format!("{:.1}", row.twice_deg),
+            format!("{twice:.1}"),
+            note,
+        ));
+        let off = sums[k] - mean;
+        let note = (off.abs() > 0.01 * mean).then(|| {
+            format!(
+                "equation (5) makes the sum 9 L_A for every angle; this row is {:+.1} % off",
+                100.0 * off / mean
+            )
+        });
+        findings.push(finding(
+            place,
+            "L_AB + L_BC + L_CA in mH, equation (5)",
+            format!("{:.1}", sums[k]),
+            format!("{mean:.1} (mean of the rows)"),
+            note,
+        ));
+    }
+    findings
+}
+
+/// Is there any order of the columns, sign of the saliency and constant offset that explains the printed angles?
+fn relabelling() -> Finding {
+    let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+    let mut best = (f64::INFINITY, String::new());
+    for order in orders {
+        for sign in [-1.0, 1.0] {
+            for direction in [1.0, -1.0] {
+                let errors = TABLE_1.map(|row| {
+                    let lines = Abc(order.map(|column| row.lines_mh[column]));
+                    let twice = 2.0 * rotor_angle_from_lines(lines, sign).to_degrees();
+                    way(row.twice_deg, direction * twice)
+                });
+                // The offset that serves best, to a tenth of a degree.
+                for tenth in 0..3600 {
+                    let offset = f64::from(tenth) / 10.0;
+                    let worst = errors.iter().map(|e| way(*e, offset).abs()).fold(0.0, f64::max);
+                    if worst < best.0 {
+                        let names = order.map(|column| ["L_AB", "L_BC", "L_CA"][column]).join(", ");
+                        best = (worst, format!("columns read as {names}, offset {offset:.1}°"));
+                    }
+                }
+            }
+        }
+    }
+    let note = (best.0 > 0.6).then(|| {
+        format!("no order of the columns, sign or constant offset explains the five angles; the best still misses one by {:.1}°", best.0)
+    });
+    finding(
+        "Table 1".to_owned(),
+        "2θ by any relabelling of the columns",
+        "five angles".to_owned(),
+        format!("{}: within {:.1}°", best.1, best.0),
+        note,
+    )
+}
+
+fn table_2() -> Vec<Finding> {
+    let mut findings = Vec::new();
+    for (k, row) in TABLE_2.iter().enumerate() {
+        let place = format!("Table 2, row {}", k + 1);
+        let half = TABLE_1[k].twice_deg / 2.0;
+        let off = row.candidates_deg[0] - half;
+        findings.push(finding(
+            place.clone(),
+            "first candidate: half of Table 1's 2θ, in degrees",
+            format!("{:.1}", row.candidates_deg[0]),
+            format!("{half:.2}"),
+            (off.abs() > 0.101).then(|| format!("{off:+.2}° from half the printed 2θ")),
+        ));
+        let larger = usize::from(row.current_a[0] <= row.current_a[1]);
+        let by_current = row.candidates_deg[larger];
+        let note = (way(by_current, row.identified_deg).abs() > 0.05).then(|| {
+            format!(
+                "the larger i_d, {:.2} A, is at {by_current:.1}°, but {:.1}° is declared",
+                row.current_a[larger], row.identified_deg
+            )
+        });
+        findings.push(finding(
+            place.clone(),
+            "angle by the larger i_d, in degrees",
+            format!("{:.1}", row.identified_deg),
+            format!("{by_current:.1}"),
+            note,
+        ));
+        let error = way(row.identified_deg, row.measured_deg);
+        findings.push(finding(
+            place.clone(),
+            "error: declared minus measured, in degrees",
+            format!("{:+.1}", row.error_deg),
+            format!("{error:+.1}"),
+            ((error - row.error_deg).abs() > 0.051)
+                .then(|| "the printed error is not the difference".to_owned()),
+        ));
+        findings.push(finding(
+            place.clone(),
+            "error within ±2°",
+            "yes".to_owned(),
+            format!("{error:+.1}°"),
+            (error.abs() > 2.0).then(|| "outside the ±2° that the paper states".to_owned()),
+        ));
+        let difference = (row.current_a[0] - row.current_a[1]).abs();
+        findings.push(finding(
+            place,
+            "difference of the two i_d, in A",
+            "0.3 or more".to_owned(),
+            format!("{difference:.2}"),
+            (difference < 0.3).then(|| "less than the paper states".to_owned()),
+        ));
+    }
+    let rms = |errors: [f64; 5]| (errors.iter().map(|e| e * e).sum::<f64>() / 5.0).sqrt();
+    let printed = rms(TABLE_2.map(|row| row.error_deg));
+    let recomputed = rms(TABLE_2.map(|row| way(row.identified_deg, row.measured_deg)));
+    findings.push(finding(
+        "Table 2".to_owned(),
+        "rms of the five errors in degrees",
+        format!("{printed:.2}"),
+        format!("{recomputed:.2}"),
+        ((printed - recomputed).abs() > 0.005).then(|| "row 5 makes the difference".to_owned()),
+    ));
+    findings
+}
+
+/// 5.5 kW at 8 A: the most a 550 V link gives at 8 A is a line voltage of 550/√2 V rms.
+fn rating() -> Finding {
+    let apparent = 3.0_f64.sqrt() * 550.0 / 2.0_f64.sqrt() * 8.0 / 1000.0;
+    let note = (apparent < 5.5)
+        .then(|| "the rating exceeds the apparent power, whatever the power factor".to_owned());
+    finding(
+        "Section 2".to_owned(),
+        "5.5 kW at 8 A rms from 550 V, in kVA",
+        "5.5".to_owned(),
+        format!("{apparent:.2}"),
+        note,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn disagreements(place: &str) -> Vec<String> {
+        audit().into_iter().filter(|f| f.place == place && !f.agrees).map(|f| f.quantity).collect()
+    }
+
+    #[test]
+    fn analytic_only_row_1_of_table_1_follows_from_equation_7() {
+        let twice: Vec<f64> = TABLE_1.iter().map(|row| twice_angle(row.lines_mh)).collect();
+        for (got, expected) in twice.iter().zip([83.8, 43.3, 287.2, 43.6, 335.7]) {
+            assert!((got - expected).abs() < 0.06, "{twice:?}");
+        }
+        let angle = "2θ in degrees, equation (7)".to_owned();
+        assert!(!disagreements("Table 1, row 1").contains(&angle));
+        for row in 2..=5 {
+            assert!(disagreements(&format!("Table 1, row {row}")).contains(&angle));
+        }
+        assert_eq!(disagreements("Table 1").len(), 1, "no relabelling explains the table");
+    }
+
+    #[test]
+    fn analytic_table_2_disagrees_in_rows_4_and_5() {
+        for row in 1..=3 {
+            assert!(disagreements(&format!("Table 2, row {row}")).is_empty());
+        }
+        assert_eq!(
+            disagreements("Table 2, row 4"),
+            ["first candidate: half of Table 1's 2θ, in degrees", "angle by the larger i_d, in degrees"]
+        );
+        assert_eq!(
+            disagreements("Table 2, row 5"),
+            ["error: declared minus measured, in degrees", "error within ±2°"]
+        );
+        assert_eq!(disagreements("Section 2").len(), 1);
+    }
+}

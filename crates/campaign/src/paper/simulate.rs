@@ -1,0 +1,59 @@
+//! Tables 1 and 2 simulated at the five resolver angles.
+
+use standstill_detect::{LineInductance, SettingsError};
+use standstill_interface::{Abc, Findings, Outcome};
+use standstill_sim::{Ended, NoProbe, run};
+
+use super::TABLE_2;
+use crate::{Record, Scenario, Specimen};
+
+/// One row of both tables, simulated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SimulatedRow {
+    /// The rotor's angle in degrees at the start: the resolver's in the paper.
+    pub angle_deg: f64,
+    /// L_AB, L_BC, L_CA in H by equation (4).
+    pub ideal_lines: Abc<f64>,
+    /// What the detector measured.
+    pub findings: Findings<f64>,
+    /// The run.
+    pub record: Record,
+    /// What the simulated resolver reads, in degrees.
+    pub resolver_deg: f64,
+}
+
+impl SimulatedRow {
+    /// The axis in degrees, [0, 180), by equation (7), if it was found.
+    pub fn axis_deg(&self) -> Option<f64> {
+        match self.record.run.ended {
+            Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
+                Some(angle.degrees().rem_euclid(180.0))
+            }
+            _ => None,
+        }
+    }
+}
+
+/// The five rows, measured by one drive: the same specimen of inverter and sensors throughout, as on the
+/// authors' bench, with fresh noise in each row.
+pub fn simulate(scenario: &Scenario) -> Result<[SimulatedRow; 5], SettingsError> {
+    let detector = LineInductance::new(scenario.detector)?;
+    let mut row = 0;
+    Ok(TABLE_2.map(|published| {
+        let angle_deg = published.measured_deg;
+        let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: row });
+        let record = Record { trial: row, run: run(&case, &mut detector.clone(), false, &mut NoProbe) };
+        row += 1;
+        let findings = match record.run.ended {
+            Ended::Outcome(outcome) => *outcome.findings(),
+            Ended::Error(_) => Findings::default(),
+        };
+        SimulatedRow {
+            angle_deg,
+            ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
+            findings,
+            record,
+            resolver_deg: record.run.resolver_angle.to_degrees().rem_euclid(360.0),
+        }
+    }))
+}

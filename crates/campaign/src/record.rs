@@ -1,0 +1,101 @@
+//! What is kept of a trial.
+
+use standstill_interface::{Angle, Outcome};
+use standstill_sim::{Ended, Run};
+
+/// One trial.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Record {
+    /// Its number.
+    pub trial: u64,
+    /// What happened.
+    pub run: Run<f64>,
+}
+
+/// How a trial ended, in a word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Verdict {
+    /// An angle with its pole.
+    Found,
+    /// An axis without a pole.
+    Undetermined,
+    /// The detector gave up, with a reason.
+    Failed,
+    /// The simulation could not go on.
+    Error,
+}
+
+impl Verdict {
+    /// As in `trials.csv`.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Found => "found",
+            Self::Undetermined => "undetermined",
+            Self::Failed => "failed",
+            Self::Error => "error",
+        }
+    }
+}
+
+impl Record {
+    /// How it ended.
+    pub fn verdict(&self) -> Verdict {
+        match self.run.ended {
+            Ended::Outcome(Outcome::Found { .. }) => Verdict::Found,
+            Ended::Outcome(Outcome::Axis { .. }) => Verdict::Undetermined,
+            Ended::Outcome(Outcome::Failed { .. }) => Verdict::Failed,
+            Ended::Error(_) => Verdict::Error,
+        }
+    }
+
+    /// Why there is no angle; empty if there is one.
+    pub fn reason(&self) -> String {
+        match self.run.ended {
+            Ended::Outcome(Outcome::Found { .. }) => String::new(),
+            Ended::Outcome(Outcome::Axis { reason, .. }) => reason.to_string(),
+            Ended::Outcome(Outcome::Failed { fault, .. }) => fault.to_string(),
+            Ended::Error(error) => error.to_string(),
+        }
+    }
+
+    /// Where the north pole is when the detection ends, in [0, 360)°. A rotor that moved is where it is now:
+    /// that is where the drive must start it.
+    pub fn true_angle_deg(&self) -> f64 {
+        Angle::from_radians(self.run.end_angle).degrees()
+    }
+
+    /// Where it was at the beginning, in [0, 360)°.
+    pub fn start_angle_deg(&self) -> f64 {
+        Angle::from_radians(self.run.start_angle).degrees()
+    }
+
+    /// What was found, in [0, 360)°.
+    pub fn estimated_angle_deg(&self) -> Option<f64> {
+        self.run.found().map(f64::to_degrees)
+    }
+
+    /// Found minus true, in (−180, 180]°.
+    pub fn error_deg(&self) -> Option<f64> {
+        let found = Angle::from_radians(self.run.found()?);
+        Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
+    }
+
+    /// The error of the axis alone, in (−90, 90]°: a wrong pole counts by itself.
+    pub fn axis_error_deg(&self) -> Option<f64> {
+        self.error_deg().map(|error| match error {
+            error if error > 90.0 => error - 180.0,
+            error if error <= -90.0 => error + 180.0,
+            error => error,
+        })
+    }
+
+    /// Whether the pole is the right one; none if none was named.
+    pub fn pole_correct(&self) -> Option<bool> {
+        self.error_deg().map(|error| error.abs() <= 90.0)
+    }
+
+    /// Furthest the rotor was from its start, in electrical degrees.
+    pub fn rotor_moved_deg(&self) -> f64 {
+        self.run.moved.to_degrees()
+    }
+}

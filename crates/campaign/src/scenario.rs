@@ -1,0 +1,98 @@
+//! A scenario: everything that the trials of a campaign have in common.
+
+use std::f64::consts::TAU;
+
+use rand::RngExt;
+use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SettingsError};
+use standstill_interface::Detector;
+use standstill_plant::Motor;
+use standstill_sim::{Case, NoProbe, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+
+use crate::{DriveSettings, ErrorSet, Record};
+
+/// One motor, one kind of drive, one method.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scenario {
+    /// The motor.
+    pub motor: Motor,
+    /// Whether it can move.
+    pub rotor: RotorState,
+    /// The drive.
+    pub drive: DriveSettings,
+    /// Its sensors.
+    pub sensors: SensorSettings,
+    /// The method.
+    pub detector: LineInductanceSettings<f64>,
+    /// Numerical tolerance.
+    pub tolerance: Tolerance,
+    /// Key of all random numbers.
+    pub seed: u64,
+}
+
+/// Which random numbers a case takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Specimen {
+    /// Trial whose drive and sensors are taken: gains, offsets, delays.
+    pub drive: u64,
+    /// Trial whose noise and jitter are taken.
+    pub noise: u64,
+}
+
+impl Scenario {
+    /// The paper's method on this motor, a link of 550 V and one of the error sets.
+    pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
+        let drive = errors.drive(550.0);
+        let detector = LineInductanceSettings::paper(
+            decay,
+            motor.rated_current,
+            motor.resistance,
+            drive.dead_time,
+            drive.carrier_period,
+        );
+        Self {
+            motor,
+            rotor,
+            drive,
+            sensors: errors.sensors(),
+            detector,
+            tolerance: Tolerance::default(),
+            seed,
+        }
+    }
+
+    /// Whether the detector's settings can work.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        LineInductance::new(self.detector).map(|_| ())
+    }
+
+    /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
+    pub fn case(&self, trial: u64) -> Case<'_> {
+        let angle = Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU);
+        self.case_at(angle, Specimen { drive: trial, noise: trial })
+    }
+
+    /// The case at a given electrical angle in rad.
+    pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
+        let drive = Streams::new(self.seed, specimen.drive);
+        Case {
+            motor: &self.motor,
+            inverter: self.drive.draw(drive),
+            sensors: Sensors::draw(self.sensors, drive),
+            start_angle: angle,
+            rotor: self.rotor,
+            streams: Streams::new(self.seed, specimen.noise),
+            tolerance: self.tolerance,
+            time_limit: Case::TIME_LIMIT,
+        }
+    }
+
+    /// A trial with the scenario's own detector.
+    pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
+        Ok(self.trial_with(trial, &mut LineInductance::new(self.detector)?))
+    }
+
+    /// A trial with any detector.
+    pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
+        Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
+    }
+}

@@ -1,0 +1,75 @@
+//! What the tests share: motors, ideal drives, and a detector that plays a script.
+
+use standstill_campaign::{ErrorSet, Scenario};
+use standstill_detect::Decay;
+use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Step};
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_plant::{Core, Linear, Motor, Winding, built_in};
+use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
+
+/// Plays commands one after the other and keeps all readings.
+pub struct Script {
+    commands: Vec<Command<f64>>,
+    next: usize,
+    pub readings: Vec<Reading<f64>>,
+}
+
+impl Script {
+    pub fn new(commands: Vec<Command<f64>>) -> Self {
+        Self { commands, next: 0, readings: Vec::new() }
+    }
+}
+
+impl Detector<f64> for Script {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        self.readings.extend_from_slice(readings);
+        self.next += 1;
+        match self.commands.get(self.next - 1) {
+            Some(command) => Step::Drive(*command),
+            // A script finds nothing; any end will do.
+            None => Step::Done(Outcome::Failed {
+                fault: Fault::UnexpectedReadings,
+                findings: Findings::default(),
+            }),
+        }
+    }
+}
+
+pub fn paper_motor() -> Motor {
+    built_in("paper-5k5").expect("built in")
+}
+
+/// The motor of the circuit-simulator reference: linear, L_A 9.2 mH, L_B −2.1 mH, R 1 Ω.
+pub fn reference_motor() -> Motor {
+    let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
+    Motor { resistance: 1.0, winding, core, ..paper_motor() }
+}
+
+/// Ideal switches and no dead time on a stiff link of 550 V; an idle leg with or without diodes.
+pub fn ideal_inverter(open_leg: OpenLeg) -> Inverter {
+    Inverter {
+        bridge: Bridge { devices: Devices::default(), open_leg },
+        gates: [GateTiming::default(); 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos::from_micros(100),
+    }
+}
+
+/// A case with exact sensors and a locked rotor.
+pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_> {
+    Case {
+        motor,
+        inverter,
+        sensors: Sensors::nominal(SensorSettings::IDEAL),
+        start_angle: angle_deg.to_radians(),
+        rotor: RotorState::Locked,
+        streams: Streams::new(1, 0),
+        tolerance: Tolerance::default(),
+        time_limit: Case::TIME_LIMIT,
+    }
+}
+
+pub fn scenario(errors: ErrorSet, decay: Decay, rotor: RotorState) -> Scenario {
+    Scenario::paper(paper_motor(), errors, decay, rotor, 1)
+}

@@ -1,0 +1,172 @@
+//! The detector fails with a reason instead of guessing.
+
+use standstill_campaign::{ErrorSet, Scenario};
+use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
+use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Real, Step, Undetermined};
+use standstill_plant::built_in;
+use standstill_sim::{Arrangement, Ended, NoProbe, RotorState, RunError, run};
+
+use crate::bench::scenario;
+
+fn outcome(change: impl FnOnce(&mut Scenario)) -> Outcome<f64> {
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    change(&mut scenario);
+    match scenario.trial(0).expect("settings").run.ended {
+        Ended::Outcome(outcome) => outcome,
+        Ended::Error(error) => panic!("{error}"),
+    }
+}
+
+fn fault(change: impl FnOnce(&mut Scenario)) -> Fault<f64> {
+    match outcome(change) {
+        Outcome::Failed { fault, .. } => fault,
+        other => panic!("must fail: {other:?}"),
+    }
+}
+
+#[test]
+fn law_a_clipped_converter_is_named() {
+    let fault = fault(|s| {
+        s.sensors.adc = s.sensors.adc.map(|adc| standstill_sim::Adc { low: -1.0, high: 1.0, ..adc });
+    });
+    assert!(matches!(fault, Fault::Clipped(_)), "{fault:?}");
+}
+
+#[test]
+fn law_a_dead_link_raises_no_current() {
+    let fault = fault(|s| s.drive.link.voltage = 20.0);
+    assert!(matches!(fault, Fault::NoCurrent { .. }), "{fault:?}");
+}
+
+#[test]
+fn law_a_motor_without_saliency_has_no_axis() {
+    let fault = fault(|s| {
+        s.motor.winding.saliency = -0.05e-3;
+        s.motor = s.motor.linearised();
+    });
+    assert!(matches!(fault, Fault::NoSaliency { ratio, .. } if ratio < 0.05), "{fault:?}");
+}
+
+#[test]
+fn law_a_core_without_saturation_has_no_pole() {
+    let outcome = outcome(|s| {
+        s.motor = s.motor.linearised();
+        s.sensors.offset = 0.0;
+    });
+    let Outcome::Axis { reason: Undetermined::MarginBelowNoise { margin, needed }, .. } = outcome else {
+        panic!("must not name a pole: {outcome:?}")
+    };
+    assert!(margin < needed);
+}
+
+#[test]
+fn law_a_current_that_does_not_decay_is_named() {
+    let fault = fault(|s| {
+        s.sensors.offset = 1.0;
+        s.sensors.gain_error = 0.0;
+    });
+    assert!(matches!(fault, Fault::CurrentPersists(_)), "{fault:?}");
+}
+
+#[test]
+fn law_two_sensors_and_shunts_suffice() {
+    for arrangement in [Arrangement::TwoInLine, Arrangement::LowSideShunts] {
+        for decay in [Decay::Slow, Decay::Fast] {
+            let mut scenario = scenario(ErrorSet::Default, decay, RotorState::Locked);
+            scenario.sensors.arrangement = arrangement;
+            scenario.detector.sample_lead = Nanos(500);
+            for trial in 0..20 {
+                let record = scenario.trial(trial).expect("settings");
+                let error = record.error_deg().unwrap_or(180.0);
+                assert!(error.abs() < 6.0, "{arrangement:?} {decay:?} {trial}: {error}° {}", record.reason());
+            }
+        }
+    }
+}
+
+#[test]
+fn law_shunts_sampled_at_the_edge_fail_with_a_reason_and_not_with_an_angle() {
+    // A late sample comes when the lower switch is off already: the current has left the shunt.
+    let mut scenario = scenario(ErrorSet::Harsh, Decay::Fast, RotorState::Locked);
+    scenario.sensors.arrangement = Arrangement::LowSideShunts;
+    let records: Vec<_> = (0..20).map(|trial| scenario.trial(trial).expect("settings")).collect();
+    assert!(records.iter().any(|record| record.reason().contains("no current")));
+    scenario.detector.sample_lead = Nanos(1500);
+    assert!((0..20).all(|trial| scenario.trial(trial).expect("settings").pole_correct() == Some(true)));
+}
+
+#[test]
+fn law_an_early_second_sample_is_accounted_for() {
+    for decay in [Decay::Slow, Decay::Fast] {
+        let mut scenario = scenario(ErrorSet::None, decay, RotorState::Locked);
+        scenario.motor = scenario.motor.linearised();
+        scenario.detector.polarity.least_margin = 0.0;
+        scenario.detector.sample_lead = Nanos(5000);
+        for trial in 0..20 {
+            let error = scenario.trial(trial).expect("settings").axis_error_deg().expect("found");
+            assert!(error.abs() < 0.01, "{decay:?}: {error}°");
+        }
+    }
+}
+
+#[test]
+fn law_the_hoist_is_detected_too() {
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Free);
+    scenario.motor = built_in("gearless-hoist").expect("built in");
+    for trial in 0..50 {
+        let record = scenario.trial(trial).expect("settings");
+        assert!(record.error_deg().is_some_and(|e| e.abs() < 4.0), "{trial}: {:?}", record.run.ended);
+        assert!(record.rotor_moved_deg() < 0.05);
+    }
+}
+
+#[test]
+fn law_single_precision_gives_the_same_angle() {
+    let scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
+    let single = LineInductanceSettings::paper(
+        Decay::Fast,
+        8.0_f32,
+        1.2,
+        scenario.drive.dead_time,
+        scenario.drive.carrier_period,
+    );
+    for trial in 0..20 {
+        let case = scenario.case(trial);
+        let double = scenario.trial(trial).expect("settings").run.found().expect("found");
+        let mut detector = LineInductance::new(single).expect("settings");
+        let single = run(&case, &mut detector, false, &mut NoProbe).found().expect("found");
+        let difference = (single.to_double() - double).to_degrees();
+        assert!(difference.abs() < 0.01, "trial {trial}: {difference}°");
+    }
+}
+
+/// Asks for a sample after the end of its command.
+struct Wrong;
+
+impl Detector<f64> for Wrong {
+    fn step(&mut self, _: &[standstill_interface::Reading<f64>]) -> Step<f64> {
+        Step::Drive(Command::hold(
+            standstill_interface::Stage::off(Nanos(10)),
+            standstill_interface::Sampling::once(Nanos(11)),
+        ))
+    }
+}
+
+/// Never done.
+struct Endless;
+
+impl Detector<f64> for Endless {
+    fn step(&mut self, _: &[standstill_interface::Reading<f64>]) -> Step<f64> {
+        let stage = standstill_interface::Stage::off(Nanos::from_micros(100_000));
+        Step::Drive(Command::hold(stage, standstill_interface::Sampling::NONE))
+    }
+}
+
+#[test]
+fn regress_a_detector_that_misbehaves_is_a_record() {
+    let scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    assert_eq!(scenario.trial_with(0, &mut Wrong).run.ended, Ended::Error(RunError::BadCommand));
+    let endless = scenario.trial_with(0, &mut Endless);
+    assert!(matches!(endless.run.ended, Ended::Error(RunError::TimeLimit(_))));
+    assert_eq!(endless.error_deg(), None);
+}
