@@ -1,1 +1,79 @@
-fn main() {}
+//! What a right-hand side, a detection and a block of trials cost: `cargo bench`, or `cargo bench -- --quick`.
+
+use std::hint::black_box;
+use std::sync::atomic::AtomicBool;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
+use standstill_detect::Decay;
+use standstill_interface::AlphaBeta;
+use standstill_inverter::{Conduction, Gate};
+use standstill_plant::{Motor, built_in};
+use standstill_sim::{CORE, Flow, Motion, RotorState};
+
+fn motor() -> Motor {
+    built_in("paper-5k5").unwrap_or_else(|| unreachable!("a built-in motor"))
+}
+
+fn scenario(decay: Decay, rotor: RotorState) -> Scenario {
+    Scenario::paper(motor(), ErrorSet::Default, decay, rotor, 1)
+}
+
+fn right_hand_side(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("right-hand side");
+    group.throughput(Throughput::Elements(1));
+    let drive = ErrorSet::Default.drive(550.0);
+    let saturated = motor();
+    for (name, motor) in [("saturated", saturated.clone()), ("linear", saturated.linearised())] {
+        for (state, motion) in [("locked", Motion::Held), ("moving", Motion::Forward)] {
+            let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, motion);
+            flow.settle(0.75);
+            flow.gates = [Gate::High, Gate::Low, Gate::Off];
+            flow.modes = [Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked];
+            let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
+            let y: [f64; CORE] = [alpha + 0.01, beta, 0.75, 1.0, 550.0];
+            group.bench_function(format!("{name}, {state}"), |bencher| {
+                bencher.iter(|| flow.derivative(black_box(1e-3), black_box(&y)));
+            });
+        }
+    }
+    group.finish();
+}
+
+fn one_detection(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("one detection");
+    group.throughput(Throughput::Elements(1));
+    for (name, decay, rotor) in [
+        ("slow decay, locked", Decay::Slow, RotorState::Locked),
+        ("fast decay, locked", Decay::Fast, RotorState::Locked),
+        ("fast decay, free", Decay::Fast, RotorState::Free),
+    ] {
+        let scenario = scenario(decay, rotor);
+        let mut trial = 0;
+        group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                trial += 1;
+                scenario.trial(black_box(trial))
+            });
+        });
+    }
+    group.finish();
+}
+
+fn block_of_trials(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("block of trials");
+    let trials = 512;
+    group.throughput(Throughput::Elements(trials));
+    group.sample_size(10);
+    let scenario = scenario(Decay::Fast, RotorState::Locked);
+    for threads in [1, 2] {
+        let campaign = Campaign { scenario: &scenario, trials, threads: Some(threads) };
+        group.bench_function(format!("{threads} threads"), |bencher| {
+            bencher.iter(|| campaign.run(&AtomicBool::new(false), |_| Ok::<(), CampaignError>(())));
+        });
+    }
+    group.finish();
+}
+
+criterion_group!(benches, right_hand_side, one_detection, block_of_trials);
+criterion_main!(benches);

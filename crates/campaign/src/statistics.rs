@@ -75,6 +75,10 @@ pub struct Summary {
     pub wrong_poles: u64,
     /// Their probability among all trials.
     pub wrong_pole_probability: Estimate,
+    /// Probability of an axis without pole.
+    pub undetermined_probability: Estimate,
+    /// Probability of no angle.
+    pub failed_probability: Estimate,
     /// Furthest that any rotor moved, in electrical degrees.
     pub max_moved_deg: f64,
     /// Mean duration of a detection in s.
@@ -141,6 +145,8 @@ impl Statistics {
             beyond_2_deg: binomial_interval(self.beyond_limit, found),
             wrong_poles: self.wrong_poles,
             wrong_pole_probability: binomial_interval(self.wrong_poles, self.trials),
+            undetermined_probability: binomial_interval(self.undetermined, self.trials),
+            failed_probability: binomial_interval(self.failed, self.trials),
             max_moved_deg: self.moved,
             mean_duration_s: self.duration / self.trials as f64,
             peak_current_a: self.peak_current,

@@ -1,1 +1,52 @@
-fn main() {}
+//! `standstill`: a test bench for initial rotor position detection of permanent-magnet synchronous motors.
+
+mod arguments;
+mod columns;
+mod commands;
+mod error;
+mod figures;
+mod interrupt;
+mod log;
+mod output;
+mod progress;
+mod text;
+
+use std::io::Write;
+use std::process::ExitCode;
+
+use clap::Parser;
+use clap::error::ErrorKind;
+
+use arguments::{Arguments, Command};
+use error::Error;
+
+/// What a command leaves to say, and the code it ends with.
+struct Report {
+    text: String,
+    code: u8,
+}
+
+fn main() -> ExitCode {
+    let report = arguments().and_then(|arguments| match arguments.command {
+        Command::Reproduce(options) => commands::reproduce::run(&options),
+        Command::Trace(options) => commands::trace::run(&options),
+        Command::Motors(options) => commands::motors::run(&options),
+    });
+    let report = report.unwrap_or_else(|error| {
+        eprintln!("standstill: {error}");
+        Report { text: String::new(), code: 2 }
+    });
+    // Whoever reads the output may stop reading (`| head`); that is no error.
+    let _ = std::io::stdout().write_all(report.text.as_bytes());
+    ExitCode::from(report.code)
+}
+
+/// The command line; mistakes in one line.
+fn arguments() -> Result<Arguments, Error> {
+    Arguments::try_parse().map_err(|error| match error.kind() {
+        ErrorKind::DisplayHelp
+        | ErrorKind::DisplayVersion
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
+        _ => Error::Arguments(text::one_line(&error.render().to_string())),
+    })
+}

@@ -52,14 +52,22 @@ impl Ledger {
     }
 }
 
-/// Everything that stays constant between two instants.
+/// The right-hand side, with everything that stays constant between two instants.
+///
+/// A state is an array of [`CORE`] numbers, or of [`WITH_LEDGER`] if the energies are wanted.
 #[derive(Clone, Debug)]
 pub struct Flow<'a> {
+    /// The motor.
     pub motor: &'a Motor,
+    /// Switches and diodes.
     pub bridge: &'a Bridge,
+    /// The DC side.
     pub link: &'a DcLink,
+    /// Which switches are on.
     pub gates: [Gate; 3],
+    /// Which devices conduct.
     pub modes: Modes,
+    /// Whether the rotor moves.
     pub motion: Motion,
     // Sine and cosine of a rotor that does not move; computing them anew each time would cost a third.
     still: (f64, f64),
@@ -68,12 +76,16 @@ pub struct Flow<'a> {
 /// The machine at one state.
 #[derive(Clone, Copy, Debug)]
 pub struct Operating {
+    /// The motor as the bridge sees it.
     pub port: Port,
+    /// Current in A in the stator's plane.
     pub current: AlphaBeta<f64>,
+    /// Electromagnetic torque in N·m.
     pub torque: f64,
 }
 
 impl<'a> Flow<'a> {
+    /// With all gates off and nothing conducting.
     pub fn new(motor: &'a Motor, bridge: &'a Bridge, link: &'a DcLink, motion: Motion) -> Self {
         Self {
             motor,
@@ -114,7 +126,7 @@ impl<'a> Flow<'a> {
         }
     }
 
-    /// The right-hand side.
+    /// The derivative of the state. `t` in s.
     #[inline]
     pub fn derivative<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; N] {
         let Operating { port, current, torque } = self.operating(t, y);

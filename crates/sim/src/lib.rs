@@ -20,7 +20,8 @@ mod timeline;
 mod trace;
 
 pub use case::{Case, Ended, RotorState, Run, RunError, Tolerance, Work};
-pub use flow::Ledger;
+pub use flow::{CORE, Flow, Ledger, Operating, WITH_LEDGER};
+pub use motion::Motion;
 pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
 pub use streams::{Purpose, Streams};

@@ -2,8 +2,8 @@
 //! printed, and named where it does not hold.
 
 use serde::Serialize;
-use standstill_interface::Abc;
-use standstill_plant::rotor_angle_from_lines;
+use standstill_interface::{Abc, Phase};
+use standstill_plant::{Winding, rotor_angle_from_lines};
 
 use super::{TABLE_1, TABLE_2};
 
@@ -54,7 +54,8 @@ fn way(a: f64, b: f64) -> f64 {
 
 /// Everything, table by table.
 pub fn audit() -> Vec<Finding> {
-    let mut findings = table_1();
+    let mut findings = equations();
+    findings.extend(table_1());
     findings.push(relabelling());
     findings.extend(table_2());
     findings.push(rating());
@@ -98,40 +99,96 @@ fn table_1() -> Vec<Finding> {
     findings
 }
 
-/// Is there any order of the columns, sign of the saliency and constant offset that explains the printed angles?
+/// Is there any order of the rows and of the columns, sign of the saliency, direction and constant offset that
+/// explains the printed angles?
 fn relabelling() -> Finding {
-    let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let mut best = (f64::INFINITY, String::new());
-    for order in orders {
+    for columns in orders(3) {
         for sign in [-1.0, 1.0] {
+            let twice = TABLE_1.map(|row| {
+                let lines = Abc([0, 1, 2].map(|k| row.lines_mh[columns[k]]));
+                2.0 * rotor_angle_from_lines(lines, sign).to_degrees()
+            });
             for direction in [1.0, -1.0] {
-                let errors = TABLE_1.map(|row| {
-                    let lines = Abc(order.map(|column| row.lines_mh[column]));
-                    let twice = 2.0 * rotor_angle_from_lines(lines, sign).to_degrees();
-                    way(row.twice_deg, direction * twice)
-                });
-                // The offset that serves best, to a tenth of a degree.
-                for tenth in 0..3600 {
-                    let offset = f64::from(tenth) / 10.0;
-                    let worst = errors.iter().map(|e| way(*e, offset).abs()).fold(0.0, f64::max);
+                for rows in orders(5) {
+                    let errors: Vec<f64> = (0..5)
+                        .map(|k| (TABLE_1[k].twice_deg - direction * twice[rows[k]]).rem_euclid(360.0))
+                        .collect();
+                    let worst = half_arc(errors);
                     if worst < best.0 {
-                        let names = order.map(|column| ["L_AB", "L_BC", "L_CA"][column]).join(", ");
-                        best = (worst, format!("columns read as {names}, offset {offset:.1}°"));
+                        let names: Vec<&str> = columns.iter().map(|k| ["L_AB", "L_BC", "L_CA"][*k]).collect();
+                        let rows: Vec<String> = rows.iter().map(|row| (row + 1).to_string()).collect();
+                        best = (worst, format!("columns {}, rows {}", names.join(" "), rows.join(" ")));
                     }
                 }
             }
         }
     }
     let note = (best.0 > 0.6).then(|| {
-        format!("no order of the columns, sign or constant offset explains the five angles; the best still misses one by {:.1}°", best.0)
+        "no order of rows and columns, sign, direction and constant offset explains the five angles"
+            .to_owned()
     });
     finding(
         "Table 1".to_owned(),
-        "2θ by any relabelling of the columns",
+        "2θ by any relabelling of rows and columns",
         "five angles".to_owned(),
-        format!("{}: within {:.1}°", best.1, best.0),
+        format!("best: {}, still {:.1}° off", best.1, best.0),
         note,
     )
+}
+
+/// All orders of `n` things.
+fn orders(n: usize) -> Vec<Vec<usize>> {
+    if n == 0 {
+        return vec![Vec::new()];
+    }
+    let mut all = Vec::new();
+    for shorter in orders(n - 1) {
+        for place in 0..n {
+            let mut order = shorter.clone();
+            order.insert(place, n - 1);
+            all.push(order);
+        }
+    }
+    all
+}
+
+/// Half of the shortest arc that holds all angles in [0, 360)°: what is left of them at the best offset.
+fn half_arc(mut angles: Vec<f64>) -> f64 {
+    angles.sort_unstable_by(f64::total_cmp);
+    let around = angles.first().zip(angles.last()).map_or(360.0, |(first, last)| first + 360.0 - last);
+    let gap = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
+    (360.0 - gap) / 2.0
+}
+
+/// The equations themselves, at the first resolver angle on the inferred winding.
+fn equations() -> Vec<Finding> {
+    let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    let angle = TABLE_2[0].measured_deg.to_radians();
+    let l = winding.inductance_matrix(angle);
+    let mismatch = (l[(0, 0)] - 2.0 * l[(0, 1)]) * 1e3;
+    let line = winding.line_inductance(Phase::A, Phase::B, angle) - winding.line_inductances(angle).0[0];
+    let printed_sign = 2.0 * rotor_angle_from_lines(Abc(TABLE_1[0].lines_mh), 1.0).to_degrees();
+    vec![
+        finding(
+            "Equation (3)".to_owned(),
+            "first line",
+            "L_AB = L_AA + L_AB − 2 M_AB".to_owned(),
+            "L_AB = L_AA + L_BB − 2 M_AB".to_owned(),
+            (mismatch.abs() > 1e-6 && line.abs() < 1e-12).then(|| {
+                format!("as printed L_AA − 2 M_AB would be zero, it is {mismatch:.1} mH; with L_BB equation (4) follows")
+            }),
+        ),
+        finding(
+            "Equation (7)".to_owned(),
+            "row 1 of Table 1 with the signs as printed, in degrees",
+            format!("{:.1}", TABLE_1[0].twice_deg),
+            format!("{printed_sign:.1}"),
+            (way(printed_sign, TABLE_1[0].twice_deg).abs() > 0.6).then(|| {
+                "as a four-quadrant arctangent the printed signs hold for L_B > 0; interior magnets have L_B < 0".to_owned()
+            }),
+        ),
+    ]
 }
 
 fn table_2() -> Vec<Finding> {
@@ -234,6 +291,14 @@ mod tests {
             assert!(disagreements(&format!("Table 1, row {row}")).contains(&angle));
         }
         assert_eq!(disagreements("Table 1").len(), 1, "no relabelling explains the table");
+        assert_eq!(disagreements("Equation (3)").len() + disagreements("Equation (7)").len(), 2);
+    }
+
+    #[test]
+    fn analytic_a_relabelling_would_be_found() {
+        assert_eq!(orders(5).len(), 120);
+        assert!((half_arc(vec![359.0, 1.0, 3.0]) - 2.0).abs() < 1e-12);
+        assert!((half_arc(vec![10.0, 40.0]) - 15.0).abs() < 1e-12);
     }
 
     #[test]

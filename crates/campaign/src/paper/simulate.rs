@@ -2,7 +2,7 @@
 
 use standstill_detect::{LineInductance, SettingsError};
 use standstill_interface::{Abc, Findings, Outcome};
-use standstill_sim::{Ended, NoProbe, run};
+use standstill_sim::{Ended, NoProbe, Run, run};
 
 use super::TABLE_2;
 use crate::{Record, Scenario, Specimen};
@@ -23,6 +23,20 @@ pub struct SimulatedRow {
 }
 
 impl SimulatedRow {
+    /// From a run that started at `angle_deg`.
+    pub fn of(scenario: &Scenario, angle_deg: f64, run: Run<f64>) -> Self {
+        Self {
+            angle_deg,
+            ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
+            findings: match run.ended {
+                Ended::Outcome(outcome) => *outcome.findings(),
+                Ended::Error(_) => Findings::default(),
+            },
+            record: Record { trial: 0, run },
+            resolver_deg: run.resolver_angle.to_degrees().rem_euclid(360.0),
+        }
+    }
+
     /// The axis in degrees, [0, 180), by equation (7), if it was found.
     pub fn axis_deg(&self) -> Option<f64> {
         match self.record.run.ended {
@@ -42,18 +56,7 @@ pub fn simulate(scenario: &Scenario) -> Result<[SimulatedRow; 5], SettingsError>
     Ok(TABLE_2.map(|published| {
         let angle_deg = published.measured_deg;
         let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: row });
-        let record = Record { trial: row, run: run(&case, &mut detector.clone(), false, &mut NoProbe) };
         row += 1;
-        let findings = match record.run.ended {
-            Ended::Outcome(outcome) => *outcome.findings(),
-            Ended::Error(_) => Findings::default(),
-        };
-        SimulatedRow {
-            angle_deg,
-            ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
-            findings,
-            record,
-            resolver_deg: record.run.resolver_angle.to_degrees().rem_euclid(360.0),
-        }
+        SimulatedRow::of(scenario, angle_deg, run(&case, &mut detector.clone(), false, &mut NoProbe))
     }))
 }

@@ -111,10 +111,15 @@ pub(super) fn ticks(ticks: &Ticks, range: (f64, f64), most: f64, densest: f64) -
         Ticks::Step(step) if step.is_finite() && *step > 0.0 => {
             step * (span / step / densest).ceil().max(1.0)
         }
-        _ => nice_step(span / most.max(1.0)),
+        _ => {
+            // Less than three marks make no scale: then a finer step, if its texts have room.
+            let step = nice_step(span / most.max(1.0));
+            let finer = nice_step(0.4 * step);
+            let count = |step| multiples(range, step).1 - multiples(range, step).0 + 1.0;
+            if count(step) < 3.0 && count(finer) <= densest { finer } else { step }
+        }
     };
-    let slack = 1e-9;
-    let (first, last) = ((range.0 / step - slack).ceil(), (range.1 / step + slack).floor());
+    let (first, last) = multiples(range, step);
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "at most a few dozen ticks")]
     let count = (last - first + 1.0).clamp(0.0, 100.0) as u32;
     let largest = range.0.abs().max(range.1.abs());
@@ -122,6 +127,12 @@ pub(super) fn ticks(ticks: &Ticks, range: (f64, f64), most: f64, densest: f64) -
         .map(|i| (first + f64::from(i)) * step)
         .map(|at| Tick { at, text: number(at, step, largest) })
         .collect()
+}
+
+/// The first and the last multiple of `step` within a range, as counts of steps.
+fn multiples(range: (f64, f64), step: f64) -> (f64, f64) {
+    let slack = 1e-9;
+    ((range.0 / step - slack).ceil(), (range.1 / step + slack).floor())
 }
 
 /// The smallest of 1, 2 and 5 times a power of ten that is not below `least`.

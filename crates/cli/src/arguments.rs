@@ -1,0 +1,154 @@
+//! The command line.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use standstill_campaign::ErrorSet;
+use standstill_detect::Decay;
+use standstill_sim::RotorState;
+
+/// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
+#[derive(Debug, Parser)]
+#[command(name = "standstill", version, subcommand_required = true, arg_required_else_help = true)]
+pub struct Arguments {
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// The paper, end to end: its tables audited and simulated, its error over all rotor angles
+    Reproduce(Reproduce),
+    /// One detection, every waveform
+    Trace(Trace),
+    /// The built-in motors, and where each of their numbers comes from
+    Motors(Motors),
+}
+
+/// What motor and drive are like.
+#[derive(Debug, Args)]
+pub struct Setup {
+    /// A built-in motor's name, or a data sheet's path (.toml)
+    #[arg(long, default_value = "paper-5k5")]
+    pub motor: String,
+    /// How good drive and sensors are
+    #[arg(long, value_enum, default_value_t = Errors::Default)]
+    pub errors: Errors,
+    /// How a pulse's current decays: slow by the zero vector (the paper), fast with all gates off
+    #[arg(long, value_enum, default_value_t = DecayName::Slow)]
+    pub decay: DecayName,
+    /// Whether the rotor can move
+    #[arg(long, value_enum, default_value_t = Rotor::Locked)]
+    pub rotor: Rotor,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+}
+
+#[derive(Debug, Args)]
+pub struct Reproduce {
+    /// Folder for the files; made if it does not exist
+    #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
+    pub out: PathBuf,
+    /// Trials of the Monte Carlo run
+    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub trials: u64,
+    #[command(flatten)]
+    pub setup: Setup,
+    /// Worker threads [default: one per core]; the results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub struct Trace {
+    /// Electrical rotor angle at the start, in degrees
+    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
+    pub angle: f64,
+    #[command(flatten)]
+    pub setup: Setup,
+    /// Folder for the files; made if it does not exist
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct Motors {
+    /// Only this one
+    pub name: Option<String>,
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(angle) if angle.is_finite() => Ok(angle),
+        _ => Err("not a finite number of degrees".to_owned()),
+    }
+}
+
+/// [`ErrorSet`] by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Errors {
+    None,
+    Default,
+    Harsh,
+}
+
+impl From<Errors> for ErrorSet {
+    fn from(errors: Errors) -> Self {
+        match errors {
+            Errors::None => Self::None,
+            Errors::Default => Self::Default,
+            Errors::Harsh => Self::Harsh,
+        }
+    }
+}
+
+/// [`Decay`] by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum DecayName {
+    Slow,
+    Fast,
+}
+
+impl DecayName {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Slow => "slow",
+            Self::Fast => "fast",
+        }
+    }
+}
+
+impl From<DecayName> for Decay {
+    fn from(decay: DecayName) -> Self {
+        match decay {
+            DecayName::Slow => Self::Slow,
+            DecayName::Fast => Self::Fast,
+        }
+    }
+}
+
+/// [`RotorState`] by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Rotor {
+    Locked,
+    Free,
+}
+
+impl Rotor {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Locked => "locked",
+            Self::Free => "free",
+        }
+    }
+}
+
+impl From<Rotor> for RotorState {
+    fn from(rotor: Rotor) -> Self {
+        match rotor {
+            Rotor::Locked => Self::Locked,
+            Rotor::Free => Self::Free,
+        }
+    }
+}

@@ -1,0 +1,206 @@
+//! `standstill reproduce`: the paper, end to end.
+
+mod tables;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use standstill_campaign::paper::{self, Finding, SimulatedRow, TABLE_2};
+use standstill_campaign::{Campaign, ErrorSet, Estimate, Scenario, Specimen, Statistics, Summary};
+use standstill_detect::LineInductance;
+use standstill_sim::{Trace, run as simulate};
+
+use crate::Report;
+use crate::arguments::Reproduce;
+use crate::columns::{self, TrialRow};
+use crate::error::Error;
+use crate::figures;
+use crate::interrupt::{self, INTERRUPTED};
+use crate::log::Logged;
+use crate::output::Output;
+use crate::progress;
+
+const FILES: [&str; 11] = [
+    "audit.csv",
+    "table1.csv",
+    "table2.csv",
+    "trials.csv",
+    "summary.json",
+    "error_over_angle.svg",
+    "error_over_angle.png",
+    "line_pulses.svg",
+    "line_pulses.png",
+    "polarity.svg",
+    "polarity.png",
+];
+
+pub fn run(options: &Reproduce) -> Result<Report, Error> {
+    let scenario = super::scenario(&options.setup)?;
+    let mut output = Output::create(&options.out, &FILES)?;
+    let stop = interrupt::flag();
+    let mut text = heading(options, &scenario);
+
+    let findings = paper::audit();
+    let rows = paper::simulate(&scenario)?;
+    write(&mut output, "audit.csv", columns::csv(&findings))?;
+    write(&mut output, "table1.csv", columns::csv(tables::table_1(&rows, &findings)))?;
+    write(&mut output, "table2.csv", columns::csv(tables::table_2(&rows, &findings)))?;
+    text += &tables::audit_text(&findings);
+    text += &tables::tables_text(&rows, &findings);
+
+    let mut statistics = Statistics::default();
+    let mut points = Vec::new();
+    let mut trials = csv::Writer::from_writer(output.begin("trials.csv")?);
+    let bar = progress::bar(options.trials);
+    let campaign =
+        Campaign { scenario: &scenario, trials: options.trials, threads: options.threads.map(usize::from) };
+    let path = options.out.join("trials.csv");
+    let done = campaign.run(&stop, |record| {
+        statistics.add(record);
+        points.extend(figures::error_point(record));
+        trials.serialize(TrialRow::from(record)).map_err(|error| Error::Write(path.clone(), error.into()))?;
+        bar.inc(1);
+        if record.trial % 512 == 511 {
+            bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
+        }
+        Ok::<(), Error>(())
+    })?;
+    bar.finish_and_clear();
+    let file = trials.into_inner().map_err(|error| Error::Write(path.clone(), error.into_error()))?;
+    output.close("trials.csv", file)?;
+
+    let summary = statistics.summary();
+    let interrupted = done < options.trials;
+    text += &summary_text(&summary);
+    let json = serde_json::json!({
+        "motor": scenario.motor.name,
+        "errors": ErrorSet::from(options.setup.errors).name(),
+        "decay": options.setup.decay.name(),
+        "rotor": options.setup.rotor.name(),
+        "seed": scenario.seed,
+        "trials_asked_for": options.trials,
+        "summary": summary,
+    });
+    output.file("summary.json", format!("{json:#}\n").as_bytes())?;
+    draw(&mut output, options, &scenario, &points)?;
+    let files = output.finish()?;
+    text += &file_list(&options.out, &files);
+    if interrupted {
+        let _ = writeln!(text, "\nInterrupted: {done} of {} trials are in these files.", options.trials);
+        return Ok(Report { text, code: INTERRUPTED });
+    }
+    Ok(Report { text, code: 0 })
+}
+
+fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> Result<(), Error> {
+    let content = content.map_err(|error| Error::Write(name.into(), error))?;
+    output.file(name, &content)
+}
+
+/// What was simulated, in words.
+fn setting(options: &Reproduce, scenario: &Scenario) -> String {
+    format!(
+        "{}, {} errors, {} decay, rotor {}",
+        scenario.motor.name,
+        ErrorSet::from(options.setup.errors).name(),
+        options.setup.decay.name(),
+        options.setup.rotor.name()
+    )
+}
+
+fn heading(options: &Reproduce, scenario: &Scenario) -> String {
+    format!(
+        "Initial rotor position by line inductances (Chen and Tao 2019)\n{}, seed {}\n\n",
+        setting(options, scenario),
+        scenario.seed
+    )
+}
+
+fn draw(
+    output: &mut Output,
+    options: &Reproduce,
+    scenario: &Scenario,
+    points: &[(f64, f64)],
+) -> Result<(), Error> {
+    let setting = setting(options, scenario);
+    // The paper's first position.
+    let angle = TABLE_2[0].measured_deg;
+    let case = scenario.case_at(angle.to_radians(), Specimen { drive: 0, noise: 0 });
+    let mut detector = Logged::new(LineInductance::new(scenario.detector)?);
+    let mut trace = Trace::new(2e-6);
+    let run = simulate(&case, &mut detector, false, &mut trace);
+    let row = SimulatedRow::of(scenario, angle, run);
+    let place = format!("{setting}, θ = {angle}°");
+    let figures = [
+        (
+            "error_over_angle",
+            figures::error_over_angle(points, format!("{setting}, {} detections", points.len())),
+        ),
+        ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
+        ("polarity", figures::polarity(&trace, &detector.entries, row.axis_deg().unwrap_or(angle), place)),
+    ];
+    for (name, figure) in figures {
+        output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+        output.file(&format!("{name}.png"), &figure.png()?)?;
+    }
+    Ok(())
+}
+
+fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
+    let Estimate { value, low, high } = *estimate;
+    format!("{:.digits$} [{:.digits$}, {:.digits$}]", value * factor, low * factor, high * factor)
+}
+
+fn summary_text(s: &Summary) -> String {
+    let mut text = format!("Monte Carlo: {} trials over uniform angles, [95 % intervals]\n", s.trials);
+    let wrong = s.wrong_pole_probability;
+    let lines = [
+        ("rms axis error".to_owned(), format!("{}°", interval(&s.rms_deg, 1.0, 3))),
+        ("mean axis error".to_owned(), format!("{}°", interval(&s.bias_deg, 1.0, 3))),
+        ("95th percentile".to_owned(), format!("{}°", interval(&s.p95_deg, 1.0, 3))),
+        (
+            "largest".to_owned(),
+            format!(
+                "{:.3}°, exceeded by at most {:.2} % of detections",
+                s.max_deg,
+                100.0 * s.beyond_max.high
+            ),
+        ),
+        ("P(|e| > 2°)".to_owned(), format!("{} %", interval(&s.beyond_2_deg, 100.0, 2))),
+        (
+            "wrong poles".to_owned(),
+            format!("{}, probability {} %", s.wrong_poles, interval(&wrong, 100.0, 3)),
+        ),
+        (
+            "pole undetermined".to_owned(),
+            format!("{}, probability {} %", s.undetermined, interval(&s.undetermined_probability, 100.0, 3)),
+        ),
+        (
+            "failed".to_owned(),
+            format!("{}, probability {} %", s.failed, interval(&s.failed_probability, 100.0, 3)),
+        ),
+        ("rotor moved at most".to_owned(), format!("{:.2}° electrical", s.max_moved_deg)),
+        ("detection takes".to_owned(), format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
+        ("largest current".to_owned(), format!("{:.2} A", s.peak_current_a)),
+    ];
+    for (name, value) in lines {
+        let _ = writeln!(text, "  {name:<20} {value}");
+    }
+    text
+}
+
+/// What was written.
+pub fn file_list(folder: &Path, files: &[String]) -> String {
+    let mut text = format!("Files in {}:\n", folder.display());
+    for name in files {
+        let _ = writeln!(text, "  {name}");
+    }
+    text
+}
+
+/// Disagreements of one place of the paper, in words.
+fn disagreements(findings: &[Finding], place: &str) -> String {
+    let notes: Vec<&str> =
+        findings.iter().filter(|f| f.place == place && !f.agrees).map(|f| f.note.as_str()).collect();
+    notes.join("; ")
+}

@@ -1,0 +1,125 @@
+//! `standstill trace`.
+
+use serde_json::json;
+use standstill_campaign::{Record, Scenario, Specimen};
+use standstill_detect::LineInductance;
+use standstill_interface::{Abc, Outcome};
+use standstill_sim::{Ended, Run, Trace, run as simulate};
+
+use crate::Report;
+use crate::arguments::Trace as Options;
+use crate::columns;
+use crate::commands::scenario;
+use crate::error::Error;
+use crate::figures;
+use crate::output::Output;
+
+/// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
+const RESOLUTION: f64 = 5e-6;
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let scenario = scenario(&options.setup)?;
+    let names = ["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
+    let mut output = Output::create(&options.out, &names)?;
+
+    let mut detector = LineInductance::new(scenario.detector)?;
+    let case = scenario.case_at(options.angle.to_radians(), Specimen { drive: 0, noise: 0 });
+    let mut trace = Trace::new(RESOLUTION);
+    let run = simulate(&case, &mut detector, true, &mut trace);
+    let record = Record { trial: 0, run };
+
+    for (name, write) in [
+        ("waveform.csv", columns::waveform as fn(&Trace, &mut _) -> std::io::Result<()>),
+        ("events.csv", columns::events),
+    ] {
+        let mut file = output.begin(name)?;
+        write(&trace, &mut file).map_err(Error::writing(&options.out.join(name)))?;
+        output.close(name, file)?;
+    }
+    let result = result(options, &scenario, &record);
+    output.file("result.json", format!("{result:#}\n").as_bytes())?;
+    let figure = figures::detection(&trace, &format!("{} at θ = {}°", scenario.motor.name, options.angle));
+    output.file("waveform.svg", figure.svg()?.as_bytes())?;
+    output.file("waveform.png", &figure.png()?)?;
+    let files = output.finish()?;
+
+    let text = format!("{}\n{}", summary(&record), super::reproduce::file_list(&options.out, &files));
+    Ok(Report { text, code: 0 })
+}
+
+fn summary(record: &Record) -> String {
+    let found = match (record.estimated_angle_deg(), record.error_deg()) {
+        (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
+        _ => format!("{}: {}", record.verdict().name(), record.reason()),
+    };
+    let work = record.run.work;
+    format!(
+        "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, peak current {:.2} A\n\
+         {} right-hand sides, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
+        record.true_angle_deg(),
+        record.rotor_moved_deg(),
+        record.run.duration.seconds() * 1e3,
+        record.run.peak_current,
+        work.derivatives,
+        work.steps,
+        work.segments,
+        work.events,
+        record.run.ledger.map_or(0.0, |ledger| ledger.imbalance()),
+    )
+}
+
+fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json::Value {
+    let run: &Run<f64> = &record.run;
+    let lines = |abc: Abc<f64>, factor: f64| {
+        let Abc([ab, bc, ca]) = abc;
+        json!({ "ab": ab * factor, "bc": bc * factor, "ca": ca * factor })
+    };
+    let (findings, axis) = match run.ended {
+        Ended::Outcome(outcome) => {
+            let axis = match outcome {
+                Outcome::Found { angle, .. } | Outcome::Axis { angle, .. } => Some(angle.degrees() % 180.0),
+                Outcome::Failed { .. } => None,
+            };
+            (Some(*outcome.findings()), axis)
+        }
+        Ended::Error(_) => (None, None),
+    };
+    json!({
+        "motor": scenario.motor.name,
+        "errors": standstill_campaign::ErrorSet::from(options.setup.errors).name(),
+        "decay": options.setup.decay.name(),
+        "rotor": options.setup.rotor.name(),
+        "seed": options.setup.seed,
+        "start_angle_deg": record.start_angle_deg(),
+        "true_angle_deg": record.true_angle_deg(),
+        "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),
+        "outcome": record.verdict().name(),
+        "reason": record.reason(),
+        "estimated_angle_deg": record.estimated_angle_deg(),
+        "axis_deg": axis,
+        "error_deg": record.error_deg(),
+        "pole_correct": record.pole_correct(),
+        "rotor_moved_deg": record.rotor_moved_deg(),
+        "duration_s": run.duration.seconds(),
+        "peak_current_A": run.peak_current,
+        "line_inductance_mH": findings.and_then(|f| f.line_inductance).map(|l| lines(l, 1e3)),
+        "line_resistance_ohm": findings.and_then(|f| f.line_resistance).map(|r| lines(r, 1.0)),
+        "L_A_mH": findings.and_then(|f| f.mean_inductance).map(|l| l * 1e3),
+        "L_B_mH": findings.and_then(|f| f.saliency).map(|l| l * 1e3),
+        "i_d_along_A": findings.and_then(|f| f.polarity).map(|p| p.along),
+        "i_d_against_A": findings.and_then(|f| f.polarity).map(|p| p.against),
+        "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
+        "energy_J": run.ledger.map(|e| json!({
+            "source": e.source,
+            "source_loss": e.source_loss,
+            "device_loss": e.device_loss,
+            "copper_loss": e.copper_loss,
+            "shaft_work": e.shaft_work,
+            "link_change": e.link_change,
+            "field_change": e.field_change,
+            "kinetic_change": e.kinetic_change,
+            "imbalance": e.imbalance(),
+        })),
+        "right_hand_sides": run.work.derivatives,
+    })
+}

@@ -1,0 +1,76 @@
+//! What can go wrong, in one line each.
+
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use standstill_campaign::CampaignError;
+use standstill_detect::SettingsError;
+use standstill_plant::{MotorError, built_in_names};
+use standstill_report::figure::FigureError;
+
+#[derive(Debug)]
+pub enum Error {
+    /// The command line, as explained by its parser.
+    Arguments(String),
+    UnknownMotor(String),
+    Motor(MotorError),
+    Read(PathBuf, std::io::Error),
+    /// A file where a folder must be, or a folder where a file must be.
+    InTheWay {
+        path: PathBuf,
+        is: &'static str,
+        needed: &'static str,
+    },
+    Write(PathBuf, std::io::Error),
+    Campaign(CampaignError),
+    Figure(FigureError),
+}
+
+impl Error {
+    /// For `map_err` on writing to `path`.
+    pub fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
+        let path = path.to_owned();
+        move |error| Self::Write(path, error)
+    }
+}
+
+impl fmt::Display for Error {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Arguments(message) => f.write_str(message),
+            Self::UnknownMotor(name) => {
+                let known = built_in_names().collect::<Vec<_>>().join(", ");
+                write!(
+                    f,
+                    "unknown motor `{name}`: neither built in ({known}) nor the path of a data sheet (.toml)"
+                )
+            }
+            Self::Motor(error) => f.write_str(&crate::text::one_line(&error.to_string())),
+            Self::Read(path, error) => write!(f, "cannot read {}: {error}", path.display()),
+            Self::InTheWay { path, is, needed } => {
+                write!(f, "{} is {is}, but must be {needed}", path.display())
+            }
+            Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
+            Self::Campaign(error) => error.fmt(f),
+            Self::Figure(error) => write!(f, "cannot draw: {error}"),
+        }
+    }
+}
+
+impl From<CampaignError> for Error {
+    fn from(error: CampaignError) -> Self {
+        Self::Campaign(error)
+    }
+}
+
+impl From<SettingsError> for Error {
+    fn from(error: SettingsError) -> Self {
+        Self::Campaign(CampaignError::Settings(error))
+    }
+}
+
+impl From<FigureError> for Error {
+    fn from(error: FigureError) -> Self {
+        Self::Figure(error)
+    }
+}

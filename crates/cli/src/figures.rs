@@ -1,0 +1,250 @@
+//! The figures: what is drawn, from records and traces.
+
+use standstill_campaign::{Record, Statistics};
+use standstill_interface::{Abc, Angle, Phase};
+use standstill_inverter::Conduction;
+use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
+use standstill_sim::{Event, Snapshot, Trace};
+
+use crate::log::Entry;
+
+const WIDTH: u32 = 900;
+
+fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {
+    Layer::Line { label: Some(label.to_owned()), points, style }
+}
+
+/// A waveform between two times in s, over ms or µs.
+struct Window<'a> {
+    trace: &'a Trace,
+    from: f64,
+    to: f64,
+    /// Time of the axis's zero in s, and its unit in s.
+    origin: f64,
+    unit: f64,
+}
+
+impl Window<'_> {
+    fn snapshots(&self) -> impl Iterator<Item = &Snapshot> {
+        self.trace.snapshots.iter().filter(|s| s.time >= self.from - 1e-9 && s.time <= self.to + 1e-9)
+    }
+
+    fn place(&self, time: f64) -> f64 {
+        (time - self.origin) / self.unit
+    }
+
+    fn points(&self, value: impl Fn(&Snapshot) -> f64) -> Vec<(f64, f64)> {
+        self.snapshots().map(|s| (self.place(s.time), value(s))).collect()
+    }
+
+    fn axis(&self, label: &str) -> Axis {
+        let unit = if self.unit < 1e-4 { "µs" } else { "ms" };
+        Axis::new(format!("{label} ({unit})")).range(self.place(self.from), self.place(self.to))
+    }
+
+    fn currents(&self, axis: Axis) -> Panel {
+        Phase::ALL.into_iter().enumerate().fold(
+            Panel { weight: 1.5, ..Panel::new(axis, Axis::new("current (A)")) },
+            |panel, (k, phase)| {
+                let label = format!("i_{}", phase.letter());
+                panel.with(curve(&label, self.points(|s| s.current[k]), Style::nth(k)))
+            },
+        )
+    }
+
+    fn modes(&self, axis: Axis) -> Panel {
+        let lanes = Phase::ALL
+            .into_iter()
+            .enumerate()
+            .map(|(k, phase)| Lane { label: format!("leg {}", phase.letter()), spans: self.spans(k) })
+            .collect();
+        let categories = Conduction::ALL.map(|mode| mode.to_string().replace('_', " ")).to_vec();
+        Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
+    }
+
+    /// Stretches of one conduction mode of leg `k`.
+    fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
+        let category = |mode| Conduction::ALL.iter().position(|known| *known == mode).unwrap_or(0);
+        let mut spans: Vec<(f64, f64, usize)> = Vec::new();
+        for s in self.snapshots() {
+            let (at, category) = (self.place(s.time), category(s.modes[k]));
+            match spans.last_mut() {
+                Some(last) if last.2 == category => last.1 = at,
+                Some(last) => {
+                    last.1 = at;
+                    spans.push((at, at, category));
+                }
+                None => spans.push((at, at, category)),
+            }
+        }
+        spans
+    }
+}
+
+/// A whole detection, and its first pulse close up.
+pub fn detection(trace: &Trace, title: &str) -> Figure {
+    let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
+    let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
+    let first = trace
+        .events
+        .iter()
+        .find_map(|(time, event)| matches!(event, Event::Gate(..)).then_some(*time))
+        .unwrap_or_default();
+    let near = Window { trace, from: first - 20e-6, to: first + 230e-6, origin: first, unit: 1e-6 };
+
+    let start = trace.snapshots.first().map_or(0.0, |s| s.angle);
+    let moved = whole.points(|s| (s.angle - start).to_degrees());
+    let time = || whole.axis("time");
+    let mut panels = vec![whole.currents(time())];
+    if moved.iter().any(|(_, y)| y.abs() > 1e-3) {
+        panels.push(Panel { weight: 0.8, ..Panel::new(time(), Axis::new("rotor moved (°)")) }.with(curve(
+            "electrical angle from the start",
+            moved,
+            Style::Blue,
+        )));
+    }
+    panels.push(whole.modes(time()));
+    let close = || near.axis("time from the first gate edge");
+    let potentials = Phase::ALL.into_iter().enumerate().fold(
+        Panel::new(close(), Axis::new("potential (V)")),
+        |panel, (k, phase)| {
+            let label = format!("v_{} against the negative rail", phase.letter());
+            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::nth(k)))
+        },
+    );
+    panels.extend([potentials, near.currents(close()), near.modes(close())]);
+    Figure {
+        title: format!("One detection: {title}"),
+        subtitle: Some("above: from start to end; below: the first pulse".to_owned()),
+        width: WIDTH,
+        height: 1000,
+        panels,
+    }
+}
+
+/// Fig. 5 of the paper: voltage and current of the lines a-b and b-c.
+pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure {
+    let mut panels = Vec::new();
+    for (first, second) in [(Phase::A, Phase::B), (Phase::B, Phase::C)] {
+        let mut pulses = entries.iter().filter(|entry| entry.line() == Some(first));
+        let Some(begin) = pulses.next() else { continue };
+        let end = pulses.next_back().unwrap_or(begin).end();
+        let from = begin.start.seconds();
+        let window = Window { trace, from, to: end.seconds(), origin: from, unit: 1e-3 };
+        let (f, s) = (first as usize, second as usize);
+        let letters = (first.letter(), second.letter());
+        let time = || window.axis("time from the line's first pulse");
+        panels.push(Panel::new(time(), Axis::new(format!("voltage {}-{} (V)", letters.0, letters.1))).with(
+            curve(
+                &format!("v_{} − v_{}", letters.0, letters.1),
+                window.points(|snapshot| snapshot.potential[f] - snapshot.potential[s]),
+                Style::Blue,
+            ),
+        ));
+        panels.push(Panel::new(time(), Axis::new("current (A)")).with(curve(
+            &format!("i_{}, line {}-{}", letters.0, letters.0, letters.1),
+            window.points(|snapshot| snapshot.current[f]),
+            Style::Blue,
+        )));
+    }
+    Figure {
+        title: "Line pulses and their currents (Fig. 5 of the paper)".to_owned(),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height: 860,
+        panels,
+    }
+}
+
+/// The two voltage vectors of the polarity test: i_d in the direction of each.
+pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: String) -> Figure {
+    let mut panel = Panel::new(
+        Axis::new("time from the start of the vector (ms)"),
+        Axis::new("current along the vector (A)"),
+    );
+    let names = ["vector at θ_e", "vector at θ_e + 180°"];
+    for (k, entry) in entries.iter().filter(|entry| entry.is_vector()).take(2).enumerate() {
+        let from = entry.start.seconds();
+        let end = entry.end().seconds();
+        let window = Window { trace, from, to: end + 0.05e-3, origin: from, unit: 1e-3 };
+        let angle = Angle::from_degrees(axis_deg + 180.0 * k as f64);
+        let along = |current: [f64; 3]| Abc(current).clarke().park(angle).d;
+        let points = window.points(|s| along(s.current));
+        panel = panel.with(curve(names[k], points, Style::nth(k)));
+        let samples = trace.events.iter().filter_map(|(time, event)| match event {
+            Event::Sample(current, _) if (time - end).abs() < 5e-6 => {
+                Some((window.place(*time), along(*current)))
+            }
+            _ => None,
+        });
+        let label = format!("as the drive samples it at {}", ["θ_e", "θ_e + 180°"][k]);
+        panel =
+            panel.with(Layer::Points { label: Some(label), points: samples.collect(), style: Style::nth(k) });
+    }
+    Figure {
+        title: "Polarity test: the larger current points north".to_owned(),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height: 440,
+        panels: vec![panel],
+    }
+}
+
+/// Error over the true angle, with the quantiles of 5° wide bins.
+pub fn error_over_angle(records: &[(f64, f64)], subtitle: String) -> Figure {
+    const BINS: usize = 72;
+    let mut bins: Vec<Vec<f64>> = vec![Vec::new(); BINS];
+    for (angle, error) in records {
+        // An angle in [0, 360) has a bin.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
+        bins[bin].push(*error);
+    }
+    let width = 360.0 / BINS as f64;
+    let quantiles: Vec<(f64, [f64; 3])> = bins
+        .iter_mut()
+        .enumerate()
+        .filter(|(_, bin)| bin.len() >= 20)
+        .map(|(k, bin)| {
+            bin.sort_unstable_by(f64::total_cmp);
+            let last = bin.len() - 1;
+            ((k as f64 + 0.5) * width, [bin[last / 20], bin[last / 2], bin[last - last / 20]])
+        })
+        .collect();
+    let mut panel = Panel::new(
+        Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0),
+        Axis::new("error of the axis θ_e − θ (°)"),
+    );
+    if !quantiles.is_empty() {
+        panel = panel.with(Layer::Band {
+            label: Some("5 % to 95 %".to_owned()),
+            points: quantiles.iter().map(|(x, [low, _, high])| (*x, *low, *high)).collect(),
+            style: Style::Orange,
+        });
+    }
+    panel = panel.with(Layer::Points {
+        label: Some("one detection".to_owned()),
+        points: records.to_vec(),
+        style: Style::Blue,
+    });
+    if !quantiles.is_empty() {
+        let median = quantiles.iter().map(|(x, [_, median, _])| (*x, *median)).collect();
+        panel = panel.with(curve("median", median, Style::Black));
+    }
+    for y in [Statistics::LIMIT_DEG, -Statistics::LIMIT_DEG] {
+        panel =
+            panel.with(Layer::HorizontalRule { label: Some(format!("{y:+.0}°").replace('-', "−")), y });
+    }
+    Figure {
+        title: "Error over the rotor angle".to_owned(),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height: 480,
+        panels: vec![panel],
+    }
+}
+
+/// A record as a point of [`error_over_angle`].
+pub fn error_point(record: &Record) -> Option<(f64, f64)> {
+    record.axis_error_deg().map(|error| (record.true_angle_deg(), error))
+}

@@ -1,0 +1,228 @@
+//! The command as its users meet it: what it prints and writes, and what it says to mistakes.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+fn standstill(arguments: &[&str], folder: &Path) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(arguments)
+        .current_dir(folder)
+        .output()
+        .expect("the program starts")
+}
+
+fn folder() -> TempDir {
+    tempfile::tempdir().expect("a temporary folder")
+}
+
+/// Runs with a mistake: exit code 2, nothing on standard output, one line on standard error.
+fn mistake(arguments: &[&str], folder: &Path) -> String {
+    let output = standstill(arguments, folder);
+    let message = String::from_utf8(output.stderr).expect("text");
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+    assert_eq!(message.lines().count(), 1, "{arguments:?}: {message}");
+    message
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let mut names: Vec<String> = fs::read_dir(folder)
+        .expect("a folder")
+        .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn reproduce_writes_all_files_and_repeats_itself_on_any_number_of_threads() {
+    let folder = folder();
+    let run = |out: &str, more: &[&str]| {
+        let arguments = [&["reproduce", "--trials", "600", "--out", out], more].concat();
+        let output = standstill(&arguments, folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        assert!(output.stderr.is_empty(), "quiet in a pipe");
+        (fs::read(folder.path().join(out).join("trials.csv")).expect("trials.csv"), output.stdout)
+    };
+    let (one, text) = run("one", &["--threads", "1"]);
+    assert_eq!(one, run("two", &["--threads", "2"]).0);
+    assert_eq!(one, run("five", &["--threads", "5"]).0);
+    assert_ne!(one, run("other", &["--seed", "2"]).0);
+
+    let text = String::from_utf8(text).expect("text");
+    for part in ["Table 1, row 4", "Table 2, row 5", "wrong poles", "P(|e| > 2°)", "trials.csv"] {
+        assert!(text.contains(part), "{part}");
+    }
+    let expected = [
+        "audit.csv",
+        "error_over_angle.png",
+        "error_over_angle.svg",
+        "line_pulses.png",
+        "line_pulses.svg",
+        "polarity.png",
+        "polarity.svg",
+        "summary.json",
+        "table1.csv",
+        "table2.csv",
+        "trials.csv",
+    ];
+    assert_eq!(names(&folder.path().join("one")), expected);
+
+    let trials = String::from_utf8(one).expect("text");
+    let header = trials.lines().next().expect("a header");
+    let columns =
+        "trial,true_angle_deg,estimated_angle_deg,error_deg,outcome,pole_correct,rotor_moved_deg,duration_s";
+    assert!(header.starts_with(columns), "{header}");
+    assert_eq!(trials.lines().count(), 601);
+    for line in trials.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+        let error = number(3);
+        assert!(error > -180.0 && error <= 180.0, "{line}");
+        let way = (number(2) - number(1) - error).rem_euclid(360.0);
+        assert!(way.min(360.0 - way) < 1e-9, "{line}");
+    }
+}
+
+#[test]
+fn a_failed_trial_keeps_its_row() {
+    let folder = folder();
+    let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"))
+        .expect("the data sheet");
+    // Hardly any saliency: the method must fail, with a reason.
+    let weak = sheet.replace("\"-2.1 mH\"", "\"-0.02 mH\"");
+    let (head, tail) = weak.split_once("[saturation]").expect("the table");
+    let tail = tail.split_once("[rotor]").expect("the table").1;
+    fs::write(folder.path().join("weak.toml"), format!("{head}[rotor]{tail}")).expect("written");
+    let output =
+        standstill(&["reproduce", "--motor", "weak.toml", "--trials", "20", "--out", "out"], folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let trials = fs::read_to_string(folder.path().join("out/trials.csv")).expect("trials.csv");
+    assert_eq!(trials.lines().count(), 21);
+    assert_eq!(trials.matches(",failed,").count(), 20);
+    assert!(trials.contains("no saliency"));
+}
+
+#[test]
+fn trace_writes_waveforms_events_and_result() {
+    let folder = folder();
+    let arguments = ["trace", "--angle", "241.6", "--decay", "fast", "--rotor", "free", "--out", "t"];
+    let output = standstill(&arguments, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let out = folder.path().join("t");
+    let files = ["events.csv", "result.json", "waveform.csv", "waveform.png", "waveform.svg"];
+    assert_eq!(names(&out), files);
+
+    let waveform = fs::read_to_string(out.join("waveform.csv")).expect("waveform.csv");
+    let header = waveform.lines().next().expect("a header");
+    let columns = "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c";
+    assert!(header.starts_with(columns), "{header}");
+    let mut last = -1.0;
+    for line in waveform.lines().skip(1) {
+        let fields: Vec<&str> = line.split(',').collect();
+        let number = |k: usize| fields[k].parse::<f64>().expect("a number");
+        assert!(number(0) >= last, "time runs backwards: {line}");
+        last = number(0);
+        assert!((number(1) + number(2) + number(3)).abs() < 1e-8, "currents sum to zero: {line}");
+        for (k, current) in [(8, number(1)), (9, number(2)), (10, number(3))] {
+            assert!(
+                fields[k] != "blocked" || current.abs() < 1e-7,
+                "a blocked leg carries no current: {line}"
+            );
+        }
+    }
+    let events = fs::read_to_string(out.join("events.csv")).expect("events.csv");
+    for event in ["gate", "conduction", "sample", "command"] {
+        assert!(events.contains(&format!(",{event},")), "{event}");
+    }
+    let result = fs::read_to_string(out.join("result.json")).expect("result.json");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["outcome"], "found");
+    assert_eq!(result["pole_correct"], true);
+    assert!(result["energy_J"]["imbalance"].as_f64().is_some_and(|joule| joule.abs() < 1e-6));
+}
+
+#[test]
+fn motors_names_the_source_of_each_number() {
+    let folder = folder();
+    let text = String::from_utf8(standstill(&["motors"], folder.path()).stdout).expect("text");
+    for part in
+        ["paper-5k5", "gearless-hoist", "given", "inferred", "assumed", "9.2 mH", "winding.magnet_flux"]
+    {
+        assert!(text.contains(part), "{part}");
+    }
+    let one =
+        String::from_utf8(standstill(&["motors", "gearless-hoist"], folder.path()).stdout).expect("text");
+    assert!(!one.contains("paper-5k5:"));
+}
+
+#[test]
+fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("taken"), "a file").expect("written");
+    fs::create_dir_all(at.join("blocked/trials.csv")).expect("made");
+    fs::write(at.join("broken.toml"), "name = \"x\"\ntitel = \"y\"\n").expect("written");
+    let before = names(at);
+
+    let cases: [(&[&str], &[&str]); 14] = [
+        (&["reproduce", "--motor", "nosuch"], &["unknown motor `nosuch`", "paper-5k5", "gearless-hoist"]),
+        (&["reproduce", "--motor", "missing.toml"], &["cannot read missing.toml"]),
+        (&["reproduce", "--motor", "broken.toml"], &["broken.toml", "line 2", "titel"]),
+        (&["reproduce", "--trials", "0"], &["'0'", "--trials"]),
+        (&["reproduce", "--trials", "many"], &["'many'", "--trials"]),
+        (&["reproduce", "--errors", "big"], &["'big'", "none, default, harsh"]),
+        (&["reproduce", "--seed", "-1"], &["-1"]),
+        (&["reproduce", "--out", "taken"], &["taken is a file"]),
+        (&["reproduce", "--out", "taken/below"], &["taken is a file"]),
+        (&["reproduce", "--out", "blocked"], &["trials.csv is a folder"]),
+        (&["trace", "--angle", "north", "--out", "t"], &["'north'", "not a finite number of degrees"]),
+        (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "not a finite number of degrees"]),
+        (&["trace", "--angle", "1"], &["--out"]),
+        (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
+    ];
+    for (arguments, parts) in cases {
+        let message = mistake(arguments, at);
+        for part in parts {
+            assert!(message.contains(part), "{arguments:?} says: {message}");
+        }
+        assert_eq!(names(at), before, "{arguments:?} left something behind");
+    }
+    assert_eq!(names(&at.join("blocked")), ["trials.csv"]);
+}
+
+#[test]
+fn an_interrupt_keeps_what_is_done() {
+    let folder = folder();
+    let child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(["reproduce", "--trials", "1000000", "--out", "out"])
+        .current_dir(folder.path())
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    std::thread::sleep(std::time::Duration::from_secs(2));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.expect("kill").success());
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(130), "{text}");
+    assert!(text.contains("Interrupted:"), "{text}");
+    let trials = fs::read_to_string(folder.path().join("out/trials.csv")).expect("trials.csv");
+    let done = trials.lines().count() - 1;
+    assert!(done > 0 && done % 512 == 0 && done < 1_000_000 && trials.ends_with('\n'), "{done}");
+}
+
+#[test]
+fn an_unwritable_folder_is_named() {
+    let folder = folder();
+    // Not even root can make folders in /proc.
+    if Path::new("/proc/self").exists() {
+        let message =
+            mistake(&["reproduce", "--trials", "1", "--out", "/proc/standstill/out"], folder.path());
+        assert!(message.contains("cannot write /proc/standstill/out"), "{message}");
+    }
+}
