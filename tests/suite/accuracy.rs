@@ -1,6 +1,6 @@
 //! The paper's scheme without any error but the ones named: what equations (1)–(10) promise.
 
-use standstill_campaign::{ErrorSet, Record, Specimen};
+use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_inverter::{Bridge, Devices, OpenLeg};
 use standstill_plant::Motor;
@@ -10,8 +10,7 @@ use crate::bench::{paper_motor, scenario};
 
 /// Axis errors in degrees at 360 angles, with exact sensors and no dead time.
 fn axis_errors(motor: &Motor, decay: Decay, bridge: Bridge) -> Vec<f64> {
-    let mut scenario = scenario(ErrorSet::None, decay, RotorState::Locked);
-    scenario.motor = motor.clone();
+    let mut scenario = Scenario::paper(motor.clone(), ErrorSet::None, decay, RotorState::Locked, 1);
     scenario.drive.bridge = bridge;
     // A core that does not saturate has no polarity: only the axis is asked for.
     scenario.detector.polarity.least_margin = 0.0;
@@ -50,6 +49,22 @@ fn law_with_a_truly_open_leg_the_scheme_is_exact_but_for_its_trapezoid() {
         let errors = axis_errors(&paper_motor().linearised(), decay, open);
         assert!(worst(&errors) <= 0.01, "{decay:?}: {}°", worst(&errors));
     }
+}
+
+#[test]
+fn law_the_sign_of_the_saliency_decides_between_d_and_q() {
+    // A motor with L_d > L_q, told so, is exact; told the opposite, the answer is the q-axis.
+    let open = Bridge { devices: Devices::default(), open_leg: OpenLeg::Open };
+    let mut motor = paper_motor();
+    motor.winding.saliency = 2.1e-3;
+    let motor = motor.linearised();
+    assert!(worst(&axis_errors(&motor, Decay::Fast, open)) <= 0.01);
+    let mut scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
+    scenario.motor = motor;
+    scenario.detector.polarity.least_margin = 0.0;
+    let record = scenario.trial(0).expect("settings");
+    let error = record.axis_error_deg().expect("found").abs();
+    assert!((error - 90.0).abs() < 0.01, "{error}");
 }
 
 #[test]

@@ -8,5 +8,6 @@ mod energy;
 mod error_sets;
 mod failures;
 mod pulse;
+mod random_gates;
 mod rotor;
 mod tables;

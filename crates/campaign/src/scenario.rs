@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use rand::RngExt;
-use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SettingsError};
+use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SaliencySign, SettingsError};
 use standstill_interface::Detector;
 use standstill_plant::Motor;
 use standstill_sim::{Case, NoProbe, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
@@ -39,11 +39,12 @@ pub struct Specimen {
 }
 
 impl Scenario {
-    /// The paper's method on this motor, a link of 550 V and one of the error sets.
+    /// The paper's method, told the sign of the motor's saliency, on this motor, a link of 550 V and one of the error sets.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
         let drive = errors.drive(550.0);
         let detector = LineInductanceSettings::paper(
             decay,
+            if motor.winding.saliency > 0.0 { SaliencySign::Positive } else { SaliencySign::Negative },
             motor.rated_current,
             motor.resistance,
             drive.dead_time,

@@ -48,11 +48,12 @@ pub struct LineInductanceSettings<T> {
 
 impl<T: Real> LineInductanceSettings<T> {
     /// The paper's settings (section 2: pulses of 80 µs every 2.4 ms, three a line, vectors near rated current)
-    /// for a motor with interior magnets, rated current in A and phase resistance in Ω, on a drive with this
+    /// for a motor with this saliency, rated current in A and phase resistance in Ω, on a drive with this
     /// dead time and carrier period. What the paper does not print is chosen here: vectors of 1 ms, 2 % above
     /// the rated current, the mean of Table 2.
     pub fn paper(
         decay: Decay,
+        saliency: SaliencySign,
         rated_current: T,
         resistance: T,
         dead_time: Nanos,
@@ -65,7 +66,7 @@ impl<T: Real> LineInductanceSettings<T> {
             decay,
             sample_lead: Nanos::ZERO,
             dead_time,
-            saliency: SaliencySign::Negative,
+            saliency,
             least_current: rated_current * T::of(0.02),
             least_saliency: T::of(0.05),
             settle: SettleSettings {

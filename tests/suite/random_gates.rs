@@ -1,0 +1,144 @@
+//! Random gate sequences: every leg state, at any time, on every motor. Whatever the legs do, energy is conserved,
+//! nothing chatters, and a bridge without a source only ever takes energy out.
+
+use rand::{Rng, RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
+use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg, Storage};
+use standstill_plant::{Friction, Motor, built_in, built_in_names};
+use standstill_sim::{Ended, NoProbe, RotorState, Run, Tolerance, run};
+
+use crate::bench::{Script, exact_case, ideal_inverter};
+
+fn random_leg(rng: &mut impl Rng) -> Leg<f64> {
+    match rng.random_range(0..4) {
+        0 => Leg::Off,
+        1 => Leg::Low,
+        2 => Leg::High,
+        _ => Leg::Duty(rng.random_range(0.0..1.0)),
+    }
+}
+
+/// A quarter of a dozen to a dozen commands of 1 µs to 0.4 ms.
+fn random_commands(rng: &mut impl Rng) -> Vec<Command<f64>> {
+    let count = rng.random_range(3..12);
+    (0..count)
+        .map(|_| {
+            let legs = Abc::new(random_leg(rng), random_leg(rng), random_leg(rng));
+            let duration = Nanos(rng.random_range(1_000..400_000));
+            Command::hold(Stage { legs, duration }, Sampling::once(duration))
+        })
+        .collect()
+}
+
+/// Every motor, saturated and linear, with its friction and without any.
+fn motors() -> Vec<Motor> {
+    let saturated: Vec<Motor> = built_in_names().filter_map(built_in).collect();
+    let mut all: Vec<Motor> = saturated.iter().map(Motor::linearised).collect();
+    for motor in &saturated {
+        let mut frictionless = motor.clone();
+        frictionless.rotor.friction = Friction::default();
+        all.push(frictionless);
+    }
+    all.extend(saturated);
+    all
+}
+
+fn random_inverter(rng: &mut impl Rng) -> Inverter {
+    let real = Devices { switch_drop: 0.9, switch_resistance: 0.05, diode_drop: 1.0, diode_resistance: 0.03 };
+    let devices = if rng.random_bool(0.3) { Devices::default() } else { real };
+    let timing = |dead: u64, rng: &mut dyn FnMut() -> u64| GateTiming {
+        turn_off_delay: Nanos(rng()),
+        turn_on_delay: Nanos(rng()),
+        dead_time: Nanos(dead),
+    };
+    let dead = if rng.random_bool(0.5) { 2000 } else { 0 };
+    let mut delay = || rng.random_range(0..300);
+    let gates = [timing(dead, &mut delay), timing(dead, &mut delay), timing(dead, &mut delay)];
+    let storage = rng.random_bool(0.3).then_some(Storage { capacitance: 300e-6, source_resistance: 0.3 });
+    Inverter {
+        bridge: Bridge { devices, open_leg: OpenLeg::Diodes },
+        gates,
+        link: DcLink { ripple: 0.01, storage, ..DcLink::stiff(550.0) },
+        carrier_period: Nanos::from_micros(100),
+    }
+}
+
+fn play(motor: &Motor, inverter: Inverter, commands: Vec<Command<f64>>, rng: &mut impl Rng) -> Run<f64> {
+    let mut case = exact_case(motor, inverter, rng.random_range(0.0..360.0));
+    case.rotor = if rng.random_bool(0.5) { RotorState::Free } else { RotorState::Locked };
+    case.tolerance = Tolerance { flux: 1e-13 };
+    run(&case, &mut Script::new(commands), true, &mut NoProbe)
+}
+
+#[test]
+fn law_energy_is_conserved_over_random_gate_sequences() {
+    let mut rng = ChaCha8Rng::seed_from_u64(7);
+    let motors = motors();
+    for sequence in 0..1000 {
+        let motor = &motors[sequence % motors.len()];
+        let (inverter, commands) = (random_inverter(&mut rng), random_commands(&mut rng));
+        let run = play(motor, inverter.clone(), commands.clone(), &mut rng);
+        assert!(matches!(run.ended, Ended::Outcome(_)), "{sequence}: {:?} {commands:?}", run.ended);
+        let ledger = run.ledger.expect("asked for");
+        // A sequence in which next to nothing flowed has nothing to be relative to.
+        let scale = ledger.copper_loss + ledger.device_loss + ledger.field_change.abs() + 1e-3;
+        let relative = ledger.imbalance() / scale;
+        assert!(
+            relative.abs() < 1e-9,
+            "{sequence}, {}: {relative:e}\n{ledger:?}\n{inverter:?}\n{commands:?}",
+            motor.name
+        );
+        assert!(ledger.copper_loss >= 0.0 && ledger.device_loss >= 0.0, "{ledger:?}");
+    }
+}
+
+#[test]
+fn law_without_a_source_voltage_only_the_rotor_can_give_energy() {
+    // Links of 0 V and a rotor at rest: nothing may ever flow.
+    let mut rng = ChaCha8Rng::seed_from_u64(8);
+    for motor in motors() {
+        for _ in 0..20 {
+            let mut inverter = ideal_inverter(OpenLeg::Diodes);
+            inverter.link = DcLink::stiff(0.0);
+            let commands = random_commands(&mut rng);
+            let run = play(&motor, inverter, commands, &mut rng);
+            assert!(run.peak_current < 1e-9 && run.moved == 0.0, "{run:?}");
+        }
+    }
+}
+
+#[test]
+fn law_currents_turn_with_the_rotor_by_a_phase() {
+    // 120° further and the legs' roles moved on by one: the same currents, one phase on.
+    let mut rng = ChaCha8Rng::seed_from_u64(9);
+    for motor in motors() {
+        for _ in 0..10 {
+            let commands = random_commands(&mut rng);
+            let angle = rng.random_range(0.0..360.0);
+            let turned = commands
+                .iter()
+                .map(|command| {
+                    let Abc([a, b, c]) = command.stage.legs;
+                    let stage = Stage { legs: Abc([c, a, b]), ..command.stage };
+                    Command { stage, ..*command }
+                })
+                .collect();
+            let play = |commands, angle| {
+                let mut case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), angle);
+                case.rotor = RotorState::Free;
+                case.tolerance = Tolerance { flux: 1e-12 };
+                let mut script = Script::new(commands);
+                run(&case, &mut script, false, &mut NoProbe);
+                script.readings
+            };
+            let (first, second) = (play(commands, angle), play(turned, angle + 120.0));
+            assert_eq!(first.len(), second.len());
+            for (x, y) in first.iter().zip(&second) {
+                let (Abc([a, b, c]), Abc([d, e, f])) = (x.current, y.current);
+                let difference = (a - e).abs().max((b - f).abs()).max((c - d).abs());
+                assert!(difference < 1e-6 * (1.0 + a.abs().max(b.abs())), "{}: {x:?} {y:?}", motor.name);
+            }
+        }
+    }
+}
