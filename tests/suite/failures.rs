@@ -121,6 +121,26 @@ fn law_the_hoist_is_detected_too() {
 }
 
 #[test]
+fn law_the_papers_rule_names_the_wrong_pole_where_the_polarity_signature_is_inverted() {
+    // Longer pulses than the paper's: this motor has six times the inductance.
+    let verdicts = |name: &str| {
+        let motor = built_in(name).expect("built in");
+        let mut scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Fast, RotorState::Locked, 1);
+        scenario.detector.pulse = Nanos::from_micros(400);
+        scenario.detector.polarity.periods = 30;
+        (0..20).map(|trial| scenario.trial(trial).expect("settings")).collect::<Vec<_>>()
+    };
+    for record in verdicts("pm-reluctance") {
+        assert_eq!(record.pole_correct(), Some(false), "{:?}", record.run.ended);
+        assert!(record.axis_error_deg().is_some_and(|error| error.abs() < 10.0), "the axis is about right");
+    }
+    // Without a magnet there is no pole, and none must be named.
+    for record in verdicts("reluctance-6k7") {
+        assert_eq!(record.pole_correct(), None, "{:?}", record.run.ended);
+    }
+}
+
+#[test]
 fn law_single_precision_gives_the_same_angle() {
     let scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
     let single = LineInductanceSettings::paper(

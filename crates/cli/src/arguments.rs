@@ -21,6 +21,8 @@ pub enum Command {
     Reproduce(Reproduce),
     /// One detection, every waveform
     Trace(Trace),
+    /// A motor's inductances over current, and which pole draws more of it
+    Magnetics(Magnetics),
     /// The built-in motors, and where each of their numbers comes from
     Motors(Motors),
 }
@@ -73,6 +75,21 @@ pub struct Trace {
 }
 
 #[derive(Debug, Args)]
+pub struct Magnetics {
+    /// A built-in motor's name, or a data sheet's path (.toml)
+    pub motor: String,
+    /// Largest current in A [default: the rated current]
+    #[arg(long, value_name = "A", value_parser = amperes)]
+    pub current: Option<f64>,
+    /// Folder for the figure; made if it does not exist
+    #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
+    pub out: PathBuf,
+    /// Print JSON and write no figure
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Motors {
     /// Only this one
     pub name: Option<String>,
@@ -82,6 +99,13 @@ fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(angle) if angle.is_finite() => Ok(angle),
         _ => Err("not a finite number of degrees".to_owned()),
+    }
+}
+
+fn amperes(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(current) if current.is_finite() && current > 0.0 => Ok(current),
+        _ => Err("not a positive number of amperes".to_owned()),
     }
 }
 

@@ -1,5 +1,6 @@
 //! The subcommands.
 
+pub mod magnetics;
 pub mod motors;
 pub mod reproduce;
 pub mod trace;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use standstill_campaign::CampaignError;
 use standstill_detect::SettingsError;
-use standstill_plant::{MotorError, built_in_names};
+use standstill_plant::{MotorError, NoConvergence, built_in_names};
 use standstill_report::figure::FigureError;
 
 #[derive(Debug)]
@@ -24,6 +24,7 @@ pub enum Error {
     Write(PathBuf, std::io::Error),
     Campaign(CampaignError),
     Figure(FigureError),
+    Magnetics(NoConvergence),
 }
 
 impl Error {
@@ -52,6 +53,7 @@ impl fmt::Display for Error {
             }
             Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
             Self::Campaign(error) => error.fmt(f),
+            Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
             Self::Figure(error) => write!(f, "cannot draw: {error}"),
         }
     }

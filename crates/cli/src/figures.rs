@@ -3,6 +3,7 @@
 use standstill_campaign::{Record, Statistics};
 use standstill_interface::{Abc, Angle, Phase};
 use standstill_inverter::Conduction;
+use standstill_plant::{OperatingPoint, PolarityPoint, Survey};
 use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
 use standstill_sim::{Event, Snapshot, Trace};
 
@@ -247,4 +248,35 @@ pub fn error_over_angle(records: &[(f64, f64)], subtitle: String) -> Figure {
 /// A record as a point of [`error_over_angle`].
 pub fn error_point(record: &Record) -> Option<(f64, f64)> {
     record.axis_error_deg().map(|error| (record.true_angle_deg(), error))
+}
+
+/// Inductances over current, and what the polarity test sees.
+pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
+    let over_d = |inductance: fn(&OperatingPoint) -> f64| {
+        survey.along_d.iter().map(|p| (p.i_d, inductance(p) * 1e3)).collect()
+    };
+    let over_q = |inductance: fn(&OperatingPoint) -> f64| {
+        survey.along_q.iter().map(|p| (p.i_q, inductance(p) * 1e3)).collect()
+    };
+    let inductances = Panel::new(Axis::new("current along the axis named (A)"), Axis::new("inductance (mH)"))
+        .with(curve("L_d over i_d", over_d(|p| p.l_dd), Style::Blue))
+        .with(curve("L_q over i_d", over_d(|p| p.l_qq), Style::Vermilion))
+        .with(curve("L_d over i_q", over_q(|p| p.l_dd), Style::Black))
+        .with(curve("L_q over i_q", over_q(|p| p.l_qq), Style::Green));
+    let average = |inductance: fn(&PolarityPoint) -> f64| {
+        survey.polarity.iter().map(|p| (p.current, inductance(p) * 1e3)).collect()
+    };
+    let polarity = Panel::new(
+        Axis::new("current along the d-axis, either way (A)"),
+        Axis::new("average inductance (mH)"),
+    )
+    .with(curve("towards north", average(|p| p.north), Style::Blue))
+    .with(curve("towards south", average(|p| p.south), Style::Vermilion));
+    Figure {
+        title: format!("Magnetics of {motor}"),
+        subtitle: Some("above: incremental inductances; below: what a polarity test sees".to_owned()),
+        width: WIDTH,
+        height: 760,
+        panels: vec![inductances, polarity],
+    }
 }

@@ -30,6 +30,7 @@ fn main() -> ExitCode {
     let report = arguments().and_then(|arguments| match arguments.command {
         Command::Reproduce(options) => commands::reproduce::run(&options),
         Command::Trace(options) => commands::trace::run(&options),
+        Command::Magnetics(options) => commands::magnetics::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
     });
     let report = report.unwrap_or_else(|error| {

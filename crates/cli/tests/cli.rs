@@ -160,6 +160,25 @@ fn motors_names_the_source_of_each_number() {
 }
 
 #[test]
+fn magnetics_tells_which_pole_draws_more_current() {
+    let folder = folder();
+    for (motor, signature) in
+        [("paper-5k5", "normal"), ("pm-reluctance", "inverted"), ("reluctance-6k7", "none")]
+    {
+        let output = standstill(&["magnetics", motor, "--json"], folder.path());
+        let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        assert_eq!(json["polarity_signature"], signature, "{motor}");
+        assert_eq!(json["convex"], true, "{motor}");
+        for key in ["reciprocity_error_rel", "open_circuit_flux_Wb", "l_d_mH", "l_q_mH"] {
+            assert!(json[key].is_number(), "{motor}: {key}");
+        }
+    }
+    assert!(names(folder.path()).is_empty(), "--json writes no file");
+    assert!(standstill(&["magnetics", "paper-5k5", "--out", "m"], folder.path()).status.success());
+    assert_eq!(names(&folder.path().join("m")), ["magnetics.png", "magnetics.svg"]);
+}
+
+#[test]
 fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     let folder = folder();
     let at = folder.path();
@@ -168,7 +187,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     fs::write(at.join("broken.toml"), "name = \"x\"\ntitel = \"y\"\n").expect("written");
     let before = names(at);
 
-    let cases: [(&[&str], &[&str]); 14] = [
+    let cases: [(&[&str], &[&str]); 16] = [
         (&["reproduce", "--motor", "nosuch"], &["unknown motor `nosuch`", "paper-5k5", "gearless-hoist"]),
         (&["reproduce", "--motor", "missing.toml"], &["cannot read missing.toml"]),
         (&["reproduce", "--motor", "broken.toml"], &["broken.toml", "line 2", "titel"]),
@@ -182,6 +201,8 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["trace", "--angle", "north", "--out", "t"], &["'north'", "not a finite number of degrees"]),
         (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "not a finite number of degrees"]),
         (&["trace", "--angle", "1"], &["--out"]),
+        (&["magnetics", "nosuch"], &["unknown motor `nosuch`"]),
+        (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "positive number of amperes"]),
         (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
     ];
     for (arguments, parts) in cases {

@@ -8,7 +8,9 @@ use standstill_interface::Dq;
 use crate::quantity::unit::{
     Ampere, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, Volt, Watt, Weber,
 };
-use crate::{Algebraic, Core, Friction, Linear, Magnetics, Motor, Quantity, Rotor, Unit, Winding};
+use crate::{
+    Algebraic, Core, Friction, IronBridge, Linear, Magnetics, Motor, Quantity, Rotor, Unit, Winding,
+};
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -90,6 +92,16 @@ struct SaturationTable {
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct BridgeTable {
+    a_b: Sourced<One>,
+    a_bp: Sourced<One>,
+    k_q: Sourced<One>,
+    psi_n: Sourced<Weber>,
+    w: Sourced<One>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct RotorTable {
     inertia: Sourced<KilogramSquareMetre>,
     stiction: Sourced<NewtonMetre>,
@@ -97,7 +109,8 @@ struct RotorTable {
     viscous: Sourced<NewtonMetreSecond>,
 }
 
-/// A motor as its file states it. Without a `[saturation]` table the core is linear.
+/// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
+/// iron bridges of a magnet-assisted reluctance rotor to it.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
@@ -107,6 +120,7 @@ pub struct DataSheet {
     rating: RatingTable,
     winding: WindingTable,
     saturation: Option<SaturationTable>,
+    bridge: Option<BridgeTable>,
     rotor: RotorTable,
 }
 
@@ -199,6 +213,11 @@ impl DataSheet {
                 .extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
             entries.push(entry("saturation", "i_f", &s.i_f));
         }
+        if let Some(b) = &self.bridge {
+            let factors = [("a_b", &b.a_b), ("a_bp", &b.a_bp), ("k_q", &b.k_q), ("w", &b.w)];
+            entries.extend(factors.iter().map(|(key, from)| entry("bridge", key, from)));
+            entries.push(entry("bridge", "psi_n", &b.psi_n));
+        }
         entries.extend([
             entry("rotor", "inertia", &r.inertia),
             entry("rotor", "stiction", &r.stiction),
@@ -241,9 +260,19 @@ impl DataSheet {
             rated_current: check.positive("rating.current", &self.rating.current)?,
             winding,
             magnet_flux,
-            core: match &self.saturation {
-                None => Core::Linear(Linear::from_winding(&winding, magnet_flux)),
-                Some(table) => Core::Algebraic(check.saturation(table)?),
+            core: match (&self.saturation, &self.bridge) {
+                (None, None) => Core::Linear(Linear::from_winding(&winding, magnet_flux)),
+                (None, Some(_)) => {
+                    return Err(check.value(
+                        "bridge",
+                        &"given without [saturation]",
+                        "given with it, or not at all",
+                    ));
+                }
+                (Some(table), bridge) => {
+                    let bridge = bridge.as_ref().map(|table| check.bridge(table)).transpose()?;
+                    Core::Algebraic(Algebraic { bridge, ..check.saturation(table)? })
+                }
             },
             rotor: Rotor { inertia: check.positive("rotor.inertia", &r.inertia)?, friction },
         };
@@ -293,6 +322,17 @@ impl Check<'_> {
             cross_d_exponent: self.whole("saturation.u", &table.u, 0, 60)?,
             cross_q_exponent: self.whole("saturation.v", &table.v, 0, 60)?,
             magnet_current: self.at_least_zero("saturation.i_f", &table.i_f)?,
+            bridge: None,
+        })
+    }
+
+    fn bridge(&self, table: &BridgeTable) -> Result<IronBridge, MotorError> {
+        Ok(IronBridge {
+            strength: self.at_least_zero("bridge.a_b", &table.a_b)?,
+            saturation: self.at_least_zero("bridge.a_bp", &table.a_bp)?,
+            q_share: self.at_least_zero("bridge.k_q", &table.k_q)?,
+            magnet_flux: self.at_least_zero("bridge.psi_n", &table.psi_n)?,
+            exponent: self.whole("bridge.w", &table.w, 1, 200)?,
         })
     }
 

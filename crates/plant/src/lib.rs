@@ -6,6 +6,7 @@
 //! * [`Winding`]: the inductances of the three phases over the rotor angle, equations (1)–(4) of the paper.
 //! * [`Magnetics`]: the core as one energy `W(ψ)`; [`Linear`] and [`Algebraic`] are such energies.
 //! * [`Rotor`]: inertia and friction.
+//! * [`Survey`]: what the magnetics look like to a detection, above all which pole draws more current.
 //! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
 //!
 //! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
@@ -17,14 +18,16 @@ mod magnetics;
 mod motor;
 mod quantity;
 mod rotor;
+mod survey;
 mod symmetric;
 mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use library::{built_in, built_in_names};
-pub use magnetics::{Algebraic, Core, Linear, Magnetics, NoConvergence};
+pub use magnetics::{Algebraic, Core, IronBridge, Linear, Magnetics, NoConvergence};
 pub use motor::Motor;
 pub use quantity::{Quantity, QuantityError, Unit};
 pub use rotor::{Friction, Rotor};
+pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
 pub use symmetric::Symmetric;
 pub use winding::{Winding, rotor_angle_from_lines};

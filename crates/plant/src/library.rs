@@ -2,9 +2,11 @@
 
 use crate::{DataSheet, Motor, MotorError};
 
-const FILES: [(&str, &str); 2] = [
+const FILES: [(&str, &str); 4] = [
     ("paper-5k5", include_str!("../motors/paper-5k5.toml")),
     ("gearless-hoist", include_str!("../motors/gearless-hoist.toml")),
+    ("pm-reluctance", include_str!("../motors/pm-reluctance.toml")),
+    ("reluctance-6k7", include_str!("../motors/reluctance-6k7.toml")),
 ];
 
 /// Names of the built-in motors.

@@ -5,12 +5,14 @@
 //! run can create energy. The physical field energy is `3/2 W`.
 
 mod algebraic;
+mod iron_bridge;
 mod linear;
 
 use standstill_interface::Dq;
 use std::fmt;
 
 pub use algebraic::Algebraic;
+pub use iron_bridge::IronBridge;
 pub use linear::Linear;
 
 use crate::Symmetric;
@@ -22,6 +24,12 @@ pub trait Magnetics {
 
     /// The current `∂W/∂ψ` in A and the inverse incremental inductance `∂²W/∂ψ²` in 1/H.
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric);
+
+    /// Whether the energy has a kink in a higher derivative where ψ_d, or ψ_q, crosses zero, so that an integrator
+    /// must not step across. Terms such as |ψ|ψ make one; they are smooth on either side.
+    fn kinks(&self) -> [bool; 2] {
+        [false; 2]
+    }
 
     /// The current in A alone.
     fn current(&self, flux: Dq<f64>) -> Dq<f64> {
@@ -83,6 +91,13 @@ impl Magnetics for Core {
         match self {
             Self::Linear(core) => core.energy(flux),
             Self::Algebraic(core) => core.energy(flux),
+        }
+    }
+
+    fn kinks(&self) -> [bool; 2] {
+        match self {
+            Self::Linear(core) => core.kinks(),
+            Self::Algebraic(core) => core.kinks(),
         }
     }
 

@@ -7,7 +7,7 @@
 //! ```
 //! Behind the state stand the energies of the [`Ledger`], integrated along when they are asked for.
 
-use standstill_interface::AlphaBeta;
+use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Bridge, DcLink, Gate, Modes, Port};
 use standstill_plant::{Magnetics, Motor};
 
@@ -17,6 +17,9 @@ use crate::motion::Motion;
 pub const CORE: usize = 5;
 /// With the five energies of the ledger in J.
 pub const WITH_LEDGER: usize = 10;
+
+/// Number of margins that a flow watches.
+pub const MARGINS: usize = 6;
 
 /// Where the energy went, in J since the start of the run.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -69,6 +72,8 @@ pub struct Flow<'a> {
     pub modes: Modes,
     /// Whether the rotor moves.
     pub motion: Motion,
+    /// On which sides of zero ψ_d and ψ_q are, +1 or −1, where the core has kinks there; 0 where it has none.
+    pub sides: [f64; 2],
     // Sine and cosine of a rotor that does not move; computing them anew each time would cost a third.
     still: (f64, f64),
 }
@@ -78,6 +83,8 @@ pub struct Flow<'a> {
 pub struct Operating {
     /// The motor as the bridge sees it.
     pub port: Port,
+    /// Flux in Wb in the rotor's plane.
+    pub flux: Dq<f64>,
     /// Current in A in the stator's plane.
     pub current: AlphaBeta<f64>,
     /// Electromagnetic torque in N·m.
@@ -94,6 +101,7 @@ impl<'a> Flow<'a> {
             gates: [Gate::Off; 3],
             modes: [standstill_inverter::Conduction::Blocked; 3],
             motion,
+            sides: motor.core.kinks().map(f64::from),
             still: (0.0, 1.0),
         }
     }
@@ -109,7 +117,8 @@ impl<'a> Flow<'a> {
         let moves = self.motion.moves();
         let (sin, cos) = if moves { y[2].sin_cos() } else { self.still };
         let flux = AlphaBeta::new(y[0], y[1]);
-        let (current_dq, gamma_dq) = self.motor.core.current_and_inverse_inductance(flux.park_by(sin, cos));
+        let flux_dq = flux.park_by(sin, cos);
+        let (current_dq, gamma_dq) = self.motor.core.current_and_inverse_inductance(flux_dq);
         let current = current_dq.unpark_by(sin, cos);
         let gamma = gamma_dq.unpark_by(sin, cos);
         let mut holding = current * self.motor.resistance;
@@ -121,6 +130,7 @@ impl<'a> Flow<'a> {
         let dc_link = if self.link.storage.is_some() { y[4] } else { self.link.source(t) };
         Operating {
             port: Port { current: current.phases().0, inverse_inductance: gamma, holding, dc_link },
+            flux: flux_dq,
             current,
             torque: self.motor.torque(flux, current),
         }
@@ -129,7 +139,7 @@ impl<'a> Flow<'a> {
     /// The derivative of the state. `t` in s.
     #[inline]
     pub fn derivative<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; N] {
-        let Operating { port, current, torque } = self.operating(t, y);
+        let Operating { port, current, torque, .. } = self.operating(t, y);
         let potentials = self.bridge.potentials(self.gates, self.modes, &port);
         let voltage = standstill_interface::Abc(potentials).clarke();
         let slope = voltage - current * self.motor.resistance;
@@ -177,13 +187,22 @@ impl<'a> Flow<'a> {
         dy
     }
 
-    /// How far legs and rotor are from changing their modes, positive while they hold.
+    /// How far everything that makes the flow smooth is from its end, positive while it holds: the modes of the
+    /// three legs, the rotor's motion, and the sides of ψ_d and ψ_q where the core has kinks.
     #[inline]
-    pub fn margins<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; 4] {
+    pub fn margins<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; MARGINS] {
         let at = self.operating(t, y);
         let potentials = self.bridge.potentials(self.gates, self.modes, &at.port);
         let [a, b, c] = self.bridge.margins(self.gates, self.modes, potentials, &at.port);
-        [a, b, c, self.motion.margin(&self.motor.rotor, y[3], at.torque)]
+        let side = |side: f64, flux: f64| if side == 0.0 { f64::INFINITY } else { side * flux };
+        [
+            a,
+            b,
+            c,
+            self.motion.margin(&self.motor.rotor, y[3], at.torque),
+            side(self.sides[0], at.flux.d),
+            side(self.sides[1], at.flux.q),
+        ]
     }
 
     /// Energy of the field in J.

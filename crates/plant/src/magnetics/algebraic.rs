@@ -2,7 +2,7 @@
 
 use standstill_interface::Dq;
 
-use super::Magnetics;
+use super::{IronBridge, Magnetics};
 use crate::Symmetric;
 
 /// ```text
@@ -15,6 +15,8 @@ use crate::Symmetric;
 ///     + a_dq/((U+2)(V+2)) |ψ_d|^(U+2) |ψ_q|^(V+2) − i_f ψ_d
 /// ```
 /// Fluxes in Wb, currents in A. The exponents are whole numbers, as in the published fits.
+///
+/// A motor with magnets in its reluctance rotor adds an [`IronBridge`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Algebraic {
     /// a_d0 in 1/H.
@@ -37,11 +39,13 @@ pub struct Algebraic {
     pub cross_q_exponent: u8,
     /// i_f in A, the magnet as a current that magnetises the d-axis.
     pub magnet_current: f64,
+    /// Iron bridges beside the magnets, if any.
+    pub bridge: Option<IronBridge>,
 }
 
 /// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
 #[inline]
-fn power(x: f64, exponent: u8) -> f64 {
+pub(super) fn power(x: f64, exponent: u8) -> f64 {
     let (mut result, mut square, mut left) = (1.0, x, exponent);
     while left > 0 {
         if left & 1 == 1 {
@@ -70,6 +74,18 @@ impl Magnetics for Algebraic {
                 * q
                 * q
             - self.magnet_current * flux.d
+            + self.bridge.map_or(0.0, |bridge| bridge.energy(flux))
+    }
+
+    fn kinks(&self) -> [bool; 2] {
+        // |ψ|^n ψ with an even n is a polynomial; with an odd one its derivative of order n + 1 jumps. Beyond the
+        // sixth that is smoother than a method of order five can see.
+        let rough = |factor: f64, exponent: u8| factor != 0.0 && exponent % 2 == 1 && exponent < 6;
+        let cross = |exponent| rough(self.cross, exponent);
+        [
+            rough(self.dd, self.d_exponent) || cross(self.cross_d_exponent),
+            rough(self.qq, self.q_exponent) || cross(self.cross_q_exponent),
+        ]
     }
 
     #[inline]
@@ -91,6 +107,13 @@ impl Magnetics for Algebraic {
             gamma.yy += (v + 1.0) * cross * d * d / (u + 2.0);
             gamma.xy = cross * flux.d * flux.q;
         }
-        (Dq::new(slope_d * flux.d - self.magnet_current, slope_q * flux.q), gamma)
+        let mut current = Dq::new(slope_d * flux.d - self.magnet_current, slope_q * flux.q);
+        if let Some(bridge) = self.bridge {
+            let (more_current, more_gamma) = bridge.current_and_inverse_inductance(flux);
+            current = current + more_current;
+            gamma =
+                Symmetric::new(gamma.xx + more_gamma.xx, gamma.xy + more_gamma.xy, gamma.yy + more_gamma.yy);
+        }
+        (current, gamma)
     }
 }

@@ -5,6 +5,7 @@ use standstill_inverter::Conduction;
 
 use super::Rig;
 use crate::case::RunError;
+use crate::flow::MARGINS;
 use crate::integrator::{Attempt, STAGES};
 use crate::motion::Motion;
 use crate::trace::{Event, Probe};
@@ -14,9 +15,14 @@ use crate::trace::{Event, Probe};
 const MOST_EVENTS: u32 = 1000;
 
 /// How far beyond zero a margin must be to count as crossed: the next mode then contradicts the last one by more
-/// than rounding. In A, V, N·m or rad/s, whichever the margin is in.
+/// than rounding. Current in A, flux in Wb, and the rest in V, N·m or rad/s, whichever the margin is in.
 const CURRENT_SLACK: f64 = 1e-10;
+const FLUX_SLACK: f64 = 1e-14;
 const OTHER_SLACK: f64 = 1e-6;
+
+/// Places of the rotor's motion and of the flux among the margins; the legs come before.
+const MOTION: usize = 3;
+const FLUX: usize = 4;
 
 impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// Time in s since the start of the run.
@@ -103,12 +109,16 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     }
 
     /// How far the modes are from their end at share `x` of the step; negative beyond.
-    fn slack(&self, attempt: &Attempt<N>, x: f64) -> [f64; 4] {
+    fn slack(&self, attempt: &Attempt<N>, x: f64) -> [f64; MARGINS] {
         let state = if x == 1.0 { attempt.end } else { attempt.dense(x) };
         let mut margins = self.flow.margins(self.time() + x * attempt.h, &state);
         for (k, margin) in margins.iter_mut().enumerate() {
-            let conducting = k < 3 && self.flow.modes[k] != Conduction::Blocked;
-            *margin += if conducting { CURRENT_SLACK } else { OTHER_SLACK };
+            *margin += match k {
+                FLUX.. => FLUX_SLACK,
+                MOTION => OTHER_SLACK,
+                leg if self.flow.modes[leg] == Conduction::Blocked => OTHER_SLACK,
+                _ => CURRENT_SLACK,
+            };
         }
         margins
     }
@@ -121,7 +131,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let middle = self.slack(attempt, 0.5);
         let end = self.slack(attempt, 1.0);
         let mut first: Option<(usize, f64)> = None;
-        for which in 0..4 {
+        for which in 0..MARGINS {
             let bracket = if middle[which] < 0.0 {
                 (0.0, 0.5)
             } else if end[which] < 0.0 {
@@ -205,7 +215,11 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// Ends the mode whose margin reached zero and finds what follows.
     fn handle_event(&mut self, which: usize) -> Result<(), RunError> {
-        if which == 3 {
+        if which >= FLUX {
+            self.flow.sides[which - FLUX] *= -1.0;
+            return Ok(());
+        }
+        if which == MOTION {
             if self.flow.motion != Motion::Resting {
                 self.state[3] = 0.0;
             }

@@ -1,0 +1,83 @@
+//! Iron bridges of a magnet-assisted reluctance rotor, after Lelli et al. 2024,
+//! <https://doi.org/10.1109/ICEM60801.2024.10700403>.
+
+use standstill_interface::Dq;
+
+use super::Magnetics;
+use super::algebraic::power;
+use crate::Symmetric;
+
+/// Thin iron ribs beside the magnets, which the magnets saturate. With d the magnet axis,
+/// ```text
+/// ψ_b = ψ_d − ψ_n,  s² = ψ_b² + k_q ψ_q²,  G = a_b s^W / (1 + a_bp s^W)
+/// i_d += G ψ_b,  i_q += k_q G ψ_q
+/// ```
+/// the gradient of `∫₀ˢ G(s) s ds`. The ribs draw current only away from ψ_n, the flux that the magnet would drive
+/// through them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IronBridge {
+    /// a_b in A/Wb^(W+1).
+    pub strength: f64,
+    /// a_bp in 1/Wb^W.
+    pub saturation: f64,
+    /// k_q.
+    pub q_share: f64,
+    /// ψ_n in Wb.
+    pub magnet_flux: f64,
+    /// W.
+    pub exponent: u8,
+}
+
+/// Abscissae and weights of Gauss–Legendre quadrature with 8 points on [−1, 1], the positive half.
+const GAUSS: [(f64, f64); 4] = [
+    (0.183_434_642_495_649_8, 0.362_683_783_378_362),
+    (0.525_532_409_916_329, 0.313_706_645_877_887_3),
+    (0.796_666_477_413_626_7, 0.222_381_034_453_374_48),
+    (0.960_289_856_497_536_3, 0.101_228_536_290_376_26),
+];
+
+/// Panels of the quadrature: the integrand is smooth, this leaves rounding only.
+const PANELS: u8 = 8;
+
+impl IronBridge {
+    /// G and s dG/ds, both in 1/H.
+    fn conductance(&self, s: f64) -> (f64, f64) {
+        let p = power(s, self.exponent);
+        let denominator = 1.0 + self.saturation * p;
+        let g = self.strength * p / denominator;
+        (g, f64::from(self.exponent) * g / denominator)
+    }
+
+    fn coordinates(&self, flux: Dq<f64>) -> (f64, f64) {
+        let b = flux.d - self.magnet_flux;
+        (b, (b * b + self.q_share * flux.q * flux.q).sqrt())
+    }
+}
+
+impl Magnetics for IronBridge {
+    fn energy(&self, flux: Dq<f64>) -> f64 {
+        let (_, s) = self.coordinates(flux);
+        let half = s / f64::from(PANELS) / 2.0;
+        let integrand = |s: f64| self.conductance(s).0 * s;
+        (0..PANELS)
+            .map(|panel| {
+                let middle = half * (2.0 * f64::from(panel) + 1.0);
+                let pair =
+                    |(x, w): &(f64, f64)| w * (integrand(middle - half * x) + integrand(middle + half * x));
+                half * GAUSS.iter().map(pair).sum::<f64>()
+            })
+            .sum()
+    }
+
+    fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
+        let (b, s) = self.coordinates(flux);
+        let k = self.q_share;
+        let (g, slope) = self.conductance(s);
+        // ∂G/∂ψ_d = G' ψ_b/s and ∂G/∂ψ_q = G' k_q ψ_q/s; at s = 0 all of it vanishes.
+        let bend = if s > 0.0 { slope / (s * s) } else { 0.0 };
+        (
+            Dq::new(g * b, k * g * flux.q),
+            Symmetric::new(g + bend * b * b, bend * k * b * flux.q, k * g + bend * k * k * flux.q * flux.q),
+        )
+    }
+}
