@@ -109,7 +109,8 @@ fn a_failed_trial_keeps_its_row() {
 #[test]
 fn trace_writes_waveforms_events_and_result() {
     let folder = folder();
-    let arguments = ["trace", "--angle", "241.6", "--decay", "fast", "--rotor", "free", "--out", "t"];
+    let arguments =
+        ["trace", "--angle", "241.6", "--decay", "fast", "--rotor", "free", "--verify", "--out", "t"];
     let output = standstill(&arguments, folder.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let out = folder.path().join("t");
@@ -142,6 +143,9 @@ fn trace_writes_waveforms_events_and_result() {
     let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
     assert_eq!(result["outcome"], "found");
     assert_eq!(result["pole_correct"], true);
+    let error = &result["numerical_error"];
+    let (current, noise) = (error["current_A"].as_f64(), error["sensor_noise_A"].as_f64());
+    assert!(current.zip(noise).is_some_and(|(current, noise)| current < noise / 100.0 && current > 0.0));
     assert!(result["energy_J"]["imbalance"].as_f64().is_some_and(|joule| joule.abs() < 1e-6));
 }
 

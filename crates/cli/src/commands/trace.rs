@@ -1,5 +1,7 @@
 //! `standstill trace`.
 
+mod verify;
+
 use serde_json::json;
 use standstill_campaign::{Record, Scenario, Specimen};
 use standstill_detect::LineInductance;
@@ -36,14 +38,20 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         write(&trace, &mut file).map_err(Error::writing(&options.out.join(name)))?;
         output.close(name, file)?;
     }
-    let result = result(options, &scenario, &record);
+    let verified = options.verify.then(|| verify::numerical_error(&scenario, options.angle)).transpose()?;
+    let mut result = result(options, &scenario, &record);
+    if let Some(error) = &verified {
+        result["numerical_error"] = error.json();
+    }
     output.file("result.json", format!("{result:#}\n").as_bytes())?;
     let figure = figures::detection(&trace, &format!("{} at θ = {}°", scenario.motor.name, options.angle));
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;
 
-    let text = format!("{}\n{}", summary(&record), super::reproduce::file_list(&options.out, &files));
+    let verified = verified.map_or_else(String::new, |error| error.text());
+    let text =
+        format!("{}{verified}\n{}", summary(&record), super::reproduce::file_list(&options.out, &files));
     Ok(Report { text, code: 0 })
 }
 

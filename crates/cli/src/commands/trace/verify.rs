@@ -1,0 +1,95 @@
+//! The numerical error of a run: the same run again at a tighter tolerance.
+
+use serde_json::json;
+use standstill_campaign::{Scenario, Specimen};
+use standstill_detect::{LineInductance, SettingsError};
+use standstill_interface::Outcome;
+use standstill_sim::{Ended, Event, Run, Tolerance, Trace, run};
+
+/// How much tighter.
+const TIGHTER: f64 = 1e-3;
+
+/// The numerical error beside what it has to be small against.
+pub struct NumericalError {
+    tolerance: f64,
+    /// Sampled currents compared, and the largest difference in A.
+    samples: usize,
+    current: f64,
+    /// Difference of the angles in degrees, and of the polarity margins in A, if both runs have them.
+    angle: Option<f64>,
+    margin: Option<f64>,
+    /// The polarity margin and the sensors' noise in A.
+    polarity_margin: Option<f64>,
+    noise: f64,
+}
+
+/// Runs the detection at the scenario's tolerance and at a tighter one, both with the same draws.
+///
+/// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
+pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalError, SettingsError> {
+    let attempt = |tolerance: Tolerance| -> Result<(Run<f64>, Vec<[f64; 3]>), SettingsError> {
+        let mut case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: 0 });
+        case.tolerance = tolerance;
+        case.sensors.settings.adc = None;
+        case.sensors.settings.dc_link.adc = None;
+        // Of the trace only the samples are wanted.
+        let mut trace = Trace::new(f64::INFINITY);
+        let run = run(&case, &mut LineInductance::new(scenario.detector)?, false, &mut trace);
+        let samples = trace.events.iter().filter_map(|(_, event)| match event {
+            Event::Sample(current, _) => Some(*current),
+            _ => None,
+        });
+        Ok((run, samples.collect()))
+    };
+    let usual = scenario.tolerance;
+    let (run, samples) = attempt(usual)?;
+    let (tight_run, tight) = attempt(Tolerance { flux: usual.flux * TIGHTER })?;
+    let pairs = samples.iter().flatten().zip(tight.iter().flatten());
+    let margin = |run: &Run<f64>| match run.ended {
+        Ended::Outcome(Outcome::Found { findings, .. } | Outcome::Axis { findings, .. }) => {
+            findings.polarity.map(|polarity| polarity.margin())
+        }
+        _ => None,
+    };
+    let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| (a - b).abs());
+    Ok(NumericalError {
+        tolerance: usual.flux,
+        samples: samples.len().min(tight.len()),
+        current: pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
+        angle: both(run.found(), tight_run.found()).map(f64::to_degrees),
+        margin: both(margin(&run), margin(&tight_run)),
+        polarity_margin: margin(&run),
+        noise: scenario.sensors.noise,
+    })
+}
+
+impl NumericalError {
+    pub fn text(&self) -> String {
+        let number =
+            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.1e}"));
+        format!(
+            "numerical error at a tolerance of {:.0e} Wb, against one {:.0} times tighter:\n  \
+             sampled currents {:.1e} A at most ({} samples), where the sensors' noise is {:.1e} A\n  \
+             polarity margin {} A of {} A, angle {}°\n",
+            self.tolerance,
+            1.0 / TIGHTER,
+            self.current,
+            self.samples,
+            self.noise,
+            number(self.margin),
+            self.polarity_margin.map_or_else(|| "none".to_owned(), |margin| format!("{margin:.3}")),
+            number(self.angle)
+        )
+    }
+
+    pub fn json(&self) -> serde_json::Value {
+        json!({
+            "tolerance_Wb": self.tolerance,
+            "samples": self.samples,
+            "current_A": self.current,
+            "polarity_margin_A": self.margin,
+            "angle_deg": self.angle,
+            "sensor_noise_A": self.noise,
+        })
+    }
+}
