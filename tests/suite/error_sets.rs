@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
 use standstill_detect::Decay;
-use standstill_sim::RotorState;
+use standstill_interface::Nanos;
+use standstill_sim::{Arrangement, RotorState};
 
 use crate::bench::scenario;
 
@@ -73,6 +74,24 @@ fn analytic_jitter_with_slow_decay_costs_only_when_early() {
     // With fast decay a late sample meets a falling current: both ways cost. Prototype: 0.31°.
     let fast = alone(Decay::Fast, |s| s.sensors.jitter.0 = 1000);
     assert!((fast / 0.31 - 1.0).abs() < 0.2, "{fast}");
+}
+
+#[test]
+fn law_other_sensor_arrangements_are_about_as_good() {
+    // With two sensors the third phase's error is the sum of two; shunts derive the phase whose leg is high.
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    for (arrangement, low, high) in
+        [(Arrangement::TwoInLine, 0.7, 1.1), (Arrangement::LowSideShunts, 0.8, 1.4)]
+    {
+        scenario.sensors.arrangement = arrangement;
+        scenario.detector.sample_lead = Nanos(500);
+        let got = summary(&scenario);
+        let rms = got.rms_deg.value;
+        assert!(
+            rms > low && rms < high && got.wrong_poles == 0 && got.failed == 0,
+            "{arrangement:?}: {got:?}"
+        );
+    }
 }
 
 #[test]

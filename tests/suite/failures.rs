@@ -2,7 +2,7 @@
 
 use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SaliencySign};
-use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Real, Step, Undetermined};
+use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
 use standstill_sim::{Arrangement, Ended, NoProbe, RotorState, RunError, run};
 
@@ -66,6 +66,48 @@ fn law_a_current_that_does_not_decay_is_named() {
         s.sensors.gain_error = 0.0;
     });
     assert!(matches!(fault, Fault::CurrentPersists(_)), "{fault:?}");
+}
+
+#[test]
+fn law_a_clipped_link_is_named() {
+    let fault = fault(|s| s.drive.link.voltage = 1200.0);
+    assert_eq!(fault, Fault::DcLinkClipped);
+}
+
+/// Passes commands on and spoils the readings after a number of them.
+struct Spoiled {
+    inner: LineInductance<f64>,
+    after: u32,
+    spoil: fn(&mut Reading<f64>),
+}
+
+impl Detector<f64> for Spoiled {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        let mut readings = readings.to_vec();
+        if self.after == 0 {
+            readings.iter_mut().for_each(self.spoil);
+        }
+        self.after = self.after.saturating_sub(1);
+        self.inner.step(&readings)
+    }
+}
+
+#[test]
+fn law_a_reading_that_is_no_number_never_becomes_an_angle() {
+    let scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    let spoils: [fn(&mut Reading<f64>); 3] = [
+        |reading| reading.current = standstill_interface::Abc([f64::NAN; 3]),
+        |reading| reading.current[standstill_interface::Phase::B] = f64::INFINITY,
+        |reading| reading.dc_link = f64::NAN,
+    ];
+    for spoil in spoils {
+        for after in 1..24 {
+            let inner = LineInductance::new(scenario.detector).expect("settings");
+            let record = scenario.trial_with(0, &mut Spoiled { inner, after, spoil });
+            let Ended::Outcome(outcome) = record.run.ended else { panic!("{:?}", record.run.ended) };
+            assert!(matches!(outcome, Outcome::Failed { .. }), "after {after}: {outcome:?}");
+        }
+    }
 }
 
 #[test]
@@ -181,6 +223,39 @@ impl Detector<f64> for Endless {
         let stage = standstill_interface::Stage::off(Nanos::from_micros(100_000));
         Step::Drive(Command::hold(stage, standstill_interface::Sampling::NONE))
     }
+}
+
+/// Orders a wait of this many nanoseconds, again and again, after a first short one.
+struct Waiting(u64);
+
+impl Detector<f64> for Waiting {
+    fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
+        let wait = std::mem::replace(&mut self.0, u64::MAX);
+        let stage = standstill_interface::Stage::off(Nanos(wait));
+        Step::Drive(Command::hold(stage, standstill_interface::Sampling::NONE))
+    }
+}
+
+#[test]
+fn regress_absurd_times_end_in_an_error_and_not_in_a_panic() {
+    let mut scenario = scenario(ErrorSet::Harsh, Decay::Fast, RotorState::Locked);
+    for first in [1000, u64::MAX] {
+        let record = scenario.trial_with(0, &mut Waiting(first));
+        assert!(matches!(record.run.ended, Ended::Error(RunError::TimeLimit(_))), "{:?}", record.run.ended);
+    }
+    for (pulse, period) in [(80_000, u64::MAX), (u64::MAX / 2 + 1, u64::MAX)] {
+        (scenario.detector.pulse, scenario.detector.period) = (Nanos(pulse), Nanos(period));
+        assert!(scenario.trial(0).is_err());
+    }
+}
+
+#[test]
+fn law_different_carriers_of_drive_and_detector_are_refused() {
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    assert!(scenario.check().is_ok());
+    scenario.detector.polarity.carrier_period = Nanos::from_micros(50);
+    let error = scenario.check().expect_err("must be refused").to_string();
+    assert!(error.contains("polarity.carrier_period"), "{error}");
 }
 
 #[test]

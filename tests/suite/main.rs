@@ -4,6 +4,7 @@
 mod accuracy;
 mod bench;
 mod determinism;
+mod draws;
 mod energy;
 mod error_sets;
 mod failures;

@@ -104,7 +104,7 @@ fn cross_peaks_of_an_earlier_ngspice_run() {
 #[test]
 fn analytic_gates_off_returns_the_current_to_zero() {
     let motor = reference_motor();
-    let mut trace = Trace::new(1e-7);
+    let mut trace = Trace::new(2e-8);
     let case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), ANGLE);
     run(&case, &mut Script::new(pulses(Decay::Fast)[..1].to_vec()), false, &mut trace);
     let blocked = trace.events.iter().find_map(|(time, event)| {
@@ -116,10 +116,11 @@ fn analytic_gates_off_returns_the_current_to_zero() {
     let peak = 275.0 * (1.0 - (-2.0 * 80e-6 / line).exp());
     let time_to = |level: f64| 80.0 + ((peak + 275.0) / (level + 275.0)).ln() * line / 2.0 * 1e6;
     assert!((zero - time_to(0.0)).abs() < 1e-4, "{zero} µs against {} µs", time_to(0.0));
-    // ngspice reported 159.0 µs: the time at which the current falls below 10 mA. Its true zero comes 0.6 µs later.
+    // An ngspice run of the same circuit was noted with 159.0 µs. That is where the current falls below 10 mA, a
+    // usual threshold; with devices this close to ideal the zero itself cannot come before 159.6 µs.
     let below = trace.snapshots.iter().find(|s| s.time > 80e-6 && s.current[0] < 10e-3);
     let below = below.expect("the current decays").time * 1e6;
-    assert!((below - 159.0).abs() < 0.15 && (time_to(10e-3) - 159.0).abs() < 0.1, "{below} µs");
+    assert!((below - 159.0).abs() < 0.1 && (time_to(10e-3) - 159.0).abs() < 0.1, "{below} µs");
 }
 
 #[test]

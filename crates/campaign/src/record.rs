@@ -80,13 +80,20 @@ impl Record {
         Some(found.difference(Angle::from_radians(self.run.end_angle)).to_degrees())
     }
 
+    /// The axis, in [0, 180)°, if one was found, with its pole or without.
+    pub fn axis_deg(&self) -> Option<f64> {
+        match self.run.ended {
+            Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
+                Some(angle.degrees().rem_euclid(180.0))
+            }
+            _ => None,
+        }
+    }
+
     /// The error of the axis alone, in (−90, 90]°: a wrong pole counts by itself.
     pub fn axis_error_deg(&self) -> Option<f64> {
-        self.error_deg().map(|error| match error {
-            error if error > 90.0 => error - 180.0,
-            error if error <= -90.0 => error + 180.0,
-            error => error,
-        })
+        let error = (self.axis_deg()? - self.true_angle_deg()).rem_euclid(180.0);
+        Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
     /// Whether the pole is the right one; none if none was named.

@@ -39,9 +39,12 @@ pub struct Specimen {
 }
 
 impl Scenario {
-    /// The paper's method, told the sign of the motor's saliency, on this motor, a link of 550 V and one of the error sets.
+    /// DC-link voltage in V where a motor names none: the paper's.
+    pub const DC_LINK: f64 = 550.0;
+
+    /// The paper's method, told the sign of the motor's saliency, on this motor, its DC link and one of the error sets.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
-        let drive = errors.drive(550.0);
+        let drive = errors.drive(motor.dc_link.unwrap_or(Self::DC_LINK));
         let detector = LineInductanceSettings::paper(
             decay,
             if motor.winding.saliency > 0.0 { SaliencySign::Positive } else { SaliencySign::Negative },
@@ -63,6 +66,10 @@ impl Scenario {
 
     /// Whether the detector's settings can work.
     pub fn check(&self) -> Result<(), SettingsError> {
+        if self.detector.polarity.carrier_period != self.drive.carrier_period {
+            let needed = "the carrier period of the drive";
+            return Err(SettingsError { setting: "polarity.carrier_period", needed });
+        }
         LineInductance::new(self.detector).map(|_| ())
     }
 

@@ -3,12 +3,14 @@
 //! Errors are those of the axis, in (−90, 90]°; a wrong pole is counted by itself, because half a turn is not a
 //! large angle error but another kind of failure. All intervals are at 95 %.
 
+use std::collections::BTreeMap;
+
 use serde::Serialize;
-use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF};
+use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
 use crate::{Record, Verdict};
 
-/// A value with its 95 % interval.
+/// A value with its 95 % interval. An end that the sample is too small to give is not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Estimate {
     /// The estimate.
@@ -40,6 +42,8 @@ pub struct Statistics {
     trials: u64,
     undetermined: u64,
     failed: u64,
+    errors_of_simulation: u64,
+    reasons: BTreeMap<String, u64>,
     wrong_poles: u64,
     beyond_limit: u64,
     moved: f64,
@@ -57,8 +61,14 @@ pub struct Summary {
     pub found: u64,
     /// With an axis but no pole.
     pub undetermined: u64,
-    /// Without an angle.
+    /// Given up by the detector.
     pub failed: u64,
+    /// That the simulation could not carry out.
+    pub errors: u64,
+    /// Why there was no angle, and how often, without the numbers of each case.
+    pub reasons: BTreeMap<String, u64>,
+    /// Trials with an axis, of which the error statistics are: found and undetermined.
+    pub axes: u64,
     /// Root mean square of the axis error in degrees. Its interval is the normal one of the mean square.
     pub rms_deg: Estimate,
     /// Mean axis error in degrees.
@@ -100,7 +110,11 @@ impl Statistics {
         match record.verdict() {
             Verdict::Found => {}
             Verdict::Undetermined => self.undetermined += 1,
-            Verdict::Failed | Verdict::Error => self.failed += 1,
+            Verdict::Failed => self.failed += 1,
+            Verdict::Error => self.errors_of_simulation += 1,
+        }
+        if record.verdict() != Verdict::Found {
+            *self.reasons.entry(kind(&record.reason())).or_default() += 1;
         }
         self.wrong_poles += u64::from(record.pole_correct() == Some(false));
         self.beyond_limit += u64::from(record.error_deg().is_some_and(|e| e.abs() > Self::LIMIT_DEG));
@@ -120,11 +134,14 @@ impl Statistics {
     /// The summary of what was added.
     pub fn summary(&self) -> Summary {
         let n = self.errors.len() as f64;
-        let found = self.errors.len() as u64;
+        let axes = self.errors.len() as u64;
+        let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
         let moment = |power: i32| self.errors.iter().map(|e| e.powi(power)).sum::<f64>() / n;
         let (mean, square, fourth) = (moment(1), moment(2), moment(4));
-        let half = 1.96 * ((fourth - square * square).max(0.0) / n).sqrt();
-        let mean_half = 1.96 * ((square - mean * mean).max(0.0) / n).sqrt();
+        // Student's factor, which is 1.96 for many; one value alone has no interval.
+        let student = StudentsT::new(0.0, 1.0, n - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
+        let half = student * ((fourth - square * square).max(0.0) / (n - 1.0)).sqrt();
+        let mean_half = student * ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt();
         let mut magnitudes: Vec<f64> = self.errors.iter().map(|e| e.abs()).collect();
         magnitudes.sort_unstable_by(f64::total_cmp);
         let max_deg = magnitudes.last().copied().unwrap_or(f64::NAN);
@@ -133,6 +150,9 @@ impl Statistics {
             found,
             undetermined: self.undetermined,
             failed: self.failed,
+            errors: self.errors_of_simulation,
+            reasons: self.reasons.clone(),
+            axes,
             rms_deg: Estimate {
                 value: square.sqrt(),
                 low: (square - half).max(0.0).sqrt(),
@@ -141,7 +161,7 @@ impl Statistics {
             bias_deg: Estimate { value: mean, low: mean - mean_half, high: mean + mean_half },
             p95_deg: quantile(&magnitudes, 0.95),
             max_deg,
-            beyond_max: binomial_interval(0, found),
+            beyond_max: binomial_interval(0, axes),
             beyond_2_deg: binomial_interval(self.beyond_limit, found),
             wrong_poles: self.wrong_poles,
             wrong_pole_probability: binomial_interval(self.wrong_poles, self.trials),
@@ -161,12 +181,23 @@ fn quantile(sorted: &[f64], p: f64) -> Estimate {
     let Some(last) = n.checked_sub(1) else {
         return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
     };
-    let rank = |q: f64| Binomial::new(p, n).map_or(0, |binomial| binomial.inverse_cdf(q)).min(last);
+    // With n values, as many as Bin(n, p) lie below the quantile.
+    let below = |q: f64| Binomial::new(p, n).map_or(n, |binomial| binomial.inverse_cdf(q));
     // A share of a count is below it.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let middle = ((p * n as f64) as u64).min(last);
-    let value = |rank| at(rank).unwrap_or(f64::NAN);
-    Estimate { value: value(middle), low: value(rank(0.025)), high: value(rank(0.975)) }
+    let value = |rank: Option<u64>| rank.and_then(at).unwrap_or(f64::NAN);
+    Estimate {
+        value: value(Some(middle)),
+        low: value(below(0.025).checked_sub(1)),
+        high: value(Some(below(0.975))),
+    }
+}
+
+/// A reason without its numbers: what different cases of it have in common.
+fn kind(reason: &str) -> String {
+    let words = reason.split_whitespace().filter(|word| !word.starts_with(|c: char| c.is_ascii_digit()));
+    words.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]
@@ -191,6 +222,17 @@ mod tests {
         assert_eq!(q.value, 950.0);
         // Normal approximation of the ranks: 950 ± 1.96 √(1000 · 0.95 · 0.05) = 950 ± 13.5.
         assert!((q.low - 936.0).abs() <= 1.0 && (q.high - 963.0).abs() <= 1.0, "{q:?}");
+    }
+
+    #[test]
+    fn law_small_samples_have_no_bounds_that_they_cannot_give() {
+        // Of 20 values the largest is below the 95 % quantile with a probability of 0.95^20 = 36 %.
+        let ramp: Vec<f64> = (0..20).map(f64::from).collect();
+        assert!(quantile(&ramp, 0.95).high.is_nan());
+        assert!(quantile(&ramp[..1], 0.95).low.is_nan());
+        // From 73 values on, the largest is an upper bound: 0.95^73 < 2.5 %.
+        let ramp: Vec<f64> = (0..74).map(f64::from).collect();
+        assert_eq!(quantile(&ramp, 0.95).high, 73.0);
     }
 
     #[test]

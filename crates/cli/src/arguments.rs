@@ -43,7 +43,7 @@ pub struct Setup {
     #[arg(long, value_enum, default_value_t = Rotor::Locked)]
     pub rotor: Rotor,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
     pub seed: u64,
 }
 
@@ -53,7 +53,7 @@ pub struct Reproduce {
     #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
     pub out: PathBuf,
     /// Trials of the Monte Carlo run
-    #[arg(long, default_value_t = 10_000, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    #[arg(long, default_value_t = 10_000, value_parser = trials, allow_hyphen_values = true)]
     pub trials: u64,
     #[command(flatten)]
     pub setup: Setup,
@@ -65,7 +65,7 @@ pub struct Reproduce {
 #[derive(Debug, Args)]
 pub struct Trace {
     /// Electrical rotor angle at the start, in degrees
-    #[arg(long, value_name = "DEG", value_parser = degrees, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
     pub angle: f64,
     #[command(flatten)]
     pub setup: Setup,
@@ -94,15 +94,26 @@ pub struct Magnetics {
 
 #[derive(Debug, Args)]
 pub struct Motors {
-    /// Only this one
+    /// Only this one: a built-in motor's name, or a data sheet's path (.toml)
     pub name: Option<String>,
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
-        Ok(angle) if angle.is_finite() => Ok(angle),
+        // Beyond a million degrees a double has no digits left for a thousandth.
+        Ok(angle) if angle.abs() <= 1e6 => Ok(angle.rem_euclid(360.0)),
+        Ok(angle) if angle.is_finite() => Err("more than 1000000 degrees either way".to_owned()),
         _ => Err("not a finite number of degrees".to_owned()),
     }
+}
+
+fn trials(text: &str) -> Result<u64, String> {
+    let trials = text.parse().ok().filter(|trials| (1..=100_000_000).contains(trials));
+    trials.ok_or_else(|| "not a whole number from 1 to 100000000".to_owned())
+}
+
+fn seed(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
 
 fn amperes(text: &str) -> Result<f64, String> {

@@ -4,6 +4,7 @@ use std::io::Write;
 
 use serde::Serialize;
 use standstill_campaign::Record;
+use standstill_inverter::Conduction;
 use standstill_sim::{Event, Snapshot, Trace};
 
 /// A row of `trials.csv`.
@@ -17,6 +18,7 @@ pub struct TrialRow {
     pole_correct: Option<bool>,
     rotor_moved_deg: f64,
     duration_s: f64,
+    axis_deg: Option<f64>,
     start_angle_deg: f64,
     peak_current_a: f64,
     reason: String,
@@ -33,6 +35,7 @@ impl From<&Record> for TrialRow {
             pole_correct: record.pole_correct(),
             rotor_moved_deg: record.rotor_moved_deg(),
             duration_s: record.run.duration.seconds(),
+            axis_deg: record.axis_deg(),
             start_angle_deg: record.start_angle_deg(),
             peak_current_a: record.run.peak_current,
             reason: record.reason(),
@@ -53,12 +56,16 @@ pub fn csv(rows: impl IntoIterator<Item = impl Serialize>) -> std::io::Result<Ve
 pub fn waveform(trace: &Trace, to: &mut impl Write) -> std::io::Result<()> {
     writeln!(
         to,
-        "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c,u_dc_V,omega_rad_per_s,torque_Nm"
+        "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c,u_dc_V,omega_electrical_rad_per_s,torque_Nm"
     )?;
     for s in &trace.snapshots {
         let Snapshot { time, potential: [va, vb, vc], modes: [ma, mb, mc], .. } = s;
-        // Adding zero turns −0 into 0, which would otherwise print as a negative current.
-        let [ia, ib, ic] = s.current.map(|i| i + 0.0);
+        // A blocked leg carries no current; what the integrator leaves of it is not one.
+        let [ia, ib, ic] = std::array::from_fn(|k| {
+            let digits = (s.current[k] * 1e9).round() / 1e9;
+            // Adding zero turns −0 into 0, which would otherwise print as a negative current.
+            if s.modes[k] == Conduction::Blocked { 0.0 } else { digits + 0.0 }
+        });
         let theta = s.angle.to_degrees();
         writeln!(
             to,

@@ -8,22 +8,27 @@ pub mod trace;
 use std::path::Path;
 
 use standstill_campaign::Scenario;
-use standstill_plant::{DataSheet, Motor, built_in};
+use standstill_plant::{DataSheet, Motor};
 
 use crate::arguments::Setup;
 use crate::error::Error;
 
-/// A motor by built-in name or by the path of its data sheet.
-fn motor(name: &str) -> Result<Motor, Error> {
-    if let Some(motor) = built_in(name) {
-        return Ok(motor);
+/// A data sheet by built-in name or by its path.
+fn sheet(name: &str) -> Result<DataSheet, Error> {
+    if let Some(sheet) = DataSheet::built_in(name) {
+        return Ok(sheet);
     }
     let path = Path::new(name);
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::UnknownMotor(name.to_owned()));
     }
     let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
-    DataSheet::parse(name, &text).and_then(|sheet| sheet.motor()).map_err(Error::Motor)
+    DataSheet::parse(name, &text).map_err(Error::Motor)
+}
+
+/// A motor by built-in name or by the path of its data sheet.
+fn motor(name: &str) -> Result<Motor, Error> {
+    sheet(name)?.motor().map_err(Error::Motor)
 }
 
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {

@@ -46,7 +46,7 @@ impl fmt::Display for Error {
                     "unknown motor `{name}`: neither built in ({known}) nor the path of a data sheet (.toml)"
                 )
             }
-            Self::Motor(error) => f.write_str(&crate::text::one_line(&error.to_string())),
+            Self::Motor(error) => error.fmt(f),
             Self::Read(path, error) => write!(f, "cannot read {}: {error}", path.display()),
             Self::InTheWay { path, is, needed } => {
                 write!(f, "{} is {is}, but must be {needed}", path.display())

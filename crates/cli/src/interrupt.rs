@@ -3,18 +3,31 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::output;
+
 /// Code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;
 
-/// A flag that the first Ctrl-C sets. A second one ends the process at once.
+/// A flag that the first interrupt sets, for work that can be stopped and kept. The second one ends the process at
+/// once and removes what is in the making.
 pub fn flag() -> Arc<AtomicBool> {
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);
-    // Without a handler Ctrl-C ends the process at once, which loses no finished file either.
+    handle(move || seen.swap(true, Ordering::SeqCst));
+    stop
+}
+
+/// For work too short to keep half of: an interrupt ends the process at once and removes what is in the making.
+pub fn at_once() {
+    handle(|| true);
+}
+
+fn handle(ends: impl Fn() -> bool + Send + 'static) {
+    // Without a handler an interrupt ends the process at once, which loses no finished file either.
     let _ = ctrlc::set_handler(move || {
-        if seen.swap(true, Ordering::SeqCst) {
+        if ends() {
+            output::abandon();
             std::process::exit(i32::from(INTERRUPTED));
         }
     });
-    stop
 }

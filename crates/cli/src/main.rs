@@ -33,13 +33,23 @@ fn main() -> ExitCode {
         Command::Magnetics(options) => commands::magnetics::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
     });
-    let report = report.unwrap_or_else(|error| {
-        eprintln!("standstill: {error}");
-        Report { text: String::new(), code: 2 }
-    });
-    // Whoever reads the output may stop reading (`| head`); that is no error.
-    let _ = std::io::stdout().write_all(report.text.as_bytes());
-    ExitCode::from(report.code)
+    let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));
+    ExitCode::from(outcome.unwrap_or_else(|error| {
+        // `eprintln!` would panic where standard error cannot be written.
+        let _ = writeln!(std::io::stderr(), "standstill: {}", text::one_line(&error.to_string()));
+        2
+    }))
+}
+
+/// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
+fn print(text: &str) -> Result<(), Error> {
+    let mut stdout = std::io::stdout();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Error::Write("standard output".into(), error))
+        }
+        _ => Ok(()),
+    }
 }
 
 /// The command line; mistakes in one line.

@@ -6,19 +6,53 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
 use crate::error::Error;
 
+/// Hidden folders for files in the making begin with this, then the number of their process.
+const PREFIX: &str = ".standstill-";
+
+/// What an interrupt that cannot wait has to remove.
+static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
+
+/// Folders that exist only because of a run that is not finished.
+#[derive(Clone)]
+struct Unfinished {
+    staging: PathBuf,
+    target: PathBuf,
+    /// The topmost folder that had to be made.
+    made: Option<PathBuf>,
+}
+
+impl Unfinished {
+    fn remove(&self) {
+        let _ = fs::remove_dir_all(&self.staging);
+        // Only what was made here and is empty: whatever somebody else put there stays.
+        let Some(made) = &self.made else { return };
+        for folder in self.target.ancestors().take_while(|folder| folder.starts_with(made)) {
+            if fs::remove_dir(folder).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Removes what is in the making; for a process that is about to end.
+pub fn abandon() {
+    if let Some(unfinished) = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        unfinished.remove();
+    }
+}
+
 /// A folder in the making.
 pub struct Output {
     target: PathBuf,
-    staging: TempDir,
-    /// The topmost folder that had to be made; removed again if nothing comes of it.
-    made: Option<PathBuf>,
+    staging: Option<TempDir>,
+    unfinished: Unfinished,
     names: Vec<String>,
-    done: bool,
 }
 
 impl Output {
@@ -29,7 +63,7 @@ impl Output {
         if let Some(nearest) = nearest
             && !nearest.is_dir()
         {
-            return Err(Error::InTheWay { path: nearest.to_owned(), is: "a file", needed: "a folder" });
+            return Err(Error::InTheWay { path: nearest.to_owned(), is: "not a folder", needed: "one" });
         }
         for name in names {
             let path = target.join(name);
@@ -42,27 +76,34 @@ impl Output {
             .take_while(|path| !path.as_os_str().is_empty() && !path.exists())
             .last()
             .map(Path::to_owned);
-        let prepare = || {
-            fs::create_dir_all(target)?;
-            tempfile::Builder::new().prefix(".standstill-").tempdir_in(target)
-        };
-        match prepare() {
+        let mut unfinished = Unfinished { staging: PathBuf::new(), target: target.to_owned(), made };
+        let staging = fs::create_dir_all(target).and_then(|()| {
+            remove_stale(target);
+            let prefix = format!("{PREFIX}{}-", std::process::id());
+            tempfile::Builder::new().prefix(&prefix).tempdir_in(target)
+        });
+        match staging {
             Ok(staging) => {
-                Ok(Self { target: target.to_owned(), staging, made, names: Vec::new(), done: false })
+                staging.path().clone_into(&mut unfinished.staging);
+                *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = Some(unfinished.clone());
+                Ok(Self { target: target.to_owned(), staging: Some(staging), unfinished, names: Vec::new() })
             }
             Err(error) => {
-                if let Some(made) = made {
-                    let _ = fs::remove_dir_all(made);
-                }
+                unfinished.remove();
+                // The operating system's own words: the temporary folder's name would only confuse.
+                let error = error.raw_os_error().map_or(error, std::io::Error::from_raw_os_error);
                 Err(Error::Write(target.to_owned(), error))
             }
         }
     }
 
+    fn staged(&self, name: &str) -> PathBuf {
+        self.staging.as_ref().map_or_else(PathBuf::new, |staging| staging.path().join(name))
+    }
+
     /// Begins a file; it must be closed with [`Output::close`].
     pub fn begin(&mut self, name: &str) -> Result<BufWriter<File>, Error> {
-        let file =
-            File::create(self.staging.path().join(name)).map_err(Error::writing(&self.target.join(name)))?;
+        let file = File::create(self.staged(name)).map_err(Error::writing(&self.target.join(name)))?;
         self.names.push(name.to_owned());
         Ok(BufWriter::new(file))
     }
@@ -83,17 +124,84 @@ impl Output {
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
         for name in &self.names {
             let path = self.target.join(name);
-            fs::rename(self.staging.path().join(name), &path).map_err(Error::writing(&path))?;
+            fs::rename(self.staged(name), &path).map_err(Error::writing(&path))?;
         }
-        self.done = true;
         Ok(std::mem::take(&mut self.names))
     }
 }
 
 impl Drop for Output {
     fn drop(&mut self) {
-        if let Some(made) = self.made.take().filter(|_| !self.done) {
-            let _ = fs::remove_dir_all(made);
+        self.staging = None;
+        // After a success the folder is not empty and stays.
+        self.unfinished.remove();
+        *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = None;
+    }
+}
+
+/// Removes what processes that were killed left behind in this folder.
+fn remove_stale(folder: &Path) {
+    let Ok(entries) = fs::read_dir(folder) else { return };
+    for entry in entries.flatten() {
+        let name = entry.file_name();
+        let process =
+            name.to_str().and_then(|name| name.strip_prefix(PREFIX)?.split('-').next()?.parse::<u32>().ok());
+        // Without /proc nobody can tell; then they stay.
+        let dead = process.is_some_and(|id| {
+            Path::new("/proc/self").exists() && !Path::new(&format!("/proc/{id}")).exists()
+        });
+        if dead {
+            let _ = fs::remove_dir_all(entry.path());
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn exists(path: &Path) -> bool {
+        path.symlink_metadata().is_ok()
+    }
+
+    #[test]
+    fn law_a_failed_run_leaves_nothing_but_what_others_put_there() {
+        let root = tempfile::tempdir().expect("a folder");
+        let target = root.path().join("new/deep");
+        let mut output = Output::create(&target, &["a.csv"]).expect("writable");
+        output.file("a.csv", b"1").expect("written");
+        drop(output);
+        assert!(!exists(&root.path().join("new")), "made for nothing, gone again");
+
+        let mut output = Output::create(&target, &["a.csv"]).expect("writable");
+        output.file("a.csv", b"1").expect("written");
+        fs::write(target.join("notes.txt"), "mine").expect("written");
+        drop(output);
+        assert_eq!(fs::read_dir(&target).expect("kept").count(), 1);
+        assert!(exists(&target.join("notes.txt")));
+    }
+
+    #[test]
+    fn law_a_finished_run_replaces_its_own_files_only() {
+        let root = tempfile::tempdir().expect("a folder");
+        fs::write(root.path().join("a.csv"), "old").expect("written");
+        fs::write(root.path().join("notes.txt"), "mine").expect("written");
+        let mut output = Output::create(root.path(), &["a.csv"]).expect("writable");
+        output.file("a.csv", b"new").expect("written");
+        assert_eq!(fs::read(root.path().join("a.csv")).expect("there"), b"old", "not before all is complete");
+        output.finish().expect("renamed");
+        assert_eq!(fs::read(root.path().join("a.csv")).expect("there"), b"new");
+        assert_eq!(fs::read_dir(root.path()).expect("a folder").count(), 2);
+    }
+
+    #[test]
+    fn regress_what_a_killed_run_left_is_removed_by_the_next() {
+        let root = tempfile::tempdir().expect("a folder");
+        // No process has this number: Linux stops at 2^22.
+        let stale = root.path().join(".standstill-4294967295-abcdef");
+        fs::create_dir(&stale).expect("made");
+        fs::write(stale.join("trials.csv"), "half").expect("written");
+        drop(Output::create(root.path(), &[]).expect("writable"));
+        assert_eq!(exists(&stale), !Path::new("/proc/self").exists());
     }
 }

@@ -1,11 +1,16 @@
 //! A progress bar on a terminal; nothing in a pipe.
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 /// A bar for this many trials, on standard error.
 pub fn bar(trials: u64) -> ProgressBar {
     let bar = ProgressBar::new(trials);
-    let template = "{bar:30} {human_pos}/{human_len} trials, {per_sec}, {eta} left, {msg}";
-    bar.set_style(ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
+    let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
+        // A bar that cannot be written is no reason to stop.
+        let _ = write!(to, "{:.0}", state.per_sec());
+    };
+    bar.set_style(style.with_key("rate", rate));
     bar
 }

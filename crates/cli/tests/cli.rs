@@ -189,18 +189,46 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     fs::write(at.join("taken"), "a file").expect("written");
     fs::create_dir_all(at.join("blocked/trials.csv")).expect("made");
     fs::write(at.join("broken.toml"), "name = \"x\"\ntitel = \"y\"\n").expect("written");
+
+    let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"))
+        .expect("the data sheet");
+    let damaged = [
+        ("negative", "\"1.2 Ω\"", "\"-1.2 Ω\""),
+        ("unit", "\"1.2 Ω\"", "\"1.2 mH\""),
+        ("poles", "value = 4,", "value = 0,"),
+        ("winding", "\"9.2 mH\"", "\"10 mH\""),
+        ("key", "\nresistance", "\nresistence"),
+    ];
+    for (name, from, to) in damaged {
+        fs::write(at.join(format!("{name}.toml")), sheet.replacen(from, to, 1)).expect("written");
+    }
     let before = names(at);
 
-    let cases: [(&[&str], &[&str]); 16] = [
+    let cases: [(&[&str], &[&str]); 25] = [
         (&["reproduce", "--motor", "nosuch"], &["unknown motor `nosuch`", "paper-5k5", "gearless-hoist"]),
         (&["reproduce", "--motor", "missing.toml"], &["cannot read missing.toml"]),
         (&["reproduce", "--motor", "broken.toml"], &["broken.toml", "line 2", "titel"]),
         (&["reproduce", "--trials", "0"], &["'0'", "--trials"]),
         (&["reproduce", "--trials", "many"], &["'many'", "--trials"]),
         (&["reproduce", "--errors", "big"], &["'big'", "none, default, harsh"]),
-        (&["reproduce", "--seed", "-1"], &["-1"]),
-        (&["reproduce", "--out", "taken"], &["taken is a file"]),
-        (&["reproduce", "--out", "taken/below"], &["taken is a file"]),
+        (&["reproduce", "--seed", "-1"], &["'-1'", "--seed", "whole number from 0"]),
+        (&["reproduce", "--trials", "-1"], &["'-1'", "--trials", "whole number from 1 to 100000000"]),
+        (
+            &["reproduce", "--motor", "negative.toml"],
+            &["negative.toml", "winding.resistance", "-1.2 Ω", "positive"],
+        ),
+        (&["reproduce", "--motor", "unit.toml"], &["unit.toml", "line 17", "`resistance`", "`1.2 mH`", "Ω"]),
+        (&["reproduce", "--motor", "poles.toml"], &["poles.toml", "winding.pole_pairs", "is 0", "1 to 200"]),
+        (
+            &["reproduce", "--motor", "winding.toml"],
+            &["winding.toml", "winding.mean_inductance", "within 2 %"],
+        ),
+        (&["reproduce", "--motor", "key.toml"], &["key.toml", "line 17", "resistence", "resistance"]),
+        (&["motors", "negative.toml"], &["negative.toml", "winding.resistance"]),
+        (&["trace", "--angle", "-inf", "--out", "t"], &["'-inf'", "not a finite number of degrees"]),
+        (&["trace", "--angle", "1e17", "--out", "t"], &["'1e17'", "1000000"]),
+        (&["reproduce", "--out", "taken"], &["taken is not a folder"]),
+        (&["reproduce", "--out", "taken/below"], &["taken is not a folder"]),
         (&["reproduce", "--out", "blocked"], &["trials.csv is a folder"]),
         (&["trace", "--angle", "north", "--out", "t"], &["'north'", "not a finite number of degrees"]),
         (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "not a finite number of degrees"]),

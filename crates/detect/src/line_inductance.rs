@@ -4,18 +4,20 @@
 //!   wait ─► AB pulses ─► wait ─► BC pulses ─► wait ─► CA pulses ─► wait ─► vector at θ̂ ─► wait ─► at θ̂ + 180°
 //!           L_AB, R              L_BC, R              L_CA, R  └► θ̂ modulo 180°, (5)–(7)       larger i_d: north
 //! ```
+//! and a last wait, so that the detection leaves no current behind.
+//!
 //! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at
 //! its end and i3 in the decay give R and L of the line by equation (10).
 
 use standstill_interface::{
     Abc, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Polarity, Reading, Real, Sampling,
-    Sensed, Stage, Step, Undetermined,
+    Stage, Step, Undetermined,
 };
 
 use crate::lines::{Interval, Saliency, SaliencySign, line_impedance};
 use crate::polarity::PolaritySettings;
 use crate::settings::{Decay, SettingsError, require, require_positive};
-use crate::settle::SettleSettings;
+use crate::settle::{Noise, SettleSettings, link, seen};
 
 /// Settings of the paper's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,14 +105,18 @@ impl<T: Real> LineInductanceSettings<T> {
             "dead_time",
             "with sample_lead shorter than the pulse",
         )?;
-        let decay_needs = Nanos(2 * self.pulse.0) + self.settle.wait;
+        let decay_needs = self.pulse * 2 + self.settle.wait;
         require(self.period > decay_needs, "period", "longer than two pulses and settle.wait")?;
+        require(self.period <= LONGEST, "period", "at most a minute")?;
         require_positive(self.least_current, "least_current")?;
         require_positive(self.least_saliency, "least_saliency")?;
         self.settle.check()?;
         self.polarity.check()
     }
 }
+
+/// No detection waits longer for a single thing.
+const LONGEST: Nanos = Nanos(60_000_000_000);
 
 /// The lines in the paper's order: from the first phase to the second.
 const LINES: [(Phase, Phase); 3] = [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
@@ -129,6 +135,7 @@ enum State {
 enum Action {
     Pulse { line: usize, pulse: u8 },
     Push { against: bool },
+    Answer,
 }
 
 /// The paper's detector.
@@ -145,6 +152,7 @@ pub struct LineInductance<T> {
     resistance: Abc<T>,
     axis: Angle<T>,
     along: T,
+    noise: Noise<T>,
     findings: Findings<T>,
 }
 
@@ -165,6 +173,7 @@ impl<T: Real> LineInductance<T> {
             resistance: zero,
             axis: Angle::from_radians(T::zero()),
             along: T::zero(),
+            noise: Noise::new(),
             findings: Findings::default(),
         })
     }
@@ -179,8 +188,9 @@ impl<T: Real> LineInductance<T> {
         self.settings.settle.command(released)
     }
 
-    fn act(&mut self, action: Action) -> Command<T> {
-        match action {
+    fn act(&mut self, action: Action) -> Step<T> {
+        Step::Drive(match action {
+            Action::Answer => return Step::Done(self.answer()),
             Action::Pulse { line, pulse } => {
                 self.state = State::Pulsing { line, pulse };
                 self.pulse(line)
@@ -193,7 +203,7 @@ impl<T: Real> LineInductance<T> {
                 let angle = if against { self.axis.opposite() } else { self.axis };
                 self.settings.polarity.command(angle, amplitude, self.dc_link)
             }
-        }
+        })
     }
 
     fn pulse(&self, line: usize) -> Command<T> {
@@ -215,25 +225,27 @@ impl<T: Real> LineInductance<T> {
         released: bool,
         next: Action,
         readings: &[Reading<T>],
-    ) -> Result<Command<T>, Fault<T>> {
+    ) -> Result<Step<T>, Fault<T>> {
         match self.settings.settle.judge(readings)? {
             Ok(residual) if released => {
                 self.initial = residual;
                 self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
+                self.noise.add(readings);
                 Ok(self.act(next))
             }
-            Ok(_) => Ok(self.wait(1, true, next)),
+            Ok(_) => Ok(Step::Drive(self.wait(1, true, next))),
             Err(current) if waits >= self.settings.settle.attempts => Err(Fault::CurrentPersists(current)),
-            Err(_) => Ok(self.wait(waits + 1, released, next)),
+            Err(_) => Ok(Step::Drive(self.wait(waits + 1, released, next))),
         }
     }
 
     /// After a pulse: its R and L, then the next pulse, or the axis and the first vector.
-    fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
+    fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
         let [second, third] = readings else { return Err(Fault::UnexpectedReadings) };
         let phase = LINES[line].0;
         let (i1, i2, i3) = (self.initial[phase], seen(second, phase)?, seen(third, phase)?);
         let s = &self.settings;
+        let (on_link, off_link) = (link(second)?, link(third)?);
         if i2 - i1 < s.least_current {
             return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
         }
@@ -241,7 +253,7 @@ impl<T: Real> LineInductance<T> {
         // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
         let risen = s.pulse - s.sample_lead;
         let rise = Interval {
-            voltage: second.dc_link * seconds(risen - s.dead_time) / seconds(risen),
+            voltage: on_link * seconds(risen - s.dead_time) / seconds(risen),
             begin: i1,
             end: i2,
             duration: seconds(risen),
@@ -249,11 +261,11 @@ impl<T: Real> LineInductance<T> {
         let after = s.third_sample() - s.pulse;
         let decaying = match s.decay {
             Decay::Slow => T::zero(),
-            Decay::Fast => -third.dc_link,
+            Decay::Fast => -off_link,
         };
         let whole = seconds(after + s.sample_lead);
         let decay = Interval {
-            voltage: (second.dc_link * seconds(s.sample_lead) + decaying * seconds(after)) / whole,
+            voltage: (on_link * seconds(s.sample_lead) + decaying * seconds(after)) / whole,
             begin: i2,
             end: i3,
             duration: whole,
@@ -271,13 +283,13 @@ impl<T: Real> LineInductance<T> {
             let action = Action::Pulse { line, pulse: next };
             Ok(match s.decay {
                 Decay::Slow => self.act(action),
-                Decay::Fast => self.settle(action),
+                Decay::Fast => Step::Drive(self.settle(action)),
             })
         } else if line + 1 < LINES.len() {
-            Ok(self.settle(Action::Pulse { line: line + 1, pulse: 0 }))
+            Ok(Step::Drive(self.settle(Action::Pulse { line: line + 1, pulse: 0 })))
         } else {
             self.find_axis()?;
-            Ok(self.settle(Action::Push { against: false }))
+            Ok(Step::Drive(self.settle(Action::Push { against: false })))
         }
     }
 
@@ -292,11 +304,11 @@ impl<T: Real> LineInductance<T> {
         self.findings.saliency = Some(saliency.amplitude);
         self.axis = saliency.axis;
         let (ratio, needed) = (saliency.ratio(), self.settings.least_saliency);
-        if ratio < needed { Err(Fault::NoSaliency { ratio, needed }) } else { Ok(()) }
+        if ratio >= needed { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
     }
 
-    /// After a vector: the other one, or the answer.
-    fn pushed(&mut self, against: bool, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+    /// After a vector: the other one, or the answer once the current is gone.
+    fn pushed(&mut self, against: bool, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
         let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
         for phase in Phase::ALL {
             seen(reading, phase)?;
@@ -308,28 +320,25 @@ impl<T: Real> LineInductance<T> {
         }
         if !against {
             self.along = current;
-            return Ok(Step::Drive(self.settle(Action::Push { against: true })));
+            return Ok(self.settle(Action::Push { against: true }));
         }
-        let polarity = Polarity { along: self.along, against: current };
-        self.findings.polarity = Some(polarity);
+        self.findings.polarity = Some(Polarity { along: self.along, against: current });
+        Ok(self.settle(Action::Answer))
+    }
+
+    /// The larger i_d points north.
+    fn answer(&self) -> Outcome<T> {
         let findings = self.findings;
-        let (margin, needed) = (polarity.margin(), self.settings.polarity.least_margin);
-        Ok(Step::Done(if margin < needed {
+        let (along, against) = findings.polarity.map_or((T::zero(), T::zero()), |p| (p.along, p.against));
+        let margin = (along - against).abs();
+        let needed = self.settings.polarity.needed_margin(self.noise.deviation());
+        if margin >= needed {
+            let angle = if along > against { self.axis } else { self.axis.opposite() };
+            Outcome::Found { angle, findings }
+        } else {
             let reason = Undetermined::MarginBelowNoise { margin, needed };
             Outcome::Axis { angle: self.axis, reason, findings }
-        } else {
-            let north = if polarity.along > polarity.against { self.axis } else { self.axis.opposite() };
-            Outcome::Found { angle: north, findings }
-        }))
-    }
-}
-
-/// A phase current in A that a sensor really saw.
-fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fault<T>> {
-    match reading.sensed[phase] {
-        Sensed::Measured | Sensed::Derived => Ok(reading.current[phase]),
-        Sensed::Clipped => Err(Fault::Clipped(phase)),
-        Sensed::Hidden => Err(Fault::Hidden(phase)),
+        }
     }
 }
 
@@ -338,11 +347,9 @@ impl<T: Real> Detector<T> for LineInductance<T> {
         let step = match self.state {
             // Whatever flows before the first command has no zero vector to keep it going.
             State::Start => Ok(Step::Drive(self.wait(1, true, Action::Pulse { line: 0, pulse: 0 }))),
-            State::Settling { waits, released, next } => {
-                self.settled(waits, released, next, readings).map(Step::Drive)
-            }
-            State::Pulsing { line, pulse } => self.pulsed(line, pulse, readings).map(Step::Drive),
-            State::Pushing { against } => self.pushed(against, readings),
+            State::Settling { waits, released, next } => self.settled(waits, released, next, readings),
+            State::Pulsing { line, pulse } => self.pulsed(line, pulse, readings),
+            State::Pushing { against } => self.pushed(against, readings).map(Step::Drive),
         };
         step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: self.findings }))
     }

@@ -1,6 +1,6 @@
 //! Waiting until the current is gone.
 
-use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Reading, Real, Sampling, Sensed, Stage};
+use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
 use crate::settings::{SettingsError, require, require_positive};
 
@@ -38,11 +38,67 @@ impl<T: Real> SettleSettings<T> {
     /// After a wait: the residual currents if they are gone, or else the largest.
     pub(crate) fn judge(&self, readings: &[Reading<T>]) -> Result<Result<Abc<T>, T>, Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
-        let largest = readings
-            .iter()
-            .flat_map(|reading| reading.current.0.into_iter().zip(reading.sensed.0))
-            .filter(|(_, sensed)| *sensed != Sensed::Hidden)
-            .fold(T::zero(), |largest, (current, _)| largest.max(current.abs()));
+        let mut largest = T::zero();
+        for reading in readings {
+            for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
+                if !current.is_finite() {
+                    return Err(Fault::NotANumber);
+                }
+                if sensed != Sensed::Hidden {
+                    largest = largest.max(current.abs());
+                }
+            }
+            link(reading)?;
+        }
         Ok(if largest <= self.threshold { Ok(last.current) } else { Err(largest) })
+    }
+}
+
+/// The DC-link voltage in V of a reading, if it can be used.
+pub(crate) fn link<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
+    if reading.dc_link_clipped {
+        Err(Fault::DcLinkClipped)
+    } else if reading.dc_link.is_finite() && reading.dc_link > T::zero() {
+        Ok(reading.dc_link)
+    } else {
+        Err(Fault::NotANumber)
+    }
+}
+
+/// A phase current in A that a sensor really saw.
+pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fault<T>> {
+    match reading.sensed[phase] {
+        Sensed::Clipped => Err(Fault::Clipped(phase)),
+        Sensed::Hidden => Err(Fault::Hidden(phase)),
+        Sensed::Measured | Sensed::Derived if !reading.current[phase].is_finite() => Err(Fault::NotANumber),
+        Sensed::Measured | Sensed::Derived => Ok(reading.current[phase]),
+    }
+}
+
+/// The noise of the current sensors, learnt from readings while no current flows.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Noise<T> {
+    squares: T,
+    pairs: T,
+}
+
+impl<T: Real> Noise<T> {
+    pub(crate) fn new() -> Self {
+        Self { squares: T::zero(), pairs: T::zero() }
+    }
+
+    /// Adds two readings of the same currents; their differences are noise alone, whatever the offsets.
+    pub(crate) fn add(&mut self, readings: &[Reading<T>]) {
+        let [first, second] = readings else { return };
+        for phase in Phase::ALL {
+            let difference = second.current[phase] - first.current[phase];
+            self.squares = self.squares + difference * difference;
+            self.pairs = self.pairs + T::one();
+        }
+    }
+
+    /// Standard deviation of one reading in A.
+    pub(crate) fn deviation(&self) -> T {
+        (self.squares / (self.pairs + self.pairs).max(T::one())).sqrt()
     }
 }

@@ -5,6 +5,7 @@ use core::ops::{Add, Mul, Sub};
 use crate::{Abc, Phase};
 
 /// A time or duration in whole nanoseconds: gate edges and ADC triggers come from counters, not from reals.
+/// Sums and products saturate at 584 years, differences at zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Nanos(pub u64);
 
@@ -14,39 +15,33 @@ impl Nanos {
 
     /// From whole microseconds.
     pub const fn from_micros(micros: u64) -> Self {
-        Self(micros * 1000)
+        Self(micros.saturating_mul(1000))
     }
 
     /// In seconds.
     pub fn seconds(self) -> f64 {
         self.0 as f64 * 1e-9
     }
-
-    /// `self − other`, or zero where that would be negative.
-    #[must_use]
-    pub const fn saturating_sub(self, other: Self) -> Self {
-        Self(self.0.saturating_sub(other.0))
-    }
 }
 
 impl Add for Nanos {
     type Output = Self;
     fn add(self, other: Self) -> Self {
-        Self(self.0 + other.0)
+        Self(self.0.saturating_add(other.0))
     }
 }
 
 impl Sub for Nanos {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
-        Self(self.0 - other.0)
+        Self(self.0.saturating_sub(other.0))
     }
 }
 
 impl Mul<u64> for Nanos {
     type Output = Self;
     fn mul(self, factor: u64) -> Self {
-        Self(self.0 * factor)
+        Self(self.0.saturating_mul(factor))
     }
 }
 
@@ -119,7 +114,7 @@ impl Sampling {
 
     /// Two samples.
     pub fn twice(first: Nanos, second: Nanos) -> Self {
-        Self { first, interval: second.saturating_sub(first), count: 2 }
+        Self { first, interval: second - first, count: 2 }
     }
 
     /// The trigger with this number.

@@ -50,7 +50,7 @@ impl<T> Default for Findings<T> {
 /// Why the pole could not be told although the axis is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Undetermined<T> {
-    /// The two currents differ by less than the noise allows to trust.
+    /// The two currents differ by less than the noise of the readings, or the least margin set, allows to trust.
     MarginBelowNoise {
         /// What was measured, in A.
         margin: T,
@@ -64,6 +64,10 @@ pub enum Undetermined<T> {
 pub enum Fault<T> {
     /// A current reached the end of the ADC's range.
     Clipped(Phase),
+    /// The DC-link voltage reached the end of its converter's range.
+    DcLinkClipped,
+    /// A reading was not a number.
+    NotANumber,
     /// A current that the method needs was seen by no sensor.
     Hidden(Phase),
     /// A pulse raised less current than can be measured: a broken wire, a missing DC link, too short a pulse.
@@ -141,6 +145,8 @@ impl<T: Real> fmt::Display for Fault<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Clipped(phase) => write!(f, "current of phase {} clipped by the ADC", phase.letter()),
+            Self::DcLinkClipped => write!(f, "DC-link voltage clipped by the ADC"),
+            Self::NotANumber => write!(f, "a reading is not a number"),
             Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
             Self::NoCurrent { peak, needed } => {
                 write!(f, "no current: {peak:.3} A where at least {needed:.3} A are needed")

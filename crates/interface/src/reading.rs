@@ -28,4 +28,6 @@ pub struct Reading<T> {
     pub sensed: Abc<Sensed>,
     /// DC-link voltage in V.
     pub dc_link: T,
+    /// Whether that was at the end of its converter's range.
+    pub dc_link_clipped: bool,
 }

@@ -74,6 +74,9 @@ impl Bridge {
         }
         let options = |leg: usize| -> [Option<Conduction>; 3] {
             let (out, into) = (Conduction::outflow(gates[leg]), Conduction::inflow(gates[leg]));
+            if resting[leg] && gates[leg] == Gate::Off && self.open_leg == OpenLeg::Open {
+                return [Some(Conduction::Blocked), None, None];
+            }
             match (resting[leg], port.current[leg] > 0.0) {
                 (true, _) => [Some(Conduction::Blocked), Some(out), Some(into)],
                 (false, true) => [Some(out), None, None],

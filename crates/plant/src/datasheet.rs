@@ -36,7 +36,7 @@ impl fmt::Display for Source {
 
 /// One number of a data sheet.
 #[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, bound = "U: Unit")]
+#[serde(deny_unknown_fields, bound = "U: Unit", expecting = "a table { value = …, source = …, reason = … }")]
 pub struct Sourced<U> {
     value: Quantity<U>,
     source: Source,
@@ -114,6 +114,9 @@ struct RotorTable {
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
+    /// The file, or the built-in's name.
+    #[serde(skip)]
+    file: String,
     name: String,
     title: String,
     notes: String,
@@ -143,7 +146,7 @@ pub enum MotorError {
         /// What was found.
         found: String,
         /// What is needed.
-        needed: &'static str,
+        needed: String,
     },
 }
 
@@ -160,11 +163,29 @@ impl fmt::Display for MotorError {
 
 impl std::error::Error for MotorError {}
 
+/// The line of a position in a text, and the key that stands there.
+fn place(text: &str, position: usize) -> String {
+    let before = &text.as_bytes()[..position.min(text.len())];
+    let line = before.iter().filter(|byte| **byte == b'\n').count();
+    let key = text.lines().nth(line).and_then(|line| line.split_once('=')).map_or("", |(key, _)| key.trim());
+    if key.is_empty() { format!("line {}: ", line + 1) } else { format!("line {}, `{key}`: ", line + 1) }
+}
+
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
-        toml::from_str(text)
-            .map_err(|error| MotorError::Format { file: file.to_owned(), message: error.to_string() })
+        let sheet: Self = toml::from_str(text).map_err(|error| {
+            let place = error.span().map_or_else(String::new, |span| place(text, span.start));
+            let message = error.message().replace('\n', " ");
+            MotorError::Format { file: file.to_owned(), message: place + &message }
+        })?;
+        let printable = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
+        if sheet.name.is_empty() || sheet.name.len() > 60 || !sheet.name.chars().all(printable) {
+            let found = format!("{:?}", sheet.name.chars().take(60).collect::<String>());
+            let needed = "1 to 60 letters, digits, spaces, dots, dashes or underscores".to_owned();
+            return Err(MotorError::Value { file: file.to_owned(), key: "name", found, needed });
+        }
+        Ok(Self { file: file.to_owned(), ..sheet })
     }
 
     /// What the motor is.
@@ -229,10 +250,14 @@ impl DataSheet {
 
     /// The motor, if the numbers make one.
     pub fn motor(&self) -> Result<Motor, MotorError> {
-        let check = Check { file: &self.name };
+        let check = Check { file: &self.file };
         let w = &self.winding;
+        let resistance = check.positive("winding.resistance", &w.resistance)?;
+        if let Some(power) = &self.rating.power {
+            check.positive("rating.power", power)?;
+        }
         let winding = Winding {
-            mean_inductance: w.mean_inductance.value.value(),
+            mean_inductance: check.positive("winding.mean_inductance", &w.mean_inductance)?,
             saliency: w.saliency.value.value(),
             leakage: check.at_least_zero("winding.leakage", &w.leakage)?,
         };
@@ -243,6 +268,11 @@ impl DataSheet {
                 "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
             ));
         }
+        if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
+            let needed =
+                "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
+            return Err(check.value("winding.resistance", &w.resistance.value, needed));
+        }
         let magnet_flux = check.at_least_zero("winding.magnet_flux", &w.magnet_flux)?;
         let r = &self.rotor;
         let friction = Friction {
@@ -251,13 +281,18 @@ impl DataSheet {
             viscous: check.at_least_zero("rotor.viscous", &r.viscous)?,
         };
         if friction.coulomb > friction.stiction {
-            return Err(check.value("rotor.coulomb", &r.coulomb.value, "at most rotor.stiction"));
+            let needed = format!("at most rotor.stiction, {}", r.stiction.value);
+            return Err(check.value("rotor.coulomb", &r.coulomb.value, &needed));
         }
         let motor = Motor {
             name: self.name.clone(),
             pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
-            resistance: check.positive("winding.resistance", &w.resistance)?,
+            resistance,
             rated_current: check.positive("rating.current", &self.rating.current)?,
+            dc_link: match &self.rating.dc_link {
+                Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
+                None => None,
+            },
             winding,
             magnet_flux,
             core: match (&self.saturation, &self.bridge) {
@@ -277,6 +312,7 @@ impl DataSheet {
             rotor: Rotor { inertia: check.positive("rotor.inertia", &r.inertia)?, friction },
         };
         check.core(&motor)?;
+        check.consistent(&motor)?;
         Ok(motor)
     }
 }
@@ -285,19 +321,55 @@ struct Check<'a> {
     file: &'a str,
 }
 
+/// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
+const LARGEST: f64 = 1e6;
+
 impl Check<'_> {
-    fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &'static str) -> MotorError {
-        MotorError::Value { file: self.file.to_owned(), key, found: found.to_string(), needed }
+    fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
+        MotorError::Value {
+            file: self.file.to_owned(),
+            key,
+            found: found.to_string(),
+            needed: needed.to_owned(),
+        }
     }
 
     fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
         let value = from.value.value();
-        if value > 0.0 { Ok(value) } else { Err(self.value(key, &from.value, "positive")) }
+        if (1.0 / LARGEST..=LARGEST).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, &from.value, &format!("positive, from 1e-6 to 1e6 {}", U::SYMBOL)))
+        }
     }
 
     fn at_least_zero<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
         let value = from.value.value();
-        if value >= 0.0 { Ok(value) } else { Err(self.value(key, &from.value, "zero or more")) }
+        if (0.0..=LARGEST).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, &from.value, &format!("zero or more, up to 1e6 {}", U::SYMBOL)))
+        }
+    }
+
+    /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
+    fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
+        let Ok(rest) = motor.core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let l = motor.core.current_and_inverse_inductance(rest).1.inverse();
+        let winding = &motor.winding;
+        let pairs = [
+            ("winding.mean_inductance", "L_d without current", l.xx, winding.d_axis_inductance(), "H", 0.0),
+            ("winding.mean_inductance", "L_q without current", l.yy, winding.q_axis_inductance(), "H", 0.0),
+            ("winding.magnet_flux", "flux without current", rest.d, motor.magnet_flux, "Wb", 1e-4),
+        ];
+        for (key, what, saturated, stated, unit, slack) in pairs {
+            if (saturated - stated).abs() > 0.02 * stated.abs() + slack {
+                let found = format!("such that the {what} is {stated:.4e} {unit}");
+                let needed = format!("within 2 % of what [saturation] makes it, {saturated:.4e} {unit}");
+                return Err(self.value(key, &found, &needed));
+            }
+        }
+        Ok(())
     }
 
     fn whole(&self, key: &'static str, from: &Sourced<One>, least: u8, most: u8) -> Result<u8, MotorError> {

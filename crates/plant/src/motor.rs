@@ -16,6 +16,8 @@ pub struct Motor {
     pub resistance: f64,
     /// Rated current in A, peak of the phase current.
     pub rated_current: f64,
+    /// DC-link voltage in V that it is meant for, if its data sheet says so.
+    pub dc_link: Option<f64>,
     /// The winding without saturation.
     pub winding: Winding,
     /// ψ_pm in Wb, the open-circuit flux linkage.

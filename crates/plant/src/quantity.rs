@@ -39,7 +39,8 @@ pub mod unit {
         /// Inductance.
         Henry = "H" in "m" -3;
         /// Resistance.
-        Ohm = "Ω" or "ohm" or "Ohm";
+        // The second Ω is the Ohm sign U+2126, which looks the same.
+        Ohm = "Ω" or "\u{2126}" or "ohm" or "Ohm";
         /// Flux linkage.
         Weber = "Wb" or "Vs";
         /// Current.
@@ -109,7 +110,7 @@ impl<U: Unit> FromStr for Quantity<U> {
         let text = text.trim();
         // The number is what is left when the longest unit that fits is taken off the end; "1e-3 m" cannot be
         // mistaken for an exponent because units have letters.
-        let digits = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE_".contains(c))).unwrap_or(text.len());
+        let digits = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c))).unwrap_or(text.len());
         let (number, unit) = text.split_at(digits);
         let unit = unit.trim();
         let power = if unit.is_empty() {
@@ -125,7 +126,7 @@ impl<U: Unit> FromStr for Quantity<U> {
                 .ok_or_else(error)?
         };
         // As text, so that "80 us" is exactly 80e-6 and not 80.0 * 1e-6.
-        let number = number.trim().replace('_', "");
+        let number = number.trim();
         let value = if number.contains(['e', 'E']) {
             number.parse::<f64>().map(|value| value * 10_f64.powi(power))
         } else {
@@ -142,7 +143,10 @@ impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
             type Value = Quantity<U>;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                write!(f, "a number in {0}, or a text such as \"1.5 {0}\"", U::SYMBOL)
+                match U::SYMBOL {
+                    "" => write!(f, "a number without unit"),
+                    symbol => write!(f, "a number in {symbol}, or a text such as \"1.5 {symbol}\""),
+                }
             }
 
             fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Quantity<U>, E> {

@@ -54,7 +54,7 @@ pub struct Case<'a> {
 }
 
 impl Case<'_> {
-    /// Time limit where nobody has set another: the slowest method, DC alignment, needs about 3 s.
+    /// Time limit where nobody has set another: several times what the slowest decay of a large motor takes.
     pub const TIME_LIMIT: Nanos = Nanos(20_000_000_000);
 }
 
@@ -74,7 +74,7 @@ pub struct Work {
 /// Why a run ended without an outcome of the detector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RunError {
-    /// A command without duration, or with a sample after its end.
+    /// A command without duration, with a sample after its end, or with more than a million samples.
     BadCommand,
     /// A duty that is not a number.
     BadDuty,
@@ -82,14 +82,16 @@ pub enum RunError {
     TimeLimit(Nanos),
     /// Conduction modes changed more often than any physics does; the state is reported, not guessed.
     Chatter,
-    /// The state left the numbers.
+    /// The state left the finite numbers, or changes too fast for any step.
     NotFinite,
 }
 
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::BadCommand => write!(f, "command without duration, or with a sample after its end"),
+            Self::BadCommand => {
+                write!(f, "command without duration, with a sample after its end or with too many")
+            }
             Self::BadDuty => write!(f, "duty cycle that is not a number"),
             Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
             Self::Chatter => write!(f, "conduction modes keep changing without time passing"),

@@ -2,7 +2,7 @@
 
 mod advance;
 
-use standstill_interface::{Command, Detector, Leg, Nanos, Phase, Reading, Real, Step};
+use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Phase, Reading, Real, Step};
 use standstill_inverter::{Gate, GateDriver};
 
 use crate::case::{Case, Ended, RotorState, Run, RunError, Work};
@@ -11,6 +11,9 @@ use crate::motion::Motion;
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::timeline::Timeline;
 use crate::trace::{Event, Probe, Snapshot};
+
+/// Samples that a command may ask for: more than any method needs, fewer than exhaust the memory.
+const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Carries out one detection from rest.
 ///
@@ -40,6 +43,10 @@ struct Rig<'a, const N: usize, P> {
     link_filter: Option<LowPass>,
     state: [f64; N],
     tolerance: [f64; N],
+    /// Flux in Wb without current, in the rotor's plane.
+    rest_flux: Dq<f64>,
+    /// Longest step in s: a fraction of the ripple's period where the link's voltage follows it.
+    longest_step: f64,
     /// The last instant, and the time in s since then.
     now: Nanos,
     elapsed: f64,
@@ -83,6 +90,11 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 .map(|corner| LowPass::new(corner, inverter.link.source(0.0))),
             state,
             tolerance: tolerances(case),
+            rest_flux: flux.park_by(case.start_angle.sin(), case.start_angle.cos()),
+            longest_step: match inverter.link.storage {
+                Some(_) if inverter.link.ripple != 0.0 => 0.125 / inverter.link.ripple_frequency,
+                _ => f64::INFINITY,
+            },
             now: Nanos::ZERO,
             elapsed: 0.0,
             step_hint: f64::INFINITY,
@@ -139,7 +151,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         let (start, before) = (self.now, self.requested);
         let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
         let end = timeline.end;
-        if end > self.case.time_limit {
+        if end <= start || end > self.case.time_limit {
             return Err(RunError::TimeLimit(self.case.time_limit));
         }
         self.probe.event(self.now.seconds(), Event::Command);
@@ -158,13 +170,22 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 return Ok(());
             }
             self.switch(&mut timeline)?;
-            let next = [timeline.next(), pending.map(|(_, at)| at)]
+            let next = [timeline.next(), pending.map(|(_, at)| at), self.next_source_instant()]
                 .into_iter()
                 .chain(self.drivers.iter().map(GateDriver::next_edge))
                 .flatten()
                 .fold(end, Nanos::min);
             self.advance_to(next)?;
         }
+    }
+
+    /// The next instant of the DC source: begin, middle and end of a sag, which a long step could miss.
+    fn next_source_instant(&self) -> Option<Nanos> {
+        let sag = self.case.inverter.link.sag?;
+        [0.0, 0.5, 1.0]
+            .into_iter()
+            .map(|share| nanos(sag.start + share * sag.duration))
+            .find(|at| *at > self.now)
     }
 
     fn next_trigger(
@@ -201,9 +222,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
 
     fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
         let at = self.flow.operating(self.now.seconds(), &self.state);
-        let current = self.filters.map_or(at.port.current, |filters| filters.map(|filter| filter.output()));
+        let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes);
+        let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
         let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
-        let there = Instant { current, dc_link, modes: self.flow.modes, requested };
+        let there = Instant { current, dc_link, requested };
         let reading: Reading<T> = self.sampler.read(nominal, &there);
         let seen = reading.current.map(Real::to_double).0;
         self.probe.event(self.now.seconds(), Event::Sample(seen, reading.dc_link.to_double()));
@@ -227,6 +249,12 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     }
 }
 
+// Casting a real to an integer saturates: what is out of range is never reached.
+#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+fn nanos(seconds: f64) -> Nanos {
+    Nanos((seconds * 1e9).round() as u64)
+}
+
 /// Absolute tolerances of the state, all from the one of the flux: what moves a current as much.
 fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     let flux = case.tolerance.flux;
@@ -241,7 +269,9 @@ fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
 
 fn validate<T: Real>(command: &Command<T>) -> Result<(), RunError> {
     let duration = command.duration();
-    if duration == Nanos::ZERO || command.sampling.last().is_some_and(|last| last > duration) {
+    let sampling = command.sampling;
+    let too_many = sampling.count > MOST_SAMPLES;
+    if duration == Nanos::ZERO || too_many || sampling.last().is_some_and(|last| last > duration) {
         return Err(RunError::BadCommand);
     }
     let stages = [Some(command.stage), command.then];

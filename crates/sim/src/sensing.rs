@@ -91,6 +91,17 @@ pub struct SensorSettings {
 }
 
 impl SensorSettings {
+    /// Which phase currents flow through a sensor: all of them in line, those of the conducting lower devices
+    /// through shunts.
+    pub fn seen(&self, current: [f64; 3], modes: Modes) -> [f64; 3] {
+        match self.arrangement {
+            Arrangement::ThreeInLine | Arrangement::TwoInLine => current,
+            Arrangement::LowSideShunts => {
+                std::array::from_fn(|k| if modes[k].is_lower() { current[k] } else { 0.0 })
+            }
+        }
+    }
+
     /// Sensors without any error.
     pub const IDEAL: Self = Self {
         arrangement: Arrangement::ThreeInLine,
@@ -157,7 +168,7 @@ impl Sensors {
     }
 }
 
-/// A first-order low-pass filter, exact for an input that is a cubic over the step.
+/// A first-order low-pass filter, exact up to rounding for an input that is a cubic over the step.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
     time_constant: f64,
@@ -175,6 +186,15 @@ impl LowPass {
 
     /// Advances over `h` seconds of input with values `x` at 0, h/3, 2h/3 and h.
     pub fn advance(&mut self, h: f64, x: [f64; 4]) {
+        let r = h / self.time_constant;
+        if r < 0.01 {
+            // On short steps the powers of τ/h below would blow up rounding. The 3/8 rule on the convolution
+            // with the filter's response is exact there to r⁵.
+            let [a, b, c, d] = x;
+            let ends = a * (-r).exp() + 3.0 * b * (-2.0 * r / 3.0).exp() + 3.0 * c * (-r / 3.0).exp() + d;
+            self.output = self.output * (-r).exp() + r / 8.0 * ends;
+            return;
+        }
         // The cubic's derivatives at both ends; the filter follows x − τ x' + τ² x'' − τ³ x''' plus a transient.
         let [a, b, c, d] = x;
         let third = (d - 3.0 * c + 3.0 * b - a) * 27.0;
@@ -199,11 +219,10 @@ pub struct Sampler {
 /// What is physically there at the instant of a sample.
 #[derive(Clone, Copy, Debug)]
 pub struct Instant {
-    /// Phase currents in A, behind the sensors' filters if they have any.
+    /// Currents in A through the sensors, behind their filters if they have any.
     pub current: [f64; 3],
     /// DC link in V, likewise.
     pub dc_link: f64,
-    pub modes: Modes,
     /// What each leg was told just before the trigger's nominal time.
     pub requested: [Gate; 3],
 }
@@ -236,9 +255,7 @@ impl Sampler {
         let noise: [f64; 3] =
             std::array::from_fn(|_| if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 });
         let raw: [(f64, bool); 3] = std::array::from_fn(|k| {
-            let visible = s.arrangement != Arrangement::LowSideShunts || there.modes[k].is_lower();
-            let current = if visible { there.current[k] } else { 0.0 };
-            let value = self.sensors.gain[k] * current + self.sensors.offset[k] + noise[k];
+            let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise[k];
             s.adc.map_or((value, false), |adc| adc.convert(value))
         });
         let measured = |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured });
@@ -264,14 +281,16 @@ impl Sampler {
         if s.dc_link.noise > 0.0 {
             dc_link += s.dc_link.noise * normal(&mut self.link_noise);
         }
+        let mut dc_link_clipped = false;
         if let Some(adc) = s.dc_link.adc {
-            dc_link = adc.convert(dc_link).0;
+            (dc_link, dc_link_clipped) = adc.convert(dc_link);
         }
         Reading {
             at,
             current: Abc(phases.map(|(value, _)| T::of(value))),
             sensed: Abc(phases.map(|(_, sensed)| sensed)),
             dc_link: T::of(dc_link),
+            dc_link_clipped,
         }
     }
 }
@@ -286,7 +305,13 @@ mod tests {
     }
 
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
-        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, modes, requested }
+        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested }.through(SensorSettings::IDEAL, modes)
+    }
+
+    impl Instant {
+        fn through(self, settings: SensorSettings, modes: Modes) -> Self {
+            Self { current: settings.seen(self.current, modes), ..self }
+        }
     }
 
     const PULSE: ([Gate; 3], Modes) =
@@ -317,14 +342,15 @@ mod tests {
         let shunts = SensorSettings { arrangement: Arrangement::LowSideShunts, ..SensorSettings::IDEAL };
         let mut sampler = sampler(shunts);
         // One leg up: derived. Two up: hidden. All off: only what a lower diode carries.
-        let reading: Reading<f64> = sampler.read(Nanos(0), &there(PULSE.1, PULSE.0));
+        let mut read = |modes, gates| -> Reading<f64> {
+            sampler.read(Nanos(0), &there(modes, gates).through(shunts, modes))
+        };
+        let reading = read(PULSE.1, PULSE.0);
         assert_eq!(reading.current.0, [1.5, -1.5, 0.0]);
         assert_eq!(reading.sensed.0[0], Sensed::Derived);
-        let two_up = there([UpperSwitch, LowerSwitch, UpperSwitch], [Gate::High, Gate::Low, Gate::High]);
-        let reading: Reading<f64> = sampler.read(Nanos(0), &two_up);
+        let reading = read([UpperSwitch, LowerSwitch, UpperSwitch], [Gate::High, Gate::Low, Gate::High]);
         assert_eq!(reading.sensed.0, [Sensed::Hidden, Sensed::Measured, Sensed::Hidden]);
-        let reading: Reading<f64> =
-            sampler.read(Nanos(0), &there([LowerDiode, UpperDiode, Blocked], [Gate::Off; 3]));
+        let reading = read([LowerDiode, UpperDiode, Blocked], [Gate::Off; 3]);
         assert_eq!(reading.current.0, [1.5, 0.0, 0.0]);
     }
 
@@ -377,6 +403,19 @@ mod tests {
         filter.advance(5e-6, [0.0, 5e-6 / 3.0, 10e-6 / 3.0, 5e-6]);
         let exact = 5e-6 - 1e-6 * (1.0 - (-5.0_f64).exp());
         assert!((filter.output() - exact).abs() < 1e-18);
+        // Steps of no length change nothing, however short.
+        let mut settled = LowPass::new(1e3, 1.0);
+        for h in [1e-9, 1e-11, 1e-13, 1e-15] {
+            settled.advance(h, [1.0, 1.0 + 1e-15, 1.0 - 1e-15, 1.0]);
+        }
+        assert!((settled.output() - 1.0).abs() < 1e-12, "{}", settled.output());
+        // Just below and just above the change of method: the same ramp.
+        for h in [0.0099e-6, 0.0101e-6] {
+            let mut filter = LowPass::new(1.0 / (std::f64::consts::TAU * 1e-6), 0.0);
+            filter.advance(h, [0.0, h / 3.0, 2.0 * h / 3.0, h]);
+            let exact = h + 1e-6 * (-h / 1e-6).exp_m1();
+            assert!((filter.output() - exact).abs() < 1e-7 * exact, "{} {exact}", filter.output());
+        }
         // A cubic in two steps is a cubic in one.
         let cubic = |t: f64| 1.0 + t - 2.0 * t * t + 0.5 * t * t * t;
         let advance = |filter: &mut LowPass, from: f64, h: f64| {

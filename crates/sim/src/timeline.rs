@@ -62,7 +62,7 @@ impl LegPlan {
 impl LegPlan {
     /// What the leg is told just before `at`, which lies after the start of the command.
     fn told(&self, at: Nanos) -> Gate {
-        let before = at.saturating_sub(Nanos(1));
+        let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
         match self.legs[stage] {
             Leg::Off => Gate::Off,

@@ -1,7 +1,7 @@
 //! Tables 1 and 2 simulated at the five resolver angles.
 
 use standstill_detect::{LineInductance, SettingsError};
-use standstill_interface::{Abc, Findings, Outcome};
+use standstill_interface::{Abc, Angle, Findings};
 use standstill_sim::{Ended, NoProbe, Run, run};
 
 use super::TABLE_2;
@@ -37,14 +37,15 @@ impl SimulatedRow {
         }
     }
 
+    /// What was found minus what the resolver measured, in (−180, 180]°, as the paper states its errors.
+    pub fn error_to_resolver_deg(&self) -> Option<f64> {
+        let resolver = Angle::from_degrees(self.resolver_deg);
+        self.record.run.found().map(|found| Angle::from_radians(found).difference(resolver).to_degrees())
+    }
+
     /// The axis in degrees, [0, 180), by equation (7), if it was found.
     pub fn axis_deg(&self) -> Option<f64> {
-        match self.record.run.ended {
-            Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => {
-                Some(angle.degrees().rem_euclid(180.0))
-            }
-            _ => None,
-        }
+        self.record.axis_deg()
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use standstill_plant::{DataSheet, built_in_names};
+use standstill_plant::built_in_names;
 
 use crate::Report;
 use crate::arguments::Motors;
@@ -10,14 +10,15 @@ use crate::error::Error;
 use crate::text;
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
-    if let Some(name) = &options.name
-        && built_in_names().all(|known| known != name)
-    {
-        return Err(Error::UnknownMotor(name.clone()));
-    }
+    let names: Vec<&str> = match &options.name {
+        Some(name) => vec![name],
+        None => built_in_names().collect(),
+    };
     let mut out = String::new();
-    for name in built_in_names().filter(|known| options.name.as_deref().is_none_or(|name| name == *known)) {
-        let Some(sheet) = DataSheet::built_in(name) else { continue };
+    for name in names {
+        let sheet = super::sheet(name)?;
+        // A sheet that is no motor is not shown as one.
+        sheet.motor().map_err(Error::Motor)?;
         let _ = writeln!(out, "{name}: {}\n", sheet.title());
         out += &text::fill(sheet.notes(), 100, "  ");
         let rows = sheet

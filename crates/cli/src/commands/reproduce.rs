@@ -74,11 +74,13 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     text += &summary_text(&summary);
     let json = serde_json::json!({
         "motor": scenario.motor.name,
+        "motor_file": (options.setup.motor != scenario.motor.name).then_some(&options.setup.motor),
         "errors": ErrorSet::from(options.setup.errors).name(),
         "decay": options.setup.decay.name(),
         "rotor": options.setup.rotor.name(),
         "seed": scenario.seed,
         "trials_asked_for": options.trials,
+        "interrupted": interrupted,
         "summary": summary,
     });
     output.file("summary.json", format!("{json:#}\n").as_bytes())?;
@@ -89,7 +91,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
         let _ = writeln!(text, "\nInterrupted: {done} of {} trials are in these files.", options.trials);
         return Ok(Report { text, code: INTERRUPTED });
     }
-    Ok(Report { text, code: 0 })
+    Ok(Report { text, code: u8::from(summary.errors > 0) })
 }
 
 fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> Result<(), Error> {
@@ -132,10 +134,7 @@ fn draw(
     let row = SimulatedRow::of(scenario, angle, run);
     let place = format!("{setting}, θ = {angle}°");
     let figures = [
-        (
-            "error_over_angle",
-            figures::error_over_angle(points, format!("{setting}, {} detections", points.len())),
-        ),
+        ("error_over_angle", figures::error_over_angle(points, format!("{setting}, {} axes", points.len()))),
         ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
         ("polarity", figures::polarity(&trace, &detector.entries, row.axis_deg().unwrap_or(angle), place)),
     ];
@@ -146,45 +145,47 @@ fn draw(
     Ok(())
 }
 
+fn number(value: f64, digits: usize) -> String {
+    if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
+}
+
 fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
     let Estimate { value, low, high } = *estimate;
-    format!("{:.digits$} [{:.digits$}, {:.digits$}]", value * factor, low * factor, high * factor)
+    let [value, low, high] = [value, low, high].map(|x| number(x * factor, digits));
+    format!("{value} [{low}, {high}]")
 }
 
 fn summary_text(s: &Summary) -> String {
-    let mut text = format!("Monte Carlo: {} trials over uniform angles, [95 % intervals]\n", s.trials);
-    let wrong = s.wrong_pole_probability;
-    let lines = [
-        ("rms axis error".to_owned(), format!("{}°", interval(&s.rms_deg, 1.0, 3))),
-        ("mean axis error".to_owned(), format!("{}°", interval(&s.bias_deg, 1.0, 3))),
-        ("95th percentile".to_owned(), format!("{}°", interval(&s.p95_deg, 1.0, 3))),
-        (
-            "largest".to_owned(),
-            format!(
-                "{:.3}°, exceeded by at most {:.2} % of detections",
-                s.max_deg,
-                100.0 * s.beyond_max.high
-            ),
-        ),
-        ("P(|e| > 2°)".to_owned(), format!("{} %", interval(&s.beyond_2_deg, 100.0, 2))),
-        (
-            "wrong poles".to_owned(),
-            format!("{}, probability {} %", s.wrong_poles, interval(&wrong, 100.0, 3)),
-        ),
-        (
-            "pole undetermined".to_owned(),
-            format!("{}, probability {} %", s.undetermined, interval(&s.undetermined_probability, 100.0, 3)),
-        ),
-        (
-            "failed".to_owned(),
-            format!("{}, probability {} %", s.failed, interval(&s.failed_probability, 100.0, 3)),
-        ),
-        ("rotor moved at most".to_owned(), format!("{:.2}° electrical", s.max_moved_deg)),
-        ("detection takes".to_owned(), format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
-        ("largest current".to_owned(), format!("{:.2} A", s.peak_current_a)),
+    let trials = if s.trials == 1 { "trial" } else { "trials" };
+    let mut text = format!("Monte Carlo: {} {trials} over uniform angles, [95 % intervals]\n", s.trials);
+    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", interval(of, 100.0, 3));
+    let largest = format!(
+        "{}°, exceeded by at most {:.2} % of detections (97.5 %)",
+        number(s.max_deg, 3),
+        // Rounded up: a bound must not look smaller than it is.
+        (1e4 * s.beyond_max.high).ceil() / 100.0
+    );
+    let mut lines = vec![
+        ("rms axis error", format!("{}° over {} axes", interval(&s.rms_deg, 1.0, 3), s.axes)),
+        ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
+        ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
+        ("largest", largest),
+        ("P(|e| > 2°)", format!("{} % of {} found", interval(&s.beyond_2_deg, 100.0, 2), s.found)),
+        ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
+        ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
+        ("failed", share(s.failed, &s.failed_probability)),
+        ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
+        ("detection takes", format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
+        ("largest current", format!("{:.2} A", s.peak_current_a)),
     ];
+    if s.errors > 0 {
+        lines.push(("simulation errors", s.errors.to_string()));
+    }
     for (name, value) in lines {
         let _ = writeln!(text, "  {name:<20} {value}");
+    }
+    for (reason, count) in &s.reasons {
+        let _ = writeln!(text, "    {count} times: {reason}");
     }
     text
 }

@@ -3,9 +3,9 @@
 mod verify;
 
 use serde_json::json;
-use standstill_campaign::{Record, Scenario, Specimen};
+use standstill_campaign::{Record, Scenario, Specimen, Verdict};
 use standstill_detect::LineInductance;
-use standstill_interface::{Abc, Outcome};
+use standstill_interface::Abc;
 use standstill_sim::{Ended, Run, Trace, run as simulate};
 
 use crate::Report;
@@ -14,12 +14,14 @@ use crate::columns;
 use crate::commands::scenario;
 use crate::error::Error;
 use crate::figures;
+use crate::interrupt;
 use crate::output::Output;
 
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
+    interrupt::at_once();
     let scenario = scenario(&options.setup)?;
     let names = ["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
     let mut output = Output::create(&options.out, &names)?;
@@ -52,7 +54,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let verified = verified.map_or_else(String::new, |error| error.text());
     let text =
         format!("{}{verified}\n{}", summary(&record), super::reproduce::file_list(&options.out, &files));
-    Ok(Report { text, code: 0 })
+    Ok(Report { text, code: u8::from(record.verdict() == Verdict::Error) })
 }
 
 fn summary(record: &Record) -> String {
@@ -62,7 +64,7 @@ fn summary(record: &Record) -> String {
     };
     let work = record.run.work;
     format!(
-        "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, peak current {:.2} A\n\
+        "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, largest phase current {:.2} A\n\
          {} right-hand sides, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
         record.true_angle_deg(),
         record.rotor_moved_deg(),
@@ -82,18 +84,13 @@ fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json
         let Abc([ab, bc, ca]) = abc;
         json!({ "ab": ab * factor, "bc": bc * factor, "ca": ca * factor })
     };
-    let (findings, axis) = match run.ended {
-        Ended::Outcome(outcome) => {
-            let axis = match outcome {
-                Outcome::Found { angle, .. } | Outcome::Axis { angle, .. } => Some(angle.degrees() % 180.0),
-                Outcome::Failed { .. } => None,
-            };
-            (Some(*outcome.findings()), axis)
-        }
-        Ended::Error(_) => (None, None),
+    let findings = match run.ended {
+        Ended::Outcome(outcome) => Some(*outcome.findings()),
+        Ended::Error(_) => None,
     };
     json!({
         "motor": scenario.motor.name,
+        "motor_file": (options.setup.motor != scenario.motor.name).then_some(&options.setup.motor),
         "errors": standstill_campaign::ErrorSet::from(options.setup.errors).name(),
         "decay": options.setup.decay.name(),
         "rotor": options.setup.rotor.name(),
@@ -104,7 +101,7 @@ fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json
         "outcome": record.verdict().name(),
         "reason": record.reason(),
         "estimated_angle_deg": record.estimated_angle_deg(),
-        "axis_deg": axis,
+        "axis_deg": record.axis_deg(),
         "error_deg": record.error_deg(),
         "pole_correct": record.pole_correct(),
         "rotor_moved_deg": record.rotor_moved_deg(),

@@ -66,7 +66,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// One accepted step, to the end of the span at most; true if it ended in an event.
     fn step(&mut self, span: f64, slope: &mut [f64; N]) -> Result<bool, RunError> {
         let remaining = span - self.elapsed;
-        let mut h = remaining.min(self.step_hint);
+        let mut h = remaining.min(self.step_hint).min(self.longest_step);
         let attempt = loop {
             let attempt = self.attempt(slope, h);
             let error = attempt.error(&self.tolerance);
@@ -97,6 +97,10 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 self.elapsed = (self.elapsed + cut.h).min(span);
                 self.work.events += 1;
                 self.handle_event(which)?;
+                if self.probe.resolution().is_some() {
+                    let state = self.state;
+                    self.show(self.time(), &state);
+                }
                 Ok(true)
             }
         }
@@ -229,19 +233,29 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             self.probe.event(self.time(), Event::Motion(self.flow.motion));
             return Ok(());
         }
-        if self.flow.modes[which] != Conduction::Blocked {
-            // The current is at its zero up to rounding; make it exactly that.
-            self.project_leg(which);
-        }
-        self.project();
+        let (modes, ended) = (self.flow.modes, which);
+        let conducted = modes[ended] != Conduction::Blocked;
+        self.make_zero(std::array::from_fn(|k| modes[k] == Conduction::Blocked || (conducted && k == ended)));
         self.resolve()
     }
 
     /// Takes the integrator's drift off the currents of blocked legs.
     fn project(&mut self) {
-        for k in 0..3 {
-            if self.flow.modes[k] == Conduction::Blocked {
-                self.project_leg(k);
+        let modes = self.flow.modes;
+        self.make_zero(std::array::from_fn(|k| modes[k] == Conduction::Blocked));
+    }
+
+    /// Makes the currents of these legs exactly zero, where the integrator has them zero up to its error.
+    fn make_zero(&mut self, legs: [bool; 3]) {
+        match legs.iter().filter(|leg| **leg).count() {
+            0 => {}
+            1 => self.project_leg(legs.iter().position(|leg| *leg).unwrap_or_default()),
+            // The currents sum to zero, so all three are: the flux is the magnet's. Leg by leg, each would
+            // disturb the others.
+            _ => {
+                let (sin, cos) = self.state[2].sin_cos();
+                let flux = self.rest_flux.unpark_by(sin, cos);
+                self.state[..2].copy_from_slice(&[flux.alpha, flux.beta]);
             }
         }
     }

@@ -47,7 +47,8 @@ pub struct Table2Csv {
     i_d_2_simulated_a: Option<f64>,
     identified_simulated_deg: Option<f64>,
     resolver_simulated_deg: f64,
-    error_simulated_deg: Option<f64>,
+    error_to_resolver_simulated_deg: Option<f64>,
+    error_to_true_simulated_deg: Option<f64>,
     pole_correct_simulated: Option<bool>,
     outcome_simulated: &'static str,
     disagreements: String,
@@ -100,7 +101,8 @@ pub fn table_2(rows: &[SimulatedRow; 5], findings: &[Finding]) -> Vec<Table2Csv>
             i_d_2_simulated_a: row.findings.polarity.map(|p| p.against),
             identified_simulated_deg: row.record.estimated_angle_deg(),
             resolver_simulated_deg: row.resolver_deg,
-            error_simulated_deg: row.record.error_deg(),
+            error_to_resolver_simulated_deg: row.error_to_resolver_deg(),
+            error_to_true_simulated_deg: row.record.error_deg(),
             pole_correct_simulated: row.record.pole_correct(),
             outcome_simulated: row.record.verdict().name(),
             disagreements: disagreements(findings, &format!("Table 2, row {}", k + 1)),
@@ -153,18 +155,21 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
         vec![
             row.position.to_string(),
             format!("{:.1}", row.measured_published_deg),
+            format!("{:.1}", row.resolver_simulated_deg),
             format!("{:.2} {:.2}", row.i_d_1_published_a, row.i_d_2_published_a),
             format!("{} {}", number(row.i_d_1_simulated_a, 2), number(row.i_d_2_simulated_a, 2)),
             format!("{:.1}", row.identified_published_deg),
             named,
             format!("{:+.1}", row.error_published_deg),
-            row.error_simulated_deg.map_or_else(|| "–".to_owned(), |error| format!("{error:+.1}")),
+            row.error_to_resolver_simulated_deg
+                .map_or_else(|| "–".to_owned(), |error| format!("{error:+.1}")),
         ]
     });
     format!(
         "Table 1, line inductances L_AB L_BC L_CA in mH and 2θ in degrees. The simulated rotor stands where the\n\
          paper's resolver read; recomputed is equation (7) on the published inductances.\n{}\n\
-         Table 2, i_d in A with the vector at the first and the second candidate, angles in degrees.\n{}\n",
+         Table 2, i_d in A with the vector at the first and the second candidate, angles in degrees; errors against\n\
+         the angle that the resolver measured, simulated with an error of its own.\n{}\n",
         table(
             &["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"],
             first,
@@ -173,7 +178,8 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
         table(
             &[
                 "",
-                "resolver",
+                "measured publ.",
+                "simul.",
                 "i_d publ.",
                 "i_d simul.",
                 "θ publ.",
