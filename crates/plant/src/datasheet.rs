@@ -165,8 +165,7 @@ impl std::error::Error for MotorError {}
 
 /// The line of a position in a text, and the key that stands there.
 fn place(text: &str, position: usize) -> String {
-    let before = &text.as_bytes()[..position.min(text.len())];
-    let line = before.iter().filter(|byte| **byte == b'\n').count();
+    let line = text.char_indices().take_while(|(at, _)| *at < position).filter(|(_, c)| *c == '\n').count();
     let key = text.lines().nth(line).and_then(|line| line.split_once('=')).map_or("", |(key, _)| key.trim());
     if key.is_empty() { format!("line {}: ", line + 1) } else { format!("line {}, `{key}`: ", line + 1) }
 }
