@@ -1,0 +1,194 @@
+//! Whether the numbers of a data sheet make a motor.
+
+use std::fmt;
+
+use standstill_interface::Dq;
+
+use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced};
+use crate::quantity::unit::One;
+use crate::{Algebraic, Core, Friction, IronBridge, Linear, Magnetics, Motor, Rotor, Unit, Winding};
+
+impl DataSheet {
+    /// The motor, if the numbers make one.
+    pub fn motor(&self) -> Result<Motor, MotorError> {
+        let check = Check { file: &self.file };
+        let w = &self.winding;
+        let resistance = check.positive("winding.resistance", &w.resistance)?;
+        if let Some(power) = &self.rating.power {
+            check.positive("rating.power", power)?;
+        }
+        let winding = Winding {
+            mean_inductance: check.positive("winding.mean_inductance", &w.mean_inductance)?,
+            saliency: w.saliency.value.value(),
+            leakage: check.at_least_zero("winding.leakage", &w.leakage)?,
+        };
+        if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
+            return Err(check.value(
+                "winding.saliency",
+                &w.saliency.value,
+                "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
+            ));
+        }
+        if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
+            let needed =
+                "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
+            return Err(check.value("winding.resistance", &w.resistance.value, needed));
+        }
+        let magnet_flux = check.at_least_zero("winding.magnet_flux", &w.magnet_flux)?;
+        let r = &self.rotor;
+        let friction = Friction {
+            stiction: check.at_least_zero("rotor.stiction", &r.stiction)?,
+            coulomb: check.at_least_zero("rotor.coulomb", &r.coulomb)?,
+            viscous: check.at_least_zero("rotor.viscous", &r.viscous)?,
+        };
+        if friction.coulomb > friction.stiction {
+            let needed = format!("at most rotor.stiction, {}", r.stiction.value);
+            return Err(check.value("rotor.coulomb", &r.coulomb.value, &needed));
+        }
+        let motor = Motor {
+            name: self.name.clone(),
+            pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
+            resistance,
+            rated_current: check.positive("rating.current", &self.rating.current)?,
+            dc_link: match &self.rating.dc_link {
+                Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
+                None => None,
+            },
+            winding,
+            magnet_flux,
+            core: match (&self.saturation, &self.bridge) {
+                (None, None) => Core::Linear(Linear::from_winding(&winding, magnet_flux)),
+                (None, Some(_)) => {
+                    return Err(check.value(
+                        "bridge",
+                        &"given without [saturation]",
+                        "given with it, or not at all",
+                    ));
+                }
+                (Some(table), bridge) => {
+                    let bridge = bridge.as_ref().map(|table| check.bridge(table)).transpose()?;
+                    Core::Algebraic(Algebraic { bridge, ..check.saturation(table)? })
+                }
+            },
+            rotor: Rotor { inertia: check.positive("rotor.inertia", &r.inertia)?, friction },
+        };
+        check.core(&motor)?;
+        check.consistent(&motor)?;
+        Ok(motor)
+    }
+}
+
+struct Check<'a> {
+    file: &'a str,
+}
+
+/// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
+const LARGEST: f64 = 1e6;
+
+impl Check<'_> {
+    fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
+        MotorError::Value {
+            file: self.file.to_owned(),
+            key,
+            found: found.to_string(),
+            needed: needed.to_owned(),
+        }
+    }
+
+    fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+        let value = from.value.value();
+        if (1.0 / LARGEST..=LARGEST).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, &from.value, &format!("positive, from 1e-6 to 1e6 {}", U::SYMBOL)))
+        }
+    }
+
+    fn at_least_zero<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+        let value = from.value.value();
+        if (0.0..=LARGEST).contains(&value) {
+            Ok(value)
+        } else {
+            Err(self.value(key, &from.value, &format!("zero or more, up to 1e6 {}", U::SYMBOL)))
+        }
+    }
+
+    /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
+    fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
+        let Ok(rest) = motor.core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let l = motor.core.current_and_inverse_inductance(rest).1.inverse();
+        let winding = &motor.winding;
+        let pairs = [
+            ("winding.mean_inductance", "L_d without current", l.xx, winding.d_axis_inductance(), "H", 0.0),
+            ("winding.mean_inductance", "L_q without current", l.yy, winding.q_axis_inductance(), "H", 0.0),
+            ("winding.magnet_flux", "flux without current", rest.d, motor.magnet_flux, "Wb", 1e-4),
+        ];
+        for (key, what, saturated, stated, unit, slack) in pairs {
+            if (saturated - stated).abs() > 0.02 * stated.abs() + slack {
+                let found = format!("such that the {what} is {stated:.4e} {unit}");
+                let needed = format!("within 2 % of what [saturation] makes it, {saturated:.4e} {unit}");
+                return Err(self.value(key, &found, &needed));
+            }
+        }
+        Ok(())
+    }
+
+    fn whole(&self, key: &'static str, from: &Sourced<One>, least: u8, most: u8) -> Result<u8, MotorError> {
+        (least..=most).find(|n| f64::from(*n) == from.value.value()).ok_or_else(|| {
+            self.value(
+                key,
+                &from.value,
+                if least == 0 { "a whole number from 0 to 60" } else { "a whole number from 1 to 200" },
+            )
+        })
+    }
+
+    fn saturation(&self, table: &SaturationTable) -> Result<Algebraic, MotorError> {
+        Ok(Algebraic {
+            d: self.at_least_zero("saturation.a_d0", &table.a_d0)?,
+            dd: self.at_least_zero("saturation.a_dd", &table.a_dd)?,
+            d_exponent: self.whole("saturation.s", &table.s, 0, 60)?,
+            q: self.at_least_zero("saturation.a_q0", &table.a_q0)?,
+            qq: self.at_least_zero("saturation.a_qq", &table.a_qq)?,
+            q_exponent: self.whole("saturation.t", &table.t, 0, 60)?,
+            cross: self.at_least_zero("saturation.a_dq", &table.a_dq)?,
+            cross_d_exponent: self.whole("saturation.u", &table.u, 0, 60)?,
+            cross_q_exponent: self.whole("saturation.v", &table.v, 0, 60)?,
+            magnet_current: self.at_least_zero("saturation.i_f", &table.i_f)?,
+            bridge: None,
+        })
+    }
+
+    fn bridge(&self, table: &BridgeTable) -> Result<IronBridge, MotorError> {
+        Ok(IronBridge {
+            strength: self.at_least_zero("bridge.a_b", &table.a_b)?,
+            saturation: self.at_least_zero("bridge.a_bp", &table.a_bp)?,
+            q_share: self.at_least_zero("bridge.k_q", &table.k_q)?,
+            magnet_flux: self.at_least_zero("bridge.psi_n", &table.psi_n)?,
+            exponent: self.whole("bridge.w", &table.w, 1, 200)?,
+        })
+    }
+
+    /// The Hessian must be positive definite wherever a detection may take the core: to three times the rated
+    /// current in any direction.
+    fn core(&self, motor: &Motor) -> Result<(), MotorError> {
+        for step in 0..48 {
+            let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 48.0).sin_cos();
+            for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
+                let current = Dq::new(cos, sin) * (motor.rated_current * share);
+                let convex = motor.core.flux_at(current).is_ok_and(|flux| {
+                    motor.core.current_and_inverse_inductance(flux).1.is_positive_definite()
+                });
+                if !convex {
+                    let found = format!("not convex near i_d = {:.3} A, i_q = {:.3} A", current.d, current.q);
+                    return Err(self.value(
+                        "saturation",
+                        &found,
+                        "an energy whose inductances stay positive",
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}

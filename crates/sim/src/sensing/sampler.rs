@@ -1,0 +1,201 @@
+//! Taking samples: from what is there to what the drive reads.
+
+use rand::RngExt;
+use rand_chacha::ChaCha8Rng;
+use standstill_interface::{Abc, Nanos, Reading, Real, Sensed};
+use standstill_inverter::Gate;
+
+use super::{Arrangement, Sensors, normal};
+use crate::{Purpose, Streams};
+
+/// Takes the samples of one run.
+#[derive(Debug)]
+pub struct Sampler {
+    sensors: Sensors,
+    noise: ChaCha8Rng,
+    link_noise: ChaCha8Rng,
+    jitter: ChaCha8Rng,
+}
+
+/// What is physically there at the instant of a sample.
+#[derive(Clone, Copy, Debug)]
+pub struct Instant {
+    /// Currents in A through the sensors, behind their filters if they have any.
+    pub current: [f64; 3],
+    /// DC link in V, likewise.
+    pub dc_link: f64,
+    /// What each leg was told just before the trigger's nominal time.
+    pub requested: [Gate; 3],
+}
+
+impl Sampler {
+    pub fn new(sensors: Sensors, streams: Streams) -> Self {
+        Self {
+            sensors,
+            noise: streams.open(Purpose::CurrentNoise),
+            link_noise: streams.open(Purpose::LinkNoise),
+            jitter: streams.open(Purpose::Jitter),
+        }
+    }
+
+    /// When a trigger at `nominal` really samples, within its command.
+    pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
+        let jitter = self.sensors.settings.jitter.0;
+        let late = nominal.0 + self.sensors.settings.sample_delay.0;
+        let moved = if jitter == 0 {
+            late
+        } else {
+            (late + self.jitter.random_range(0..=2 * jitter)).saturating_sub(jitter)
+        };
+        Nanos(moved.clamp(command_start.0, command_end.0))
+    }
+
+    /// One sample; `at` is the trigger's nominal time after the start of its command.
+    pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
+        let s = self.sensors.settings;
+        let noise: [f64; 3] =
+            std::array::from_fn(|_| if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 });
+        let raw: [(f64, bool); 3] = std::array::from_fn(|k| {
+            let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise[k];
+            s.adc.map_or((value, false), |adc| adc.convert(value))
+        });
+        let measured = |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured });
+        let derived = |k: usize| {
+            let (x, y) = (raw[(k + 1) % 3], raw[(k + 2) % 3]);
+            (-(x.0 + y.0), if x.1 || y.1 { Sensed::Clipped } else { Sensed::Derived })
+        };
+        let upper = there.requested.iter().filter(|gate| **gate == Gate::High).count();
+        let phase = |k: usize| match s.arrangement {
+            Arrangement::TwoInLine if k == 2 => derived(2),
+            Arrangement::LowSideShunts if there.requested[k] == Gate::High => {
+                if upper == 1 {
+                    derived(k)
+                } else {
+                    (0.0, Sensed::Hidden)
+                }
+            }
+            _ => measured(k),
+        };
+        let phases = [phase(0), phase(1), phase(2)];
+
+        let mut dc_link = self.sensors.dc_link_gain * there.dc_link + self.sensors.dc_link_offset;
+        if s.dc_link.noise > 0.0 {
+            dc_link += s.dc_link.noise * normal(&mut self.link_noise);
+        }
+        let mut dc_link_clipped = false;
+        if let Some(adc) = s.dc_link.adc {
+            (dc_link, dc_link_clipped) = adc.convert(dc_link);
+        }
+        Reading {
+            at,
+            current: Abc(phases.map(|(value, _)| T::of(value))),
+            sensed: Abc(phases.map(|(_, sensed)| sensed)),
+            dc_link: T::of(dc_link),
+            dc_link_clipped,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Adc, SensorSettings};
+    use standstill_inverter::Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
+    use standstill_inverter::Modes;
+
+    fn sampler(settings: SensorSettings) -> Sampler {
+        Sampler::new(Sensors::nominal(settings), Streams::new(1, 0))
+    }
+
+    fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
+        Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested }.through(SensorSettings::IDEAL, modes)
+    }
+
+    impl Instant {
+        fn through(self, settings: SensorSettings, modes: Modes) -> Self {
+            Self { current: settings.seen(self.current, modes), ..self }
+        }
+    }
+
+    const PULSE: ([Gate; 3], Modes) =
+        ([Gate::High, Gate::Low, Gate::Off], [UpperSwitch, LowerSwitch, Blocked]);
+
+    #[test]
+    fn analytic_adc_rounds_and_clips() {
+        let adc = Adc { bits: 12, low: -20.0, high: 20.0 };
+        let step = 40.0 / 4096.0;
+        assert_eq!(adc.convert(0.6 * step), (step, false));
+        assert_eq!(adc.convert(25.0), (20.0 - step, true));
+        assert_eq!(adc.convert(-25.0), (-20.0, true));
+    }
+
+    #[test]
+    fn law_two_sensors_derive_the_third() {
+        let mut sampler =
+            sampler(SensorSettings { arrangement: Arrangement::TwoInLine, ..SensorSettings::IDEAL });
+        let mut point = there(PULSE.1, PULSE.0);
+        point.current = [1.5, -1.0, -0.5];
+        let reading: Reading<f64> = sampler.read(Nanos(0), &point);
+        assert_eq!(reading.current.0, [1.5, -1.0, -0.5]);
+        assert_eq!(reading.sensed.0, [Sensed::Measured, Sensed::Measured, Sensed::Derived]);
+    }
+
+    #[test]
+    fn law_shunts_see_only_lower_devices() {
+        let shunts = SensorSettings { arrangement: Arrangement::LowSideShunts, ..SensorSettings::IDEAL };
+        let mut sampler = sampler(shunts);
+        // One leg up: derived. Two up: hidden. All off: only what a lower diode carries.
+        let mut read = |modes, gates| -> Reading<f64> {
+            sampler.read(Nanos(0), &there(modes, gates).through(shunts, modes))
+        };
+        let reading = read(PULSE.1, PULSE.0);
+        assert_eq!(reading.current.0, [1.5, -1.5, 0.0]);
+        assert_eq!(reading.sensed.0[0], Sensed::Derived);
+        let reading = read([UpperSwitch, LowerSwitch, UpperSwitch], [Gate::High, Gate::Low, Gate::High]);
+        assert_eq!(reading.sensed.0, [Sensed::Hidden, Sensed::Measured, Sensed::Hidden]);
+        let reading = read([LowerDiode, UpperDiode, Blocked], [Gate::Off; 3]);
+        assert_eq!(reading.current.0, [1.5, 0.0, 0.0]);
+    }
+
+    #[test]
+    fn law_each_error_shows_in_its_place() {
+        let read = |change: fn(&mut Sensors)| {
+            let mut sensors = Sensors::nominal(SensorSettings::IDEAL);
+            change(&mut sensors);
+            let reading: Reading<f64> =
+                Sampler::new(sensors, Streams::new(1, 0)).read(Nanos(0), &there(PULSE.1, PULSE.0));
+            reading
+        };
+        assert_eq!(read(|s| s.gain[0] = 1.1).current.0[0], 1.5 * 1.1);
+        assert_eq!(read(|s| s.offset[2] = 0.2).current.0[2], 0.2);
+        assert_eq!(read(|s| s.dc_link_gain = 1.01).dc_link, 550.0 * 1.01);
+        assert_eq!(read(|s| s.dc_link_offset = 2.0).dc_link, 552.0);
+        assert_ne!(read(|s| s.settings.noise = 0.01).current.0[2], 0.0);
+        assert_ne!(read(|s| s.settings.dc_link.noise = 1.0).dc_link, 550.0);
+    }
+
+    #[test]
+    fn law_noise_has_the_stated_size() {
+        let mut sampler = sampler(SensorSettings { noise: 0.01, ..SensorSettings::IDEAL });
+        let n = 20_000;
+        let sum: f64 = (0..n)
+            .map(|_| {
+                let reading: Reading<f64> = sampler.read(Nanos(0), &there(PULSE.1, PULSE.0));
+                (reading.current.0[0] - 1.5).powi(2)
+            })
+            .sum();
+        let rms = (sum / f64::from(n)).sqrt();
+        assert!((rms / 0.01 - 1.0).abs() < 0.03, "{rms}");
+    }
+
+    #[test]
+    fn law_jitter_fills_its_range_and_stays_within_the_command() {
+        let mut sampler = sampler(SensorSettings { jitter: Nanos(1000), ..SensorSettings::IDEAL });
+        let mut instants: Vec<u64> =
+            (0..5000).map(|_| sampler.instant(Nanos(80_000), Nanos(0), Nanos(100_000)).0).collect();
+        instants.sort_unstable();
+        assert!(instants[0] < 79_010 && instants[0] >= 79_000);
+        assert!(instants[4999] > 80_990 && instants[4999] <= 81_000);
+        assert_eq!(sampler.instant(Nanos(0), Nanos(0), Nanos(5)).0.min(5), 0);
+    }
+}
