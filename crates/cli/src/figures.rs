@@ -223,9 +223,12 @@ pub fn error_over_angle(records: &[(f64, f64)], subtitle: String) -> Figure {
             style: Style::Orange,
         });
     }
+    // More points than this make a cloud no clearer, only the file larger. The quantiles are those of all.
+    let every = records.len().div_ceil(20_000).max(1);
+    let label = if every == 1 { "one detection".to_owned() } else { format!("one detection in {every}") };
     panel = panel.with(Layer::Points {
-        label: Some("one detection".to_owned()),
-        points: records.to_vec(),
+        label: Some(label),
+        points: records.iter().step_by(every).copied().collect(),
         style: Style::Blue,
     });
     if !quantiles.is_empty() {
