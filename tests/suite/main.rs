@@ -10,5 +10,6 @@ mod error_sets;
 mod failures;
 mod pulse;
 mod random_gates;
+mod reference;
 mod rotor;
 mod tables;
