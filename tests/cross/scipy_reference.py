@@ -93,4 +93,4 @@ def run(name, core, resistance, pole_pairs, inertia, angle):
 
 
 run("paper-5k5", paper, 1.2, 4, 1e-3, 0.7)
-run("pm-reluctance", pm_reluctance, 0.63, 2, 2e-4, 2.0)
+run("pm-reluctance", pm_reluctance, 0.63, 2, 2e-5, 2.0)

@@ -65,5 +65,5 @@ fn against_scipy(name: &str, inertia: f64, angle: f64, golden: &str) {
 #[test]
 fn cross_saturated_core_and_turning_rotor_against_scipy() {
     against_scipy("paper-5k5", 1e-3, 0.7, include_str!("../cross/scipy_paper-5k5.csv"));
-    against_scipy("pm-reluctance", 2e-4, 2.0, include_str!("../cross/scipy_pm-reluctance.csv"));
+    against_scipy("pm-reluctance", 2e-5, 2.0, include_str!("../cross/scipy_pm-reluctance.csv"));
 }
