@@ -58,6 +58,16 @@ impl Record {
         }
     }
 
+    /// What kind of reason that is, the same for all numbers; none if there is an angle.
+    pub fn reason_name(&self) -> Option<String> {
+        match self.run.ended {
+            Ended::Outcome(Outcome::Found { .. }) => None,
+            Ended::Outcome(Outcome::Axis { reason, .. }) => Some(reason.name().to_owned()),
+            Ended::Outcome(Outcome::Failed { fault, .. }) => Some(fault.name().to_owned()),
+            Ended::Error(error) => Some(error.to_string()),
+        }
+    }
+
     /// Where the north pole is when the detection ends, in [0, 360)°. A rotor that moved is where it is now:
     /// that is where the drive must start it.
     pub fn true_angle_deg(&self) -> f64 {

@@ -65,7 +65,7 @@ pub struct Summary {
     pub failed: u64,
     /// That the simulation could not carry out.
     pub errors: u64,
-    /// Why there was no angle, and how often, without the numbers of each case.
+    /// Why there was no angle, and how often.
     pub reasons: BTreeMap<String, u64>,
     /// Trials with an axis, of which the error statistics are: found and undetermined.
     pub axes: u64,
@@ -113,8 +113,8 @@ impl Statistics {
             Verdict::Failed => self.failed += 1,
             Verdict::Error => self.errors_of_simulation += 1,
         }
-        if record.verdict() != Verdict::Found {
-            *self.reasons.entry(kind(&record.reason())).or_default() += 1;
+        if let Some(reason) = record.reason_name() {
+            *self.reasons.entry(reason).or_default() += 1;
         }
         self.wrong_poles += u64::from(record.pole_correct() == Some(false));
         self.beyond_limit += u64::from(record.error_deg().is_some_and(|e| e.abs() > Self::LIMIT_DEG));
@@ -155,7 +155,8 @@ impl Statistics {
             axes,
             rms_deg: Estimate {
                 value: square.sqrt(),
-                low: (square - half).max(0.0).sqrt(),
+                // `max` would make a number of what is none.
+                low: if half.is_nan() { half } else { (square - half).max(0.0).sqrt() },
                 high: (square + half).sqrt(),
             },
             bias_deg: Estimate { value: mean, low: mean - mean_half, high: mean + mean_half },
@@ -192,12 +193,6 @@ fn quantile(sorted: &[f64], p: f64) -> Estimate {
         low: value(below(0.025).checked_sub(1)),
         high: value(Some(below(0.975))),
     }
-}
-
-/// A reason without its numbers: what different cases of it have in common.
-fn kind(reason: &str) -> String {
-    let words = reason.split_whitespace().filter(|word| !word.starts_with(|c: char| c.is_ascii_digit()));
-    words.collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

@@ -131,6 +131,32 @@ impl<T: Copy> Outcome<T> {
     }
 }
 
+impl<T> Undetermined<T> {
+    /// What all cases of it have in common, without their numbers.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::MarginBelowNoise { .. } => "polarity margin below noise",
+        }
+    }
+}
+
+impl<T> Fault<T> {
+    /// What all cases of it have in common, without their numbers.
+    pub const fn name(&self) -> &'static str {
+        match self {
+            Self::Clipped(_) => "current clipped by the ADC",
+            Self::DcLinkClipped => "DC-link voltage clipped by the ADC",
+            Self::NotANumber => "a reading is not a number",
+            Self::Hidden(_) => "current seen by no sensor",
+            Self::NoCurrent { .. } => "no current",
+            Self::CurrentPersists(_) => "current does not decay",
+            Self::NoSaliency { .. } => "no saliency",
+            Self::NotInductive(_) => "a line that is no inductance",
+            Self::UnexpectedReadings => "unexpected readings",
+        }
+    }
+}
+
 impl<T: Real> fmt::Display for Undetermined<T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -181,6 +181,8 @@ mod tests {
         let signature = |name: &str| survey(&built_in(name).expect("built in")).signature;
         assert_eq!(signature("paper-5k5"), PolaritySignature::Normal);
         assert_eq!(signature("gearless-hoist"), PolaritySignature::Normal);
+        assert_eq!(signature("surface-magnet"), PolaritySignature::Normal);
+        assert_eq!(signature("low-inertia"), PolaritySignature::Normal);
         assert_eq!(signature("pm-reluctance"), PolaritySignature::Inverted);
         assert_eq!(signature("reluctance-6k7"), PolaritySignature::None);
         for name in built_in_names() {
