@@ -4,7 +4,7 @@ use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
 use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::Sag;
-use standstill_sim::{Case, Event, NoProbe, RotorState, Trace, run};
+use standstill_sim::{Arrangement, Case, Event, NoProbe, RotorState, Trace, run};
 
 use crate::bench::{Script, scenario};
 
@@ -123,6 +123,22 @@ fn law_filters_in_the_rig_lag_and_do_not_blow_up() {
             assert!(error.abs() < 6.0, "{decay:?} {current:?} {link:?}, trial {trial}: {error}°");
         }
     }
+    // Shunts behind filters still see lower devices only: in a decay with all gates off, the leg that sources.
+    let mut shunts = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
+    shunts.sensors.arrangement = Arrangement::LowSideShunts;
+    shunts.sensors.bandwidth = Some(1e6);
+    let pulse = Nanos::from_micros(80);
+    let decay = Stage::off(Nanos::from_micros(40));
+    let command = Command::sequence(
+        Stage::line(Phase::A, Phase::B, pulse),
+        decay,
+        Sampling::once(Nanos::from_micros(100)),
+    );
+    let mut script = Script::new(vec![command]);
+    run(&shunts.case(0), &mut script, false, &mut NoProbe);
+    let [a, b, c] = script.readings[0].current.0;
+    assert!(a > 0.5 && b.abs() < 1e-6 && c.abs() < 1e-6, "{a} {b} {c}");
+
     // The lag itself: a line pulse's ramp of slope s reads s (t − τ) at its end.
     let mut scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
     scenario.motor = scenario.motor.linearised();

@@ -1,5 +1,5 @@
 //! Random gate sequences: every leg state, at any time, on every motor. Whatever the legs do, energy is conserved,
-//! nothing chatters, and a bridge without a source only ever takes energy out.
+//! nothing chatters, and from rest on a dead link nothing ever flows.
 
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -94,7 +94,7 @@ fn law_energy_is_conserved_over_random_gate_sequences() {
 }
 
 #[test]
-fn law_without_a_source_voltage_only_the_rotor_can_give_energy() {
+fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
     // Links of 0 V and a rotor at rest: nothing may ever flow.
     let mut rng = ChaCha8Rng::seed_from_u64(8);
     for motor in motors() {
@@ -129,11 +129,12 @@ fn law_currents_turn_with_the_rotor_by_a_phase() {
                 case.rotor = RotorState::Free;
                 case.tolerance = Tolerance { flux: 1e-12 };
                 let mut script = Script::new(commands);
-                run(&case, &mut script, false, &mut NoProbe);
+                let end = run(&case, &mut script, false, &mut NoProbe).ended;
+                assert!(matches!(end, Ended::Outcome(_)), "{end:?}");
                 script.readings
             };
             let (first, second) = (play(commands, angle), play(turned, angle + 120.0));
-            assert_eq!(first.len(), second.len());
+            assert!(first.len() >= 3 && first.len() == second.len());
             for (x, y) in first.iter().zip(&second) {
                 let (Abc([a, b, c]), Abc([d, e, f])) = (x.current, y.current);
                 let difference = (a - e).abs().max((b - f).abs()).max((c - d).abs());

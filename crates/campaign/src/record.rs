@@ -106,9 +106,9 @@ impl Record {
         Some(if error > 90.0 { error - 180.0 } else { error })
     }
 
-    /// Whether the pole is the right one; none if none was named.
+    /// Whether the pole is the right one; none if none was named. Where there is no magnet, no pole is right.
     pub fn pole_correct(&self) -> Option<bool> {
-        self.error_deg().map(|error| error.abs() <= 90.0)
+        self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
     /// Furthest the rotor was from its start, in electrical degrees.

@@ -49,6 +49,7 @@ pub struct Statistics {
     moved: f64,
     duration: f64,
     peak_current: f64,
+    squares: f64,
     errors: Vec<f64>,
 }
 
@@ -118,6 +119,7 @@ impl Statistics {
         }
         self.wrong_poles += u64::from(record.pole_correct() == Some(false));
         self.beyond_limit += u64::from(record.error_deg().is_some_and(|e| e.abs() > Self::LIMIT_DEG));
+        self.squares += record.axis_error_deg().map_or(0.0, |error| error * error);
         self.errors.extend(record.axis_error_deg());
     }
 
@@ -128,7 +130,7 @@ impl Statistics {
 
     /// Root mean square of the axis error so far, in degrees.
     pub fn running_rms(&self) -> f64 {
-        (self.errors.iter().map(|e| e * e).sum::<f64>() / self.errors.len() as f64).sqrt()
+        (self.squares / self.errors.len() as f64).sqrt()
     }
 
     /// The summary of what was added.

@@ -82,7 +82,7 @@ pub struct Magnetics {
     /// A built-in motor's name, or a data sheet's path (.toml)
     pub motor: String,
     /// Largest current in A [default: the rated current]
-    #[arg(long, value_name = "A", value_parser = amperes)]
+    #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
     pub current: Option<f64>,
     /// Folder for the figure; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
@@ -118,8 +118,8 @@ fn seed(text: &str) -> Result<u64, String> {
 
 fn amperes(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
-        Ok(current) if current.is_finite() && current > 0.0 => Ok(current),
-        _ => Err("not a positive number of amperes".to_owned()),
+        Ok(current) if (1e-3..=1e5).contains(&current) => Ok(current),
+        _ => Err("not a number of amperes from 0.001 to 100000".to_owned()),
     }
 }
 

@@ -148,7 +148,7 @@ impl<T> Fault<T> {
             Self::DcLinkClipped => "DC-link voltage clipped by the ADC",
             Self::NotANumber => "a reading is not a number",
             Self::Hidden(_) => "current seen by no sensor",
-            Self::NoCurrent { .. } => "no current",
+            Self::NoCurrent { .. } => "too little current",
             Self::CurrentPersists(_) => "current does not decay",
             Self::NoSaliency { .. } => "no saliency",
             Self::NotInductive(_) => "a line that is no inductance",
@@ -175,7 +175,7 @@ impl<T: Real> fmt::Display for Fault<T> {
             Self::NotANumber => write!(f, "a reading is not a number"),
             Self::Hidden(phase) => write!(f, "current of phase {} seen by no sensor", phase.letter()),
             Self::NoCurrent { peak, needed } => {
-                write!(f, "no current: {peak:.3} A where at least {needed:.3} A are needed")
+                write!(f, "too little current: {peak:.4} A where at least {needed:.4} A are needed")
             }
             Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
             Self::NoSaliency { ratio, needed } => {

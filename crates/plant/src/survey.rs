@@ -5,13 +5,13 @@ use standstill_interface::Dq;
 
 use crate::{Magnetics, Motor, NoConvergence, Symmetric};
 
-/// Which of two opposite voltage vectors along the d-axis raises the larger current.
+/// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum PolaritySignature {
-    /// The one towards north, at every current: the magnet has the core near saturation.
+    /// The one towards north, at each of them: the magnet has the core near saturation.
     Normal,
-    /// The one towards south, at every current.
+    /// The one towards south, at each of them.
     Inverted,
     /// It depends on the current.
     Mixed,

@@ -122,6 +122,8 @@ pub struct Run<T> {
     pub start_angle: f64,
     /// Electrical angle in rad at the end: what the detector should have found.
     pub end_angle: f64,
+    /// Whether there is a magnet, and with it a north pole to be found.
+    pub has_pole: bool,
     /// What the resolver reads at the end, in rad.
     pub resolver_angle: f64,
     /// Furthest the rotor was from its start, in rad electrical.

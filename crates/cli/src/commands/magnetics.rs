@@ -9,6 +9,7 @@ use crate::Report;
 use crate::arguments::Magnetics;
 use crate::error::Error;
 use crate::figures;
+use crate::interrupt;
 use crate::output::Output;
 use crate::text::table;
 
@@ -16,6 +17,7 @@ use crate::text::table;
 const STEPS: u16 = 10;
 
 pub fn run(options: &Magnetics) -> Result<Report, Error> {
+    interrupt::at_once();
     let motor = super::motor(&options.motor)?;
     let reach = options.current.unwrap_or(motor.rated_current);
     let survey = Survey::of(&motor, reach, STEPS).map_err(Error::Magnetics)?;
@@ -84,11 +86,12 @@ fn text_of(motor: &Motor, survey: &Survey) -> String {
     let _ = writeln!(
         text,
         "{}: open-circuit flux {:.6} Wb, L_d {:.3} mH, L_q {:.3} mH without current\n\
-         polarity signature {}: {}\nreciprocity error {:.1e}, {}\n",
+         polarity signature up to {} A: {}: {}\nreciprocity error {:.1e}, {}\n",
         motor.name,
         survey.open_circuit_flux,
         survey.l_dd * 1e3,
         survey.l_qq * 1e3,
+        survey.polarity.last().map_or(0.0, |point| point.current),
         name(survey.signature),
         meaning(survey.signature),
         survey.reciprocity_error,

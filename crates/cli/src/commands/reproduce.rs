@@ -36,8 +36,8 @@ const FILES: [&str; 11] = [
 
 pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let scenario = super::scenario(&options.setup)?;
-    let mut output = Output::create(&options.out, &FILES)?;
     let stop = interrupt::flag();
+    let mut output = Output::create(&options.out, &FILES)?;
     let mut text = heading(options, &scenario);
 
     let findings = paper::audit();
@@ -66,6 +66,13 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
         Ok::<(), Error>(())
     })?;
     bar.finish_and_clear();
+    if done == 0 {
+        // Nothing to keep, and whatever an earlier run left stays.
+        return Ok(Report {
+            text: "Interrupted before the first trials were done.\n".to_owned(),
+            code: INTERRUPTED,
+        });
+    }
     let file = trials.into_inner().map_err(|error| Error::Write(path.clone(), error.into_error()))?;
     output.close("trials.csv", file)?;
 
@@ -169,7 +176,7 @@ fn summary_text(s: &Summary) -> String {
         ("rms axis error", format!("{}° over {} axes", interval(&s.rms_deg, 1.0, 3), s.axes)),
         ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
         ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
-        ("largest", largest),
+        ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
         ("P(|e| > 2°)", format!("{} % of {} found", interval(&s.beyond_2_deg, 100.0, 2), s.found)),
         ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),

@@ -85,6 +85,9 @@ struct Check<'a> {
 /// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
 const LARGEST: f64 = 1e6;
 
+/// And no positive one is smaller: rotors of watch motors have some 1e-9 kg m².
+const SMALLEST: f64 = 1e-9;
+
 impl Check<'_> {
     fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
         MotorError::Value {
@@ -97,10 +100,10 @@ impl Check<'_> {
 
     fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
         let value = from.value.value();
-        if (1.0 / LARGEST..=LARGEST).contains(&value) {
+        if (SMALLEST..=LARGEST).contains(&value) {
             Ok(value)
         } else {
-            Err(self.value(key, &from.value, &format!("positive, from 1e-6 to 1e6 {}", U::SYMBOL)))
+            Err(self.value(key, &from.value, &format!("positive, from 1e-9 to 1e6 {}", U::SYMBOL)))
         }
     }
 

@@ -208,8 +208,10 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]
             .map(|x| self.flow.operating(begin + x * attempt.h, &attempt.dense(x)).port);
         if let Some(filters) = &mut self.filters {
+            let (settings, modes) = (self.case.sensors.settings, self.flow.modes);
+            let seen = points.map(|port| settings.seen(port.current, modes));
             for (k, filter) in filters.iter_mut().enumerate() {
-                filter.advance(attempt.h, points.map(|port| port.current[k]));
+                filter.advance(attempt.h, seen.map(|current| current[k]));
             }
         }
         if let Some(filter) = &mut self.link_filter {

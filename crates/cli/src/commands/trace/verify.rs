@@ -1,7 +1,9 @@
 //! The numerical error of a run: the same run again at a tighter tolerance.
 
+use std::fmt::Write as _;
+
 use serde_json::json;
-use standstill_campaign::{Scenario, Specimen};
+use standstill_campaign::{Record, Scenario, Specimen};
 use standstill_detect::{LineInductance, SettingsError};
 use standstill_interface::Outcome;
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, run};
@@ -15,7 +17,7 @@ pub struct NumericalError {
     /// Sampled currents compared, and the largest difference in A.
     samples: usize,
     current: f64,
-    /// Difference of the angles in degrees, and of the polarity margins in A, if both runs have them.
+    /// Difference of the axes in degrees, and of the polarity margins in A, if both runs have them.
     angle: Option<f64>,
     margin: Option<f64>,
     /// The polarity margin and the sensors' noise in A.
@@ -51,12 +53,13 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
         }
         _ => None,
     };
+    let axis = |run: &Run<f64>| Record { trial: 0, run: *run }.axis_deg();
     let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| (a - b).abs());
     Ok(NumericalError {
         tolerance: usual.flux,
         samples: samples.len().min(tight.len()),
         current: pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
-        angle: both(run.found(), tight_run.found()).map(f64::to_degrees),
+        angle: both(axis(&run), axis(&tight_run)),
         margin: both(margin(&run), margin(&tight_run)),
         polarity_margin: margin(&run),
         noise: scenario.sensors.noise,
@@ -65,21 +68,25 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
 
 impl NumericalError {
     pub fn text(&self) -> String {
-        let number =
-            |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.1e}"));
-        format!(
-            "numerical error at a tolerance of {:.0e} Wb, against one {:.0} times tighter:\n  \
-             sampled currents {:.1e} A at most ({} samples), where the sensors' noise is {:.1e} A\n  \
-             polarity margin {} A of {} A, angle {}°\n",
+        let mut text = format!(
+            "numerical error at a tolerance of {:.0e} Wb, against one {:.0} times tighter, without converters:\n  \
+             sampled currents {:.1e} A at most ({} samples), where the sensors' noise is {:.1e} A\n",
             self.tolerance,
             1.0 / TIGHTER,
             self.current,
             self.samples,
             self.noise,
-            number(self.margin),
-            self.polarity_margin.map_or_else(|| "none".to_owned(), |margin| format!("{margin:.3}")),
-            number(self.angle)
-        )
+        );
+        if let Some((error, margin)) = self.margin.zip(self.polarity_margin) {
+            let _ = writeln!(
+                text,
+                "  polarity margin {error:.1e} A, where it is {margin:.3} A without converters"
+            );
+        }
+        if let Some(error) = self.angle {
+            let _ = writeln!(text, "  axis {error:.1e}°");
+        }
+        text
     }
 
     pub fn json(&self) -> serde_json::Value {
@@ -88,7 +95,7 @@ impl NumericalError {
             "samples": self.samples,
             "current_A": self.current,
             "polarity_margin_A": self.margin,
-            "angle_deg": self.angle,
+            "axis_deg": self.angle,
             "sensor_noise_A": self.noise,
         })
     }
