@@ -257,7 +257,19 @@ fn an_interrupt_keeps_what_is_done() {
         .stderr(std::process::Stdio::piped())
         .spawn()
         .expect("the program starts");
-    std::thread::sleep(std::time::Duration::from_secs(2));
+    // Wait for the first block's rows to reach the file in the making, however slow the machine.
+    let rows_written = || {
+        let entries = fs::read_dir(folder.path().join("out")).into_iter().flatten().flatten();
+        entries
+            .map(|entry| entry.path().join("trials.csv"))
+            .any(|path| path.metadata().is_ok_and(|m| m.len() > 0))
+    };
+    for _ in 0..600 {
+        if rows_written() {
+            break;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(100));
+    }
     let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
     assert!(killed.expect("kill").success());
     let output = child.wait_with_output().expect("it ends");
