@@ -255,6 +255,15 @@ fn regress_absurd_times_end_in_an_error_and_not_in_a_panic() {
 }
 
 #[test]
+fn regress_pwm_without_a_carrier_is_an_error() {
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
+    let mut detector = LineInductance::new(scenario.detector).expect("settings");
+    scenario.drive.carrier_period = Nanos::ZERO;
+    let record = scenario.trial_with(0, &mut detector);
+    assert_eq!(record.run.ended, Ended::Error(RunError::BadDuty));
+}
+
+#[test]
 fn law_different_carriers_of_drive_and_detector_are_refused() {
     let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Locked);
     assert!(scenario.check().is_ok());

@@ -40,19 +40,13 @@ impl DriveSettings {
         let gates = std::array::from_fn(|_| {
             let mut delay = || {
                 let normal: f64 = delays.sample(rand_distr::StandardNormal);
-                nanos(self.delay_mismatch * (3.0 + normal).max(0.0))
+                Nanos::from_seconds(self.delay_mismatch * (3.0 + normal).max(0.0))
             };
             GateTiming { turn_off_delay: delay(), turn_on_delay: delay(), dead_time: self.dead_time }
         });
         let link = DcLink { ripple_phase: ripple.random_range(0.0..std::f64::consts::TAU), ..self.link };
         Inverter { bridge: self.bridge, gates, link, carrier_period: self.carrier_period }
     }
-}
-
-// Delays are non-negative and far below the range of u64.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn nanos(seconds: f64) -> Nanos {
-    Nanos((seconds * 1e9).round() as u64)
 }
 
 impl ErrorSet {

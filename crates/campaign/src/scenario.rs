@@ -35,19 +35,15 @@ fn suit(detector: &mut LineInductanceSettings<f64>, motor: &Motor, dc_link: f64)
     // A fifth of the rated current into the mean line inductance, equation (4), in steps of 10 µs.
     let line = 3.0 * motor.winding.mean_inductance + 2.0 * motor.winding.leakage;
     let pulse = 0.2 * motor.rated_current * line / dc_link;
-    detector.pulse = Nanos::from_micros(10 * whole(pulse / 10e-6, 2, 60));
-    // A vector of at most 0.3 of the link, which PWM can give in any direction, and at least a millisecond.
+    let steps = (pulse / 10e-6).round().clamp(2.0, 60.0);
+    detector.pulse = Nanos::from_seconds(steps * 10e-6);
+    // A vector of at most 0.3 of the link, which PWM can give in any direction, and at least as long as the paper's.
     let duration = motor.winding.d_axis_inductance() * detector.polarity.current / (0.3 * dc_link);
-    let periods = (duration / detector.polarity.carrier_period.seconds()).ceil();
-    let least = u64::from(detector.polarity.periods);
-    detector.polarity.periods = u16::try_from(whole(periods, least, 20 * least)).unwrap_or(u16::MAX);
-}
-
-/// The nearest whole number within bounds.
-// The bounds are small and not negative.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn whole(x: f64, least: u64, most: u64) -> u64 {
-    (x.round() as u64).clamp(least, most)
+    let carrier = detector.polarity.carrier_period;
+    let least = detector.polarity.periods;
+    let periods = Nanos::from_seconds(duration).0.div_ceil(carrier.0.max(1));
+    detector.polarity.periods =
+        u16::try_from(periods).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20));
 }
 
 /// Which random numbers a case takes.

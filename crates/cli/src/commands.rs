@@ -7,7 +7,7 @@ pub mod trace;
 
 use std::path::Path;
 
-use standstill_campaign::Scenario;
+use standstill_campaign::{ErrorSet, Scenario};
 use standstill_plant::{DataSheet, Motor};
 
 use crate::arguments::Setup;
@@ -29,6 +29,18 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
 /// A motor by built-in name or by the path of its data sheet.
 fn motor(name: &str) -> Result<Motor, Error> {
     sheet(name)?.motor().map_err(Error::Motor)
+}
+
+/// What was simulated, for the JSON files.
+fn setup_json(setup: &Setup, scenario: &Scenario) -> serde_json::Value {
+    serde_json::json!({
+        "motor": scenario.motor.name,
+        "motor_file": (setup.motor != scenario.motor.name).then_some(&setup.motor),
+        "errors": ErrorSet::from(setup.errors).name(),
+        "decay": setup.decay.name(),
+        "rotor": setup.rotor.name(),
+        "seed": setup.seed,
+    })
 }
 
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {

@@ -2,6 +2,8 @@
 
 use core::ops::{Add, Mul, Sub};
 
+use num_traits::{Float, ToPrimitive};
+
 use crate::{Abc, Phase};
 
 /// A time or duration in whole nanoseconds: gate edges and ADC triggers come from counters, not from reals.
@@ -16,6 +18,11 @@ impl Nanos {
     /// From whole microseconds.
     pub const fn from_micros(micros: u64) -> Self {
         Self(micros.saturating_mul(1000))
+    }
+
+    /// The nearest to a time in s; zero for what is negative or no number.
+    pub fn from_seconds(seconds: f64) -> Self {
+        Self(Float::round(seconds * 1e9).to_u64().unwrap_or(if seconds > 0.0 { u64::MAX } else { 0 }))
     }
 
     /// In seconds.
@@ -154,5 +161,25 @@ impl<T> Command<T> {
     /// Duration of all stages.
     pub fn duration(&self) -> Nanos {
         self.stage.duration + self.then.as_ref().map_or(Nanos::ZERO, |stage| stage.duration)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_seconds_and_nanoseconds() {
+        assert_eq!(Nanos::from_seconds(80e-6), Nanos::from_micros(80));
+        assert_eq!(Nanos::from_seconds(1.6e-9), Nanos(2));
+        assert_eq!(Nanos::from_seconds(-1.0), Nanos::ZERO);
+        assert_eq!(Nanos::from_seconds(f64::NAN), Nanos::ZERO);
+        assert_eq!(Nanos::from_seconds(f64::INFINITY), Nanos(u64::MAX));
+    }
+
+    #[test]
+    fn law_times_saturate() {
+        let most = Nanos(u64::MAX);
+        assert_eq!((most + Nanos(1), most * 2, Nanos(1) - Nanos(2)), (most, most, Nanos::ZERO));
     }
 }

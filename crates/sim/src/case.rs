@@ -76,7 +76,7 @@ pub struct Work {
 pub enum RunError {
     /// A command without duration, with a sample after its end, or with more than a million samples.
     BadCommand,
-    /// A duty that is not a number.
+    /// A duty that is not a number, or a duty on a drive whose carrier has no period.
     BadDuty,
     /// The detector was not done within the time limit.
     TimeLimit(Nanos),
@@ -92,7 +92,7 @@ impl fmt::Display for RunError {
             Self::BadCommand => {
                 write!(f, "command without duration, with a sample after its end or with too many")
             }
-            Self::BadDuty => write!(f, "duty cycle that is not a number"),
+            Self::BadDuty => write!(f, "duty cycle that is not a number, or on a carrier without period"),
             Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
             Self::Chatter => write!(f, "conduction modes keep changing without time passing"),
             Self::NotFinite => write!(f, "the simulation left the finite numbers"),

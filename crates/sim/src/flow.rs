@@ -74,7 +74,7 @@ pub struct Flow<'a> {
     pub motion: Motion,
     /// On which sides of zero ψ_d and ψ_q are, +1 or −1, where the core has kinks there; 0 where it has none.
     pub sides: [f64; 2],
-    // Sine and cosine of a rotor that does not move; computing them anew each time would cost a third.
+    // Sine and cosine of a rotor that does not move; there is no need to compute them anew each time.
     still: (f64, f64),
 }
 

@@ -17,7 +17,7 @@ const MOST_SAMPLES: u32 = 1 << 20;
 
 /// Carries out one detection from rest.
 ///
-/// `ledger` asks for the energies, which cost about half as much again.
+/// `ledger` asks for the energies, which are integrated along and cost time.
 pub fn run<T: Real, D: Detector<T> + ?Sized>(
     case: &Case,
     detector: &mut D,
@@ -148,7 +148,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         command: &Command<T>,
         readings: &mut Vec<Reading<T>>,
     ) -> Result<(), RunError> {
-        validate(command)?;
+        validate(command, self.case.inverter.carrier_period)?;
         let (start, before) = (self.now, self.requested);
         let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
         let end = timeline.end;
@@ -185,7 +185,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         let sag = self.case.inverter.link.sag?;
         [0.0, 0.5, 1.0]
             .into_iter()
-            .map(|share| nanos(sag.start + share * sag.duration))
+            .map(|share| Nanos::from_seconds(sag.start + share * sag.duration))
             .find(|at| *at > self.now)
     }
 
@@ -250,12 +250,6 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     }
 }
 
-// Casting a real to an integer saturates: what is out of range is never reached.
-#[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn nanos(seconds: f64) -> Nanos {
-    Nanos((seconds * 1e9).round() as u64)
-}
-
 /// Absolute tolerances of the state, all from the one of the flux: what moves a current as much.
 fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     let flux = case.tolerance.flux;
@@ -268,7 +262,7 @@ fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     all
 }
 
-fn validate<T: Real>(command: &Command<T>) -> Result<(), RunError> {
+fn validate<T: Real>(command: &Command<T>, carrier: Nanos) -> Result<(), RunError> {
     let duration = command.duration();
     let sampling = command.sampling;
     let too_many = sampling.count > MOST_SAMPLES;
@@ -276,7 +270,8 @@ fn validate<T: Real>(command: &Command<T>) -> Result<(), RunError> {
         return Err(RunError::BadCommand);
     }
     let stages = [Some(command.stage), command.then];
-    let nonsense = |leg: &Leg<T>| matches!(leg, Leg::Duty(duty) if !duty.is_finite());
+    let nonsense =
+        |leg: &Leg<T>| matches!(leg, Leg::Duty(duty) if !duty.is_finite() || carrier == Nanos::ZERO);
     if stages.iter().flatten().any(|stage| stage.legs.0.iter().any(nonsense)) {
         return Err(RunError::BadDuty);
     }

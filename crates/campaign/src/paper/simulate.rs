@@ -24,7 +24,7 @@ pub struct SimulatedRow {
 
 impl SimulatedRow {
     /// From a run that started at `angle_deg`.
-    pub fn of(scenario: &Scenario, angle_deg: f64, run: Run<f64>) -> Self {
+    fn of(scenario: &Scenario, angle_deg: f64, run: &Run<f64>) -> Self {
         Self {
             angle_deg,
             ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
@@ -32,7 +32,7 @@ impl SimulatedRow {
                 Ended::Outcome(outcome) => *outcome.findings(),
                 Ended::Error(_) => Findings::default(),
             },
-            record: Record { trial: 0, run },
+            record: Record { trial: 0, run: *run },
             resolver_deg: run.resolver_angle.to_degrees().rem_euclid(360.0),
         }
     }
@@ -58,6 +58,6 @@ pub fn simulate(scenario: &Scenario) -> Result<[SimulatedRow; 5], SettingsError>
         let angle_deg = published.measured_deg;
         let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: row });
         row += 1;
-        SimulatedRow::of(scenario, angle_deg, run(&case, &mut detector.clone(), false, &mut NoProbe))
+        SimulatedRow::of(scenario, angle_deg, &run(&case, &mut detector.clone(), false, &mut NoProbe))
     }))
 }

@@ -5,8 +5,8 @@ mod tables;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_campaign::paper::{self, Finding, SimulatedRow, TABLE_2};
-use standstill_campaign::{Campaign, ErrorSet, Estimate, Scenario, Specimen, Statistics, Summary};
+use standstill_campaign::paper::{self, Finding, TABLE_2};
+use standstill_campaign::{Campaign, ErrorSet, Estimate, Record, Scenario, Specimen, Statistics, Summary};
 use standstill_detect::LineInductance;
 use standstill_sim::{Trace, run as simulate};
 
@@ -80,12 +80,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let interrupted = done < options.trials;
     text += &summary_text(&summary);
     let json = serde_json::json!({
-        "motor": scenario.motor.name,
-        "motor_file": (options.setup.motor != scenario.motor.name).then_some(&options.setup.motor),
-        "errors": ErrorSet::from(options.setup.errors).name(),
-        "decay": options.setup.decay.name(),
-        "rotor": options.setup.rotor.name(),
-        "seed": scenario.seed,
+        "setup": super::setup_json(&options.setup, &scenario),
         "trials_asked_for": options.trials,
         "interrupted": interrupted,
         "summary": summary,
@@ -138,12 +133,12 @@ fn draw(
     let mut detector = Logged::new(LineInductance::new(scenario.detector)?);
     let mut trace = Trace::new(2e-6);
     let run = simulate(&case, &mut detector, false, &mut trace);
-    let row = SimulatedRow::of(scenario, angle, run);
+    let axis = Record { trial: 0, run }.axis_deg().unwrap_or(angle);
     let place = format!("{setting}, θ = {angle}°");
     let figures = [
         ("error_over_angle", figures::error_over_angle(points, format!("{setting}, {} axes", points.len()))),
         ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
-        ("polarity", figures::polarity(&trace, &detector.entries, row.axis_deg().unwrap_or(angle), place)),
+        ("polarity", figures::polarity(&trace, &detector.entries, axis, place)),
     ];
     for (name, figure) in figures {
         output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;

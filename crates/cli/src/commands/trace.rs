@@ -89,12 +89,7 @@ fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json
         Ended::Error(_) => None,
     };
     json!({
-        "motor": scenario.motor.name,
-        "motor_file": (options.setup.motor != scenario.motor.name).then_some(&options.setup.motor),
-        "errors": standstill_campaign::ErrorSet::from(options.setup.errors).name(),
-        "decay": options.setup.decay.name(),
-        "rotor": options.setup.rotor.name(),
-        "seed": options.setup.seed,
+        "setup": super::setup_json(&options.setup, scenario),
         "start_angle_deg": record.start_angle_deg(),
         "true_angle_deg": record.true_angle_deg(),
         "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),
