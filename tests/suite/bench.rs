@@ -4,7 +4,10 @@ use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
 use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Step};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
-use standstill_plant::{Core, Linear, Motor, Winding, built_in};
+use standstill_plant::{
+    Cogging, Core, EddyBranch, Friction, Harmonics, Heading, Linear, MagneticCircuit, Motor, Temperature,
+    Winding, built_in, built_in_names,
+};
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
 /// Plays commands one after the other and keeps all readings.
@@ -43,7 +46,37 @@ pub fn paper_motor() -> Motor {
 pub fn reference_motor() -> Motor {
     let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
     let core = Core::Linear(Linear::from_winding(&winding, 0.45));
-    Motor { resistance: 1.0, winding, core, ..paper_motor() }
+    let magnetics = MagneticCircuit::new(core).expect("linear");
+    Motor { resistance: 1.0, winding, magnetics, ..paper_motor() }
+}
+
+/// Every motor in every kind that the library knows: saturated and linear, frictionless, hot, with harmonics that keep
+/// the phases alike, with cogging, with eddy currents, with all of it.
+pub fn all_kinds_of_motors() -> Vec<Motor> {
+    let mut all = Vec::new();
+    for motor in built_in_names().filter_map(built_in) {
+        let mut frictionless = motor.clone();
+        frictionless.rotor.friction = Friction::default();
+        let at = Temperature { winding: Some(120.0), magnet: Some(90.0) };
+        let hot = motor.at_temperature(at).expect("survives");
+        let size = motor.magnetics.inductance().smaller_eigenvalue();
+        let rest = motor.magnetics.rest(Heading::ZERO).norm();
+        let harmonics = Harmonics {
+            inductance_4: 0.05 * size,
+            asymmetry: 0.0,
+            flux_5: 0.01 * rest,
+            flux_7: -0.005 * rest,
+        };
+        let branch = EddyBranch { time_constant: 60e-6, d_depth: 0.25, q_depth: 0.15 };
+        let with = |from: &Motor, magnetics| Motor { magnetics, ..from.clone() };
+        let distorted = with(&motor, motor.magnetics.clone().with_harmonics(harmonics));
+        let eddy = with(&motor, motor.magnetics.clone().with_eddy_currents(Some(branch)));
+        let everything = hot.magnetics.clone().with_harmonics(harmonics).with_eddy_currents(Some(branch));
+        let mut everything = with(&hot, everything);
+        everything.rotor.cogging = Some(Cogging { torque: 0.4, periods: 6 });
+        all.extend([motor.linearised(), frictionless, hot, distorted, eddy, everything, motor]);
+    }
+    all
 }
 
 /// Ideal switches and no dead time on a stiff link of 550 V; an idle leg with or without diodes.
@@ -64,6 +97,7 @@ pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_>
         sensors: Sensors::nominal(SensorSettings::IDEAL),
         start_angle: angle_deg.to_radians(),
         rotor: RotorState::Locked,
+        load_torque: 0.0,
         streams: Streams::new(1, 0),
         tolerance: Tolerance::default(),
         time_limit: Case::TIME_LIMIT,

@@ -5,10 +5,10 @@ use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg, Storage};
-use standstill_plant::{Friction, Motor, built_in, built_in_names};
-use standstill_sim::{Ended, NoProbe, RotorState, Run, Tolerance, run};
+use standstill_plant::Motor;
+use standstill_sim::{Ended, NoProbe, Play, RotorState, Run, Tolerance, run};
 
-use crate::bench::{Script, exact_case, ideal_inverter};
+use crate::bench::{Script, all_kinds_of_motors, exact_case, ideal_inverter};
 
 fn random_leg(rng: &mut impl Rng) -> Leg<f64> {
     match rng.random_range(0..4) {
@@ -31,19 +31,6 @@ fn random_commands(rng: &mut impl Rng) -> Vec<Command<f64>> {
         .collect()
 }
 
-/// Every motor, saturated and linear, with its friction and without any.
-fn motors() -> Vec<Motor> {
-    let saturated: Vec<Motor> = built_in_names().filter_map(built_in).collect();
-    let mut all: Vec<Motor> = saturated.iter().map(Motor::linearised).collect();
-    for motor in &saturated {
-        let mut frictionless = motor.clone();
-        frictionless.rotor.friction = Friction::default();
-        all.push(frictionless);
-    }
-    all.extend(saturated);
-    all
-}
-
 fn random_inverter(rng: &mut impl Rng) -> Inverter {
     let real = Devices { switch_drop: 0.9, switch_resistance: 0.05, diode_drop: 1.0, diode_resistance: 0.03 };
     let devices = if rng.random_bool(0.3) { Devices::default() } else { real };
@@ -64,9 +51,23 @@ fn random_inverter(rng: &mut impl Rng) -> Inverter {
     }
 }
 
-fn play(motor: &Motor, inverter: Inverter, commands: Vec<Command<f64>>, rng: &mut impl Rng) -> Run<f64> {
+fn play(
+    motor: &Motor,
+    inverter: Inverter,
+    commands: Vec<Command<f64>>,
+    load_torque: f64,
+    rng: &mut impl Rng,
+) -> Run<f64> {
     let mut case = exact_case(motor, inverter, rng.random_range(0.0..360.0));
-    case.rotor = if rng.random_bool(0.5) { RotorState::Free } else { RotorState::Locked };
+    case.rotor = match rng.random_range(0..3) {
+        0 => RotorState::Free,
+        1 => RotorState::Locked,
+        _ => RotorState::Braked(Play {
+            below: rng.random_range(0.0..1e-3),
+            above: rng.random_range(0.0..1e-3),
+        }),
+    };
+    case.load_torque = load_torque;
     case.tolerance = Tolerance { flux: 1e-13 };
     run(&case, &mut Script::new(commands), true, &mut NoProbe)
 }
@@ -74,37 +75,82 @@ fn play(motor: &Motor, inverter: Inverter, commands: Vec<Command<f64>>, rng: &mu
 #[test]
 fn law_energy_is_conserved_over_random_gate_sequences() {
     let mut rng = ChaCha8Rng::seed_from_u64(7);
-    let motors = motors();
+    let motors = all_kinds_of_motors();
+    let mut seen = [0.0; 5];
     for sequence in 0..1000 {
         let motor = &motors[sequence % motors.len()];
         let (inverter, commands) = (random_inverter(&mut rng), random_commands(&mut rng));
-        let run = play(motor, inverter.clone(), commands.clone(), &mut rng);
+        let load_torque = if sequence % 5 == 0 { rng.random_range(-3.0..3.0) } else { 0.0 };
+        let run = play(motor, inverter.clone(), commands.clone(), load_torque, &mut rng);
         assert!(matches!(run.ended, Ended::Outcome(_)), "{sequence}: {:?} {commands:?}", run.ended);
         let ledger = run.ledger.expect("asked for");
         // A sequence in which next to nothing flowed has nothing to be relative to.
         let scale = ledger.copper_loss + ledger.device_loss + ledger.field_change.abs() + 1e-3;
         let relative = ledger.imbalance() / scale;
+        let mechanical = ledger.mechanical_imbalance() / scale;
         assert!(
-            relative.abs() < 1e-9,
+            relative.abs() < 1e-9 && mechanical.abs() < 1e-9,
             "{sequence}, {}: {relative:e}\n{ledger:?}\n{inverter:?}\n{commands:?}",
             motor.name
         );
-        assert!(ledger.copper_loss >= 0.0 && ledger.device_loss >= 0.0, "{ledger:?}");
+        let losses = [
+            ledger.copper_loss,
+            ledger.device_loss,
+            ledger.eddy_loss,
+            ledger.friction_loss,
+            ledger.impact_loss,
+        ];
+        assert!(losses.iter().all(|loss| *loss >= 0.0), "{ledger:?}");
+        seen = std::array::from_fn(|k| seen[k] + losses[k]);
     }
+    assert!(seen.iter().all(|loss| *loss > 0.0), "each kind of loss must occur: {seen:?}");
 }
 
 #[test]
 fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
     // Links of 0 V and a rotor at rest: nothing may ever flow.
     let mut rng = ChaCha8Rng::seed_from_u64(8);
-    for motor in motors() {
+    for motor in all_kinds_of_motors() {
         for _ in 0..20 {
             let mut inverter = ideal_inverter(OpenLeg::Diodes);
             inverter.link = DcLink::stiff(0.0);
             let commands = random_commands(&mut rng);
-            let run = play(&motor, inverter, commands, &mut rng);
+            let mut motor = motor.clone();
+            motor.rotor.cogging = None;
+            let run = play(&motor, inverter, commands, 0.0, &mut rng);
             assert!(run.peak_current < 1e-9 && run.moved == 0.0, "{run:?}");
         }
+    }
+}
+
+/// Plays commands on a free rotor of this motor and gives the currents sampled.
+fn currents(motor: &Motor, commands: Vec<Command<f64>>, angle: f64) -> Vec<[f64; 3]> {
+    let mut case = exact_case(motor, ideal_inverter(OpenLeg::Diodes), angle);
+    case.rotor = RotorState::Free;
+    case.tolerance = Tolerance { flux: 1e-12 };
+    let mut script = Script::new(commands);
+    let end = run(&case, &mut script, false, &mut NoProbe).ended;
+    assert!(matches!(end, Ended::Outcome(_)), "{end:?}");
+    script.readings.iter().map(|reading| reading.current.0).collect()
+}
+
+/// The commands with the legs' roles changed: leg k takes that of leg `from[k]`.
+fn exchanged(commands: &[Command<f64>], from: [usize; 3]) -> Vec<Command<f64>> {
+    let exchange = |command: &Command<f64>| {
+        let Abc(legs) = command.stage.legs;
+        let stage = Stage { legs: Abc(from.map(|k| legs[k])), ..command.stage };
+        Command { stage, ..*command }
+    };
+    commands.iter().map(exchange).collect()
+}
+
+fn same(motor: &Motor, first: &[[f64; 3]], second: &[[f64; 3]], from: [usize; 3]) {
+    assert!(first.len() >= 3 && first.len() == second.len());
+    for (x, y) in first.iter().zip(second) {
+        let expected = from.map(|k| x[k]);
+        let difference = (0..3).map(|k| (expected[k] - y[k]).abs()).fold(0.0, f64::max);
+        let size = x.iter().fold(1.0_f64, |size, i| size.max(i.abs()));
+        assert!(difference < 1e-6 * size, "{}: {expected:?} {y:?}", motor.name);
     }
 }
 
@@ -112,34 +158,28 @@ fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
 fn law_currents_turn_with_the_rotor_by_a_phase() {
     // 120° further and the legs' roles moved on by one: the same currents, one phase on.
     let mut rng = ChaCha8Rng::seed_from_u64(9);
-    for motor in motors() {
-        for _ in 0..10 {
+    let from = [2, 0, 1];
+    for motor in all_kinds_of_motors() {
+        for _ in 0..5 {
             let commands = random_commands(&mut rng);
             let angle = rng.random_range(0.0..360.0);
-            let turned = commands
-                .iter()
-                .map(|command| {
-                    let Abc([a, b, c]) = command.stage.legs;
-                    let stage = Stage { legs: Abc([c, a, b]), ..command.stage };
-                    Command { stage, ..*command }
-                })
-                .collect();
-            let play = |commands, angle| {
-                let mut case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), angle);
-                case.rotor = RotorState::Free;
-                case.tolerance = Tolerance { flux: 1e-12 };
-                let mut script = Script::new(commands);
-                let end = run(&case, &mut script, false, &mut NoProbe).ended;
-                assert!(matches!(end, Ended::Outcome(_)), "{end:?}");
-                script.readings
-            };
-            let (first, second) = (play(commands, angle), play(turned, angle + 120.0));
-            assert!(first.len() >= 3 && first.len() == second.len());
-            for (x, y) in first.iter().zip(&second) {
-                let (Abc([a, b, c]), Abc([d, e, f])) = (x.current, y.current);
-                let difference = (a - e).abs().max((b - f).abs()).max((c - d).abs());
-                assert!(difference < 1e-6 * (1.0 + a.abs().max(b.abs())), "{}: {x:?} {y:?}", motor.name);
-            }
+            let turned = currents(&motor, exchanged(&commands, from), angle + 120.0);
+            same(&motor, &currents(&motor, commands, angle), &turned, from);
+        }
+    }
+}
+
+#[test]
+fn law_currents_are_mirrored_with_the_rotor() {
+    // The rotor at −θ and legs b and c exchanged: the motor seen in a mirror, with the currents of b and c exchanged.
+    let mut rng = ChaCha8Rng::seed_from_u64(10);
+    let from = [0, 2, 1];
+    for motor in all_kinds_of_motors() {
+        for _ in 0..5 {
+            let commands = random_commands(&mut rng);
+            let angle = rng.random_range(0.0..360.0);
+            let mirrored = currents(&motor, exchanged(&commands, from), -angle);
+            same(&motor, &currents(&motor, commands, angle), &mirrored, from);
         }
     }
 }

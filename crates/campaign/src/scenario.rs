@@ -6,7 +6,9 @@ use rand::RngExt;
 use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SaliencySign, SettingsError};
 use standstill_interface::{Detector, Nanos};
 use standstill_plant::Motor;
-use standstill_sim::{Case, NoProbe, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+use standstill_sim::{
+    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
+};
 
 use crate::{DriveSettings, ErrorSet, Record};
 
@@ -15,8 +17,10 @@ use crate::{DriveSettings, ErrorSet, Record};
 pub struct Scenario {
     /// The motor.
     pub motor: Motor,
-    /// Whether it can move.
+    /// Whether it can move. Where a brake lets it play, each trial stands somewhere else within the same play.
     pub rotor: RotorState,
+    /// Torque in N·m that the load exerts against forward motion.
+    pub load_torque: f64,
     /// The drive.
     pub drive: DriveSettings,
     /// Its sensors.
@@ -74,6 +78,7 @@ impl Scenario {
         Self {
             motor,
             rotor,
+            load_torque: 0.0,
             drive,
             sensors: errors.sensors(),
             detector,
@@ -97,19 +102,42 @@ impl Scenario {
         self.case_at(angle, Specimen { drive: trial, noise: trial })
     }
 
-    /// The case at a given electrical angle in rad.
+    /// The case at a given electrical angle in rad. A free rotor that cannot stand there, because cogging exceeds its
+    /// stiction, stands at the next angle where it can.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
         let drive = Streams::new(self.seed, specimen.drive);
+        let mut angle = angle;
+        let mut rotor = self.rotor;
+        match &mut rotor {
+            RotorState::Locked => {}
+            RotorState::Free => angle = self.motor.standing_angle(angle, self.load_torque).unwrap_or(angle),
+            RotorState::Braked(play) => *play = self.standing_play(angle, *play, drive),
+        }
         Case {
             motor: &self.motor,
             inverter: self.drive.draw(drive),
             sensors: Sensors::draw(self.sensors, drive),
             start_angle: angle,
-            rotor: self.rotor,
+            rotor,
+            load_torque: self.load_torque,
             streams: Streams::new(self.seed, specimen.noise),
             tolerance: self.tolerance,
             time_limit: Case::TIME_LIMIT,
         }
+    }
+
+    /// Where within the brake's play a rotor stands: anywhere, or at the end to which its load turns it.
+    fn standing_play(&self, angle: f64, play: Play, streams: Streams) -> Play {
+        let whole = play.below + play.above;
+        let torque = self.motor.cogging(angle) - self.load_torque;
+        let below = if torque.abs() <= self.motor.rotor.friction.stiction {
+            whole * streams.open(Purpose::Backlash).random_range(0.0..=1.0)
+        } else if torque > 0.0 {
+            whole
+        } else {
+            0.0
+        };
+        Play { below, above: whole - below }
     }
 
     /// A trial with the scenario's own detector.

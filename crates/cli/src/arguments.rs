@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use standstill_campaign::ErrorSet;
 use standstill_detect::Decay;
-use standstill_sim::RotorState;
+use standstill_plant::Temperature;
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
@@ -39,12 +39,34 @@ pub struct Setup {
     /// How a pulse's current decays: slow by the zero vector (the paper), fast with all gates off
     #[arg(long, value_enum, default_value_t = DecayName::Slow)]
     pub decay: DecayName,
-    /// Whether the rotor can move
+    /// Whether the rotor can move: locked, free, or held by a brake that lets it play (by the data sheet's backlash)
     #[arg(long, value_enum, default_value_t = Rotor::Locked)]
     pub rotor: Rotor,
+    /// Torque in N·m that a load exerts against forward motion, also at standstill
+    #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
+    pub load: f64,
+    #[command(flatten)]
+    pub temperature: Temperatures,
     /// Seed of all random numbers
     #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
     pub seed: u64,
+}
+
+/// How warm the motor is.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Temperatures {
+    /// Temperature of the winding in °C [default: that of the data sheet]. The drive is not told
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    pub winding_temperature: Option<f64>,
+    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive is not told
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    pub magnet_temperature: Option<f64>,
+}
+
+impl From<Temperatures> for Temperature {
+    fn from(temperatures: Temperatures) -> Self {
+        Self { winding: temperatures.winding_temperature, magnet: temperatures.magnet_temperature }
+    }
 }
 
 #[derive(Debug, Args)]
@@ -87,6 +109,8 @@ pub struct Magnetics {
     /// Folder for the figure; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub temperature: Temperatures,
     /// Print JSON and write no figure
     #[arg(long)]
     pub json: bool,
@@ -120,6 +144,20 @@ fn amperes(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(current) if (1e-3..=1e5).contains(&current) => Ok(current),
         _ => Err("not a number of amperes from 0.001 to 100000".to_owned()),
+    }
+}
+
+fn newton_metres(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(torque) if torque.abs() <= 1e6 => Ok(torque),
+        _ => Err("not a number of newton metres from -1000000 to 1000000".to_owned()),
+    }
+}
+
+fn celsius(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(temperature) if (-60.0..=300.0).contains(&temperature) => Ok(temperature),
+        _ => Err("not a temperature from -60 to 300 °C".to_owned()),
     }
 }
 
@@ -166,11 +204,12 @@ impl From<DecayName> for Decay {
     }
 }
 
-/// [`RotorState`] by name.
+/// [`standstill_sim::RotorState`] by name.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Rotor {
     Locked,
     Free,
+    Brake,
 }
 
 impl Rotor {
@@ -178,15 +217,7 @@ impl Rotor {
         match self {
             Self::Locked => "locked",
             Self::Free => "free",
-        }
-    }
-}
-
-impl From<Rotor> for RotorState {
-    fn from(rotor: Rotor) -> Self {
-        match rotor {
-            Rotor::Locked => Self::Locked,
-            Rotor::Free => Self::Free,
+            Self::Brake => "brake",
         }
     }
 }

@@ -93,6 +93,7 @@ pub fn events(trace: &Trace, to: &mut impl Write) -> std::io::Result<()> {
             Event::Conduction(phase, mode) => {
                 writeln!(to, "{time:.12},conduction,{},{mode},,,,", phase.letter())?;
             }
+            Event::LeftMap => writeln!(to, "{time:.12},left_map,,,,,,")?,
             Event::Motion(motion) => {
                 writeln!(to, "{time:.12},motion,,{},,,,", format!("{motion:?}").to_lowercase())?;
             }

@@ -9,8 +9,9 @@ use std::path::Path;
 
 use standstill_campaign::{ErrorSet, Scenario};
 use standstill_plant::{DataSheet, Motor};
+use standstill_sim::{Play, RotorState};
 
-use crate::arguments::Setup;
+use crate::arguments::{Rotor, Setup};
 use crate::error::Error;
 
 /// A data sheet by built-in name or by its path.
@@ -39,11 +40,22 @@ fn setup_json(setup: &Setup, scenario: &Scenario) -> serde_json::Value {
         "errors": ErrorSet::from(setup.errors).name(),
         "decay": setup.decay.name(),
         "rotor": setup.rotor.name(),
+        "load_torque_Nm": setup.load,
+        "winding_temperature_C": setup.temperature.winding_temperature,
+        "magnet_temperature_C": setup.temperature.magnet_temperature,
         "seed": setup.seed,
     })
 }
 
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {
     let motor = motor(&setup.motor)?;
-    Ok(Scenario::paper(motor, setup.errors.into(), setup.decay.into(), setup.rotor.into(), setup.seed))
+    let rotor = match setup.rotor {
+        Rotor::Locked => RotorState::Locked,
+        Rotor::Free => RotorState::Free,
+        Rotor::Brake => RotorState::Braked(Play::of(&motor)),
+    };
+    let hot = motor.at_temperature(setup.temperature.into())?;
+    // The drive is set up for the motor of the data sheet, whatever the motor's temperature is.
+    let scenario = Scenario::paper(motor, setup.errors.into(), setup.decay.into(), rotor, setup.seed);
+    Ok(Scenario { motor: hot, load_torque: setup.load, ..scenario })
 }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use standstill_campaign::CampaignError;
 use standstill_detect::SettingsError;
-use standstill_plant::{MotorError, NoConvergence, built_in_names};
+use standstill_plant::{MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
 
 #[derive(Debug)]
@@ -25,6 +25,7 @@ pub enum Error {
     Campaign(CampaignError),
     Figure(FigureError),
     Magnetics(NoConvergence),
+    Temperature(TemperatureError),
 }
 
 impl Error {
@@ -53,6 +54,7 @@ impl fmt::Display for Error {
             }
             Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
             Self::Campaign(error) => error.fmt(f),
+            Self::Temperature(error) => error.fmt(f),
             Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
             Self::Figure(error) => write!(f, "cannot draw: {error}"),
         }
@@ -62,6 +64,12 @@ impl fmt::Display for Error {
 impl From<CampaignError> for Error {
     fn from(error: CampaignError) -> Self {
         Self::Campaign(error)
+    }
+}
+
+impl From<TemperatureError> for Error {
+    fn from(error: TemperatureError) -> Self {
+        Self::Temperature(error)
     }
 }
 

@@ -1,15 +1,26 @@
 //! Motor data sheets: TOML in which each number says where it comes from.
 
 mod check;
+mod extras;
 
 use std::fmt;
 
 use serde::Deserialize;
 
 use crate::quantity::unit::{
-    Ampere, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, Volt, Watt, Weber,
+    Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
+    Second, Volt, Watt, Weber,
 };
 use crate::{Quantity, Unit};
+
+fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
+    Entry {
+        key: format!("{table}.{key}"),
+        value: from.value.to_string(),
+        source: from.source,
+        reason: from.reason.trim().to_owned(),
+    }
+}
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
@@ -106,10 +117,38 @@ struct RotorTable {
     stiction: Sourced<NewtonMetre>,
     coulomb: Sourced<NewtonMetre>,
     viscous: Sourced<NewtonMetreSecond>,
+    brake_backlash: Option<Sourced<Degree>>,
+    cogging_torque: Option<Sourced<NewtonMetre>>,
+    cogging_periods: Option<Sourced<One>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct HarmonicsTable {
+    inductance_4: Option<Sourced<Henry>>,
+    asymmetry: Option<Sourced<Henry>>,
+    flux_5: Option<Sourced<Weber>>,
+    flux_7: Option<Sourced<Weber>>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct EddyTable {
+    time_constant: Sourced<Second>,
+    d_depth: Sourced<One>,
+    q_depth: Sourced<One>,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ThermalTable {
+    reference: Sourced<Celsius>,
+    winding_coefficient: Sourced<PerKelvin>,
+    magnet_coefficient: Sourced<PerKelvin>,
 }
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
-/// iron bridges of a magnet-assisted reluctance rotor to it.
+/// iron bridges of a magnet-assisted reluctance rotor to it. `[harmonics]`, `[eddy]` and `[thermal]` may be left out.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
@@ -123,6 +162,9 @@ pub struct DataSheet {
     winding: WindingTable,
     saturation: Option<SaturationTable>,
     bridge: Option<BridgeTable>,
+    harmonics: Option<HarmonicsTable>,
+    eddy: Option<EddyTable>,
+    thermal: Option<ThermalTable>,
     rotor: RotorTable,
 }
 
@@ -198,14 +240,6 @@ impl DataSheet {
 
     /// Each number with its source, in the order of the file.
     pub fn entries(&self) -> Vec<Entry> {
-        fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
-            Entry {
-                key: format!("{table}.{key}"),
-                value: from.value.to_string(),
-                source: from.source,
-                reason: from.reason.trim().to_owned(),
-            }
-        }
         let Self { rating, winding: w, rotor: r, .. } = self;
         let mut entries = Vec::new();
         entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
@@ -243,6 +277,25 @@ impl DataSheet {
             entry("rotor", "coulomb", &r.coulomb),
             entry("rotor", "viscous", &r.viscous),
         ]);
+        entries.extend(r.brake_backlash.as_ref().map(|from| entry("rotor", "brake_backlash", from)));
+        entries.extend(r.cogging_torque.as_ref().map(|from| entry("rotor", "cogging_torque", from)));
+        entries.extend(r.cogging_periods.as_ref().map(|from| entry("rotor", "cogging_periods", from)));
+        if let Some(h) = &self.harmonics {
+            entries.extend(h.inductance_4.as_ref().map(|from| entry("harmonics", "inductance_4", from)));
+            entries.extend(h.asymmetry.as_ref().map(|from| entry("harmonics", "asymmetry", from)));
+            entries.extend(h.flux_5.as_ref().map(|from| entry("harmonics", "flux_5", from)));
+            entries.extend(h.flux_7.as_ref().map(|from| entry("harmonics", "flux_7", from)));
+        }
+        if let Some(e) = &self.eddy {
+            entries.push(entry("eddy", "time_constant", &e.time_constant));
+            entries.push(entry("eddy", "d_depth", &e.d_depth));
+            entries.push(entry("eddy", "q_depth", &e.q_depth));
+        }
+        if let Some(t) = &self.thermal {
+            entries.push(entry("thermal", "reference", &t.reference));
+            entries.push(entry("thermal", "winding_coefficient", &t.winding_coefficient));
+            entries.push(entry("thermal", "magnet_coefficient", &t.magnet_coefficient));
+        }
         entries
     }
 }

@@ -5,7 +5,8 @@
 //!
 //! * [`Winding`]: the inductances of the three phases over the rotor angle, equations (1)–(4) of the paper.
 //! * [`Magnetics`]: the core as one energy `W(ψ)`; [`Linear`] and [`Algebraic`] are such energies.
-//! * [`Rotor`]: inertia and friction.
+//! * [`MagneticCircuit`]: the core with harmonics over the angle, eddy currents and the magnet's temperature.
+//! * [`Rotor`]: inertia, friction, cogging and the play of its brake.
 //! * [`Survey`]: what the magnetics look like to a detection, above all which pole draws more current.
 //! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
 //!
@@ -20,14 +21,19 @@ mod quantity;
 mod rotor;
 mod survey;
 mod symmetric;
+mod thermal;
 mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use library::{built_in, built_in_names};
-pub use magnetics::{Algebraic, Core, IronBridge, Linear, Magnetics, NoConvergence};
+pub use magnetics::{
+    Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, Heading, IronBridge, Linear, MagneticCircuit,
+    MagneticState, Magnetics, NoConvergence,
+};
 pub use motor::Motor;
 pub use quantity::{Quantity, QuantityError, Unit};
 pub use rotor::{Friction, Rotor};
 pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
 pub use symmetric::Symmetric;
+pub use thermal::{Temperature, TemperatureError, Thermal};
 pub use winding::{Winding, rotor_angle_from_lines};

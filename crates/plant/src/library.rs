@@ -2,12 +2,14 @@
 
 use crate::{DataSheet, Motor, MotorError};
 
-const FILES: [(&str, &str); 6] = [
+const FILES: [(&str, &str); 8] = [
     ("paper-5k5", include_str!("../motors/paper-5k5.toml")),
     ("gearless-hoist", include_str!("../motors/gearless-hoist.toml")),
     ("pm-reluctance", include_str!("../motors/pm-reluctance.toml")),
     ("surface-magnet", include_str!("../motors/surface-magnet.toml")),
     ("low-inertia", include_str!("../motors/low-inertia.toml")),
+    ("cross-saturation", include_str!("../motors/cross-saturation.toml")),
+    ("slot-harmonics", include_str!("../motors/slot-harmonics.toml")),
     ("reluctance-6k7", include_str!("../motors/reluctance-6k7.toml")),
 ];
 

@@ -55,6 +55,14 @@ pub mod unit {
         NewtonMetreSecond = "N m s" or "Nms" or "N·m·s" or "N m s/rad";
         /// Moment of inertia.
         KilogramSquareMetre = "kg m²" or "kg m2" or "kg m^2" or "kgm2" or "kg·m²";
+        /// Time.
+        Second = "s" in "µ" -6;
+        /// Angle.
+        Degree = "deg" or "°";
+        /// Temperature.
+        Celsius = "°C" or "degC";
+        /// Change with temperature.
+        PerKelvin = "1/K" or "/K";
         /// A pure number.
         One = "";
     }

@@ -1,5 +1,7 @@
 //! The rotor as a mechanical body.
 
+use crate::Cogging;
+
 /// Friction of a rotor. Torques in N·m, speeds mechanical.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Friction {
@@ -14,8 +16,13 @@ pub struct Friction {
 /// A rotor that obeys `J dω/dt = T − friction`, and rests until the torque exceeds its stiction.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rotor {
-    /// Moment of inertia J in kg·m².
+    /// Moment of inertia J in kg·m², with everything that is coupled to the shaft.
     pub inertia: f64,
     /// What holds it back.
     pub friction: Friction,
+    /// Torque without current, from slots.
+    pub cogging: Option<Cogging>,
+    /// Play of its brake in rad, mechanical: how far the rotor can turn, from one end to the other, while the brake
+    /// is applied.
+    pub backlash: f64,
 }

@@ -3,7 +3,7 @@
 use serde::Serialize;
 use standstill_interface::Dq;
 
-use crate::{Magnetics, Motor, NoConvergence, Symmetric};
+use crate::{Harmonics, Heading, MagneticCircuit, Motor, NoConvergence, Symmetric};
 
 /// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -91,9 +91,14 @@ impl Survey {
     /// # Errors
     /// A current that no flux of the core gives.
     pub fn of(motor: &Motor, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
-        let core = &motor.core;
-        let flux_at = |d: f64, q: f64| core.flux_at(Dq::new(d, q));
-        let inductance = |flux| core.current_and_inverse_inductance(flux).1.inverse();
+        // Harmonics vary with the angle; what is left without them is their mean.
+        let magnetics = motor.magnetics.clone().with_harmonics(Harmonics::default());
+        Self::of_circuit(&magnetics, reach, steps)
+    }
+
+    fn of_circuit(magnetics: &MagneticCircuit, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
+        let flux_at = |d: f64, q: f64| magnetics.flux_at(Dq::new(d, q), Heading::ZERO);
+        let inductance = |flux| magnetics.state(flux, Heading::ZERO).inverse_inductance.inverse();
         let point = |d: f64, q: f64| -> Result<OperatingPoint, NoConvergence> {
             let flux = flux_at(d, q)?;
             let Symmetric { xx, xy, yy } = inductance(flux);
@@ -116,7 +121,7 @@ impl Survey {
             })
             .collect();
         let polarity = polarity?;
-        let (reciprocity_error, convex) = grid_checks(motor, reach)?;
+        let (reciprocity_error, convex) = grid_checks(magnetics, reach)?;
         Ok(Self {
             open_circuit_flux: rest.psi_d,
             l_dd: rest.l_dd,
@@ -144,21 +149,21 @@ fn signature(polarity: &[PolarityPoint]) -> PolaritySignature {
 }
 
 /// Reciprocity by central differences of ψ(i), and convexity, on a grid of currents.
-fn grid_checks(motor: &Motor, reach: f64) -> Result<(f64, bool), NoConvergence> {
-    let core = &motor.core;
+fn grid_checks(magnetics: &MagneticCircuit, reach: f64) -> Result<(f64, bool), NoConvergence> {
+    let flux_at = |d: f64, q: f64| magnetics.flux_at(Dq::new(d, q), Heading::ZERO);
     let step = 1e-3 * reach;
     let (mut curl, mut cross, mut self_inductance) = (0.0, 0.0, 0.0);
     let mut convex = true;
     for a in -4..=4 {
         for b in -4..=4 {
             let (d, q) = (reach * f64::from(a) / 4.0, reach * f64::from(b) / 4.0);
-            let flux = core.flux_at(Dq::new(d, q))?;
-            convex &= core.current_and_inverse_inductance(flux).1.is_positive_definite();
-            let dq = core.flux_at(Dq::new(d, q + step))?.d - core.flux_at(Dq::new(d, q - step))?.d;
-            let qd = core.flux_at(Dq::new(d + step, q))?.q - core.flux_at(Dq::new(d - step, q))?.q;
+            let flux = flux_at(d, q)?;
+            convex &= magnetics.state(flux, Heading::ZERO).inverse_inductance.is_positive_definite();
+            let dq = flux_at(d, q + step)?.d - flux_at(d, q - step)?.d;
+            let qd = flux_at(d + step, q)?.q - flux_at(d - step, q)?.q;
             curl += (dq - qd) * (dq - qd);
             cross += ((dq + qd) / 2.0) * ((dq + qd) / 2.0);
-            let dd = core.flux_at(Dq::new(d + step, q))?.d - core.flux_at(Dq::new(d - step, q))?.d;
+            let dd = flux_at(d + step, q)?.d - flux_at(d - step, q)?.d;
             self_inductance += dd * dd;
         }
     }
@@ -183,6 +188,8 @@ mod tests {
         assert_eq!(signature("gearless-hoist"), PolaritySignature::Normal);
         assert_eq!(signature("surface-magnet"), PolaritySignature::Normal);
         assert_eq!(signature("low-inertia"), PolaritySignature::Normal);
+        assert_eq!(signature("cross-saturation"), PolaritySignature::Normal);
+        assert_eq!(signature("slot-harmonics"), PolaritySignature::Normal);
         assert_eq!(signature("pm-reluctance"), PolaritySignature::Inverted);
         assert_eq!(signature("reluctance-6k7"), PolaritySignature::None);
         for name in built_in_names() {

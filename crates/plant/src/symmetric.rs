@@ -36,6 +36,12 @@ impl Symmetric {
         self.xx > 0.0 && self.determinant() > 0.0
     }
 
+    /// The smaller eigenvalue.
+    pub fn smaller_eigenvalue(self) -> f64 {
+        let (mean, half) = ((self.xx + self.yy) / 2.0, (self.xx - self.yy) / 2.0);
+        mean - half.hypot(self.xy)
+    }
+
     /// The same operator, given in the rotor's plane, in the stator's plane.
     #[must_use]
     pub fn unpark_by(self, sin: f64, cos: f64) -> Self {

@@ -9,12 +9,32 @@ use standstill_plant::Motor;
 use crate::{Ledger, Sensors, Streams};
 
 /// Whether the rotor can move.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub enum RotorState {
     /// Held by a brake.
     Locked,
     /// Free, with the friction of its motor.
     Free,
+    /// Held by a brake that lets it play.
+    Braked(Play),
+}
+
+/// How far a rotor can turn before the brake stops it, in rad electrical, each zero or more. The stops are hard: a
+/// rotor that runs into one loses all of its speed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Play {
+    /// Backwards.
+    pub below: f64,
+    /// Forwards.
+    pub above: f64,
+}
+
+impl Play {
+    /// The play of a motor's brake, with the rotor in its middle.
+    pub fn of(motor: &Motor) -> Self {
+        let half = motor.rotor.backlash * f64::from(motor.pole_pairs) / 2.0;
+        Self { below: half, above: half }
+    }
 }
 
 /// Largest numerical error of one step. It is scaled to what a pulse changes, not to the flux of the magnet:
@@ -45,6 +65,8 @@ pub struct Case<'a> {
     pub start_angle: f64,
     /// Whether the rotor can move.
     pub rotor: RotorState,
+    /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
+    pub load_torque: f64,
     /// Noise and jitter of the samples.
     pub streams: Streams,
     /// Numerical tolerance.
@@ -84,6 +106,11 @@ pub enum RunError {
     Chatter,
     /// The state left the finite numbers, or changes too fast for any step.
     NotFinite,
+    /// The currents left the flux map of the motor: what follows is not known.
+    LeftMap {
+        /// Current in mA along d and q, of the core, at that instant.
+        current_ma: [i64; 2],
+    },
 }
 
 impl fmt::Display for RunError {
@@ -96,6 +123,10 @@ impl fmt::Display for RunError {
             Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
             Self::Chatter => write!(f, "conduction modes keep changing without time passing"),
             Self::NotFinite => write!(f, "the simulation left the finite numbers"),
+            Self::LeftMap { current_ma: [d, q] } => {
+                let [d, q] = [*d, *q].map(|current| current as f64 * 1e-3);
+                write!(f, "the currents left the motor's flux map at i_d = {d:.3} A, i_q = {q:.3} A")
+            }
         }
     }
 }

@@ -19,8 +19,8 @@ mod streams;
 mod timeline;
 mod trace;
 
-pub use case::{Case, Ended, RotorState, Run, RunError, Tolerance, Work};
-pub use flow::{CORE, Flow, Ledger, Operating, WITH_LEDGER};
+pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
+pub use flow::{CORE, Flow, Ledger, Operating, WITH_EDDY, WITH_LEDGER};
 pub use motion::Motion;
 pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};

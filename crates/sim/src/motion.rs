@@ -1,4 +1,4 @@
-//! Whether the rotor moves: held, resting on its stiction, or sliding.
+//! Whether the rotor moves: held, resting on its stiction or against a stop, or sliding.
 
 use standstill_plant::Rotor;
 
@@ -18,12 +18,32 @@ pub enum Motion {
     Backward,
     /// Free without any dry friction: its speed may have either sign.
     Floating,
+    /// At the forward end of the brake's play, pressed against it or held by friction.
+    AtUpper,
+    /// At the backward end.
+    AtLower,
+}
+
+/// Which end of the brake's play the rotor touches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Contact {
+    /// Neither.
+    None,
+    /// The forward one.
+    Upper,
+    /// The backward one.
+    Lower,
 }
 
 impl Motion {
-    /// The motion of a free rotor at this speed under this torque in N·m.
-    pub fn resolve(rotor: &Rotor, speed: f64, torque: f64) -> Self {
-        if rotor.friction.stiction == 0.0 {
+    /// The motion of a rotor that is not held, at this speed under this torque in N·m (everything but friction).
+    pub fn resolve(rotor: &Rotor, speed: f64, torque: f64, contact: Contact) -> Self {
+        let rests = speed.abs() <= RESTING_SPEED;
+        if rests && contact == Contact::Upper && torque >= -rotor.friction.stiction {
+            Self::AtUpper
+        } else if rests && contact == Contact::Lower && torque <= rotor.friction.stiction {
+            Self::AtLower
+        } else if rotor.friction.stiction == 0.0 {
             Self::Floating
         } else if speed.abs() > RESTING_SPEED {
             if speed > 0.0 { Self::Forward } else { Self::Backward }
@@ -46,7 +66,7 @@ impl Motion {
         let dry = match self {
             Self::Forward => rotor.friction.coulomb,
             Self::Backward => -rotor.friction.coulomb,
-            Self::Held | Self::Resting | Self::Floating => 0.0,
+            Self::Held | Self::Resting | Self::Floating | Self::AtUpper | Self::AtLower => 0.0,
         };
         dry + rotor.friction.viscous * mechanical_speed
     }
@@ -59,6 +79,18 @@ impl Motion {
             Self::Resting => rotor.friction.stiction - torque.abs(),
             Self::Forward => speed,
             Self::Backward => -speed,
+            Self::AtUpper => rotor.friction.stiction + torque,
+            Self::AtLower => rotor.friction.stiction - torque,
+        }
+    }
+
+    /// How far the rotor is from the end of the brake's play that it may run into, in rad electrical.
+    pub fn margin_to_stop(self, [lower, upper]: [f64; 2], angle: f64) -> f64 {
+        match self {
+            Self::Forward => upper - angle,
+            Self::Backward => angle - lower,
+            Self::Floating => (upper - angle).min(angle - lower),
+            Self::Held | Self::Resting | Self::AtUpper | Self::AtLower => f64::INFINITY,
         }
     }
 }
@@ -68,15 +100,34 @@ mod tests {
     use super::*;
     use standstill_plant::Friction;
 
-    const ROTOR: Rotor =
-        Rotor { inertia: 0.02, friction: Friction { stiction: 0.3, coulomb: 0.2, viscous: 0.0 } };
+    const ROTOR: Rotor = Rotor {
+        inertia: 0.02,
+        friction: Friction { stiction: 0.3, coulomb: 0.2, viscous: 0.0 },
+        cogging: None,
+        backlash: 0.0,
+    };
 
     #[test]
     fn law_a_rotor_rests_until_the_torque_exceeds_its_stiction() {
-        assert_eq!(Motion::resolve(&ROTOR, 0.0, 0.29), Motion::Resting);
-        assert_eq!(Motion::resolve(&ROTOR, 0.0, -0.31), Motion::Backward);
-        assert_eq!(Motion::resolve(&ROTOR, 1.0, -0.31), Motion::Forward);
+        let resolve = |speed, torque| Motion::resolve(&ROTOR, speed, torque, Contact::None);
+        assert_eq!(resolve(0.0, 0.29), Motion::Resting);
+        assert_eq!(resolve(0.0, -0.31), Motion::Backward);
+        assert_eq!(resolve(1.0, -0.31), Motion::Forward);
         assert!(Motion::Resting.margin(&ROTOR, 0.0, -0.31) < 0.0);
+    }
+
+    #[test]
+    fn law_a_stop_holds_against_any_torque_towards_it_and_none_away() {
+        let at = |contact, torque| Motion::resolve(&ROTOR, 0.0, torque, contact);
+        assert_eq!(at(Contact::Upper, 100.0), Motion::AtUpper);
+        assert_eq!(at(Contact::Upper, -0.29), Motion::AtUpper);
+        assert_eq!(at(Contact::Upper, -0.31), Motion::Backward);
+        assert_eq!(at(Contact::Lower, -100.0), Motion::AtLower);
+        assert_eq!(at(Contact::Lower, 0.31), Motion::Forward);
+        assert!(Motion::AtUpper.margin(&ROTOR, 0.0, -0.31) < 0.0);
+        assert!(Motion::AtLower.margin(&ROTOR, 0.0, 0.31) < 0.0);
+        assert!(Motion::Forward.margin_to_stop([-1.0, 1.0], 1.1) < 0.0);
+        assert!(Motion::Backward.margin_to_stop([-1.0, 1.0], -1.1) < 0.0);
     }
 
     #[test]

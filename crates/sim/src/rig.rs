@@ -4,10 +4,11 @@ mod advance;
 
 use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Phase, Reading, Real, Step};
 use standstill_inverter::{Gate, GateDriver};
+use standstill_plant::Heading;
 
-use crate::case::{Case, Ended, RotorState, Run, RunError, Work};
-use crate::flow::{CORE, Flow, Ledger, WITH_LEDGER};
-use crate::motion::Motion;
+use crate::case::{Case, Ended, Play, RotorState, Run, RunError, Work};
+use crate::flow::{CORE, Flow, Ledger, WITH_EDDY, WITH_LEDGER};
+use crate::motion::{Contact, Motion};
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::timeline::Timeline;
 use crate::trace::{Event, Probe, Snapshot};
@@ -26,6 +27,8 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
 ) -> Run<T> {
     if ledger {
         Rig::<WITH_LEDGER, _>::new(case, probe).detect(detector)
+    } else if case.motor.magnetics.eddy_currents().is_some() {
+        Rig::<WITH_EDDY, _>::new(case, probe).detect(detector)
     } else {
         Rig::<CORE, _>::new(case, probe).detect(detector)
     }
@@ -43,8 +46,6 @@ struct Rig<'a, const N: usize, P> {
     link_filter: Option<LowPass>,
     state: [f64; N],
     tolerance: [f64; N],
-    /// Flux in Wb without current, in the rotor's plane.
-    rest_flux: Dq<f64>,
     /// Longest step in s: a fraction of the ripple's period where the link's voltage follows it.
     longest_step: f64,
     /// The last instant, and the time in s since then.
@@ -54,15 +55,28 @@ struct Rig<'a, const N: usize, P> {
     step_hint: f64,
     moved: f64,
     peak_current: f64,
+    /// Energy in J lost where the rotor ran into the end of the brake's play.
+    impact_loss: f64,
     work: Work,
 }
 
 impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     fn new(case: &'a Case<'a>, probe: &'a mut P) -> Self {
         let Case { motor, inverter, .. } = case;
-        let motion = match case.rotor {
-            RotorState::Locked => Motion::Held,
-            RotorState::Free => Motion::resolve(&motor.rotor, 0.0, 0.0),
+        let torque = motor.cogging(case.start_angle) - case.load_torque;
+        let (motion, stops) = match case.rotor {
+            RotorState::Locked => (Motion::Held, None),
+            RotorState::Free => (Motion::resolve(&motor.rotor, 0.0, torque, Contact::None), None),
+            RotorState::Braked(play) if play.below + play.above <= 0.0 => (Motion::Held, None),
+            RotorState::Braked(play) => {
+                let contact = match play {
+                    Play { above: 0.0, .. } => Contact::Upper,
+                    Play { below: 0.0, .. } => Contact::Lower,
+                    Play { .. } => Contact::None,
+                };
+                let stops = [case.start_angle - play.below, case.start_angle + play.above];
+                (Motion::resolve(&motor.rotor, 0.0, torque, contact), Some(stops))
+            }
         };
         let flux = motor.open_circuit_flux(case.start_angle);
         let mut state = [0.0; N];
@@ -73,7 +87,13 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             0.0,
             inverter.link.source(0.0),
         ]);
+        if N >= WITH_EDDY {
+            let Dq { d, q } = motor.magnetics.rest(Heading::of(case.start_angle));
+            state[CORE..WITH_EDDY].copy_from_slice(&[d, q]);
+        }
         let mut flow = Flow::new(motor, &inverter.bridge, &inverter.link, motion);
+        flow.load_torque = case.load_torque;
+        flow.stops = stops;
         flow.settle(case.start_angle);
         let settings = &case.sensors.settings;
         Self {
@@ -90,7 +110,6 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 .map(|corner| LowPass::new(corner, inverter.link.source(0.0))),
             state,
             tolerance: tolerances(case),
-            rest_flux: flux.park_by(case.start_angle.sin(), case.start_angle.cos()),
             longest_step: match inverter.link.storage {
                 Some(_) if inverter.link.ripple != 0.0 => 0.125 / inverter.link.ripple_frequency,
                 _ => f64::INFINITY,
@@ -100,6 +119,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             step_hint: f64::INFINITY,
             moved: 0.0,
             peak_current: 0.0,
+            impact_loss: 0.0,
             work: Work::default(),
         }
     }
@@ -119,11 +139,15 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             }
         };
         let ledger = (N == WITH_LEDGER).then(|| Ledger {
-            source: self.state[CORE],
-            source_loss: self.state[CORE + 1],
-            device_loss: self.state[CORE + 2],
-            copper_loss: self.state[CORE + 3],
-            shaft_work: self.state[CORE + 4],
+            source: self.state[WITH_EDDY],
+            source_loss: self.state[WITH_EDDY + 1],
+            device_loss: self.state[WITH_EDDY + 2],
+            copper_loss: self.state[WITH_EDDY + 3],
+            eddy_loss: self.state[WITH_EDDY + 4],
+            shaft_work: self.state[WITH_EDDY + 5],
+            friction_loss: self.state[WITH_EDDY + 6],
+            load_work: self.state[WITH_EDDY + 7],
+            impact_loss: self.impact_loss,
             field_change: self.flow.field_energy(&self.state) - before.0,
             link_change: self.flow.link_energy(&self.state) - before.1,
             kinetic_change: self.flow.kinetic_energy(&self.state),
@@ -257,8 +281,11 @@ fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     let angle = flux / case.motor.magnet_flux.max(0.1);
     let mut all = [0.0; N];
     all[..CORE].copy_from_slice(&[flux, flux, angle, angle * 1e3, flux * 1e5]);
-    // Energies: the flux at about rated current.
-    all[CORE..].fill(flux * case.motor.rated_current);
+    if N >= WITH_EDDY {
+        all[CORE..WITH_EDDY].fill(flux);
+        // Energies: the flux at about rated current.
+        all[WITH_EDDY..].fill(flux * case.motor.rated_current);
+    }
     all
 }
 

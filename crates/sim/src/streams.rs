@@ -27,6 +27,8 @@ pub enum Purpose {
     Ripple = 8,
     /// Error of the resolver.
     Resolver = 9,
+    /// Where within the play of its brake the rotor stands.
+    Backlash = 10,
 }
 
 /// The random streams of one trial.

@@ -37,6 +37,8 @@ pub enum Event {
     Conduction(Phase, Conduction),
     /// The rotor started or stopped.
     Motion(Motion),
+    /// The currents left the motor's flux map; the run ends.
+    LeftMap,
     /// The ADC sampled; phase currents in A and the DC link in V as the drive sees them.
     Sample([f64; 3], f64),
 }

@@ -18,7 +18,7 @@ const STEPS: u16 = 10;
 
 pub fn run(options: &Magnetics) -> Result<Report, Error> {
     interrupt::at_once();
-    let motor = super::motor(&options.motor)?;
+    let motor = super::motor(&options.motor)?.at_temperature(options.temperature.into())?;
     let reach = options.current.unwrap_or(motor.rated_current);
     let survey = Survey::of(&motor, reach, STEPS).map_err(Error::Magnetics)?;
     if options.json {

@@ -6,7 +6,7 @@ use standstill_interface::Dq;
 
 use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced};
 use crate::quantity::unit::One;
-use crate::{Algebraic, Core, Friction, IronBridge, Linear, Magnetics, Motor, Rotor, Unit, Winding};
+use crate::{Algebraic, Core, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Unit, Winding};
 
 impl DataSheet {
     /// The motor, if the numbers make one.
@@ -35,16 +35,16 @@ impl DataSheet {
             return Err(check.value("winding.resistance", &w.resistance.value, needed));
         }
         let magnet_flux = check.at_least_zero("winding.magnet_flux", &w.magnet_flux)?;
-        let r = &self.rotor;
-        let friction = Friction {
-            stiction: check.at_least_zero("rotor.stiction", &r.stiction)?,
-            coulomb: check.at_least_zero("rotor.coulomb", &r.coulomb)?,
-            viscous: check.at_least_zero("rotor.viscous", &r.viscous)?,
-        };
-        if friction.coulomb > friction.stiction {
-            let needed = format!("at most rotor.stiction, {}", r.stiction.value);
-            return Err(check.value("rotor.coulomb", &r.coulomb.value, &needed));
-        }
+        let core = self.core(&check, &winding, magnet_flux)?;
+        let circuit = MagneticCircuit::new(core).map_err(|_| {
+            check.value(
+                "saturation",
+                &"not convex at no current",
+                "an energy whose inductances stay positive",
+            )
+        })?;
+        let circuit = circuit.with_eddy_currents(check.eddy(self.eddy.as_ref())?);
+        let harmonics = check.harmonics(self.harmonics.as_ref(), &circuit)?;
         let motor = Motor {
             name: self.name.clone(),
             pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
@@ -56,29 +56,30 @@ impl DataSheet {
             },
             winding,
             magnet_flux,
-            core: match (&self.saturation, &self.bridge) {
-                (None, None) => Core::Linear(Linear::from_winding(&winding, magnet_flux)),
-                (None, Some(_)) => {
-                    return Err(check.value(
-                        "bridge",
-                        &"given without [saturation]",
-                        "given with it, or not at all",
-                    ));
-                }
-                (Some(table), bridge) => {
-                    let bridge = bridge.as_ref().map(|table| check.bridge(table)).transpose()?;
-                    Core::Algebraic(Algebraic { bridge, ..check.saturation(table)? })
-                }
-            },
-            rotor: Rotor { inertia: check.positive("rotor.inertia", &r.inertia)?, friction },
+            magnetics: circuit.with_harmonics(harmonics),
+            thermal: check.thermal(self.thermal.as_ref())?,
+            rotor: check.rotor(&self.rotor)?,
         };
         check.core(&motor)?;
         check.consistent(&motor)?;
         Ok(motor)
     }
+
+    fn core(&self, check: &Check, winding: &Winding, magnet_flux: f64) -> Result<Core, MotorError> {
+        match (&self.saturation, &self.bridge) {
+            (None, None) => Ok(Core::Linear(Linear::from_winding(winding, magnet_flux))),
+            (None, Some(_)) => {
+                Err(check.value("bridge", &"given without [saturation]", "given with it, or not at all"))
+            }
+            (Some(table), bridge) => {
+                let bridge = bridge.as_ref().map(|table| check.bridge(table)).transpose()?;
+                Ok(Core::Algebraic(Algebraic { bridge, ..check.saturation(table)? }))
+            }
+        }
+    }
 }
 
-struct Check<'a> {
+pub(super) struct Check<'a> {
     file: &'a str,
 }
 
@@ -89,7 +90,7 @@ const LARGEST: f64 = 1e6;
 const SMALLEST: f64 = 1e-9;
 
 impl Check<'_> {
-    fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
+    pub(super) fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
         MotorError::Value {
             file: self.file.to_owned(),
             key,
@@ -98,7 +99,7 @@ impl Check<'_> {
         }
     }
 
-    fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+    pub(super) fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
         let value = from.value.value();
         if (SMALLEST..=LARGEST).contains(&value) {
             Ok(value)
@@ -107,7 +108,11 @@ impl Check<'_> {
         }
     }
 
-    fn at_least_zero<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
+    pub(super) fn at_least_zero<U: Unit>(
+        &self,
+        key: &'static str,
+        from: &Sourced<U>,
+    ) -> Result<f64, MotorError> {
         let value = from.value.value();
         if (0.0..=LARGEST).contains(&value) {
             Ok(value)
@@ -118,8 +123,9 @@ impl Check<'_> {
 
     /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
     fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
-        let Ok(rest) = motor.core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
-        let l = motor.core.current_and_inverse_inductance(rest).1.inverse();
+        let core = motor.magnetics.core();
+        let Ok(rest) = core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let l = core.current_and_inverse_inductance(rest).1.inverse();
         let winding = &motor.winding;
         let pairs = [
             ("winding.mean_inductance", "L_d without current", l.xx, winding.d_axis_inductance(), "H", 0.0),
@@ -136,7 +142,13 @@ impl Check<'_> {
         Ok(())
     }
 
-    fn whole(&self, key: &'static str, from: &Sourced<One>, least: u8, most: u8) -> Result<u8, MotorError> {
+    pub(super) fn whole(
+        &self,
+        key: &'static str,
+        from: &Sourced<One>,
+        least: u8,
+        most: u8,
+    ) -> Result<u8, MotorError> {
         (least..=most).find(|n| f64::from(*n) == from.value.value()).ok_or_else(|| {
             self.value(
                 key,
@@ -179,9 +191,10 @@ impl Check<'_> {
             let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 48.0).sin_cos();
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
                 let current = Dq::new(cos, sin) * (motor.rated_current * share);
-                let convex = motor.core.flux_at(current).is_ok_and(|flux| {
-                    motor.core.current_and_inverse_inductance(flux).1.is_positive_definite()
-                });
+                let core = motor.magnetics.core();
+                let convex = core
+                    .flux_at(current)
+                    .is_ok_and(|flux| core.current_and_inverse_inductance(flux).1.is_positive_definite());
                 if !convex {
                     let found = format!("not convex near i_d = {:.3} A, i_q = {:.3} A", current.d, current.q);
                     return Err(self.value(

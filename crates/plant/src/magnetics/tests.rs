@@ -5,8 +5,8 @@ fn all_cores() -> Vec<(String, Core)> {
     let mut cores = Vec::new();
     for name in built_in_names() {
         let motor = built_in(name).expect("built in");
-        cores.push((format!("{name}, saturated"), motor.core));
-        cores.push((format!("{name}, linear"), motor.linearised().core));
+        cores.push((format!("{name}, saturated"), motor.magnetics.core().clone()));
+        cores.push((format!("{name}, linear"), motor.linearised().magnetics.core().clone()));
     }
     cores
 }
@@ -69,14 +69,14 @@ fn law_flux_at_inverts_current() {
 #[test]
 fn analytic_published_value_of_the_reluctance_motor() {
     // i(0.3 + 0.1j Wb) evaluated from the published coefficients.
-    let core = built_in("reluctance-6k7").expect("built in").core;
+    let core = built_in("reluctance-6k7").expect("built in").magnetics.core().clone();
     let i = core.current(Dq::new(0.3, 0.1));
     assert!((i.d - 5.995_917).abs() < 1e-6 && (i.q - 12.798).abs() < 1e-6, "{i:?}");
 }
 
 #[test]
 fn analytic_published_values_of_the_magnet_assisted_reluctance_motor() {
-    let core = built_in("pm-reluctance").expect("built in").core;
+    let core = built_in("pm-reluctance").expect("built in").magnetics.core().clone();
     let flux = |i_d: f64| core.flux_at(Dq::new(i_d, 0.0)).expect("flux").d;
     for (current, expected) in [(0.0, 0.476_690), (8.8, 0.730_740), (-8.8, 0.265_637)] {
         assert!((flux(current) - expected).abs() < 1e-6, "{current} A: {} Wb", flux(current));
@@ -87,7 +87,7 @@ fn analytic_published_values_of_the_magnet_assisted_reluctance_motor() {
 
 #[test]
 fn analytic_the_paper_motor_saturates_as_table_2_tells() {
-    let core = built_in("paper-5k5").expect("built in").core;
+    let core = built_in("paper-5k5").expect("built in").magnetics.core().clone();
     let inductance = |i_d: f64| {
         let flux = core.flux_at(Dq::new(i_d, 0.0)).expect("flux");
         core.current_and_inverse_inductance(flux).1.inverse().xx
@@ -102,8 +102,9 @@ fn analytic_the_paper_motor_saturates_as_table_2_tells() {
 fn analytic_saturated_cores_at_rest_match_their_windings() {
     for name in built_in_names() {
         let motor = built_in(name).expect("built in");
-        let flux = motor.core.flux_at(Dq::new(0.0, 0.0)).expect("open circuit");
-        let l = motor.core.current_and_inverse_inductance(flux).1.inverse();
+        let core = motor.magnetics.core();
+        let flux = core.flux_at(Dq::new(0.0, 0.0)).expect("open circuit");
+        let l = core.current_and_inverse_inductance(flux).1.inverse();
         assert!((l.xx / motor.winding.d_axis_inductance() - 1.0).abs() < 1e-3, "{name}: {}", l.xx);
         assert!((l.yy / motor.winding.q_axis_inductance() - 1.0).abs() < 1e-3, "{name}: {}", l.yy);
         assert!((flux.d - motor.magnet_flux).abs() < 1e-3 * (motor.magnet_flux + 1e-6), "{name}: {}", flux.d);

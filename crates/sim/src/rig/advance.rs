@@ -2,12 +2,13 @@
 
 use standstill_interface::{AlphaBeta, Nanos, Phase};
 use standstill_inverter::Conduction;
+use standstill_plant::Heading;
 
 use super::Rig;
 use crate::case::RunError;
-use crate::flow::MARGINS;
+use crate::flow::{DOMAIN, FLUX, MARGINS, MOTION, STOP};
 use crate::integrator::{Attempt, STAGES};
-use crate::motion::Motion;
+use crate::motion::{Contact, Motion};
 use crate::trace::{Event, Probe};
 
 /// Events within one segment beyond which the modes are taken to chatter. A segment of a PWM period has at most
@@ -15,14 +16,11 @@ use crate::trace::{Event, Probe};
 const MOST_EVENTS: u32 = 1000;
 
 /// How far beyond zero a margin must be to count as crossed: the next mode then contradicts the last one by more
-/// than rounding. Current in A, flux in Wb, and the rest in V, N·m or rad/s, whichever the margin is in.
+/// than rounding. Current in A, flux in Wb, angle in rad, and the rest in V, N·m or rad/s, whichever the margin is in.
 const CURRENT_SLACK: f64 = 1e-10;
 const FLUX_SLACK: f64 = 1e-14;
+const ANGLE_SLACK: f64 = 1e-12;
 const OTHER_SLACK: f64 = 1e-6;
-
-/// Places of the rotor's motion and of the flux among the margins; the legs come before.
-const MOTION: usize = 3;
-const FLUX: usize = 4;
 
 impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// Time in s since the start of the run.
@@ -119,6 +117,8 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         for (k, margin) in margins.iter_mut().enumerate() {
             *margin += match k {
                 FLUX.. => FLUX_SLACK,
+                DOMAIN => CURRENT_SLACK,
+                STOP => ANGLE_SLACK,
                 MOTION => OTHER_SLACK,
                 leg if self.flow.modes[leg] == Conduction::Blocked => OTHER_SLACK,
                 _ => CURRENT_SLACK,
@@ -156,9 +156,11 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         // Regula falsi with the Illinois modification on the dense output: as safe as bisection, and quick.
         let mut at_low = self.slack(attempt, low)[which].max(0.0);
         let mut at_high = self.slack(attempt, high)[which];
+        // The rotor is put where the stop is: that must not move it by more than rounding.
+        let close = if which == STOP { 0.1 * ANGLE_SLACK } else { 1e-3 * OTHER_SLACK };
         let mut side = 0;
         for _ in 0..60 {
-            if high - low < 1e-13 || at_high > -1e-3 * OTHER_SLACK {
+            if high - low < 1e-13 || at_high > -close {
                 break;
             }
             let middle = (low * at_high - high * at_low) / (at_high - at_low);
@@ -225,20 +227,47 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             self.flow.sides[which - FLUX] *= -1.0;
             return Ok(());
         }
-        if which == MOTION {
-            if self.flow.motion != Motion::Resting {
-                self.state[3] = 0.0;
-            }
-            let torque = self.flow.operating(self.time(), &self.state).torque;
-            self.flow.settle(self.state[2]);
-            self.flow.motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque);
-            self.probe.event(self.time(), Event::Motion(self.flow.motion));
+        if which == DOMAIN {
+            self.probe.event(self.time(), Event::LeftMap);
+            return Err(self.left_map());
+        }
+        if which == STOP || which == MOTION {
+            self.change_motion(which);
             return Ok(());
         }
         let (modes, ended) = (self.flow.modes, which);
         let conducted = modes[ended] != Conduction::Blocked;
         self.make_zero(std::array::from_fn(|k| modes[k] == Conduction::Blocked || (conducted && k == ended)));
         self.resolve()
+    }
+
+    /// The rotor stopped, started, or ran into the end of the brake's play.
+    fn change_motion(&mut self, which: usize) {
+        let mut contact = Contact::None;
+        if which == STOP
+            && let Some([lower, upper]) = self.flow.stops
+        {
+            self.impact_loss += self.flow.kinetic_energy(&self.state);
+            let ahead = upper - self.state[2] < self.state[2] - lower;
+            (contact, self.state[2]) = if ahead { (Contact::Upper, upper) } else { (Contact::Lower, lower) };
+        }
+        if matches!(self.flow.motion, Motion::Forward | Motion::Backward) || which == STOP {
+            self.state[3] = 0.0;
+        }
+        let torque = self.flow.operating(self.time(), &self.state).torque - self.flow.load_torque;
+        self.flow.settle(self.state[2]);
+        self.flow.motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque, contact);
+        self.probe.event(self.time(), Event::Motion(self.flow.motion));
+    }
+
+    fn left_map(&self) -> RunError {
+        let at = Heading::of(self.state[2]);
+        let flux = AlphaBeta::new(self.state[0], self.state[1]).park_by(at.sin, at.cos);
+        let current = self.case.motor.magnetics.state(flux, at).core_current;
+        // A current in mA is far from the largest whole number.
+        #[allow(clippy::cast_possible_truncation)]
+        let milli = |current: f64| (current * 1e3).round() as i64;
+        RunError::LeftMap { current_ma: [milli(current.d), milli(current.q)] }
     }
 
     /// Takes the integrator's drift off the currents of blocked legs.
@@ -252,13 +281,21 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         match legs.iter().filter(|leg| **leg).count() {
             0 => {}
             1 => self.project_leg(legs.iter().position(|leg| *leg).unwrap_or_default()),
-            // The currents sum to zero, so all three are: the flux is the magnet's. Leg by leg, each would
-            // disturb the others.
-            _ => {
-                let (sin, cos) = self.state[2].sin_cos();
-                let flux = self.rest_flux.unpark_by(sin, cos);
-                self.state[..2].copy_from_slice(&[flux.alpha, flux.beta]);
+            // The currents sum to zero, so all three are. Leg by leg, each would disturb the others.
+            _ => self.project_all(),
+        }
+    }
+
+    /// Moves the flux to where no current flows: that of the magnet, but for eddy currents.
+    fn project_all(&mut self) {
+        for _ in 0..3 {
+            let at = self.flow.operating(self.time(), &self.state);
+            if at.current.norm() < 1e-15 {
+                break;
             }
+            let excess = at.port.inverse_inductance.inverse().times(at.current);
+            self.state[0] -= excess.alpha;
+            self.state[1] -= excess.beta;
         }
     }
 

@@ -1,0 +1,120 @@
+//! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, temperature.
+
+use super::check::Check;
+use super::{EddyTable, HarmonicsTable, MotorError, RotorTable, Sourced, ThermalTable};
+use crate::quantity::unit::One;
+use crate::{Cogging, EddyBranch, Friction, Harmonics, Heading, MagneticCircuit, Rotor, Thermal};
+
+impl Check<'_> {
+    pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {
+        let friction = Friction {
+            stiction: self.at_least_zero("rotor.stiction", &r.stiction)?,
+            coulomb: self.at_least_zero("rotor.coulomb", &r.coulomb)?,
+            viscous: self.at_least_zero("rotor.viscous", &r.viscous)?,
+        };
+        if friction.coulomb > friction.stiction {
+            let needed = format!("at most rotor.stiction, {}", r.stiction.value);
+            return Err(self.value("rotor.coulomb", &r.coulomb.value, &needed));
+        }
+        let cogging = match (&r.cogging_torque, &r.cogging_periods) {
+            (None, None) => None,
+            (Some(torque), Some(periods)) => Some(Cogging {
+                torque: self.at_least_zero("rotor.cogging_torque", torque)?,
+                periods: self.whole("rotor.cogging_periods", periods, 1, 200)?,
+            }),
+            (torque, _) => {
+                let key = if torque.is_some() { "rotor.cogging_periods" } else { "rotor.cogging_torque" };
+                return Err(self.value(
+                    key,
+                    &"missing",
+                    "given: cogging has a torque and a number of periods",
+                ));
+            }
+        };
+        let backlash = match &r.brake_backlash {
+            None => 0.0,
+            Some(backlash) if (0.0..=90.0).contains(&backlash.value.value()) => {
+                backlash.value.value().to_radians()
+            }
+            Some(backlash) => {
+                return Err(self.value(
+                    "rotor.brake_backlash",
+                    &backlash.value,
+                    "from 0 to 90 deg of the shaft",
+                ));
+            }
+        };
+        Ok(Rotor { inertia: self.positive("rotor.inertia", &r.inertia)?, friction, cogging, backlash })
+    }
+
+    pub(super) fn harmonics(
+        &self,
+        table: Option<&HarmonicsTable>,
+        circuit: &MagneticCircuit,
+    ) -> Result<Harmonics, MotorError> {
+        let Some(table) = table else { return Ok(Harmonics::default()) };
+        let value = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, |from| from.value.value());
+        let flux = |from: &Option<Sourced<_>>| from.as_ref().map_or(0.0, |from| from.value.value());
+        let harmonics = Harmonics {
+            inductance_4: value(&table.inductance_4),
+            asymmetry: value(&table.asymmetry),
+            flux_5: flux(&table.flux_5),
+            flux_7: flux(&table.flux_7),
+        };
+        let least = circuit.inductance().smaller_eigenvalue();
+        if harmonics.largest_inductance() > 0.5 * least {
+            let found = format!("up to {:.4e} H together with asymmetry", harmonics.largest_inductance());
+            let needed = format!("at most half of the smaller inductance, {:.4e} H", 0.5 * least);
+            return Err(self.value("harmonics.inductance_4", &found, &needed));
+        }
+        let rest = circuit.rest(Heading::ZERO).norm();
+        for (key, found) in [("harmonics.flux_5", &table.flux_5), ("harmonics.flux_7", &table.flux_7)] {
+            if let Some(found) = found
+                && found.value.value().abs() > 0.3 * rest
+            {
+                let needed = format!("at most 0.3 of the flux without current, {:.4e} Wb", 0.3 * rest);
+                return Err(self.value(key, &found.value, &needed));
+            }
+        }
+        Ok(harmonics)
+    }
+
+    pub(super) fn eddy(&self, table: Option<&EddyTable>) -> Result<Option<EddyBranch>, MotorError> {
+        let Some(table) = table else { return Ok(None) };
+        let time_constant = table.time_constant.value.value();
+        if !(1e-6..=1.0).contains(&time_constant) {
+            return Err(self.value("eddy.time_constant", &table.time_constant.value, "from 1 µs to 1 s"));
+        }
+        let depth = |key, from: &Sourced<One>| {
+            let depth = from.value.value();
+            let needed = "a share of the inductance, from 0 to 0.9";
+            if (0.0..=0.9).contains(&depth) { Ok(depth) } else { Err(self.value(key, &from.value, needed)) }
+        };
+        Ok(Some(EddyBranch {
+            time_constant,
+            d_depth: depth("eddy.d_depth", &table.d_depth)?,
+            q_depth: depth("eddy.q_depth", &table.q_depth)?,
+        }))
+    }
+
+    pub(super) fn thermal(&self, table: Option<&ThermalTable>) -> Result<Thermal, MotorError> {
+        let Some(table) = table else { return Ok(Thermal::default()) };
+        let reference = table.reference.value.value();
+        if !(-60.0..=300.0).contains(&reference) {
+            return Err(self.value("thermal.reference", &table.reference.value, "from -60 to 300 °C"));
+        }
+        let coefficient = |key, from: &Sourced<_>| {
+            let found = from.value.value();
+            if found.abs() <= 0.02 {
+                Ok(found)
+            } else {
+                Err(self.value(key, &from.value, "from -0.02 to 0.02 1/K"))
+            }
+        };
+        Ok(Thermal {
+            reference,
+            winding_coefficient: coefficient("thermal.winding_coefficient", &table.winding_coefficient)?,
+            magnet_coefficient: coefficient("thermal.magnet_coefficient", &table.magnet_coefficient)?,
+        })
+    }
+}

@@ -1,0 +1,193 @@
+//! All of the motor's magnetics in one: core, magnet's temperature, harmonics, eddy currents, cogging.
+
+use standstill_interface::Dq;
+
+use super::harmonics::Distortion;
+use super::{Core, EddyBranch, Harmonics, Heading, Magnetics, NoConvergence};
+use crate::Symmetric;
+
+/// The magnetics at one flux and one rotor angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MagneticState {
+    /// i = ∂W/∂ψ in A, without eddy currents.
+    pub current: Dq<f64>,
+    /// Γ = ∂²W/∂ψ² in 1/H.
+    pub inverse_inductance: Symmetric,
+    /// ∂W/∂θ in J per 3/2 and rad, at constant ψ.
+    pub energy_slope: f64,
+    /// ∂i/∂θ in A/rad, at constant ψ.
+    pub current_slope: Dq<f64>,
+    /// Flux in Wb at which the core itself is: ψ but for harmonics.
+    pub core_flux: Dq<f64>,
+    /// Current in A of the core itself: i but for harmonics.
+    pub core_current: Dq<f64>,
+}
+
+/// Torque of a rotor without current, from slots: `T = −T_c sin(n θ)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cogging {
+    /// T_c in N·m.
+    pub torque: f64,
+    /// n, periods in one electrical revolution.
+    pub periods: u8,
+}
+
+impl Cogging {
+    /// Torque in N·m at electrical angle θ in rad.
+    pub fn at(&self, angle: f64) -> f64 {
+        -self.torque * (f64::from(self.periods) * angle).sin()
+    }
+
+    /// Energy in J at electrical angle θ in rad, of which the torque is the negative slope over the mechanical angle.
+    pub fn energy(&self, angle: f64, pole_pairs: u32) -> f64 {
+        let n = f64::from(self.periods);
+        -self.torque / (n * f64::from(pole_pairs)) * (n * angle).cos()
+    }
+}
+
+/// The magnetic side of a motor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MagneticCircuit {
+    core: Core,
+    /// Change of the magnet with temperature, as a current along d in A: `W = W₀ − magnet ψ_d`.
+    magnet: f64,
+    rest: Dq<f64>,
+    inductance: Symmetric,
+    harmonics: Harmonics,
+    distortion: Option<Distortion>,
+    eddy: Option<(EddyBranch, Dq<f64>)>,
+}
+
+impl MagneticCircuit {
+    /// A core alone.
+    ///
+    /// # Errors
+    /// A core that has no state without current.
+    pub fn new(core: Core) -> Result<Self, NoConvergence> {
+        let rest = core.flux_at(Dq::new(0.0, 0.0))?;
+        let inductance = core.current_and_inverse_inductance(rest).1.inverse();
+        let harmonics = Harmonics::default();
+        Ok(Self { core, magnet: 0.0, rest, inductance, harmonics, distortion: None, eddy: None })
+    }
+
+    /// The same with harmonics, which must be smaller than the inductances: see [`Harmonics::largest_inductance`].
+    #[must_use]
+    pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
+        let distortion = harmonics.any().then(|| Distortion::new(harmonics, self.rest, self.inductance));
+        Self { harmonics, distortion, ..self }
+    }
+
+    /// The same with eddy currents.
+    #[must_use]
+    pub fn with_eddy_currents(self, eddy: Option<EddyBranch>) -> Self {
+        let eddy = eddy.map(|branch| (branch, branch.inverse_inductance(self.inductance)));
+        Self { eddy, ..self }
+    }
+
+    /// The same with a magnet that drives `share` of its flux without current, as a hot one does. The iron stays as
+    /// it is and with it the saturation: what changes is the magnet's magnetomotive force.
+    ///
+    /// # Errors
+    /// A core that has no such flux.
+    pub fn with_magnet(&self, share: f64) -> Result<Self, NoConvergence> {
+        let rest = self.core.flux_at(Dq::new(0.0, 0.0))? * share;
+        let (at_rest, hessian) = self.core.current_and_inverse_inductance(rest);
+        let scaled = Harmonics {
+            flux_5: self.harmonics.flux_5 * share,
+            flux_7: self.harmonics.flux_7 * share,
+            ..self.harmonics
+        };
+        let changed = Self { magnet: at_rest.d, rest, inductance: hessian.inverse(), ..self.clone() };
+        Ok(changed.with_harmonics(scaled).with_eddy_currents(self.eddy.map(|(branch, _)| branch)))
+    }
+
+    /// The core without its harmonics and eddy currents.
+    pub const fn core(&self) -> &Core {
+        &self.core
+    }
+
+    /// The harmonics.
+    pub const fn harmonics(&self) -> Harmonics {
+        self.harmonics
+    }
+
+    /// The eddy currents.
+    pub fn eddy_currents(&self) -> Option<EddyBranch> {
+        self.eddy.map(|(branch, _)| branch)
+    }
+
+    /// Incremental inductance in H without current, harmonics apart.
+    pub const fn inductance(&self) -> Symmetric {
+        self.inductance
+    }
+
+    /// Flux in Wb without current.
+    pub fn rest(&self, at: Heading) -> Dq<f64> {
+        self.distortion.map_or(self.rest, |distortion| distortion.rest(at))
+    }
+
+    /// Current, inductance and their slopes at a flux in Wb.
+    #[inline]
+    pub fn state(&self, flux: Dq<f64>, at: Heading) -> MagneticState {
+        if let Some(distortion) = &self.distortion {
+            return distortion.state(&self.core, self.magnet, flux, at);
+        }
+        let (mut current, inverse_inductance) = self.core.current_and_inverse_inductance(flux);
+        current.d -= self.magnet;
+        MagneticState {
+            current,
+            inverse_inductance,
+            energy_slope: 0.0,
+            current_slope: Dq::new(0.0, 0.0),
+            core_flux: flux,
+            core_current: current,
+        }
+    }
+
+    /// W in J per 3/2, without what the eddy currents store.
+    pub fn energy(&self, flux: Dq<f64>, at: Heading) -> f64 {
+        let core_flux = self.distortion.map_or(flux, |distortion| distortion.core_flux(flux, at));
+        self.core.energy(core_flux) - self.magnet * core_flux.d
+    }
+
+    /// Eddy currents G (ψ − χ) in A and their inverse inductance G in 1/H, where χ lags ψ by `lag` in Wb; none: no
+    /// such branch.
+    #[inline]
+    pub fn eddy(&self, lag: Dq<f64>) -> Option<Eddy> {
+        let (branch, g) = self.eddy?;
+        Some(Eddy {
+            current: Dq::new(g.d * lag.d, g.q * lag.q),
+            inverse_inductance: g,
+            time_constant: branch.time_constant,
+        })
+    }
+
+    /// Flux in Wb at which the current in A flows and no eddy currents are left.
+    ///
+    /// # Errors
+    /// [`NoConvergence`] where there is no such state, which a convex energy cannot cause.
+    pub fn flux_at(&self, current: Dq<f64>, at: Heading) -> Result<Dq<f64>, NoConvergence> {
+        super::newton(current, self.rest(at), |flux| {
+            let state = self.state(flux, at);
+            (self.energy(flux, at), state.current, state.inverse_inductance)
+        })
+    }
+
+    /// How far the core is from the end of the currents it is known for, in A; negative beyond. Infinite for a core
+    /// that is a formula.
+    #[inline]
+    pub fn margin(&self, state: &MagneticState) -> f64 {
+        self.core.margin(state.core_current)
+    }
+}
+
+/// The eddy currents at one lag.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Eddy {
+    /// In A, added to the current of the core.
+    pub current: Dq<f64>,
+    /// G in 1/H.
+    pub inverse_inductance: Dq<f64>,
+    /// τ in s.
+    pub time_constant: f64,
+}

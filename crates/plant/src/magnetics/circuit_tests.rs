@@ -1,0 +1,206 @@
+//! The laws that everything magnetic obeys, over every kind of circuit on every built-in motor.
+
+use std::f64::consts::TAU;
+
+use standstill_interface::{AlphaBeta, Dq};
+
+use super::*;
+use crate::{Motor, built_in, built_in_names};
+
+/// Every motor with what its circuit may have on top of the core.
+fn circuits() -> Vec<(String, MagneticCircuit)> {
+    let mut circuits = Vec::new();
+    for name in built_in_names() {
+        let motor = built_in(name).expect("built in");
+        for (kind, motor) in [("linear", motor.linearised()), ("saturated", motor)] {
+            let circuit = motor.magnetics;
+            let size = circuit.inductance().smaller_eigenvalue();
+            let rest = circuit.rest(Heading::ZERO).norm();
+            let harmonics = Harmonics {
+                inductance_4: -0.1 * size,
+                asymmetry: 0.05 * size,
+                flux_5: 0.02 * rest,
+                flux_7: -0.01 * rest,
+            };
+            let eddy = EddyBranch { time_constant: 50e-6, d_depth: 0.3, q_depth: 0.1 };
+            let distorted = circuit.clone().with_harmonics(harmonics);
+            let hot = distorted.with_magnet(0.9).expect("convex");
+            let all = hot.clone().with_eddy_currents(Some(eddy));
+            circuits.push((format!("{name}, {kind}"), circuit));
+            circuits.push((format!("{name}, {kind}, harmonics"), distorted));
+            circuits.push((format!("{name}, {kind}, harmonics, hot"), hot));
+            circuits.push((format!("{name}, {kind}, harmonics, hot, eddy"), all));
+        }
+    }
+    circuits
+}
+
+/// Points of flux and angle across the working range.
+fn points(circuit: &MagneticCircuit) -> impl Iterator<Item = (Dq<f64>, f64)> {
+    let reach = 1.2 * circuit.rest(Heading::ZERO).d.abs().max(0.3);
+    (-3..=3).flat_map(move |d| {
+        (-3..=3).map(move |q| {
+            let flux = Dq::new(reach * (f64::from(d) + 0.13) / 3.2, reach * (f64::from(q) - 0.09) / 3.2);
+            (flux, 0.7 * f64::from(d) + 0.31 * f64::from(q) + 0.2)
+        })
+    })
+}
+
+#[test]
+fn law_current_and_slope_are_the_gradient_of_one_energy() {
+    let h = 1e-5;
+    for (name, circuit) in circuits() {
+        for (flux, angle) in points(&circuit) {
+            let at = Heading::of(angle);
+            let state = circuit.state(flux, at);
+            let along = |step: Dq<f64>| {
+                (circuit.energy(flux + step, at) - circuit.energy(flux - step, at)) / (2.0 * step.norm())
+            };
+            let current = Dq::new(along(Dq::new(h, 0.0)), along(Dq::new(0.0, h)));
+            let scale = 1.0 + state.current.norm();
+            assert!(
+                (state.current - current).norm() < 2e-5 * scale,
+                "{name} {flux:?}: {state:?} {current:?}"
+            );
+            let energy = |angle| circuit.energy(flux, Heading::of(angle));
+            let slope = (energy(angle + h) - energy(angle - h)) / (2.0 * h);
+            let size = circuit.energy(flux, at).abs() + 1.0;
+            assert!((state.energy_slope - slope).abs() < 1e-5 * size, "{name} {flux:?}: {state:?} {slope}");
+        }
+    }
+}
+
+#[test]
+fn law_inverse_inductance_is_reciprocal_positive_definite_and_the_slope_of_the_current() {
+    let h = 1e-6;
+    for (name, circuit) in circuits() {
+        for (flux, angle) in points(&circuit) {
+            let at = Heading::of(angle);
+            let state = circuit.state(flux, at);
+            let gamma = state.inverse_inductance;
+            assert!(gamma.is_positive_definite(), "{name} at {flux:?}");
+            let current = |step| circuit.state(flux + step, at).current;
+            let along = |step: Dq<f64>| (current(step) - current(-step)) * (0.5 / h);
+            let (d, q) = (along(Dq::new(h, 0.0)), along(Dq::new(0.0, h)));
+            let scale = gamma.xx + gamma.yy;
+            for (numeric, exact) in [(d.d, gamma.xx), (d.q, gamma.xy), (q.d, gamma.xy), (q.q, gamma.yy)] {
+                assert!((numeric - exact).abs() < 1e-5 * scale, "{name} at {flux:?}: {numeric} {exact}");
+            }
+            let turned = |angle| circuit.state(flux, Heading::of(angle)).current;
+            let slope = (turned(angle + h) - turned(angle - h)) * (0.5 / h);
+            assert!(
+                (slope - state.current_slope).norm() < 1e-5 * scale,
+                "{name} at {flux:?}: {slope:?} {state:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn law_torque_is_the_slope_of_the_co_energy_at_constant_current() {
+    // An independent way to the torque: the currents of the phases stand still while the rotor turns.
+    let h = 1e-4;
+    for name in built_in_names() {
+        let motor = built_in(name).expect("built in");
+        let harmonics = Harmonics { inductance_4: -0.1e-3, asymmetry: 0.05e-3, flux_5: 4e-3, flux_7: -2e-3 };
+        let circuit = motor.magnetics.clone().with_harmonics(harmonics);
+        let motor = Motor { magnetics: circuit.clone(), ..motor };
+        for step in 0..12 {
+            let angle = f64::from(step) * TAU / 12.0 + 0.1;
+            let current = AlphaBeta::new(0.7, -0.5) * motor.rated_current;
+            let in_rotor = |at: Heading| current.park_by(at.sin, at.cos);
+            let co_energy = |angle: f64| {
+                let at = Heading::of(angle);
+                let flux = circuit.flux_at(in_rotor(at), at).expect("convex");
+                in_rotor(at).dot(flux) - circuit.energy(flux, at)
+            };
+            let p = f64::from(motor.pole_pairs);
+            let expected = 1.5 * p * (co_energy(angle + h) - co_energy(angle - h)) / (2.0 * h);
+            let at = Heading::of(angle);
+            let flux = circuit.flux_at(in_rotor(at), at).expect("convex");
+            let torque = motor.torque(flux, in_rotor(at), circuit.state(flux, at).energy_slope);
+            assert!((torque - expected).abs() < 1e-5 * (1.0 + expected.abs()), "{name}: {torque} {expected}");
+        }
+    }
+}
+
+#[test]
+fn analytic_harmonics_are_those_of_the_phases() {
+    let motor = built_in("paper-5k5").expect("built in").linearised();
+    let (l_4, odd) = (-0.3e-3, 0.2e-3);
+    let harmonics = Harmonics { inductance_4: l_4, asymmetry: odd, flux_5: 9e-3, flux_7: -4e-3 };
+    let circuit = motor.magnetics.clone().with_harmonics(harmonics);
+    let winding = motor.winding;
+    for degree in (0..360).step_by(5) {
+        let angle = f64::from(degree).to_radians();
+        let at = Heading::of(angle);
+        let rest = circuit.rest(at);
+        // Flux of phase a without current.
+        let phase_a = rest.unpark_by(at.sin, at.cos).alpha;
+        let expected = 0.45 * angle.cos() + 9e-3 * (5.0 * angle).cos() - 4e-3 * (7.0 * angle).cos();
+        assert!((phase_a - expected).abs() < 1e-15, "{degree}°: {phase_a} {expected}");
+        assert!(circuit.state(rest, at).current.norm() < 1e-12);
+        // Flux of each phase from its own current alone, with the 2θ and 4θ terms of that phase: star-connected, a
+        // current i in phase k is 2/3 of it along that axis.
+        let gamma = circuit.state(rest, at).inverse_inductance.unpark_by(at.sin, at.cos);
+        let inductance = gamma.inverse();
+        for k in 0..3 {
+            let axis = f64::from(k) * TAU / 3.0;
+            let along = AlphaBeta::new(axis.cos(), axis.sin());
+            let got = along.dot(inductance.times(along));
+            let turned = angle - axis;
+            let first = if k == 0 { 1.0 } else { 0.25 };
+            let phase = winding.mean_inductance
+                + winding.saliency * (2.0 * turned).cos()
+                + l_4 * (4.0 * turned).cos();
+            let expected = 1.5 * phase + 2.0 / 3.0 * odd * first;
+            assert!((got - expected).abs() < 1e-15, "{degree}°, phase {k}: {got} {expected}");
+        }
+    }
+}
+
+#[test]
+fn analytic_a_short_pulse_sees_less_inductance_than_a_slow_one() {
+    let motor = built_in("paper-5k5").expect("built in").linearised();
+    let branch = EddyBranch { time_constant: 50e-6, d_depth: 0.2, q_depth: 0.1 };
+    let circuit = motor.magnetics.with_eddy_currents(Some(branch));
+    let slow = circuit.inductance();
+    let eddy = circuit.eddy(Dq::new(1.0, 1.0)).expect("a branch");
+    let gamma = circuit.state(Dq::new(0.5, 0.1), Heading::ZERO).inverse_inductance;
+    let fast_d = 1.0 / (gamma.xx + eddy.inverse_inductance.d);
+    let fast_q = 1.0 / (gamma.yy + eddy.inverse_inductance.q);
+    assert!((fast_d / slow.xx - 0.8).abs() < 1e-12 && (fast_q / slow.yy - 0.9).abs() < 1e-12);
+}
+
+#[test]
+fn analytic_cogging_is_the_slope_of_its_energy() {
+    let cogging = Cogging { torque: 0.4, periods: 6 };
+    let h = 1e-6;
+    for step in 0..20 {
+        let angle = 0.3 * f64::from(step);
+        // Over the mechanical angle, four electrical radians each.
+        let slope = 4.0 * (cogging.energy(angle + h, 4) - cogging.energy(angle - h, 4)) / (2.0 * h);
+        assert!((cogging.at(angle) + slope).abs() < 1e-8);
+    }
+}
+
+#[test]
+fn law_a_rotor_stands_where_friction_holds_it() {
+    let mut motor = built_in("slot-harmonics").expect("built in");
+    for step in 0..36 {
+        let angle = f64::from(step) / 5.0;
+        assert_eq!(motor.standing_angle(angle, 0.0), Some(angle), "cogging is below the stiction");
+    }
+    motor.rotor.friction.stiction = 0.1;
+    for step in 0..36 {
+        let angle = f64::from(step) / 5.0;
+        let stands = motor.standing_angle(angle, 0.05).expect("cogging holds it");
+        let net = motor.cogging(stands) - 0.05;
+        assert!(net.abs() <= 0.1 + 1e-9, "{angle}: stands at {stands} with {net} N m");
+        assert!((stands - angle).abs() <= TAU / 6.0);
+        // Downhill: the torque at the start pushed it there.
+        let start = motor.cogging(angle) - 0.05;
+        assert!(stands == angle || (stands - angle) * start > 0.0, "{angle} {stands} {start}");
+    }
+    assert_eq!(motor.standing_angle(0.3, 5.0), None, "nothing holds it against such a load");
+}

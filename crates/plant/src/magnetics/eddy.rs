@@ -1,0 +1,33 @@
+//! Eddy currents in magnets and rotor iron: a short pulse meets less inductance than a slow one.
+//!
+//! One dynamic branch, parallel to the core: a flux χ follows the winding's flux ψ, and what it lags drives eddy
+//! currents against the change,
+//! ```text
+//! i = ∂W/∂ψ + G (ψ − χ),   dχ/dt = (ψ − χ)/τ
+//! ```
+//! This is the gradient of `W + ½ (ψ − χ)ᵀ G (ψ − χ)`, and `3/2 (ψ − χ)ᵀ G (ψ − χ)/τ ≥ 0` is what the branch turns
+//! into heat: it is passive whatever its parameters, and leaves the core as it is once χ = ψ. A slow pulse meets the
+//! inductance `Γ⁻¹`, an infinitely short one `(Γ + G)⁻¹`. The branch turns with the rotor.
+
+use standstill_interface::Dq;
+
+use crate::Symmetric;
+
+/// Eddy currents of the rotor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EddyBranch {
+    /// τ in s: how fast the eddy currents die while the flux stands still.
+    pub time_constant: f64,
+    /// Share of L_d, without current, that an infinitely short pulse does not meet; 0 to below 1.
+    pub d_depth: f64,
+    /// The same of L_q.
+    pub q_depth: f64,
+}
+
+impl EddyBranch {
+    /// G in 1/H, over the incremental inductance in H at no current.
+    pub(super) fn inverse_inductance(&self, inductance: Symmetric) -> Dq<f64> {
+        let of = |depth: f64, l: f64| depth / ((1.0 - depth) * l);
+        Dq::new(of(self.d_depth, inductance.xx), of(self.q_depth, inductance.yy))
+    }
+}

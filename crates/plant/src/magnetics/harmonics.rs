@@ -1,0 +1,184 @@
+//! Spatial harmonics: what changes as the rotor turns, beyond equations (1) and (2).
+//!
+//! A harmonic must not create energy, so it is not a correction of the inductances but a change of coordinates: the
+//! core's energy is taken at
+//! ```text
+//! u = ψ₀ + A(θ) (ψ − ψ₀ − δ(θ)),   W(ψ, θ) = W₀(u)
+//! ```
+//! ψ₀ is the flux without current. From it follow, all consistent with one energy,
+//! ```text
+//! i = Aᵀ ∇W₀,   Γ = Aᵀ ∇²W₀ A,   ∂W/∂θ = ∇W₀ · (A' (ψ − ψ₀ − δ) − A δ')
+//! ```
+//! Γ stays positive definite whatever A is: a harmonic cannot make a core unstable. A is chosen such that without
+//! saturation the inductances are exactly `L₀ + M(θ)`: with the Cholesky factors `L₀ = G₀ G₀ᵀ` and
+//! `L₀ + M = G Gᵀ`, `A = G₀ G⁻¹`.
+
+use standstill_interface::Dq;
+
+use super::{Heading, MagneticState, Magnetics};
+use crate::Symmetric;
+
+/// Harmonics of winding and magnet over the rotor angle. All zero: none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Harmonics {
+    /// L_4 in H: `L_4 cos 4θ` is added to the self-inductance of phase a, and so on, as slots and rotor bars do.
+    pub inductance_4: f64,
+    /// In H: by how much the self-inductance of phase a is larger than that of the others, at any angle.
+    pub asymmetry: f64,
+    /// In Wb: `ψ_5 cos 5θ` is added to the magnet's flux linkage of phase a.
+    pub flux_5: f64,
+    /// In Wb: likewise `ψ_7 cos 7θ`. In the rotor's frame both turn with 6θ.
+    pub flux_7: f64,
+}
+
+/// Lower triangular 2×2 matrix.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Lower {
+    xx: f64,
+    yx: f64,
+    yy: f64,
+}
+
+impl Lower {
+    const fn new(xx: f64, yx: f64, yy: f64) -> Self {
+        Self { xx, yx, yy }
+    }
+
+    /// G with `G Gᵀ = m`.
+    fn cholesky(m: Symmetric) -> Self {
+        let xx = m.xx.sqrt();
+        let yx = m.xy / xx;
+        Self::new(xx, yx, (m.yy - yx * yx).sqrt())
+    }
+
+    fn inverse(self) -> Self {
+        Self::new(1.0 / self.xx, -self.yx / (self.xx * self.yy), 1.0 / self.yy)
+    }
+
+    fn times(self, other: Self) -> Self {
+        Self::new(self.xx * other.xx, self.yx * other.xx + self.yy * other.yx, self.yy * other.yy)
+    }
+
+    fn apply(self, v: Dq<f64>) -> Dq<f64> {
+        Dq::new(self.xx * v.d, self.yx * v.d + self.yy * v.q)
+    }
+
+    fn apply_transposed(self, v: Dq<f64>) -> Dq<f64> {
+        Dq::new(self.xx * v.d + self.yx * v.q, self.yy * v.q)
+    }
+
+    /// `selfᵀ m self`.
+    fn congruent(self, m: Symmetric) -> Symmetric {
+        let (row_x, row_y) = (m.xx * self.xx + m.xy * self.yx, m.xy * self.xx + m.yy * self.yx);
+        Symmetric::new(self.xx * row_x + self.yx * row_y, self.yy * row_y, self.yy * m.yy * self.yy)
+    }
+}
+
+/// The coordinates at one rotor angle.
+struct Coordinates {
+    a: Lower,
+    a_slope: Lower,
+    shift: Dq<f64>,
+    shift_slope: Dq<f64>,
+}
+
+/// Harmonics around the operating point of a core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Distortion {
+    harmonics: Harmonics,
+    rest: Dq<f64>,
+    inductance: Symmetric,
+    factor: Lower,
+}
+
+impl Harmonics {
+    /// M(θ) and its slope over θ, in H and H/rad: a 4θ term of the phases is a reflection that turns with −6θ in the
+    /// rotor's frame; one phase that differs is a reflection that stands still in the stator's.
+    fn inductance(&self, at: Heading) -> (Symmetric, Symmetric) {
+        let two = at.doubled();
+        let six = two.tripled();
+        let (four, odd) = (1.5 * self.inductance_4, self.asymmetry / 3.0);
+        let reflection =
+            |factor: f64, cos: f64, sin: f64| Symmetric::new(factor * cos, factor * sin, -factor * cos);
+        let sum = |x: Symmetric, y: Symmetric| Symmetric::new(x.xx + y.xx, x.xy + y.xy, x.yy + y.yy);
+        let value = sum(reflection(four, six.cos, -six.sin), reflection(odd, two.cos, -two.sin));
+        let slope = sum(reflection(-6.0 * four, six.sin, six.cos), reflection(-2.0 * odd, two.sin, two.cos));
+        (sum(value, Symmetric::new(odd, 0.0, odd)), slope)
+    }
+
+    /// δ(θ) and its slope over θ, in Wb and Wb/rad.
+    fn flux(&self, at: Heading) -> (Dq<f64>, Dq<f64>) {
+        let six = at.doubled().tripled();
+        let (d, q) = (self.flux_7 + self.flux_5, self.flux_7 - self.flux_5);
+        (Dq::new(d * six.cos, q * six.sin), Dq::new(-6.0 * d * six.sin, 6.0 * q * six.cos))
+    }
+
+    /// The largest change of the inductances in H, in any direction at any angle.
+    pub fn largest_inductance(&self) -> f64 {
+        1.5 * self.inductance_4.abs() + 2.0 / 3.0 * self.asymmetry.abs()
+    }
+
+    /// Whether there is any.
+    pub fn any(&self) -> bool {
+        *self != Self::default()
+    }
+}
+
+impl Distortion {
+    /// Around the flux `rest` in Wb without current, where the core has this incremental inductance in H. The
+    /// harmonics must be smaller than its smaller eigenvalue.
+    pub(super) fn new(harmonics: Harmonics, rest: Dq<f64>, inductance: Symmetric) -> Self {
+        Self { harmonics, rest, inductance, factor: Lower::cholesky(inductance) }
+    }
+
+    fn coordinates(&self, at: Heading) -> Coordinates {
+        let (m, m_slope) = self.harmonics.inductance(at);
+        let l = self.inductance;
+        let g = Lower::cholesky(Symmetric::new(l.xx + m.xx, l.xy + m.xy, l.yy + m.yy));
+        let xx = m_slope.xx / (2.0 * g.xx);
+        let yx = (m_slope.xy - g.yx * xx) / g.xx;
+        let yy = (m_slope.yy / 2.0 - g.yx * yx) / g.yy;
+        let back = g.inverse();
+        let a = self.factor.times(back);
+        let a_slope = a.times(Lower::new(xx, yx, yy)).times(back);
+        let (shift, shift_slope) = self.harmonics.flux(at);
+        Coordinates { a, a_slope: Lower::new(-a_slope.xx, -a_slope.yx, -a_slope.yy), shift, shift_slope }
+    }
+
+    /// u: where the core is when the winding's flux is ψ.
+    pub(super) fn core_flux(&self, flux: Dq<f64>, at: Heading) -> Dq<f64> {
+        let c = self.coordinates(at);
+        self.rest + c.a.apply(flux - self.rest - c.shift)
+    }
+
+    /// Flux in Wb without current.
+    pub(super) fn rest(&self, at: Heading) -> Dq<f64> {
+        self.rest + self.harmonics.flux(at).0
+    }
+
+    /// The winding's state over that of the core.
+    #[inline]
+    pub(super) fn state(
+        &self,
+        core: &impl Magnetics,
+        magnet: f64,
+        flux: Dq<f64>,
+        at: Heading,
+    ) -> MagneticState {
+        let c = self.coordinates(at);
+        let x = flux - self.rest - c.shift;
+        let core_flux = self.rest + c.a.apply(x);
+        let (mut core_current, hessian) = core.current_and_inverse_inductance(core_flux);
+        core_current.d -= magnet;
+        let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
+        MagneticState {
+            current: c.a.apply_transposed(core_current),
+            inverse_inductance: c.a.congruent(hessian),
+            energy_slope: core_current.dot(turning),
+            current_slope: c.a_slope.apply_transposed(core_current)
+                + c.a.apply_transposed(hessian.times_dq(turning)),
+            core_flux,
+            core_current,
+        }
+    }
+}

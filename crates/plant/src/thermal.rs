@@ -1,0 +1,123 @@
+//! Temperature of winding and magnet: a hot winding has more resistance, a hot magnet less flux.
+
+use std::fmt;
+
+use crate::Motor;
+
+/// How a motor changes with temperature.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Thermal {
+    /// Temperature in °C at which the motor's numbers hold.
+    pub reference: f64,
+    /// Change of the resistance in 1/K, relative to its value at the reference.
+    pub winding_coefficient: f64,
+    /// Change of the open-circuit flux in 1/K, relative to its value at the reference.
+    pub magnet_coefficient: f64,
+}
+
+impl Default for Thermal {
+    /// Copper, and neodymium magnets of usual grades, both from 20 °C.
+    fn default() -> Self {
+        Self { reference: 20.0, winding_coefficient: 3.93e-3, magnet_coefficient: -1.1e-3 }
+    }
+}
+
+/// Temperatures in °C; none: that of the data sheet.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Temperature {
+    /// Of the winding.
+    pub winding: Option<f64>,
+    /// Of the magnet.
+    pub magnet: Option<f64>,
+}
+
+/// A temperature that the motor does not survive.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TemperatureError {
+    part: &'static str,
+    found: String,
+}
+
+impl fmt::Display for TemperatureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { part, found } = self;
+        write!(
+            f,
+            "temperature of the {part} is {found} °C, but must be from -60 to 300 °C and leave the motor resistance and flux"
+        )
+    }
+}
+
+impl std::error::Error for TemperatureError {}
+
+impl Motor {
+    /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
+    /// from the reference. The iron stays as it is.
+    pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
+        let factor = |part, temperature: Option<f64>, coefficient: f64| {
+            let Some(temperature) = temperature else { return Ok(1.0) };
+            let factor = 1.0 + coefficient * (temperature - self.thermal.reference);
+            if (-60.0..=300.0).contains(&temperature) && factor > 0.0 {
+                Ok(factor)
+            } else {
+                Err(TemperatureError { part, found: temperature.to_string() })
+            }
+        };
+        let mut motor = self.clone();
+        motor.resistance *= factor("winding", at.winding, self.thermal.winding_coefficient)?;
+        let magnet = factor("magnet", at.magnet, self.thermal.magnet_coefficient)?;
+        if magnet != 1.0 {
+            motor.magnet_flux *= magnet;
+            motor.magnetics = self.magnetics.with_magnet(magnet).map_err(|_| TemperatureError {
+                part: "magnet",
+                found: at.magnet.unwrap_or(self.thermal.reference).to_string(),
+            })?;
+        }
+        Ok(motor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Heading, built_in, built_in_names};
+    use standstill_interface::Dq;
+
+    #[test]
+    fn analytic_a_hot_motor_has_more_resistance_and_less_flux() {
+        for name in built_in_names() {
+            let cold = built_in(name).expect("built in");
+            let thermal = cold.thermal;
+            let hot = |winding, magnet| {
+                cold.at_temperature(Temperature { winding: Some(winding), magnet: Some(magnet) })
+                    .expect("survives")
+            };
+            let same = hot(thermal.reference, thermal.reference);
+            assert_eq!(same, cold);
+            let motor = hot(thermal.reference + 100.0, thermal.reference + 80.0);
+            let resistance = cold.resistance * (1.0 + 100.0 * thermal.winding_coefficient);
+            assert!((motor.resistance - resistance).abs() < 1e-12, "{name}");
+            let (before, after) = (cold.magnetics.rest(Heading::ZERO), motor.magnetics.rest(Heading::ZERO));
+            let flux = before.d * (1.0 + 80.0 * thermal.magnet_coefficient);
+            assert!((after.d - flux).abs() < 1e-12, "{name}: {} {flux}", after.d);
+            // No current flows there.
+            let current = motor.magnetics.state(after, Heading::ZERO).current;
+            assert!(current.norm() < 1e-9, "{name}: {current:?}");
+            let with_current = motor.magnetics.flux_at(Dq::new(1.0, 1.0), Heading::ZERO).expect("convex");
+            assert!(
+                (motor.magnetics.state(with_current, Heading::ZERO).current - Dq::new(1.0, 1.0)).norm()
+                    < 1e-9
+            );
+        }
+    }
+
+    #[test]
+    fn regress_temperatures_beyond_sense_are_refused() {
+        let motor = built_in("paper-5k5").expect("built in");
+        for temperature in [f64::NAN, 1e4, -273.0] {
+            let winding = Temperature { winding: Some(temperature), magnet: None };
+            let error = motor.at_temperature(winding).expect_err("must be refused").to_string();
+            assert!(error.contains("winding") && error.contains("-60 to 300"), "{error}");
+        }
+    }
+}
