@@ -101,9 +101,15 @@ pub struct Trace {
 
 #[derive(Debug, Args)]
 pub struct Magnetics {
-    /// A built-in motor's name, or a data sheet's path (.toml)
+    /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .npz, .mat)
     pub motor: String,
-    /// Largest current in A [default: the rated current]
+    /// Pole pairs of the motor of a flux map, for its torque
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
+    pub pole_pairs: Option<u32>,
+    /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
+    #[arg(long, value_name = "OHM", value_parser = ohms, allow_hyphen_values = true)]
+    pub resistance: Option<f64>,
+    /// Largest current in A [default: the rated current, or what the map covers]
     #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
     pub current: Option<f64>,
     /// Folder for the figure; made if it does not exist
@@ -144,6 +150,13 @@ fn amperes(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(current) if (1e-3..=1e5).contains(&current) => Ok(current),
         _ => Err("not a number of amperes from 0.001 to 100000".to_owned()),
+    }
+}
+
+fn ohms(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(resistance) if (1e-9..=1e6).contains(&resistance) => Ok(resistance),
+        _ => Err("not a positive number of ohms, from 1e-9 to 1e6".to_owned()),
     }
 }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use standstill_campaign::CampaignError;
 use standstill_detect::SettingsError;
-use standstill_plant::{MotorError, NoConvergence, TemperatureError, built_in_names};
+use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
 
 #[derive(Debug)]
@@ -26,6 +26,7 @@ pub enum Error {
     Figure(FigureError),
     Magnetics(NoConvergence),
     Temperature(TemperatureError),
+    Map(MapError),
 }
 
 impl Error {
@@ -55,6 +56,7 @@ impl fmt::Display for Error {
             Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
             Self::Campaign(error) => error.fmt(f),
             Self::Temperature(error) => error.fmt(f),
+            Self::Map(error) => error.fmt(f),
             Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
             Self::Figure(error) => write!(f, "cannot draw: {error}"),
         }

@@ -266,6 +266,13 @@ pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
         .with(curve("L_q over i_d", over_d(|p| p.l_qq), Style::Vermilion))
         .with(curve("L_d over i_q", over_q(|p| p.l_dd), Style::Black))
         .with(curve("L_q over i_q", over_q(|p| p.l_qq), Style::Green));
+    let flux = Panel::new(Axis::new("current along the axis named (A)"), Axis::new("flux linkage (Wb)"))
+        .with(curve("ψ_d over i_d", survey.along_d.iter().map(|p| (p.i_d, p.psi_d)).collect(), Style::Blue))
+        .with(curve(
+            "ψ_q over i_q",
+            survey.along_q.iter().map(|p| (p.i_q, p.psi_q)).collect(),
+            Style::Vermilion,
+        ));
     let average = |inductance: fn(&PolarityPoint) -> f64| {
         survey.polarity.iter().map(|p| (p.current, inductance(p) * 1e3)).collect()
     };
@@ -277,9 +284,9 @@ pub fn magnetics(survey: &Survey, motor: &str) -> Figure {
     .with(curve("towards south", average(|p| p.south), Style::Vermilion));
     Figure {
         title: format!("Magnetics of {motor}"),
-        subtitle: Some("above: incremental inductances; below: what a polarity test sees".to_owned()),
+        subtitle: Some("flux; incremental inductances; what a polarity test sees".to_owned()),
         width: WIDTH,
-        height: 760,
-        panels: vec![inductances, polarity],
+        height: 1000,
+        panels: vec![flux, inductances, polarity],
     }
 }

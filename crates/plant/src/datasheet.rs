@@ -4,6 +4,7 @@ mod check;
 mod extras;
 
 use std::fmt;
+use std::path::Path;
 
 use serde::Deserialize;
 
@@ -11,7 +12,7 @@ use crate::quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
     Second, Volt, Watt, Weber,
 };
-use crate::{Quantity, Unit};
+use crate::{FluxMap, MapError, MapReport, MapSamples, Quantity, Unit};
 
 fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
     Entry {
@@ -79,10 +80,10 @@ struct RatingTable {
 struct WindingTable {
     pole_pairs: Sourced<One>,
     resistance: Sourced<Ohm>,
-    mean_inductance: Sourced<Henry>,
-    saliency: Sourced<Henry>,
-    leakage: Sourced<Henry>,
-    magnet_flux: Sourced<Weber>,
+    mean_inductance: Option<Sourced<Henry>>,
+    saliency: Option<Sourced<Henry>>,
+    leakage: Option<Sourced<Henry>>,
+    magnet_flux: Option<Sourced<Weber>>,
 }
 
 #[derive(Clone, Debug, Deserialize)]
@@ -122,6 +123,21 @@ struct RotorTable {
     cogging_periods: Option<Sourced<One>>,
 }
 
+/// The name of a file, with its source.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SourcedFile {
+    value: String,
+    source: Source,
+    reason: String,
+}
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct MapTable {
+    file: SourcedFile,
+}
+
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct HarmonicsTable {
@@ -148,7 +164,8 @@ struct ThermalTable {
 }
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
-/// iron bridges of a magnet-assisted reluctance rotor to it. `[harmonics]`, `[eddy]` and `[thermal]` may be left out.
+/// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
+/// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
@@ -162,6 +179,7 @@ pub struct DataSheet {
     winding: WindingTable,
     saturation: Option<SaturationTable>,
     bridge: Option<BridgeTable>,
+    map: Option<MapTable>,
     harmonics: Option<HarmonicsTable>,
     eddy: Option<EddyTable>,
     thermal: Option<ThermalTable>,
@@ -189,6 +207,8 @@ pub enum MotorError {
         /// What is needed.
         needed: String,
     },
+    /// Its flux map is none.
+    Map(MapError),
 }
 
 impl fmt::Display for MotorError {
@@ -198,6 +218,7 @@ impl fmt::Display for MotorError {
             Self::Value { file, key, found, needed } => {
                 write!(f, "{file}: `{key}` is {found}, but must be {needed}")
             }
+            Self::Map(error) => error.fmt(f),
         }
     }
 }
@@ -238,6 +259,13 @@ impl DataSheet {
         &self.notes
     }
 
+    /// The motor's flux map and what was found out about it, if it has one. Its file is looked for beside the data sheet.
+    pub fn map(&self) -> Result<Option<(FluxMap, MapReport)>, MapError> {
+        let Some(table) = &self.map else { return Ok(None) };
+        let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
+        FluxMap::new(&MapSamples::read(&folder.join(&table.file.value))?).map(Some)
+    }
+
     /// Each number with its source, in the order of the file.
     pub fn entries(&self) -> Vec<Entry> {
         let Self { rating, winding: w, rotor: r, .. } = self;
@@ -248,11 +276,17 @@ impl DataSheet {
         entries.extend([
             entry("winding", "pole_pairs", &w.pole_pairs),
             entry("winding", "resistance", &w.resistance),
-            entry("winding", "mean_inductance", &w.mean_inductance),
-            entry("winding", "saliency", &w.saliency),
-            entry("winding", "leakage", &w.leakage),
-            entry("winding", "magnet_flux", &w.magnet_flux),
         ]);
+        entries.extend(w.mean_inductance.as_ref().map(|from| entry("winding", "mean_inductance", from)));
+        entries.extend(w.saliency.as_ref().map(|from| entry("winding", "saliency", from)));
+        entries.extend(w.leakage.as_ref().map(|from| entry("winding", "leakage", from)));
+        entries.extend(w.magnet_flux.as_ref().map(|from| entry("winding", "magnet_flux", from)));
+        entries.extend(self.map.as_ref().map(|map| Entry {
+            key: "map.file".to_owned(),
+            value: map.file.value.clone(),
+            source: map.file.source,
+            reason: map.file.reason.trim().to_owned(),
+        }));
         if let Some(s) = &self.saturation {
             let exponents = [("s", &s.s), ("t", &s.t), ("u", &s.u), ("v", &s.v)];
             let factors = [

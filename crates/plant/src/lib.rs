@@ -14,6 +14,8 @@
 //! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
 
 mod datasheet;
+mod fluxmap;
+mod import;
 mod library;
 mod magnetics;
 mod motor;
@@ -25,6 +27,8 @@ mod thermal;
 mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
+pub use fluxmap::{FluxMap, MapAxes, MapReport};
+pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, Heading, IronBridge, Linear, MagneticCircuit,

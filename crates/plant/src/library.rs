@@ -67,7 +67,9 @@ mod tests {
         assert!(error("\"-2.1 mH\"", "\"-21 mH\"").contains("winding.saliency"));
         assert!(error("pole_pairs = { value = 4", "pole_pairs = { value = 0").contains("from 1 to 200"));
         assert!(error("value = 59.0", "value = 0.0").contains("not convex"));
-        assert!(error("\"9.2 mH\"", "\"10 mH\"").contains("within 2 % of what [saturation] makes it"));
+        assert!(
+            error("\"9.2 mH\"", "\"10 mH\"").contains("within 2 % of what [saturation] or [map] makes it")
+        );
         assert!(error("\"0.45 Wb\"", "\"0.5 Wb\"").contains("winding.magnet_flux"));
         assert!(error("\"550 V\"", "\"0 V\"").contains("rating.dc_link"));
         assert!(error("\"1.2 Ω\"", "\"nan Ω\"").starts_with("mine.toml: line "));

@@ -26,7 +26,7 @@ pub use heading::Heading;
 pub use iron_bridge::IronBridge;
 pub use linear::Linear;
 
-use crate::Symmetric;
+use crate::{FluxMap, Symmetric};
 
 /// A core without losses: flux linkage in Wb to current in A.
 pub trait Magnetics {
@@ -52,10 +52,15 @@ pub trait Magnetics {
     /// # Errors
     /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
-        newton(current, Dq::new(0.0, 0.0), |flux| {
+        newton(current, self.start(), |flux| {
             let (i, gamma) = self.current_and_inverse_inductance(flux);
             (self.energy(flux), i, gamma)
         })
+    }
+
+    /// A flux in Wb where the search for one begins.
+    fn start(&self) -> Dq<f64> {
+        Dq::new(0.0, 0.0)
     }
 
     /// How far the current in A is from the end of those that the core is known for; negative beyond. A formula is
@@ -78,8 +83,10 @@ fn newton(
         let way = gamma.inverse().times_dq(current - i);
         // W(ψ) − i·ψ is convex and has its minimum at the flux sought: never step uphill. Close to it the
         // difference drowns in rounding, and Newton's own step is right.
+        // Nor to where a map has no data and is not convex.
         let mut share = 1.0;
-        while way.norm() > 1e-6 && distance(flux + way * share) > distance(flux) && share > 1e-6 {
+        let bad = |next: Dq<f64>| distance(next) > distance(flux) || !at(next).2.is_positive_definite();
+        while way.norm() > 1e-6 && bad(flux + way * share) && share > 1e-6 {
             share *= 0.5;
         }
         flux = flux + way * share;
@@ -88,7 +95,7 @@ fn newton(
         }
     }
     let left = (at(flux).1 - current).norm();
-    if left < 1e-9 * (1.0 + current.norm()) { Ok(flux) } else { Err(NoConvergence { current }) }
+    if left < 1e-9 * (1.0 + current.norm()) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
 }
 
 /// The core has no state with this current.
@@ -96,11 +103,19 @@ fn newton(
 pub struct NoConvergence {
     /// The current in A that was asked for.
     pub current: Dq<f64>,
+    /// The range of i_d and i_q in A that the core is known for, if that is why.
+    pub beyond: Option<[[f64; 2]; 2]>,
 }
 
 impl fmt::Display for NoConvergence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "no flux found at i_d = {} A, i_q = {} A", self.current.d, self.current.q)
+        write!(f, "no flux found at i_d = {} A, i_q = {} A", self.current.d, self.current.q)?;
+        match self.beyond {
+            Some([[d_low, d_high], [q_low, q_high]]) => {
+                write!(f, "; the map covers i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A")
+            }
+            None => Ok(()),
+        }
     }
 }
 
@@ -113,6 +128,8 @@ pub enum Core {
     Linear(Linear),
     /// Algebraic saturation.
     Algebraic(Algebraic),
+    /// A map from finite elements or measurement.
+    Map(FluxMap),
 }
 
 impl Magnetics for Core {
@@ -120,6 +137,7 @@ impl Magnetics for Core {
         match self {
             Self::Linear(core) => core.energy(flux),
             Self::Algebraic(core) => core.energy(flux),
+            Self::Map(core) => core.energy(flux),
         }
     }
 
@@ -127,6 +145,7 @@ impl Magnetics for Core {
         match self {
             Self::Linear(core) => core.kinks(),
             Self::Algebraic(core) => core.kinks(),
+            Self::Map(core) => core.kinks(),
         }
     }
 
@@ -135,6 +154,24 @@ impl Magnetics for Core {
         match self {
             Self::Linear(core) => core.current_and_inverse_inductance(flux),
             Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
+            Self::Map(core) => core.current_and_inverse_inductance(flux),
+        }
+    }
+
+    fn start(&self) -> Dq<f64> {
+        match self {
+            Self::Linear(core) => core.start(),
+            Self::Algebraic(core) => core.start(),
+            Self::Map(core) => core.start(),
+        }
+    }
+
+    #[inline]
+    fn margin(&self, current: Dq<f64>) -> f64 {
+        match self {
+            Self::Linear(core) => core.margin(current),
+            Self::Algebraic(core) => core.margin(current),
+            Self::Map(core) => core.margin(current),
         }
     }
 }

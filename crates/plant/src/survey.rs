@@ -3,7 +3,7 @@
 use serde::Serialize;
 use standstill_interface::Dq;
 
-use crate::{Harmonics, Heading, MagneticCircuit, Motor, NoConvergence, Symmetric};
+use crate::{Harmonics, Heading, MagneticCircuit, NoConvergence, Symmetric};
 
 /// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -86,17 +86,13 @@ pub struct Survey {
 }
 
 impl Survey {
-    /// Surveys a motor up to `reach` in A, with `steps` points each way.
+    /// Surveys the magnetics of a motor up to `reach` in A, with `steps` points each way. Harmonics vary with the angle;
+    /// what is surveyed is what is left without them, their mean.
     ///
     /// # Errors
     /// A current that no flux of the core gives.
-    pub fn of(motor: &Motor, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
-        // Harmonics vary with the angle; what is left without them is their mean.
-        let magnetics = motor.magnetics.clone().with_harmonics(Harmonics::default());
-        Self::of_circuit(&magnetics, reach, steps)
-    }
-
-    fn of_circuit(magnetics: &MagneticCircuit, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
+    pub fn of(magnetics: &MagneticCircuit, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
+        let magnetics = &magnetics.clone().with_harmonics(Harmonics::default());
         let flux_at = |d: f64, q: f64| magnetics.flux_at(Dq::new(d, q), Heading::ZERO);
         let inductance = |flux| magnetics.state(flux, Heading::ZERO).inverse_inductance.inverse();
         let point = |d: f64, q: f64| -> Result<OperatingPoint, NoConvergence> {
@@ -156,7 +152,9 @@ fn grid_checks(magnetics: &MagneticCircuit, reach: f64) -> Result<(f64, bool), N
     let mut convex = true;
     for a in -4..=4 {
         for b in -4..=4 {
-            let (d, q) = (reach * f64::from(a) / 4.0, reach * f64::from(b) / 4.0);
+            // The differences stay within the reach, which may be all of a map.
+            let inner = reach - step;
+            let (d, q) = (inner * f64::from(a) / 4.0, inner * f64::from(b) / 4.0);
             let flux = flux_at(d, q)?;
             convex &= magnetics.state(flux, Heading::ZERO).inverse_inductance.is_positive_definite();
             let dq = flux_at(d, q + step)?.d - flux_at(d, q - step)?.d;
@@ -175,10 +173,10 @@ fn grid_checks(magnetics: &MagneticCircuit, reach: f64) -> Result<(f64, bool), N
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{built_in, built_in_names};
+    use crate::{Motor, built_in, built_in_names};
 
     fn survey(motor: &Motor) -> Survey {
-        Survey::of(motor, motor.rated_current, 8).expect("built in")
+        Survey::of(&motor.magnetics, motor.rated_current, 8).expect("built in")
     }
 
     #[test]

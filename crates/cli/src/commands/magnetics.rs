@@ -1,9 +1,10 @@
 //! `standstill magnetics`.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::json;
-use standstill_plant::{Motor, PolaritySignature, Survey};
+use standstill_plant::{Core, FluxMap, MagneticCircuit, MapReport, MapSamples, PolaritySignature, Survey};
 
 use crate::Report;
 use crate::arguments::Magnetics;
@@ -16,20 +17,97 @@ use crate::text::table;
 /// Points from no current to the largest.
 const STEPS: u16 = 10;
 
+/// What is surveyed: a motor, or a map without one.
+struct Subject {
+    name: String,
+    magnetics: MagneticCircuit,
+    /// The largest current in A where none is asked for.
+    reach: f64,
+    pole_pairs: Option<u32>,
+    resistance: Option<f64>,
+    map: Option<MapReport>,
+}
+
+impl Subject {
+    fn read(options: &Magnetics) -> Result<Self, Error> {
+        let path = Path::new(&options.motor);
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        if MapSamples::EXTENSIONS.contains(&extension.to_lowercase().as_str()) {
+            return Self::map(path, options);
+        }
+        if options.pole_pairs.is_some() || options.resistance.is_some() {
+            let message =
+                "--pole-pairs and --resistance are for flux maps; a data sheet states them itself".to_owned();
+            return Err(Error::Arguments(message));
+        }
+        let sheet = super::sheet(&options.motor)?;
+        let map = sheet.map().map_err(Error::Map)?.map(|(_, report)| report);
+        let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
+        let covered = map.as_ref().map_or(f64::INFINITY, covered);
+        Ok(Self {
+            name: motor.name,
+            magnetics: motor.magnetics,
+            reach: motor.rated_current.min(covered),
+            pole_pairs: Some(motor.pole_pairs),
+            resistance: Some(motor.resistance),
+            map,
+        })
+    }
+
+    fn map(path: &Path, options: &Magnetics) -> Result<Self, Error> {
+        let temperature = options.temperature;
+        if temperature.winding_temperature.is_some() || temperature.magnet_temperature.is_some() {
+            let message =
+                "a flux map has no temperature coefficients; put it into a data sheet with [thermal]"
+                    .to_owned();
+            return Err(Error::Arguments(message));
+        }
+        let samples = MapSamples::read(path).map_err(Error::Map)?;
+        let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
+        let reach = covered(&report);
+        if reach <= 0.0 {
+            let [[d_low, d_high], [q_low, q_high]] = report.range;
+            let message = format!(
+                "{}: i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: some current either way",
+                report.file
+            );
+            return Err(Error::Arguments(message));
+        }
+        Ok(Self {
+            name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
+            magnetics: MagneticCircuit::new(Core::Map(map)).map_err(Error::Magnetics)?,
+            reach,
+            pole_pairs: options.pole_pairs.or(samples.pole_pairs),
+            resistance: options.resistance.or(samples.resistance),
+            map: Some(report),
+        })
+    }
+}
+
+/// Current in A that a map covers in all four directions.
+fn covered(report: &MapReport) -> f64 {
+    let [[d_low, d_high], [q_low, q_high]] = report.range;
+    (-d_low).min(d_high).min(-q_low).min(q_high)
+}
+
 pub fn run(options: &Magnetics) -> Result<Report, Error> {
     interrupt::at_once();
-    let motor = super::motor(&options.motor)?.at_temperature(options.temperature.into())?;
-    let reach = options.current.unwrap_or(motor.rated_current);
-    let survey = Survey::of(&motor, reach, STEPS).map_err(Error::Magnetics)?;
+    let subject = Subject::read(options)?;
+    let reach = options.current.unwrap_or(subject.reach);
+    let mut survey = Survey::of(&subject.magnetics, reach, STEPS).map_err(Error::Magnetics)?;
+    if let Some(map) = &subject.map {
+        // Of the data, not of what was made of them.
+        survey.reciprocity_error = map.reciprocity_error;
+    }
     if options.json {
-        return Ok(Report { text: format!("{:#}\n", json_of(&motor, &survey)), code: 0 });
+        return Ok(Report { text: format!("{:#}\n", json_of(&subject, &survey)), code: 0 });
     }
     let mut output = Output::create(&options.out, &["magnetics.svg", "magnetics.png"])?;
-    let figure = figures::magnetics(&survey, &motor.name);
+    let figure = figures::magnetics(&survey, &subject.name);
     output.file("magnetics.svg", figure.svg()?.as_bytes())?;
     output.file("magnetics.png", &figure.png()?)?;
     let files = output.finish()?;
-    let text = text_of(&motor, &survey) + &super::reproduce::file_list(&options.out, &files);
+    let text = text_of(&subject, &survey) + &super::reproduce::file_list(&options.out, &files);
     Ok(Report { text, code: 0 })
 }
 
@@ -53,9 +131,9 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
     }
 }
 
-fn json_of(motor: &Motor, survey: &Survey) -> serde_json::Value {
+fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
     json!({
-        "motor": motor.name,
+        "motor": subject.name,
         "polarity_signature": name(survey.signature),
         "reciprocity_error_rel": survey.reciprocity_error,
         "convex": survey.convex,
@@ -63,6 +141,29 @@ fn json_of(motor: &Motor, survey: &Survey) -> serde_json::Value {
         "l_d_mH": survey.l_dd * 1e3,
         "l_q_mH": survey.l_qq * 1e3,
         "l_dq_mH": survey.l_dq * 1e3 + 0.0,
+        "pole_pairs": subject.pole_pairs,
+        "resistance_ohm": subject.resistance,
+        "time_constant_d_ms": subject.resistance.map(|r| survey.l_dd / r * 1e3),
+        "time_constant_q_ms": subject.resistance.map(|r| survey.l_qq / r * 1e3),
+        "inductance_4_mH": subject.magnetics.harmonics().inductance_4 * 1e3,
+        "short_pulse_l_d_mH": short_pulse(subject, survey).map(|l| l[0] * 1e3),
+        "short_pulse_l_q_mH": short_pulse(subject, survey).map(|l| l[1] * 1e3),
+        "map": subject.map.as_ref().map(|map| json!({
+            "file": map.file,
+            "points": map.points,
+            "grid": map.size,
+            "i_d_A": map.range[0],
+            "i_q_A": map.range[1],
+            "axes": map.axes.to_string(),
+            "mirrored_d": map.mirrored[0],
+            "mirrored_q": map.mirrored[1],
+            "cross_inductance_rms_mH": map.cross_inductance * 1e3,
+            "projection_rms_Wb": map.distance[0],
+            "projection_max_Wb": map.distance[1],
+            "projection_rel": map.distance[0] / map.largest_flux,
+            "projection_max_at_A": map.furthest,
+            "evaluation_error_A": map.evaluation_error,
+        })),
         "polarity": survey.polarity.iter().map(|p| json!({
             "current_A": p.current,
             "l_north_mH": p.north * 1e3,
@@ -81,13 +182,13 @@ fn json_of(motor: &Motor, survey: &Survey) -> serde_json::Value {
     })
 }
 
-fn text_of(motor: &Motor, survey: &Survey) -> String {
+fn text_of(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
         "{}: open-circuit flux {:.6} Wb, L_d {:.3} mH, L_q {:.3} mH without current\n\
          polarity signature up to {} A: {}: {}\nreciprocity error {:.1e}, {}\n",
-        motor.name,
+        subject.name,
         survey.open_circuit_flux,
         survey.l_dd * 1e3,
         survey.l_qq * 1e3,
@@ -97,6 +198,38 @@ fn text_of(motor: &Motor, survey: &Survey) -> String {
         survey.reciprocity_error,
         if survey.convex { "inductances positive definite" } else { "inductances NOT positive definite" }
     );
+    if let Some(map) = &subject.map {
+        text += &map_text(map);
+    }
+    if let Some(r) = subject.resistance {
+        let [d, q] = [survey.l_dd, survey.l_qq].map(|l| l / r * 1e3);
+        let _ = writeln!(text, "time constants with {r} Ω: L_d/R {d:.3} ms, L_q/R {q:.3} ms");
+    }
+    if let (Some(p), Some(point)) = (subject.pole_pairs, survey.along_q.last()) {
+        let torque = 1.5 * f64::from(p) * (point.psi_d * point.i_q - point.psi_q * point.i_d);
+        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {:.2} A: {torque:.2} N m", point.i_q);
+    }
+    let harmonics = subject.magnetics.harmonics();
+    if harmonics.any() {
+        let _ = writeln!(
+            text,
+            "harmonics, not in the table: L_4 {:.3} mH, asymmetry of phase a {:.3} mH, ψ_5 {:.2} mWb, ψ_7 {:.2} mWb",
+            harmonics.inductance_4 * 1e3,
+            harmonics.asymmetry * 1e3,
+            harmonics.flux_5 * 1e3,
+            harmonics.flux_7 * 1e3,
+        );
+    }
+    if let (Some([d, q]), Some(branch)) = (short_pulse(subject, survey), subject.magnetics.eddy_currents()) {
+        let _ = writeln!(
+            text,
+            "eddy currents: pulses much shorter than {:.0} µs see L_d {:.3} mH, L_q {:.3} mH",
+            branch.time_constant * 1e6,
+            d * 1e3,
+            q * 1e3
+        );
+    }
+    text.push('\n');
     let rows = survey.along_d.iter().chain(&survey.along_q).map(|p| {
         let saliency = p.l_qq / p.l_dd;
         [p.i_d, p.i_q, p.psi_d, p.psi_q, p.l_dd * 1e3, p.l_dq * 1e3, p.l_qq * 1e3, saliency]
@@ -124,4 +257,36 @@ fn text_of(motor: &Motor, survey: &Survey) -> String {
     );
     text.push('\n');
     text
+}
+
+/// L_d and L_q in H that an infinitely short pulse meets, where eddy currents make a difference.
+fn short_pulse(subject: &Subject, survey: &Survey) -> Option<[f64; 2]> {
+    let branch = subject.magnetics.eddy_currents()?;
+    Some([survey.l_dd * (1.0 - branch.d_depth), survey.l_qq * (1.0 - branch.q_depth)])
+}
+
+fn map_text(map: &MapReport) -> String {
+    let [[d_low, d_high], [q_low, q_high]] = map.range;
+    let mirrored = match map.mirrored {
+        [false, false] => "",
+        [true, false] => ", continued to the other i_d by symmetry",
+        [false, true] => ", continued to the other i_q by symmetry",
+        [true, true] => ", continued to all quadrants by symmetry",
+    };
+    let [rms, largest] = map.distance;
+    format!(
+        "map: {} points, {} × {} grid, i_d {d_low} to {d_high} A, i_q {q_low} to {q_high} A{mirrored}; {}\n\
+         nearest map with an energy: {rms:.2e} Wb rms away ({:.3} % of the largest flux), at most {largest:.2e} Wb, at \
+         i_d = {:.3} A, i_q = {:.3} A\n\
+         evaluation within {:.1e} A of it; cross inductance {:.3} mH rms\n",
+        map.points,
+        map.size[0],
+        map.size[1],
+        map.axes,
+        100.0 * rms / map.largest_flux,
+        map.furthest[0],
+        map.furthest[1],
+        map.evaluation_error,
+        map.cross_inductance * 1e3,
+    )
 }

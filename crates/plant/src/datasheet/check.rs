@@ -6,7 +6,7 @@ use standstill_interface::Dq;
 
 use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced};
 use crate::quantity::unit::One;
-use crate::{Algebraic, Core, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Unit, Winding};
+use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Unit, Winding};
 
 impl DataSheet {
     /// The motor, if the numbers make one.
@@ -17,25 +17,15 @@ impl DataSheet {
         if let Some(power) = &self.rating.power {
             check.positive("rating.power", power)?;
         }
-        let winding = Winding {
-            mean_inductance: check.positive("winding.mean_inductance", &w.mean_inductance)?,
-            saliency: w.saliency.value.value(),
-            leakage: check.at_least_zero("winding.leakage", &w.leakage)?,
+        let (winding, magnet_flux, core) = match self.map().map_err(MotorError::Map)? {
+            Some((map, _)) => self.mapped(&check, map)?,
+            None => self.wound(&check)?,
         };
-        if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
-            return Err(check.value(
-                "winding.saliency",
-                &w.saliency.value,
-                "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
-            ));
-        }
         if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
             let needed =
                 "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
             return Err(check.value("winding.resistance", &w.resistance.value, needed));
         }
-        let magnet_flux = check.at_least_zero("winding.magnet_flux", &w.magnet_flux)?;
-        let core = self.core(&check, &winding, magnet_flux)?;
         let circuit = MagneticCircuit::new(core).map_err(|_| {
             check.value(
                 "saturation",
@@ -63,6 +53,51 @@ impl DataSheet {
         check.core(&motor)?;
         check.consistent(&motor)?;
         Ok(motor)
+    }
+
+    /// Winding, magnet flux and core as `[winding]`, `[saturation]` and `[bridge]` state them.
+    fn wound(&self, check: &Check) -> Result<(Winding, f64, Core), MotorError> {
+        let w = &self.winding;
+        let missing = |key| {
+            let needed = "given, unless a [map] tells it";
+            move || check.value(key, &"missing", needed)
+        };
+        let mean_inductance = w.mean_inductance.as_ref().ok_or_else(missing("winding.mean_inductance"))?;
+        let saliency = w.saliency.as_ref().ok_or_else(missing("winding.saliency"))?;
+        let leakage = w.leakage.as_ref().ok_or_else(missing("winding.leakage"))?;
+        let magnet_flux = w.magnet_flux.as_ref().ok_or_else(missing("winding.magnet_flux"))?;
+        let winding = Winding {
+            mean_inductance: check.positive("winding.mean_inductance", mean_inductance)?,
+            saliency: saliency.value.value(),
+            leakage: check.at_least_zero("winding.leakage", leakage)?,
+        };
+        if winding.d_axis_inductance() <= 0.0 || winding.q_axis_inductance() <= 0.0 {
+            return Err(check.value(
+                "winding.saliency",
+                &saliency.value,
+                "such that L_d = 3/2 (L_A + L_B) + L_σ and L_q = 3/2 (L_A − L_B) + L_σ are positive",
+            ));
+        }
+        let magnet_flux = check.at_least_zero("winding.magnet_flux", magnet_flux)?;
+        Ok((winding, magnet_flux, self.core(check, &winding, magnet_flux)?))
+    }
+
+    /// The same from a map; what `[winding]` states besides must agree with it.
+    fn mapped(&self, check: &Check, map: FluxMap) -> Result<(Winding, f64, Core), MotorError> {
+        for (key, given) in [("saturation", self.saturation.is_some()), ("bridge", self.bridge.is_some())] {
+            if given {
+                return Err(check.value(key, &"given beside [map]", "left out: the map is the whole core"));
+            }
+        }
+        let (winding, magnet_flux) = Winding::of_core(&map);
+        let w = &self.winding;
+        let stated = Winding {
+            mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.value.value()),
+            saliency: w.saliency.as_ref().map_or(winding.saliency, |l| l.value.value()),
+            leakage: w.leakage.as_ref().map_or(0.0, |l| l.value.value()),
+        };
+        let stated_flux = w.magnet_flux.as_ref().map_or(magnet_flux, |flux| flux.value.value());
+        Ok((stated, stated_flux, Core::Map(map)))
     }
 
     fn core(&self, check: &Check, winding: &Winding, magnet_flux: f64) -> Result<Core, MotorError> {
@@ -135,7 +170,8 @@ impl Check<'_> {
         for (key, what, saturated, stated, unit, slack) in pairs {
             if (saturated - stated).abs() > 0.02 * stated.abs() + slack {
                 let found = format!("such that the {what} is {stated:.4e} {unit}");
-                let needed = format!("within 2 % of what [saturation] makes it, {saturated:.4e} {unit}");
+                let needed =
+                    format!("within 2 % of what [saturation] or [map] makes it, {saturated:.4e} {unit}");
                 return Err(self.value(key, &found, &needed));
             }
         }
@@ -192,6 +228,9 @@ impl Check<'_> {
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
                 let current = Dq::new(cos, sin) * (motor.rated_current * share);
                 let core = motor.magnetics.core();
+                if core.margin(current) < 0.0 {
+                    continue;
+                }
                 let convex = core
                     .flux_at(current)
                     .is_ok_and(|flux| core.current_and_inverse_inductance(flux).1.is_positive_definite());

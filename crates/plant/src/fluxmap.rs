@@ -1,0 +1,111 @@
+//! Flux maps: cores known from finite elements or measurement, ψ_d and ψ_q over a rectangle of currents.
+//!
+//! ```text
+//! file ─► samples ─► rectangular grid ─► nearest map that has an energy ─► W(ψ), smooth and fast
+//!         (import)   (grid: axes, gaps,  (project: splines of the         (surface: splines of the energy)
+//!                     order, convexity)   co-energy, least squares)
+//! ```
+//! Fluxes as measured, or as finite elements give them on a mesh, do not quite come from an energy: ∂ψ_d/∂i_q and
+//! ∂ψ_q/∂i_d differ by some per cent. A simulation on such data would create or destroy energy. What is simulated is
+//! the nearest map that cannot; how far it is from the data is part of the [`MapReport`].
+
+mod grid;
+mod project;
+mod spline;
+mod surface;
+#[cfg(test)]
+mod tests;
+
+use std::fmt;
+
+use crate::import::{MapError, MapSamples};
+
+pub use surface::FluxMap;
+
+/// Which way the axes of a file pointed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MapAxes {
+    /// The magnet's flux is along +d, as everywhere here.
+    Magnet,
+    /// The magnet's flux was along another axis, as in the convention of synchronous reluctance motors, where it is
+    /// −q; the map was turned by this many quarter turns.
+    Turned(u8),
+    /// There is no magnet: the axes are those of the file.
+    NoMagnet,
+}
+
+impl fmt::Display for MapAxes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Magnet => "magnet along d",
+            Self::Turned(1) => "magnet along +q in the file (reluctance axes), turned onto d",
+            Self::Turned(2) => "magnet along -d in the file, turned onto d",
+            Self::Turned(_) => "magnet along -q in the file (reluctance axes), turned onto d",
+            Self::NoMagnet => "no magnet, axes as in the file",
+        })
+    }
+}
+
+/// What was found out about a map when it was read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapReport {
+    /// Its file.
+    pub file: String,
+    /// Points in the file.
+    pub points: usize,
+    /// Values of i_d and of i_q on the grid, mirrored ones included.
+    pub size: [usize; 2],
+    /// Range of i_d and of i_q in A.
+    pub range: [[f64; 2]; 2],
+    /// Which way the axes pointed.
+    pub axes: MapAxes,
+    /// Whether the map was continued to negative i_d, i_q by its symmetry.
+    pub mirrored: [bool; 2],
+    /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, of the data; zero where there is no cross-coupling.
+    pub reciprocity_error: f64,
+    /// rms of that mean in H.
+    pub cross_inductance: f64,
+    /// rms and largest distance in Wb of the data from the map that is simulated.
+    pub distance: [f64; 2],
+    /// The largest flux in the data, in Wb.
+    pub largest_flux: f64,
+    /// Where the distance is largest: i_d and i_q in A.
+    pub furthest: [f64; 2],
+    /// Largest difference in A between the simulated current and that of the projected map, where it is known.
+    pub evaluation_error: f64,
+}
+
+impl FluxMap {
+    /// The map that the samples of a file make.
+    pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
+        let (grid, axes, mirrored) = grid::Grid::assemble(samples)?;
+        grid.check(&samples.file)?;
+        let co_energy = project::CoEnergy::nearest(&grid);
+        let [curl, cross, own] = co_energy.reciprocity(&grid);
+        let (distance, furthest) = co_energy.distance(&grid);
+        let (map, evaluation_error) = Self::of(&co_energy, &grid).map_err(|current| {
+            let found = format!(
+                "that the nearest map with an energy, {:.2e} Wb rms away, is not convex near i_d = {:.4} A, i_q = {:.4} A",
+                distance[0], current.d, current.q
+            );
+            let needed = "data closer together or smoother there: inductances must be positive definite".to_owned();
+            MapError::new(&samples.file, None, found, needed)
+        })?;
+        let report = MapReport {
+            file: samples.file.clone(),
+            points: samples.points.len(),
+            size: [grid.d.len(), grid.q.len()],
+            range: grid.range(),
+            axes,
+            mirrored,
+            // Below a ten-thousandth of the axes' own inductances it is the last digits of the file.
+            reciprocity_error: if cross < 1e-4 * own { 0.0 } else { curl / cross },
+            cross_inductance: cross,
+            distance,
+            largest_flux: grid.largest_flux(),
+            furthest,
+            evaluation_error,
+        };
+        Ok((map, report))
+    }
+}

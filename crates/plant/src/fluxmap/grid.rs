@@ -1,0 +1,246 @@
+//! From points in any order to a rectangular grid in the rotor's axes, and what can be wrong with it.
+
+use nalgebra::DMatrix;
+use standstill_interface::Dq;
+
+use super::MapAxes;
+use crate::Symmetric;
+use crate::import::{MapError, MapPoint, MapSamples, Place};
+
+/// Fluxes over a rectangle of currents; the first index of a matrix is that of i_d.
+pub(super) struct Grid {
+    pub(super) d: Vec<f64>,
+    pub(super) q: Vec<f64>,
+    pub(super) psi_d: DMatrix<f64>,
+    pub(super) psi_q: DMatrix<f64>,
+    places: Vec<Place>,
+}
+
+/// Share of the largest flux below which one counts as none: the magnet of a reluctance motor, ψ_q on the d-axis.
+const NO_FLUX: f64 = 0.02;
+
+/// Angle in degrees by which a magnet's flux may be off the axis of its map.
+const OFF_AXIS: f64 = 10.0;
+
+impl Grid {
+    pub(super) fn assemble(samples: &MapSamples) -> Result<(Self, MapAxes, [bool; 2]), MapError> {
+        let file = &samples.file;
+        let raw = Self::rectangle(file, &samples.points)?;
+        let axes = raw.axes(file)?;
+        let mut points = samples.points.clone();
+        if let MapAxes::Turned(quarters) = axes {
+            for point in &mut points {
+                for _ in 0..quarters {
+                    (point.i_d, point.i_q) = (point.i_q, -point.i_d);
+                    (point.psi_d, point.psi_q) = (point.psi_q, -point.psi_d);
+                }
+            }
+        }
+        let mut mirrored = [false; 2];
+        let turned = Self::rectangle(file, &points)?;
+        if one_sided(&turned.q) && turned.is_odd_in_q() {
+            mirrored[1] = true;
+            let twins = points.iter().filter(|p| p.i_q != 0.0);
+            let twins = twins.map(|p| MapPoint { i_q: -p.i_q, psi_q: -p.psi_q, ..p.clone() });
+            points = twins.chain(points.iter().cloned()).collect();
+        }
+        if axes == MapAxes::NoMagnet && one_sided(&turned.d) && turned.is_odd_in_d() {
+            mirrored[0] = true;
+            let twins = points.iter().filter(|p| p.i_d != 0.0);
+            let twins = twins.map(|p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
+            points = twins.chain(points.iter().cloned()).collect();
+        }
+        Ok((Self::rectangle(file, &points)?, axes, mirrored))
+    }
+
+    fn rectangle(file: &str, points: &[MapPoint]) -> Result<Self, MapError> {
+        let (d, q) = (distinct(points.iter().map(|p| p.i_d)), distinct(points.iter().map(|p| p.i_q)));
+        for (name, axis) in [("i_d", &d), ("i_q", &q)] {
+            if axis.len() < 3 {
+                let found = format!("only {} value(s) of {name}", axis.len());
+                return Err(MapError::new(file, None, found, "at least 3 of each current".to_owned()));
+            }
+            if axis[0] > 0.0 || axis[axis.len() - 1] < 0.0 {
+                let found = format!("{name} from {} to {} A", axis[0], axis[axis.len() - 1]);
+                return Err(MapError::new(file, None, found, "a range that contains 0 A".to_owned()));
+            }
+        }
+        let mut places: Vec<Option<Place>> = vec![None; d.len() * q.len()];
+        let (mut psi_d, mut psi_q) = (DMatrix::zeros(d.len(), q.len()), DMatrix::zeros(d.len(), q.len()));
+        for point in points {
+            let (a, b) = (nearest(&d, point.i_d), nearest(&q, point.i_q));
+            let cell = &mut places[a * q.len() + b];
+            if let Some(first) = cell {
+                let found =
+                    format!("a second point at i_d = {} A, i_q = {} A, after {first}", point.i_d, point.i_q);
+                return Err(MapError::new(
+                    file,
+                    Some(&point.place),
+                    found,
+                    "each pair of currents once".to_owned(),
+                ));
+            }
+            *cell = Some(point.place.clone());
+            (psi_d[(a, b)], psi_q[(a, b)]) = (point.psi_d, point.psi_q);
+        }
+        let missing = places.iter().filter(|place| place.is_none()).count();
+        if let Some(first) = places.iter().position(Option::is_none) {
+            let (i_d, i_q) = (d[first / q.len()], q[first % q.len()]);
+            let found = format!(
+                "no point at i_d = {i_d} A, i_q = {i_q} A; {missing} of the {} × {} grid are missing",
+                d.len(),
+                q.len()
+            );
+            return Err(MapError::new(file, None, found, "a full rectangle of currents".to_owned()));
+        }
+        Ok(Self { d, q, psi_d, psi_q, places: places.into_iter().flatten().collect() })
+    }
+
+    /// Flux in Wb without current, between the points next to it.
+    fn at_rest(&self) -> Dq<f64> {
+        let ((a, x), (b, y)) = (bracket(&self.d), bracket(&self.q));
+        let between = |m: &DMatrix<f64>| {
+            (1.0 - x) * ((1.0 - y) * m[(a, b)] + y * m[(a, b + 1)])
+                + x * ((1.0 - y) * m[(a + 1, b)] + y * m[(a + 1, b + 1)])
+        };
+        Dq::new(between(&self.psi_d), between(&self.psi_q))
+    }
+
+    pub(super) fn largest_flux(&self) -> f64 {
+        self.psi_d.amax().max(self.psi_q.amax())
+    }
+
+    pub(super) fn range(&self) -> [[f64; 2]; 2] {
+        [&self.d, &self.q].map(|axis| [axis[0], axis[axis.len() - 1]])
+    }
+
+    fn axes(&self, file: &str) -> Result<MapAxes, MapError> {
+        let rest = self.at_rest();
+        if rest.norm() < NO_FLUX * self.largest_flux() {
+            return Ok(MapAxes::NoMagnet);
+        }
+        let angle = rest.q.atan2(rest.d).to_degrees();
+        let quarters = (angle / 90.0).round();
+        if (angle - 90.0 * quarters).abs() > OFF_AXIS {
+            let found = format!("flux without current at {angle:.1}° from d");
+            let needed = format!("within {OFF_AXIS}° of +d (magnet axis = d), or of another axis");
+            return Err(MapError::new(file, None, found, needed));
+        }
+        Ok(match quarters.rem_euclid(4.0) {
+            q if q < 0.5 => MapAxes::Magnet,
+            q if q < 1.5 => MapAxes::Turned(1),
+            q if q < 2.5 => MapAxes::Turned(2),
+            _ => MapAxes::Turned(3),
+        })
+    }
+
+    fn is_odd_in_q(&self) -> bool {
+        let zero = nearest(&self.q, 0.0);
+        self.psi_q.column(zero).amax() < NO_FLUX * self.psi_q.amax()
+    }
+
+    fn is_odd_in_d(&self) -> bool {
+        let zero = nearest(&self.d, 0.0);
+        self.psi_d.row(zero).amax() < NO_FLUX * self.psi_d.amax()
+    }
+
+    fn place(&self, a: usize, b: usize) -> &Place {
+        &self.places[a * self.q.len() + b]
+    }
+
+    /// Flux must grow with the current along each axis, and the inductances must be positive definite.
+    pub(super) fn check(&self, file: &str) -> Result<(), MapError> {
+        let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", self.d[a], self.q[b]);
+        let error = |a, b, found: String, needed: &str| {
+            Err(MapError::new(file, Some(self.place(a, b)), found, needed.to_owned()))
+        };
+        for a in 0..self.d.len() {
+            for b in 0..self.q.len() {
+                let (d, q) = (&self.psi_d, &self.psi_q);
+                if a > 0 && d[(a, b)] <= d[(a - 1, b)] {
+                    let found = format!(
+                        "psi_d = {} Wb at {}, after {} Wb at {}",
+                        d[(a, b)],
+                        name(a, b),
+                        d[(a - 1, b)],
+                        name(a - 1, b)
+                    );
+                    return error(a, b, found, "more flux along d with more current along d");
+                }
+                if b > 0 && q[(a, b)] <= q[(a, b - 1)] {
+                    let found = format!(
+                        "psi_q = {} Wb at {}, after {} Wb at {}",
+                        q[(a, b)],
+                        name(a, b),
+                        q[(a, b - 1)],
+                        name(a, b - 1)
+                    );
+                    return error(a, b, found, "more flux along q with more current along q");
+                }
+            }
+        }
+        for a in 0..self.d.len() - 1 {
+            for b in 0..self.q.len() - 1 {
+                let l = self.inductance(a, b);
+                if !l.is_positive_definite() {
+                    let found = format!(
+                        "inductances L_dd = {:.4e}, L_dq = {:.4e}, L_qq = {:.4e} H beside {}, not convex",
+                        l.xx,
+                        l.xy,
+                        l.yy,
+                        name(a, b)
+                    );
+                    return error(a, b, found, "a positive definite inductance matrix");
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Incremental inductances in H of the cell after (a, b).
+    fn inductance(&self, a: usize, b: usize) -> Symmetric {
+        let along_d = |m: &DMatrix<f64>| {
+            (m[(a + 1, b)] - m[(a, b)] + m[(a + 1, b + 1)] - m[(a, b + 1)])
+                / 2.0
+                / (self.d[a + 1] - self.d[a])
+        };
+        let along_q = |m: &DMatrix<f64>| {
+            (m[(a, b + 1)] - m[(a, b)] + m[(a + 1, b + 1)] - m[(a + 1, b)])
+                / 2.0
+                / (self.q[b + 1] - self.q[b])
+        };
+        let cross = (along_q(&self.psi_d) + along_d(&self.psi_q)) / 2.0;
+        Symmetric::new(along_d(&self.psi_d), cross, along_q(&self.psi_q))
+    }
+}
+
+fn one_sided(axis: &[f64]) -> bool {
+    axis[0] == 0.0 || axis[axis.len() - 1] == 0.0
+}
+
+/// The values that occur, in order; what differs by rounding only is one.
+fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut sorted: Vec<f64> = values.collect();
+    sorted.sort_by(f64::total_cmp);
+    let span = sorted.last().unwrap_or(&0.0) - sorted.first().unwrap_or(&0.0);
+    let close = 1e-6 * span;
+    sorted.dedup_by(|next, kept| *next - *kept <= close);
+    // A zero that rounding has moved is still where no current flows.
+    for value in &mut sorted {
+        if value.abs() <= close {
+            *value = 0.0;
+        }
+    }
+    sorted
+}
+
+fn nearest(axis: &[f64], value: f64) -> usize {
+    let after = axis.partition_point(|x| *x < value).min(axis.len() - 1);
+    if after > 0 && value - axis[after - 1] < axis[after] - value { after - 1 } else { after }
+}
+
+/// The cell that contains zero, and where in it.
+fn bracket(axis: &[f64]) -> (usize, f64) {
+    let after = axis.partition_point(|x| *x <= 0.0).clamp(1, axis.len() - 1);
+    (after - 1, -axis[after - 1] / (axis[after] - axis[after - 1]))
+}

@@ -1,0 +1,327 @@
+//! The energy W(ψ) of a map, as splines over the fluxes: what the simulation evaluates.
+//!
+//! Uniform quintic B-splines: W is four times continuously differentiable, the current three times, and one
+//! evaluation is 36 coefficients wide whatever the size of the map. The coefficients are those whose gradient is
+//! closest to the currents of the projected map, at points spread over its whole rectangle; where the rectangle's
+//! image leaves a corner of the fluxes empty, the surface goes on as smoothly as it can. Nothing is simulated there:
+//! a current that leaves the rectangle ends the run.
+
+use std::sync::Arc;
+
+use standstill_interface::Dq;
+
+use super::grid::Grid;
+use super::project::{CoEnergy, Sample};
+use crate::{Magnetics, Symmetric};
+
+/// Coefficients along an axis that one point depends on.
+const WIDTH: usize = 6;
+
+/// Cells along the axes to begin with and at most.
+const CELLS: [usize; 2] = [24, 72];
+
+/// Points along an axis at which the surface is fitted, per cell: enough that none is empty where a small current makes
+/// much flux.
+const DENSITY: usize = 4;
+
+/// A core known from a map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FluxMap {
+    origin: Dq<f64>,
+    step: Dq<f64>,
+    cells: [usize; 2],
+    coefficients: Arc<[f64]>,
+    range: [[f64; 2]; 2],
+    rest: Dq<f64>,
+}
+
+/// The six uniform B-splines of degree 5 that differ from zero in a cell, at place `t` (0 to 1) in it, with their first
+/// and second derivatives over t.
+#[inline]
+fn weights(t: f64) -> [[f64; WIDTH]; 3] {
+    let (s, t2) = (1.0 - t, t * t);
+    let (s2, t3) = (s * s, t2 * t);
+    let t4 = t2 * t2;
+    [
+        [
+            s2 * s2 * s / 120.0,
+            (26.0 - 50.0 * t + 20.0 * t2 + 20.0 * t3 - 20.0 * t4 + 5.0 * t4 * t) / 120.0,
+            (66.0 - 60.0 * t2 + 30.0 * t4 - 10.0 * t4 * t) / 120.0,
+            (26.0 + 50.0 * t + 20.0 * t2 - 20.0 * t3 - 20.0 * t4 + 10.0 * t4 * t) / 120.0,
+            (1.0 + 5.0 * t + 10.0 * t2 + 10.0 * t3 + 5.0 * t4 - 5.0 * t4 * t) / 120.0,
+            t4 * t / 120.0,
+        ],
+        [
+            -s2 * s2 / 24.0,
+            (-10.0 + 8.0 * t + 12.0 * t2 - 16.0 * t3 + 5.0 * t4) / 24.0,
+            (-24.0 * t + 24.0 * t3 - 10.0 * t4) / 24.0,
+            (10.0 + 8.0 * t - 12.0 * t2 - 16.0 * t3 + 10.0 * t4) / 24.0,
+            (1.0 + 4.0 * t + 6.0 * t2 + 4.0 * t3 - 5.0 * t4) / 24.0,
+            t4 / 24.0,
+        ],
+        [
+            s2 * s / 6.0,
+            (2.0 + 6.0 * t - 12.0 * t2 + 5.0 * t3) / 6.0,
+            (-6.0 + 18.0 * t2 - 10.0 * t3) / 6.0,
+            (2.0 - 6.0 * t - 12.0 * t2 + 10.0 * t3) / 6.0,
+            (1.0 + 3.0 * t + 3.0 * t2 - 5.0 * t3) / 6.0,
+            t3 / 6.0,
+        ],
+    ]
+}
+
+impl FluxMap {
+    /// The surface over a projected map, and its largest error in A.
+    ///
+    /// # Errors
+    /// The current in A at which it is not convex.
+    pub(super) fn of(co_energy: &CoEnergy, grid: &Grid) -> Result<(Self, f64), Dq<f64>> {
+        // Other points than those of the fit, so that the error is not flattered.
+        let probes = co_energy.samples(&middles(&grid.d), &middles(&grid.q));
+        let reach = grid.range().as_flattened().iter().fold(0.0_f64, |reach, i| reach.max(i.abs()));
+        let zero = Dq::new(0.0, 0.0);
+        let mut cells = CELLS[0].max(grid.d.len().max(grid.q.len())).min(CELLS[1]);
+        loop {
+            let mut samples =
+                co_energy.samples(&finer(&grid.d, DENSITY * cells), &finer(&grid.q, DENSITY * cells));
+            if let Some(sample) = samples.iter().find(|sample| !sample.inductance.is_positive_definite()) {
+                return Err(sample.current);
+            }
+            let mut map = Self::around(&samples, grid.range(), [cells; 2]);
+            map.fit(&samples).ok_or(zero)?;
+            map.rest = map.flux_at(zero).map_err(|_| zero)?;
+            let error = |sample: &Sample| (map.current(sample.flux) - sample.current).norm();
+            let error = probes.iter().chain(&samples).map(error).fold(0.0, f64::max);
+            if error < 1e-5 * reach || cells >= CELLS[1] {
+                samples.extend(probes);
+                let convex = |sample: &&Sample| {
+                    !map.current_and_inverse_inductance(sample.flux).1.is_positive_definite()
+                };
+                return match samples.iter().find(convex) {
+                    None => Ok((map, error)),
+                    Some(sample) => Err(sample.current),
+                };
+            }
+            cells = (cells * 3 / 2).min(CELLS[1]);
+        }
+    }
+
+    fn around(samples: &[Sample], range: [[f64; 2]; 2], cells: [usize; 2]) -> Self {
+        let bounds = |of: fn(&Sample) -> f64| {
+            let values = samples.iter().map(of);
+            values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
+        };
+        let (d, q) = (bounds(|s| s.flux.d), bounds(|s| s.flux.q));
+        // A cell of room at each side.
+        let step = |[low, high]: [f64; 2], cells: usize| (high - low) / (cells as f64 - 2.0);
+        let step = Dq::new(step(d, cells[0]), step(q, cells[1]));
+        let count = (cells[0] + WIDTH - 1) * (cells[1] + WIDTH - 1);
+        Self {
+            origin: Dq::new(d[0] - step.d, q[0] - step.q),
+            step,
+            cells,
+            coefficients: vec![0.0; count].into(),
+            range,
+            rest: Dq::new((d[0] + d[1]) / 2.0, (q[0] + q[1]) / 2.0),
+        }
+    }
+
+    /// Coefficients by least squares of the gradient.
+    fn fit(&mut self, samples: &[Sample]) -> Option<()> {
+        let row = self.cells[1] + WIDTH - 1;
+        let count = self.coefficients.len();
+        let mut normal = Banded::new(count, (WIDTH - 1) * row + WIDTH - 1);
+        let mut right = vec![0.0; count];
+        let mut add = |indices: &[usize], factors: &[f64], value: f64| {
+            for (a, i) in indices.iter().enumerate() {
+                right[*i] += factors[a] * value;
+                for (b, j) in indices.iter().enumerate().filter(|(_, j)| *j <= i) {
+                    normal.add(*i, *j, factors[a] * factors[b]);
+                }
+            }
+        };
+        for sample in samples {
+            let ([a, b], [x, y]) = self.cell(sample.flux);
+            let (d, q) = (weights(x), weights(y));
+            let mut indices = [0; WIDTH * WIDTH];
+            let (mut along_d, mut along_q) = ([0.0; WIDTH * WIDTH], [0.0; WIDTH * WIDTH]);
+            for k in 0..WIDTH * WIDTH {
+                let (m, n) = (k / WIDTH, k % WIDTH);
+                indices[k] = (a + m) * row + b + n;
+                along_d[k] = d[1][m] * q[0][n] / self.step.d;
+                along_q[k] = d[0][m] * q[1][n] / self.step.q;
+            }
+            add(&indices, &along_d, sample.current.d);
+            add(&indices, &along_q, sample.current.q);
+        }
+        // Where there are no samples: as little third difference as can be. And the energy of one point is zero.
+        let weight = 1e-8 * samples.len() as f64 / (count as f64).sqrt() / self.step.d.min(self.step.q);
+        let third = [-weight, 3.0 * weight, -3.0 * weight, weight];
+        for a in 0..self.cells[0] + WIDTH - 1 {
+            for b in 0..row {
+                if a >= 3 {
+                    add(&[0, 1, 2, 3].map(|k| (a + k - 3) * row + b), &third, 0.0);
+                }
+                if b >= 3 {
+                    add(&[0, 1, 2, 3].map(|k| a * row + b + k - 3), &third, 0.0);
+                }
+            }
+        }
+        add(&[count / 2], &[1.0 / self.step.d], 0.0);
+        self.coefficients = normal.solve(right)?.into();
+        Some(())
+    }
+
+    /// The cell of a flux inside the surface and the place in it.
+    #[inline]
+    fn cell(&self, flux: Dq<f64>) -> ([usize; 2], [f64; 2]) {
+        let one = |x: f64, cells: usize| {
+            // Never negative, and below the number of cells.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let cell = (x as usize).min(cells - 1);
+            (cell, x - cell as f64)
+        };
+        let x = ((flux.d - self.origin.d) / self.step.d).clamp(0.0, self.cells[0] as f64);
+        let y = ((flux.q - self.origin.q) / self.step.q).clamp(0.0, self.cells[1] as f64);
+        let ((a, x), (b, y)) = (one(x, self.cells[0]), one(y, self.cells[1]));
+        ([a, b], [x, y])
+    }
+
+    /// W, its gradient and its Hessian. Beyond the surface's edge the inductance is that of the edge.
+    #[inline]
+    fn evaluate(&self, flux: Dq<f64>) -> (f64, Dq<f64>, Symmetric) {
+        let ([a, b], [x, y]) = self.cell(flux);
+        let (d, q) = (weights(x), weights(y));
+        let row = self.cells[1] + WIDTH - 1;
+        let mut sums = [[0.0; 3]; 3];
+        for (m, weights_d) in (0..WIDTH).map(|m| (m, d.map(|order| order[m]))) {
+            let start = (a + m) * row + b;
+            let coefficients = &self.coefficients[start..start + WIDTH];
+            let dot = |weights: &[f64; WIDTH]| -> f64 {
+                weights.iter().zip(coefficients).map(|(weight, coefficient)| weight * coefficient).sum()
+            };
+            let along = [dot(&q[0]), dot(&q[1]), dot(&q[2])];
+            for (sums, weight) in sums.iter_mut().zip(weights_d) {
+                for (sum, along) in sums.iter_mut().zip(along) {
+                    *sum += weight * along;
+                }
+            }
+        }
+        let (hd, hq) = (1.0 / self.step.d, 1.0 / self.step.q);
+        let gamma = Symmetric::new(sums[2][0] * hd * hd, sums[1][1] * hd * hq, sums[0][2] * hq * hq);
+        let gradient = Dq::new(sums[1][0] * hd, sums[0][1] * hq);
+        let inside = Dq::new(
+            self.origin.d + (a as f64 + x) * self.step.d,
+            self.origin.q + (b as f64 + y) * self.step.q,
+        );
+        let beyond = flux - inside;
+        if beyond.norm() < 1e-12 {
+            return (sums[0][0], gradient, gamma);
+        }
+        let more = gamma.times_dq(beyond);
+        (sums[0][0] + (gradient + more * 0.5).dot(beyond), gradient + more, gamma)
+    }
+
+    /// Range of i_d and of i_q in A that the map is known for.
+    pub const fn range(&self) -> [[f64; 2]; 2] {
+        self.range
+    }
+}
+
+impl Magnetics for FluxMap {
+    fn energy(&self, flux: Dq<f64>) -> f64 {
+        self.evaluate(flux).0
+    }
+
+    #[inline]
+    fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
+        let (_, current, gamma) = self.evaluate(flux);
+        (current, gamma)
+    }
+
+    fn start(&self) -> Dq<f64> {
+        self.rest
+    }
+
+    fn margin(&self, current: Dq<f64>) -> f64 {
+        let [[d_low, d_high], [q_low, q_high]] = self.range;
+        (current.d - d_low).min(d_high - current.d).min(current.q - q_low).min(q_high - current.q)
+    }
+}
+
+/// The values of an axis and some between them, at least so many in all.
+fn finer(axis: &[f64], least: usize) -> Vec<f64> {
+    let parts = least.div_ceil(axis.len() - 1);
+    let between = |pair: &[f64]| {
+        let (first, part) = (pair[0], (pair[1] - pair[0]) / parts as f64);
+        (0..parts).map(move |k| first + part * k as f64)
+    };
+    axis.windows(2).flat_map(between).chain(axis.last().copied()).collect()
+}
+
+fn middles(axis: &[f64]) -> Vec<f64> {
+    axis.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect()
+}
+
+/// A symmetric matrix with a band, its lower half row by row.
+struct Banded {
+    width: usize,
+    rows: Vec<f64>,
+}
+
+impl Banded {
+    fn new(count: usize, width: usize) -> Self {
+        Self { width, rows: vec![0.0; count * (width + 1)] }
+    }
+
+    fn index(&self, i: usize, j: usize) -> usize {
+        i * (self.width + 1) + self.width + j - i
+    }
+
+    fn add(&mut self, i: usize, j: usize, value: f64) {
+        let index = self.index(i, j);
+        self.rows[index] += value;
+    }
+
+    /// Solves by Cholesky's method within the band; none if the matrix is not positive definite.
+    fn solve(mut self, mut right: Vec<f64>) -> Option<Vec<f64>> {
+        let count = right.len();
+        for i in 0..count {
+            let first = i.saturating_sub(self.width);
+            for j in first..=i {
+                let from = first.max(j.saturating_sub(self.width));
+                let (row_i, row_j) = (self.index(i, from), self.index(j, from));
+                let dot: f64 = self.rows[row_i..row_i + j - from]
+                    .iter()
+                    .zip(&self.rows[row_j..row_j + j - from])
+                    .map(|(x, y)| x * y)
+                    .sum();
+                let index = self.index(i, j);
+                let left = self.rows[index] - dot;
+                if i == j {
+                    if left <= 0.0 {
+                        return None;
+                    }
+                    self.rows[index] = left.sqrt();
+                } else {
+                    self.rows[index] = left / self.rows[self.index(j, j)];
+                }
+            }
+        }
+        for i in 0..count {
+            let first = i.saturating_sub(self.width);
+            let row = self.index(i, first);
+            let dot: f64 =
+                self.rows[row..row + i - first].iter().zip(&right[first..i]).map(|(x, y)| x * y).sum();
+            right[i] = (right[i] - dot) / self.rows[self.index(i, i)];
+        }
+        for i in (0..count).rev() {
+            right[i] /= self.rows[self.index(i, i)];
+            let first = i.saturating_sub(self.width);
+            for j in first..i {
+                right[j] -= self.rows[self.index(i, j)] * right[i];
+            }
+        }
+        Some(right)
+    }
+}

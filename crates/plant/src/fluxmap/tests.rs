@@ -1,0 +1,169 @@
+use standstill_interface::Dq;
+
+use super::*;
+use crate::import::{MapPoint, Place};
+use crate::{Heading, MagneticCircuit, Magnetics, built_in};
+
+/// A map of a core, sampled on a grid.
+fn sampled(core: &impl Magnetics, d: &[f64], q: &[f64]) -> MapSamples {
+    let mut points = Vec::new();
+    for i_d in d {
+        for i_q in q {
+            let flux = core.flux_at(Dq::new(*i_d, *i_q)).expect("convex");
+            let place = Place::Line(points.len() + 2);
+            points.push(MapPoint { i_d: *i_d, i_q: *i_q, psi_d: flux.d, psi_q: flux.q, place });
+        }
+    }
+    MapSamples { file: "map.csv".to_owned(), points, pole_pairs: None, resistance: None }
+}
+
+fn axis(reach: f64, count: i32) -> Vec<f64> {
+    (0..count).map(|k| reach * (2.0 * f64::from(k) / f64::from(count - 1) - 1.0)).collect()
+}
+
+#[test]
+fn law_a_map_sampled_from_a_core_gives_the_core_back() {
+    for (name, factor) in
+        [("paper-5k5", 1.5), ("pm-reluctance", 1.5), ("reluctance-6k7", 1.5), ("cross-saturation", 1.5)]
+    {
+        let motor = built_in(name).expect("built in");
+        let core = motor.magnetics.core();
+        let rated = motor.rated_current;
+        let grid = axis(factor * rated, 31);
+        let (map, report) = FluxMap::new(&sampled(core, &grid, &grid)).expect("a map");
+        println!("{name}: {report:?}");
+        assert!(report.reciprocity_error < 0.005, "{name}: {report:?}");
+        assert!(report.distance[1] < 1e-3 * report.largest_flux, "{name}: {report:?}");
+        let mut worst: f64 = 0.0;
+        for d in axis(rated, 23) {
+            for q in axis(rated, 19) {
+                let current = Dq::new(d, q);
+                let flux = core.flux_at(current).expect("convex");
+                worst = worst.max((map.current(flux) - current).norm());
+            }
+        }
+        assert!(worst < 1e-3 * rated, "{name}: {worst} A");
+        let polarity = |core: &dyn Fn(f64) -> f64| {
+            let rest = core(0.0);
+            (rest - core(-rated)) / (core(rated) - rest) - 1.0
+        };
+        let own = polarity(&|i| core.flux_at(Dq::new(i, 0.0)).expect("convex").d);
+        let its = polarity(&|i| map.flux_at(Dq::new(i, 0.0)).expect("convex").d);
+        println!("{name}: current off by {worst:e} A, polarity {own} {its}");
+        assert!((its - own).abs() < 0.01 * own.abs() + 1e-6, "{name}: {own} {its}");
+    }
+}
+
+#[test]
+fn law_a_map_is_one_convex_energy_and_knows_its_end() {
+    let motor = built_in("pm-reluctance").expect("built in");
+    let grid = axis(12.0, 15);
+    let (map, report) = FluxMap::new(&sampled(motor.magnetics.core(), &grid, &grid)).expect("a map");
+    println!("{report:?}");
+    let h = 1e-6;
+    for d in axis(11.0, 9) {
+        for q in axis(11.0, 9) {
+            let flux = map.flux_at(Dq::new(d, q)).expect("inside");
+            let (current, gamma) = map.current_and_inverse_inductance(flux);
+            assert!(gamma.is_positive_definite());
+            let slope = |step: Dq<f64>| (map.energy(flux + step) - map.energy(flux - step)) / (2.0 * h);
+            let numeric = Dq::new(slope(Dq::new(h, 0.0)), slope(Dq::new(0.0, h)));
+            assert!((current - numeric).norm() < 1e-5, "{current:?} {numeric:?}");
+            let bend = |step: Dq<f64>| (map.current(flux + step) - map.current(flux - step)) * (0.5 / h);
+            let (x, y) = (bend(Dq::new(h, 0.0)), bend(Dq::new(0.0, h)));
+            for (got, exact) in [(x.d, gamma.xx), (x.q, gamma.xy), (y.d, gamma.xy), (y.q, gamma.yy)] {
+                assert!((got - exact).abs() < 1e-5 * (gamma.xx + gamma.yy), "{got} {exact}");
+            }
+        }
+    }
+    assert!(map.margin(Dq::new(11.9, 0.0)) > 0.0 && map.margin(Dq::new(12.1, 0.0)) < 0.0);
+    assert!(map.margin(Dq::new(0.0, -12.1)) < 0.0);
+    let circuit = MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest");
+    let error = circuit.flux_at(Dq::new(13.0, 0.0), Heading::ZERO).expect_err("beyond the map").to_string();
+    assert!(error.contains("13 A") && error.contains("-12 to 12 A"), "{error}");
+}
+
+#[test]
+fn law_the_projection_takes_the_curl_away_and_says_how_much() {
+    let motor = built_in("cross-saturation").expect("built in");
+    let grid = axis(12.0, 21);
+    let mut samples = sampled(motor.magnetics.core(), &grid, &grid);
+    // A curl: cross inductances of +e and −e, 40 µH.
+    for point in &mut samples.points {
+        point.psi_d += 2e-5 * point.i_q;
+        point.psi_q -= 2e-5 * point.i_d;
+    }
+    let (map, report) = FluxMap::new(&samples).expect("a map");
+    assert!((report.reciprocity_error * report.cross_inductance / 4e-5 - 1.0).abs() < 0.1, "{report:?}");
+    assert!(report.distance[0] > 5e-5 && report.distance[1] < 1e-3, "{report:?}");
+    // The curl is antisymmetric, its nearest gradient is zero: the fluxes are those without it.
+    for d in axis(8.0, 5) {
+        let current = Dq::new(d, 3.0);
+        let flux = motor.magnetics.core().flux_at(current).expect("convex");
+        assert!((map.current(flux) - current).norm() < 0.02, "{current:?}");
+    }
+}
+
+#[test]
+fn law_axes_of_reluctance_convention_and_half_maps_are_brought_into_order() {
+    let motor = built_in("pm-reluctance").expect("built in");
+    let core = motor.magnetics.core();
+    let whole = axis(12.0, 17);
+    let half: Vec<f64> = whole.iter().copied().filter(|i| *i >= 0.0).collect();
+    let (own, report) = FluxMap::new(&sampled(core, &whole, &whole)).expect("a map");
+    assert_eq!((report.axes, report.mirrored), (MapAxes::Magnet, [false, false]));
+    let (mirrored, report) = FluxMap::new(&sampled(core, &whole, &half)).expect("a map");
+    assert_eq!((report.axes, report.mirrored), (MapAxes::Magnet, [false, true]));
+    // Reluctance axes: the magnet along −q.
+    let mut samples = sampled(core, &whole, &whole);
+    for point in &mut samples.points {
+        (point.i_d, point.i_q) = (point.i_q, -point.i_d);
+        (point.psi_d, point.psi_q) = (point.psi_q, -point.psi_d);
+    }
+    let (turned, report) = FluxMap::new(&samples).expect("a map");
+    assert_eq!(report.axes, MapAxes::Turned(3));
+    for map in [mirrored, turned] {
+        for (d, q) in [(0.0, 0.0), (7.0, -5.0), (-6.0, 4.0)] {
+            let flux = own.flux_at(Dq::new(d, q)).expect("inside");
+            assert!((map.current(flux) - Dq::new(d, q)).norm() < 1e-3, "{d} {q}");
+        }
+    }
+    // No magnet, one quadrant.
+    let motor = built_in("reluctance-6k7").expect("built in");
+    let (map, report) = FluxMap::new(&sampled(motor.magnetics.core(), &half, &half)).expect("a map");
+    assert_eq!((report.axes, report.mirrored), (MapAxes::NoMagnet, [true, true]));
+    let flux = motor.magnetics.core().flux_at(Dq::new(-5.0, -6.0)).expect("convex");
+    assert!((map.current(flux) - Dq::new(-5.0, -6.0)).norm() < 0.02);
+}
+
+#[test]
+fn regress_what_is_wrong_with_a_map_is_named() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let grid = axis(8.0, 5);
+    let good = sampled(motor.magnetics.core(), &grid, &grid);
+    let error = |change: &dyn Fn(&mut Vec<MapPoint>)| {
+        let mut samples = good.clone();
+        change(&mut samples.points);
+        FluxMap::new(&samples).expect_err("must be refused").to_string()
+    };
+    let missing = error(&|points| {
+        points.remove(7);
+    });
+    assert!(missing.contains("i_d = -4 A, i_q = 0 A") && missing.contains("1 of the 5 × 5"), "{missing}");
+    let double = error(&|points| points.push(points[3].clone()));
+    assert!(double.contains("second point"), "{double}");
+    let falling = error(&|points| points[12].psi_d = 0.3);
+    assert!(falling.starts_with("map.csv: line 14") && falling.contains("more flux along d"), "{falling}");
+    let row = error(&|points| points.truncate(5));
+    assert!(row.contains("only 1 value(s) of i_d"), "{row}");
+    let shifted = error(&|points| points.iter_mut().for_each(|p| p.i_q += 20.0));
+    assert!(shifted.contains("contains 0 A"), "{shifted}");
+    let coupled = error(&|points| {
+        for p in points {
+            (p.psi_d, p.psi_q) = (p.psi_d + 0.02 * p.i_q, p.psi_q + 0.02 * p.i_d);
+        }
+    });
+    assert!(coupled.contains("not convex") && coupled.contains("L_dq"), "{coupled}");
+    let skew = error(&|points| points.iter_mut().for_each(|p| p.psi_q += 0.3));
+    assert!(skew.contains("within 10° of +d"), "{skew}");
+}

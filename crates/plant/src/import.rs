@@ -1,0 +1,102 @@
+//! Flux maps as files give them.
+
+mod csv;
+
+use std::fmt;
+use std::path::Path;
+
+/// One point of a map as its file gives it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapPoint {
+    /// i_d in A.
+    pub i_d: f64,
+    /// i_q in A.
+    pub i_q: f64,
+    /// ψ_d in Wb.
+    pub psi_d: f64,
+    /// ψ_q in Wb.
+    pub psi_q: f64,
+    /// Where it stands.
+    pub place: Place,
+}
+
+/// Where in its file a point stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Place {
+    /// Line of a text, from 1.
+    Line(usize),
+    /// Row and column of a matrix, from 1.
+    Cell(usize, usize),
+    /// Element of a vector, from 1.
+    Element(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(line) => write!(f, "line {line}"),
+            Self::Cell(row, column) => write!(f, "row {row}, column {column}"),
+            Self::Element(element) => write!(f, "element {element}"),
+        }
+    }
+}
+
+/// What a file holds, in its own order and its own axes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MapSamples {
+    /// The file.
+    pub file: String,
+    /// Its points.
+    pub points: Vec<MapPoint>,
+    /// Pole pairs, if it says so.
+    pub pole_pairs: Option<u32>,
+    /// R in Ω, if it says so.
+    pub resistance: Option<f64>,
+}
+
+/// Why a file is not a flux map.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MapError {
+    file: String,
+    place: Option<String>,
+    found: String,
+    needed: String,
+}
+
+impl MapError {
+    pub(crate) fn new(file: &str, place: Option<&dyn fmt::Display>, found: String, needed: String) -> Self {
+        Self { file: file.to_owned(), place: place.map(ToString::to_string), found, needed }
+    }
+}
+
+impl fmt::Display for MapError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { file, place, found, needed } = self;
+        match place {
+            Some(place) => write!(f, "{file}: {place}: found {found}; needed: {needed}"),
+            None => write!(f, "{file}: found {found}; needed: {needed}"),
+        }
+    }
+}
+
+impl std::error::Error for MapError {}
+
+impl MapSamples {
+    /// Endings of the files that can be read.
+    pub const EXTENSIONS: [&str; 1] = ["csv"];
+
+    /// Reads a file, by its ending.
+    pub fn read(path: &Path) -> Result<Self, MapError> {
+        let file = path.display().to_string();
+        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+        if !Self::EXTENSIONS.contains(&extension.to_lowercase().as_str()) {
+            let found = format!("a file ending in `{extension}`");
+            return Err(MapError::new(&file, None, found, format!("one of {}", Self::EXTENSIONS.join(", "))));
+        }
+        let unreadable = |error: std::io::Error| {
+            MapError::new(&file, None, error.to_string(), "a file that can be read".to_owned())
+        };
+        let text = std::fs::read(path).map_err(unreadable)?;
+        csv::read(&file, &text)
+    }
+}
