@@ -1,6 +1,9 @@
 //! Flux maps as files give them.
 
+mod arrays;
 mod csv;
+mod mat;
+mod npz;
 
 use std::fmt;
 use std::path::Path;
@@ -83,20 +86,25 @@ impl std::error::Error for MapError {}
 
 impl MapSamples {
     /// Endings of the files that can be read.
-    pub const EXTENSIONS: [&str; 1] = ["csv"];
+    pub const EXTENSIONS: [&str; 3] = ["csv", "npz", "mat"];
 
     /// Reads a file, by its ending.
     pub fn read(path: &Path) -> Result<Self, MapError> {
         let file = path.display().to_string();
-        let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default();
-        if !Self::EXTENSIONS.contains(&extension.to_lowercase().as_str()) {
+        let extension =
+            path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
+        if !Self::EXTENSIONS.contains(&extension.as_str()) {
             let found = format!("a file ending in `{extension}`");
             return Err(MapError::new(&file, None, found, format!("one of {}", Self::EXTENSIONS.join(", "))));
         }
         let unreadable = |error: std::io::Error| {
             MapError::new(&file, None, error.to_string(), "a file that can be read".to_owned())
         };
-        let text = std::fs::read(path).map_err(unreadable)?;
-        csv::read(&file, &text)
+        let bytes = std::fs::read(path).map_err(unreadable)?;
+        match extension.as_str() {
+            "npz" => npz::read(&file, &bytes),
+            "mat" => mat::read(&file, bytes),
+            _ => csv::read(&file, &bytes),
+        }
     }
 }

@@ -1,0 +1,210 @@
+//! MATLAB files of version 5 to 7: "Level 5" files, compressed or not.
+//!
+//! Written here because what a map needs of the format is small (numeric matrices and structures of them), and because
+//! a reader of foreign files must not panic on a broken one: every access is checked. Layout after *MATLAB MAT-File
+//! Format*, The MathWorks: a header of 128 bytes, then elements of a tag (type, length) and data; a matrix is an
+//! element of elements: flags, dimensions, name, then values or fields.
+
+use std::io::Read;
+
+use super::Variables;
+use crate::import::arrays::{Array, MOST_POINTS, each};
+
+/// Types of elements.
+const COMPRESSED: u32 = 15;
+const MATRIX: u32 = 14;
+
+/// Classes of matrices.
+const STRUCTURE: u8 = 2;
+const DOUBLE: u8 = 6;
+const LAST_NUMERIC: u8 = 15;
+
+/// A variable may unpack to this many bytes: SyR-e keeps whole motor models with their geometry in one.
+const MOST_BYTES: u64 = 1 << 28;
+
+/// Structures within structures that are followed.
+const DEEPEST: usize = 4;
+
+pub(super) struct Level5 {
+    /// The top-level matrices, unpacked, each without its tag.
+    matrices: Vec<Vec<u8>>,
+    big: bool,
+}
+
+/// Bytes being read, in the file's byte order.
+#[derive(Clone, Copy)]
+struct Reader<'a> {
+    bytes: &'a [u8],
+    big: bool,
+}
+
+impl<'a> Reader<'a> {
+    fn take(&mut self, count: usize) -> Option<&'a [u8]> {
+        let (head, tail) = self.bytes.split_at_checked(count)?;
+        self.bytes = tail;
+        Some(head)
+    }
+
+    fn word(&mut self) -> Option<u32> {
+        let bytes: [u8; 4] = self.take(4)?.try_into().ok()?;
+        Some(if self.big { u32::from_be_bytes(bytes) } else { u32::from_le_bytes(bytes) })
+    }
+
+    /// Type and data of the next element; small ones have both in eight bytes.
+    fn element(&mut self) -> Option<(u32, &'a [u8])> {
+        let first = self.word()?;
+        if first >> 16 != 0 {
+            let (length, kind) = (usize::try_from(first >> 16).ok()?, first & 0xffff);
+            let data = self.take(4)?;
+            return Some((kind, data.get(..length)?));
+        }
+        let length = usize::try_from(self.word()?).ok()?;
+        let data = self.take(length)?;
+        if first != COMPRESSED {
+            // Padded to eight bytes, but for the end of a file that was cut there.
+            self.take((8 - length % 8) % 8);
+        }
+        Some((first, data))
+    }
+
+    /// Numbers of an element of one of the numeric types.
+    fn numbers(&self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
+        let big = self.big;
+        Some(match kind {
+            1 => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
+            2 => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
+            3 => each(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
+            4 => each(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
+            5 => each(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
+            6 => each(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
+            7 => each(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
+            9 => each(data, big, f64::from_le_bytes),
+            12 => each(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
+            13 => each(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
+            _ => return None,
+        })
+    }
+}
+
+/// Flags, dimensions and name of a matrix; what follows is in `rest`.
+struct Matrix<'a> {
+    class: u8,
+    complex: bool,
+    dimensions: Vec<f64>,
+    name: String,
+    rest: Reader<'a>,
+}
+
+impl<'a> Matrix<'a> {
+    fn open(mut rest: Reader<'a>) -> Option<Self> {
+        let (_, flags) = rest.element()?;
+        let first = Reader { bytes: flags, big: rest.big }.word()?;
+        let (kind, data) = rest.element()?;
+        let dimensions = rest.numbers(kind, data)?;
+        let name = String::from_utf8_lossy(rest.element()?.1).into_owned();
+        let class = u8::try_from(first & 0xff).ok()?;
+        Some(Self { class, complex: first & 0x0800 != 0, dimensions, name, rest })
+    }
+
+    /// A field of a structure of one element.
+    fn field(mut self, name: &str) -> Option<Matrix<'a>> {
+        if self.class != STRUCTURE || self.dimensions.iter().any(|n| *n != 1.0) {
+            return None;
+        }
+        let (kind, length) = self.rest.element()?;
+        let length = *self.rest.numbers(kind, length)?.first()?;
+        let (_, names) = self.rest.element()?;
+        // The length of a name is a small whole number.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let names = names.chunks_exact((length as usize).max(1));
+        for text in names {
+            let end = text.iter().position(|byte| *byte == 0).unwrap_or(text.len());
+            let (kind, data) = self.rest.element()?;
+            if &text[..end] == name.as_bytes() {
+                return if kind == MATRIX {
+                    Matrix::open(Reader { bytes: data, big: self.rest.big })
+                } else {
+                    None
+                };
+            }
+        }
+        None
+    }
+
+    fn array(mut self, path: &str) -> Result<Array, String> {
+        if !(DOUBLE..=LAST_NUMERIC).contains(&self.class) {
+            return Err(format!("a matrix of class {}", self.class));
+        }
+        if self.complex {
+            return Err("complex numbers".to_owned());
+        }
+        let [rows, columns] = self.dimensions[..] else {
+            return Err(format!("{} dimensions", self.dimensions.len()));
+        };
+        if !(1.0..=MOST_POINTS as f64).contains(&(rows * columns)) {
+            return Err(format!("{rows} × {columns} numbers, 1 to 1,000,000 are possible"));
+        }
+        let cut = || "less data than its size asks for".to_owned();
+        let (kind, data) = self.rest.element().ok_or_else(cut)?;
+        let values = self.rest.numbers(kind, data).ok_or_else(|| format!("values of type {kind}"))?;
+        // Checked above: small whole numbers.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let (rows, columns) = (rows as usize, columns as usize);
+        if rows * columns == 0 || values.len() != rows * columns {
+            return Err(cut());
+        }
+        Ok(Array::from_columns(path.to_owned(), rows, columns, &values))
+    }
+}
+
+impl Level5 {
+    pub(super) fn open(bytes: &[u8]) -> Result<Self, String> {
+        let big = match bytes.get(124..128) {
+            Some([0, 1, b'I', b'M']) => false,
+            Some([1, 0, b'M', b'I']) => true,
+            _ => return Err("no MATLAB header".to_owned()),
+        };
+        let mut reader = Reader { bytes: &bytes[128..], big };
+        let mut matrices = Vec::new();
+        while !reader.bytes.is_empty() {
+            let (kind, data) = reader.element().ok_or("a file that ends within a variable")?;
+            match kind {
+                MATRIX => matrices.push(data.to_vec()),
+                COMPRESSED => {
+                    let mut content = Vec::new();
+                    let unpacked =
+                        flate2::read::ZlibDecoder::new(data).take(MOST_BYTES).read_to_end(&mut content);
+                    unpacked
+                        .map_err(|error| format!("a compressed variable that cannot be unpacked: {error}"))?;
+                    let inner = Reader { bytes: &content, big }.element();
+                    if let Some((MATRIX, data)) = inner {
+                        matrices.push(data.to_vec());
+                    }
+                }
+                _ => {}
+            }
+        }
+        Ok(Self { matrices, big })
+    }
+
+    fn top(&self) -> impl Iterator<Item = Matrix<'_>> {
+        self.matrices.iter().filter_map(|bytes| Matrix::open(Reader { bytes, big: self.big }))
+    }
+}
+
+impl Variables for Level5 {
+    fn array(&self, path: &str) -> Result<Option<Array>, String> {
+        let mut parts = path.split('.').take(DEEPEST);
+        let name = parts.next().unwrap_or_default();
+        let Some(mut matrix) = self.top().find(|matrix| matrix.name == name) else { return Ok(None) };
+        for part in parts {
+            let Some(field) = matrix.field(part) else { return Ok(None) };
+            matrix = field;
+        }
+        matrix.array(path).map(Some)
+    }
+
+    fn names(&self) -> Vec<String> {
+        self.top().map(|matrix| matrix.name).collect()
+    }
+}

@@ -1,0 +1,126 @@
+//! Maps as NumPy archives: `i_d_A`, `i_q_A`, `psi_d_Wb`, `psi_q_Wb`, also without the units.
+//!
+//! An `.npz` is a zip of `.npy` files, and an `.npy` a line of Python before the plain numbers. The crates that read
+//! that line bring a parser generator and a stack in assembly with them; the few words that can stand in it are
+//! read here.
+
+use std::io::{Cursor, Read};
+
+use zip::ZipArchive;
+
+use super::arrays::{Array, MOST_POINTS, Rows, each, listed, points};
+use super::{MapError, MapSamples};
+
+const NAMES: [[&str; 2]; 4] =
+    [["i_d_A", "i_d"], ["i_q_A", "i_q"], ["psi_d_Wb", "psi_d"], ["psi_q_Wb", "psi_q"]];
+
+pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MapSamples, MapError> {
+    let error = |found: String, needed: &str| MapError::new(file, None, found, needed.to_owned());
+    let mut archive = ZipArchive::new(Cursor::new(bytes))
+        .map_err(|failure| error(failure.to_string(), "a NumPy .npz archive"))?;
+    let mut arrays = Vec::new();
+    for names in NAMES {
+        let there = names.iter().find(|name| archive.index_for_name(&format!("{name}.npy")).is_some());
+        let Some(name) = there else {
+            let found = format!("the arrays {}", listed(archive.file_names().flatten()));
+            return Err(error(found, &format!("an array `{}`", names[0])));
+        };
+        let entry = archive.by_name(&format!("{name}.npy"));
+        let mut entry =
+            entry.map_err(|failure| error(format!("`{name}`: {failure}"), "a readable archive"))?;
+        let mut content = Vec::new();
+        // Eight bytes a number and a header; a size in the archive's own words is not trusted.
+        let limit = 8 * MOST_POINTS as u64 + 65_536;
+        let read = entry.by_ref().take(limit).read_to_end(&mut content);
+        read.map_err(|failure| error(format!("`{name}`: {failure}"), "a readable archive"))?;
+        arrays.push(
+            array(name, &content).map_err(|(found, needed)| error(format!("`{name}`: {found}"), &needed))?,
+        );
+    }
+    let [a, b, c, d]: [Array; 4] =
+        arrays.try_into().map_err(|_| error("fewer arrays".to_owned(), "four arrays"))?;
+    points(file, &[a, b, c, d], Rows::Direct)
+}
+
+/// What was found and what is needed.
+type Fault = (String, String);
+
+fn array(name: &str, content: &[u8]) -> Result<Array, Fault> {
+    let fault = |found: &str, needed: &str| (found.to_owned(), needed.to_owned());
+    let broken = || fault("no header of the .npy format", "an array as NumPy saves it");
+    let rest = content.strip_prefix(b"\x93NUMPY").ok_or_else(broken)?;
+    let (length, start) = match rest {
+        [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 4),
+        [2 | 3, _, a, b, c, d, ..] => {
+            (usize::try_from(u32::from_le_bytes([*a, *b, *c, *d])).unwrap_or(usize::MAX), 6)
+        }
+        _ => return Err(broken()),
+    };
+    let end = start + length.min(rest.len());
+    let header = rest.get(start..end).and_then(|bytes| std::str::from_utf8(bytes).ok()).ok_or_else(broken)?;
+    let data = &rest[end..];
+    let kind = value_of(header, "descr").ok_or_else(broken)?.trim_matches(['\'', '"']).to_owned();
+    let by_columns = value_of(header, "fortran_order").ok_or_else(broken)? == "True";
+    let shape: Vec<usize> = value_of(header, "shape")
+        .and_then(|text| {
+            text.trim_matches(['(', ')'])
+                .split(',')
+                .map(str::trim)
+                .filter(|n| !n.is_empty())
+                .map(|n| n.parse().ok())
+                .collect()
+        })
+        .ok_or_else(broken)?;
+    let (rows, columns) = match shape[..] {
+        [n] => (1, n),
+        [n, m] => (n, m),
+        _ => return Err(fault(&format!("{} dimensions", shape.len()), "one or two dimensions")),
+    };
+    let count = rows.checked_mul(columns).filter(|count| (1..=MOST_POINTS).contains(count));
+    let count =
+        count.ok_or_else(|| fault(&format!("{rows} × {columns} numbers"), "1 to 1,000,000 numbers"))?;
+    let values = numbers(&kind, data, count).ok_or_else(|| {
+        fault(&format!("numbers of type `{kind}`"), "real floating-point numbers or integers")
+    })?;
+    let values: Vec<f64> = values.into_iter().take(count).collect();
+    if values.len() < count {
+        return Err(fault(&format!("{} of {count} numbers", values.len()), "a complete array"));
+    }
+    Ok(if by_columns && shape.len() == 2 {
+        Array::from_columns(name.to_owned(), rows, columns, &values)
+    } else {
+        Array { name: name.to_owned(), rows, columns, values }
+    })
+}
+
+/// The value of a key in the header, a literal of a Python dictionary.
+fn value_of<'a>(header: &'a str, key: &str) -> Option<&'a str> {
+    let from = header.find(&format!("'{key}'"))? + key.len() + 2;
+    let text = header[from..].trim_start().strip_prefix(':')?.trim_start();
+    let end = if text.starts_with('(') { text.find(')')? + 1 } else { text.find([',', '}'])? };
+    Some(text[..end].trim())
+}
+
+/// Numbers of a NumPy type, at least `count` if there are as many; none for a type that is no real number.
+fn numbers(kind: &str, data: &[u8], count: usize) -> Option<Vec<f64>> {
+    let (order, name) = kind.split_at_checked(1)?;
+    let big = match order {
+        "<" | "|" | "=" => false,
+        ">" => true,
+        _ => return None,
+    };
+    let data = data.get(..8 * count).unwrap_or(data);
+    Some(match name {
+        "f8" => each(data, big, f64::from_le_bytes),
+        "f4" => each(data, big, |bytes| f64::from(f32::from_le_bytes(bytes))),
+        "i8" => each(data, big, |bytes| i64::from_le_bytes(bytes) as f64),
+        "i4" => each(data, big, |bytes| f64::from(i32::from_le_bytes(bytes))),
+        "i2" => each(data, big, |bytes| f64::from(i16::from_le_bytes(bytes))),
+        "i1" => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
+        "u8" => each(data, big, |bytes| u64::from_le_bytes(bytes) as f64),
+        "u4" => each(data, big, |bytes| f64::from(u32::from_le_bytes(bytes))),
+        "u2" => each(data, big, |bytes| f64::from(u16::from_le_bytes(bytes))),
+        "u1" => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
+        _ => return None,
+    })
+}
