@@ -12,4 +12,5 @@ mod pulse;
 mod random_gates;
 mod reference;
 mod rotor;
+mod spice;
 mod tables;

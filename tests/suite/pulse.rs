@@ -1,8 +1,8 @@
-//! Single lines: closed forms, and another program's currents.
+//! Single lines: closed forms.
 
 use standstill_detect::Decay;
 use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
-use standstill_inverter::{Bridge, Conduction, Devices, Inverter, OpenLeg};
+use standstill_inverter::{Conduction, OpenLeg};
 use standstill_sim::{Event, NoProbe, Tolerance, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, reference_motor};
@@ -30,13 +30,6 @@ fn analytic_line_pulse_from_rest() {
     }
 }
 
-/// The reference circuit's devices: 10 mΩ each, and diodes of about 7 mV (see the netlists).
-fn reference_inverter() -> Inverter {
-    let devices =
-        Devices { switch_drop: 0.0, switch_resistance: 10e-3, diode_drop: 7.2e-3, diode_resistance: 10e-3 };
-    Inverter { bridge: Bridge { devices, open_leg: OpenLeg::Diodes }, ..ideal_inverter(OpenLeg::Diodes) }
-}
-
 /// Three pulses of 80 µs on line a-b, 2.4 ms apart.
 fn pulses(decay: Decay) -> Vec<Command<f64>> {
     let (pulse, rest) = (Nanos::from_micros(80), Nanos::from_micros(2320));
@@ -46,59 +39,6 @@ fn pulses(decay: Decay) -> Vec<Command<f64>> {
     };
     let sampling = Sampling { first: Nanos::ZERO, interval: Nanos::from_micros(20), count: 120 };
     vec![Command::sequence(Stage::line(Phase::A, Phase::B, pulse), after, sampling); 3]
-}
-
-/// Largest difference to ngspice's currents in A over 361 points of 20 µs, and the largest current of phase c.
-fn against_ngspice(decay: Decay, csv: &str, inverter: Inverter) -> (f64, f64) {
-    let mut motor = reference_motor();
-    motor.winding.leakage = 1e-6;
-    let motor = motor.linearised();
-    let mut script = Script::new(pulses(decay));
-    run(&exact_case(&motor, inverter, ANGLE), &mut script, false, &mut NoProbe);
-    let mut golden = csv::Reader::from_reader(csv.as_bytes());
-    let rows: Vec<[f64; 4]> = golden.deserialize().map(|row| row.expect("golden row")).collect();
-    assert!(rows.len() >= script.readings.len() && script.readings.len() == 360);
-    let mut worst: f64 = 0.0;
-    let mut third: f64 = 0.0;
-    for (reading, [_, a, b, c]) in script.readings.iter().zip(rows) {
-        for (ours, theirs) in reading.current.0.into_iter().zip([a, b, c]) {
-            worst = worst.max((ours - theirs).abs());
-        }
-        third = third.max(reading.current[Phase::C].abs());
-    }
-    (worst, third)
-}
-
-#[test]
-fn cross_three_pulses_with_low_side_freewheel_against_ngspice() {
-    let golden = include_str!("../cross/line_pulse_slow.csv");
-    let (worst, third) = against_ngspice(Decay::Slow, golden, reference_inverter());
-    // A tenth of a per mille of the 3.5 A.
-    assert!(worst < 3.5e-4, "{worst} A");
-    assert!(third > 0.03, "the idle leg's diode must conduct: {third} A");
-    // The same with a truly open leg must differ, or the diode was never simulated.
-    let (open, none) = against_ngspice(Decay::Slow, golden, ideal_inverter(OpenLeg::Open));
-    assert!(open > 30.0 * worst && none < 1e-9, "{open} A, {none} A");
-}
-
-#[test]
-fn cross_gates_off_against_ngspice() {
-    let golden = include_str!("../cross/line_pulse_fast.csv");
-    let (worst, _) = against_ngspice(Decay::Fast, golden, reference_inverter());
-    assert!(worst < 3.5e-4, "{worst} A");
-}
-
-#[test]
-fn cross_peaks_of_an_earlier_ngspice_run() {
-    // Near-ideal devices of another netlist of the same circuit: peaks in A.
-    let expected = [1.336_48, 2.488_85, 3.484_52];
-    let motor = reference_motor();
-    let mut script = Script::new(pulses(Decay::Slow));
-    run(&exact_case(&motor, reference_inverter(), ANGLE), &mut script, false, &mut NoProbe);
-    for (pulse, expected) in expected.into_iter().enumerate() {
-        let peak = script.readings[120 * pulse + 4].current[Phase::A];
-        assert!((peak / expected - 1.0).abs() < 1e-3, "{peak} against {expected}");
-    }
 }
 
 #[test]
