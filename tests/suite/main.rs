@@ -3,11 +3,13 @@
 
 mod accuracy;
 mod bench;
+mod convergence;
 mod determinism;
 mod draws;
 mod energy;
 mod error_sets;
 mod failures;
+mod magnetics;
 mod pulse;
 mod random_gates;
 mod reference;

@@ -4,8 +4,8 @@ use standstill_campaign::{ErrorSet, Record, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{DcLink, OpenLeg};
-use standstill_plant::Friction;
-use standstill_sim::{NoProbe, RotorState, run};
+use standstill_plant::{Cogging, Friction, Motor, built_in};
+use standstill_sim::{Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, paper_motor, scenario};
 
@@ -32,7 +32,7 @@ fn law_slow_decay_turns_a_free_rotor_and_fast_decay_does_not() {
 }
 
 /// A rotor pulled by a constant current: a step of DC voltage across a-b and c, long after the electrical transient.
-fn pull(friction: Friction) -> standstill_sim::Trace {
+fn pull(friction: Friction) -> Trace {
     let mut motor = paper_motor().linearised();
     motor.rotor.friction = friction;
     motor.rotor.inertia = 2.0;
@@ -43,7 +43,7 @@ fn pull(friction: Friction) -> standstill_sim::Trace {
     case.rotor = RotorState::Free;
     let duration = Nanos::from_micros(200_000);
     let command = Command::hold(Stage::line(Phase::A, Phase::B, duration), Sampling::NONE);
-    let mut trace = standstill_sim::Trace::new(1e-3);
+    let mut trace = Trace::new(1e-3);
     run(&case, &mut Script::new(vec![command]), false, &mut trace);
     trace
 }
@@ -89,4 +89,116 @@ fn law_a_rotor_breaks_away_when_the_torque_exceeds_its_stiction() {
 #[test]
 fn law_a_locked_rotor_does_not_move() {
     assert_eq!(largest_move(Decay::Slow, RotorState::Locked), 0.0);
+}
+
+/// All gates off for this long, from rest; with the energies.
+fn left_alone(
+    motor: &Motor,
+    rotor: RotorState,
+    load_torque: f64,
+    angle_deg: f64,
+    micros: u64,
+) -> (Run<f64>, Trace) {
+    let mut case = exact_case(motor, ideal_inverter(OpenLeg::Diodes), angle_deg);
+    case.rotor = rotor;
+    case.load_torque = load_torque;
+    case.tolerance = Tolerance { flux: 1e-12 };
+    let command = Command::hold(Stage::off(Nanos::from_micros(micros)), Sampling::NONE);
+    let mut trace = Trace::new(1e-3);
+    (run(&case, &mut Script::new(vec![command]), true, &mut trace), trace)
+}
+
+#[test]
+fn analytic_a_load_turns_a_rotor_that_nothing_else_holds() {
+    let motor = paper_motor();
+    // Below the stiction of 0.3 N m it stays, above it accelerates by what sliding friction leaves.
+    let (rests, _) = left_alone(&motor, RotorState::Free, 0.29, 10.0, 10_000);
+    assert_eq!(rests.moved, 0.0);
+    for load in [1.0, -1.0] {
+        let (run, _) = left_alone(&motor, RotorState::Free, load, 10.0, 10_000);
+        let (p, inertia, t) = (4.0, 0.02, 0.01);
+        let expected = -load.signum() * p * (1.0 - 0.3) / inertia * t * t / 2.0;
+        assert!(((run.end_angle - run.start_angle) / expected - 1.0).abs() < 1e-9, "{run:?} {expected}");
+        let ledger = run.ledger.expect("asked for");
+        // A load that pulls does the work: it is negative, and friction and speed share it.
+        assert!(ledger.load_work < 0.0 && ledger.shaft_work.abs() < 1e-12, "{ledger:?}");
+        assert!(ledger.mechanical_imbalance().abs() < 1e-9 * ledger.kinetic_change, "{ledger:?}");
+    }
+}
+
+#[test]
+fn law_a_brake_lets_the_rotor_play_and_no_further() {
+    let motor = paper_motor();
+    let play = Play { below: 2e-3, above: 5e-3 };
+    let (run, trace) = left_alone(&motor, RotorState::Braked(play), -2.0, 10.0, 20_000);
+    assert!((run.moved - play.above).abs() < 1e-12, "{}", run.moved);
+    assert!((run.end_angle - run.start_angle - play.above).abs() < 1e-12);
+    let ledger = run.ledger.expect("asked for");
+    // What the load gave and friction did not take was lost at the stop, where the rotor then rests.
+    let fall = (2.0 - 0.3) * play.above / 4.0;
+    assert!(
+        (ledger.impact_loss / fall - 1.0).abs() < 1e-6 && ledger.kinetic_change == 0.0,
+        "{ledger:?} {fall}"
+    );
+    let motions: Vec<_> = trace
+        .events
+        .iter()
+        .filter_map(|(_, event)| if let Event::Motion(motion) = event { Some(*motion) } else { None })
+        .collect();
+    assert_eq!(motions, [Motion::AtUpper]);
+    let (run, _) = left_alone(&motor, RotorState::Braked(play), 2.0, 10.0, 20_000);
+    assert!((run.moved - play.below).abs() < 1e-12, "{}", run.moved);
+    // A brake without play holds.
+    let none = Play { below: 0.0, above: 0.0 };
+    assert_eq!(left_alone(&motor, RotorState::Braked(none), 50.0, 10.0, 20_000).0.moved, 0.0);
+}
+
+#[test]
+fn analytic_cogging_swings_a_frictionless_rotor_with_its_own_frequency() {
+    let mut motor = paper_motor();
+    motor.rotor.friction = Friction::default();
+    motor.rotor.cogging = Some(Cogging { torque: 0.4, periods: 6 });
+    // Small swings around θ = 0: ω² = p n T_c/J.
+    let frequency = (4.0 * 6.0 * 0.4_f64 / 0.02).sqrt();
+    let quarter = std::f64::consts::FRAC_PI_2 / frequency;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let micros = (quarter * 1e6).round() as u64;
+    let (run, _) = left_alone(&motor, RotorState::Free, 0.0, 0.1, micros);
+    assert!(run.end_angle.abs() < 1e-3 * run.start_angle, "{} {}", run.start_angle, run.end_angle);
+    assert!((run.moved / run.start_angle - 1.0).abs() < 1e-3);
+    // Its energy is that of the field: nothing is left over.
+    let ledger = run.ledger.expect("asked for");
+    assert!((ledger.kinetic_change / -ledger.field_change - 1.0).abs() < 1e-6, "{ledger:?}");
+}
+
+#[test]
+fn law_trials_stand_where_they_can_and_anywhere_in_the_play() {
+    let mut scenario = scenario(ErrorSet::Default, Decay::Fast, RotorState::Free);
+    scenario.motor = built_in("slot-harmonics").expect("built in");
+    scenario.motor.rotor.friction = Friction { stiction: 0.05, coulomb: 0.05, viscous: 0.0 };
+    for trial in 0..20 {
+        let angle = scenario.case(trial).start_angle;
+        assert!(scenario.motor.cogging(angle).abs() <= 0.05 + 1e-9, "trial {trial} cannot stand at {angle}");
+    }
+    scenario.motor = built_in("slot-harmonics").expect("built in");
+    let whole = Play::of(&scenario.motor);
+    // 0.5° of the shaft are 2° electrical with four pole pairs.
+    assert!((whole.below + whole.above - 2.0_f64.to_radians()).abs() < 1e-12);
+    scenario.rotor = RotorState::Braked(whole);
+    let shares: Vec<f64> = (0..200)
+        .map(|trial| match scenario.case(trial).rotor {
+            RotorState::Braked(Play { below, above }) => {
+                assert!((below + above - whole.below - whole.above).abs() < 1e-12);
+                below / (below + above)
+            }
+            other => panic!("{other:?}"),
+        })
+        .collect();
+    let mean = shares.iter().sum::<f64>() / 200.0;
+    assert!(
+        (mean - 0.5).abs() < 0.07 && shares.iter().any(|s| *s < 0.05) && shares.iter().any(|s| *s > 0.95)
+    );
+    // A load puts it against the stop.
+    scenario.load_torque = 3.0;
+    assert!(matches!(scenario.case(5).rotor, RotorState::Braked(Play { below: 0.0, .. })));
 }

@@ -23,33 +23,36 @@ fn axis(reach: f64, count: i32) -> Vec<f64> {
 
 #[test]
 fn law_a_map_sampled_from_a_core_gives_the_core_back() {
-    for (name, factor) in
-        [("paper-5k5", 1.5), ("pm-reluctance", 1.5), ("reluctance-6k7", 1.5), ("cross-saturation", 1.5)]
-    {
+    for name in ["paper-5k5", "pm-reluctance", "reluctance-6k7", "cross-saturation"] {
         let motor = built_in(name).expect("built in");
         let core = motor.magnetics.core();
         let rated = motor.rated_current;
-        let grid = axis(factor * rated, 31);
+        let grid = axis(1.5 * rated, 31);
         let (map, report) = FluxMap::new(&sampled(core, &grid, &grid)).expect("a map");
-        println!("{name}: {report:?}");
         assert!(report.reciprocity_error < 0.005, "{name}: {report:?}");
         assert!(report.distance[1] < 1e-3 * report.largest_flux, "{name}: {report:?}");
-        let mut worst: f64 = 0.0;
-        for d in axis(rated, 23) {
-            for q in axis(rated, 19) {
-                let current = Dq::new(d, q);
-                let flux = core.flux_at(current).expect("convex");
-                worst = worst.max((map.current(flux) - current).norm());
-            }
-        }
+        let off = |d: f64, q: f64| {
+            let current = Dq::new(d, q);
+            let flux = core.flux_at(current).expect("convex");
+            (map.current(flux) - current).norm()
+        };
+        let over = |d: Vec<f64>, q: Vec<f64>| {
+            d.iter().flat_map(|d| q.iter().map(|q| off(*d, *q))).fold(0.0, f64::max)
+        };
+        let worst = over(axis(rated, 23), axis(rated, 19));
         assert!(worst < 1e-3 * rated, "{name}: {worst} A");
+        // Closer to the axes than the points of the map are. The reluctance motor's energy goes with |ψ_q|³ there: its
+        // inductances have a cusp, which a smooth map of this grid cannot show.
+        let close = || axis(0.06 * rated, 7);
+        let worst = over(axis(rated, 23), close()).max(over(close(), axis(rated, 23)));
+        let bound = if name == "reluctance-6k7" { 2.5e-3 } else { 1e-3 };
+        assert!(worst < bound * rated, "{name}, close to the axes: {worst} A");
         let polarity = |core: &dyn Fn(f64) -> f64| {
             let rest = core(0.0);
             (rest - core(-rated)) / (core(rated) - rest) - 1.0
         };
         let own = polarity(&|i| core.flux_at(Dq::new(i, 0.0)).expect("convex").d);
         let its = polarity(&|i| map.flux_at(Dq::new(i, 0.0)).expect("convex").d);
-        println!("{name}: current off by {worst:e} A, polarity {own} {its}");
         assert!((its - own).abs() < 0.01 * own.abs() + 1e-6, "{name}: {own} {its}");
     }
 }
@@ -58,8 +61,7 @@ fn law_a_map_sampled_from_a_core_gives_the_core_back() {
 fn law_a_map_is_one_convex_energy_and_knows_its_end() {
     let motor = built_in("pm-reluctance").expect("built in");
     let grid = axis(12.0, 15);
-    let (map, report) = FluxMap::new(&sampled(motor.magnetics.core(), &grid, &grid)).expect("a map");
-    println!("{report:?}");
+    let (map, _) = FluxMap::new(&sampled(motor.magnetics.core(), &grid, &grid)).expect("a map");
     let h = 1e-6;
     for d in axis(11.0, 9) {
         for q in axis(11.0, 9) {
