@@ -6,13 +6,30 @@ use std::sync::atomic::AtomicBool;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
 use standstill_detect::Decay;
-use standstill_interface::AlphaBeta;
+use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate};
-use standstill_plant::{Motor, built_in};
+use standstill_plant::{
+    Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Place, built_in,
+};
 use standstill_sim::{CORE, Flow, Motion, RotorState};
 
 fn motor() -> Motor {
     built_in("paper-5k5").unwrap_or_else(|| unreachable!("a built-in motor"))
+}
+
+/// The motor with a map of its core, 31 × 31 points.
+fn mapped(motor: &Motor) -> Motor {
+    let axis = |k: u8| 1.5 * motor.rated_current * (f64::from(k) / 15.0 - 1.0);
+    let points = (0..31).flat_map(|d| (0..31).map(move |q| (d, q))).filter_map(|(d, q)| {
+        let (i_d, i_q) = (axis(d), axis(q));
+        let flux = motor.magnetics.core().flux_at(Dq::new(i_d, i_q)).ok()?;
+        Some(MapPoint { i_d, i_q, psi_d: flux.d, psi_q: flux.q, place: Place::Cell(d.into(), q.into()) })
+    });
+    let samples =
+        MapSamples { file: String::new(), points: points.collect(), pole_pairs: None, resistance: None };
+    let (map, _) = FluxMap::new(&samples).unwrap_or_else(|error| unreachable!("{error}"));
+    let magnetics = MagneticCircuit::new(Core::Map(map)).unwrap_or_else(|error| unreachable!("{error}"));
+    Motor { magnetics, ..motor.clone() }
 }
 
 fn scenario(decay: Decay, rotor: RotorState) -> Scenario {
@@ -24,7 +41,14 @@ fn right_hand_side(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(1));
     let drive = ErrorSet::Default.drive(550.0);
     let saturated = motor();
-    for (name, motor) in [("saturated", saturated.clone()), ("linear", saturated.linearised())] {
+    let slotted = built_in("slot-harmonics").unwrap_or_else(|| unreachable!("a built-in motor"));
+    let kinds = [
+        ("saturated", saturated.clone()),
+        ("linear", saturated.linearised()),
+        ("saturated with harmonics", slotted),
+        ("map", mapped(&saturated)),
+    ];
+    for (name, motor) in kinds {
         for (state, motion) in [("locked", Motion::Held), ("moving", Motion::Forward)] {
             let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, motion);
             flow.settle(0.75);
