@@ -1,144 +1,266 @@
-"""Writes the ngspice netlists of `spice/` from `spice/cases.csv`.
+#!/usr/bin/env python3
+"""Writes the netlists of ngspice/cases.txt, and compares two folders of what they gave. Standard library only.
 
-A plan is a list of commands, `duration leg_a leg_b leg_c` with the duration in µs and each leg `off`, `low`, `high` or
-a duty of the 100 µs carrier. The tests read the same file and give the same commands to the simulation; here they
-become the gate signals of six switches.
+    netlists.py                      write ngspice/*.cir
+    netlists.py --into DIR [--step US] [--reltol X]
+                                     write them elsewhere, with another maximum step in µs and another tolerance
+    netlists.py --csv DATA CSV       turn a run's output into a golden CSV file
+    netlists.py --compare DIR        the largest difference between ngspice/*.csv and DIR/*.csv, per case
 
-    python3 netlists.py [longest step in µs]
+The gate edges are computed here from the description of the drive alone: a leg is told something at the start of a
+stage and, under PWM, at the edges of an on-time in the middle of the carrier's period; told anything new, it opens
+both switches after the turn-off delay and closes the wanted one after the dead time plus the turn-on delay, unless it
+was told something else by then.
 """
 
-import csv
-import math
-import re
-import sys
-from pathlib import Path
+import argparse
+import pathlib
 
-FOLDER = Path(__file__).parent / "spice"
-CARRIER = 100e-6
-EDGE = 1e-9
-# Switches: a resistance, a drop, and a near-ideal diode that blocks the other direction and takes about 7 mV. Diodes likewise.
-DEVICES = {
-    "ideal": {"switch_drop": 0.0, "switch_resistance": 0.01, "diode_drop": 0.0, "diode_resistance": 0.01},
-    "drops": {"switch_drop": 0.9, "switch_resistance": 0.05, "diode_drop": 1.0, "diode_resistance": 0.03},
-}
+HERE = pathlib.Path(__file__).resolve().parent / "ngspice"
+DC_LINK = 550
+CARRIER = 100_000  # ns
+# Half the width of a gate edge, in ns.
+HALF_EDGE = 0.1
+# From a sample to the nearest gate edge, in ns at least.
+CLEARANCE = 200
+STEP = 0.1  # µs
+RELTOL = 1e-7
 
 
-def commands(plan):
-    times = re.fullmatch(r"(\d+) x \((.*)\)", plan)
-    count, text = (int(times[1]), times[2]) if times else (1, plan)
-    steps = [step.split() for step in text.split(";")]
-    return [(float(s[0]) * 1e-6, s[1:4]) for s in steps] * count
+def ns(text):
+    return round(float(text) * 1000)
 
 
-def requests(plan, leg):
-    """What a leg is told, and when: centre-aligned pulses for a duty."""
-    at, told = 0.0, []
-    for duration, legs in commands(plan):
-        word = legs[leg]
-        if word in ("off", "low", "high"):
-            told.append((at, word))
+def read_cases(path):
+    """Motors, devices, timings and sequences by name; cases in order."""
+    tables = {"motor": {}, "devices": {}, "timing": {}}
+    sequences, cases = {}, []
+    for line in path.read_text().splitlines():
+        words = line.split("#")[0].split()
+        if not words:
+            continue
+        kind, rest = words[0], words[1:]
+        if kind in tables:
+            tables[kind][rest[0]] = [float(x) for x in rest[1:]]
+        elif kind == "sequence":
+            commands = []
+            sequences[rest[0]] = {"first": ns(rest[1]), "interval": ns(rest[2]), "commands": commands}
+        elif kind == "case":
+            cases.append(dict(zip(["name", "sequence", "angle", "motor", "devices", "timing"], rest, strict=True)))
         else:
-            on = float(word) * CARRIER
-            for period in range(math.ceil(duration / CARRIER - 1e-9)):
-                begin = at + period * CARRIER
-                for time, gate in [(begin, "low"), (begin + (CARRIER - on) / 2, "high"), (begin + (CARRIER + on) / 2, "low")]:
-                    if time < at + duration - 1e-12:
-                        told.append((time, gate))
-        at += duration
-    return told, at
+            stages = [(ns(words[k]), words[k + 1 : k + 4]) for k in range(0, len(words), 4)]
+            commands.append(stages)
+    return tables, sequences, cases
 
 
-def gate_times(plan, leg, dead_time):
-    """Intervals in which the upper and the lower switch are on: each switch-on waits for the dead time."""
-    told, end = requests(plan, leg)
-    changes = [told[0]]
-    for time, word in told[1:]:
-        if word != changes[-1][1]:
-            changes.append((time, word))
-    on = {"high": [], "low": []}
-    for (time, word), following in zip(changes, [time for time, _ in changes[1:]] + [end]):
-        if word in on and time + dead_time < following:
-            on[word].append((time + dead_time, following))
-    return on
+def requests(commands, leg):
+    """What a leg is told: (time in ns, "H", "L" or "-")."""
+    start = 0
+    for stages in commands:
+        for duration, legs in stages:
+            what = legs[leg]
+            if what in "HL-":
+                yield start, what
+            else:
+                on = round(float(what) * CARRIER)
+                begin = start
+                while begin < start + duration:
+                    idle = (CARRIER - on) // 2
+                    for at, to in [(0, "L"), (idle, "H"), (idle + on, "L")]:
+                        # An on-time of nothing or of the whole period has no edges.
+                        to = "L" if on == 0 else "H" if idle == 0 else to
+                        if begin + at < start + duration:
+                            yield begin + at, to
+                    begin += CARRIER
+            start += duration
 
 
-def source(name, intervals, end):
-    if not intervals:
-        return f"V{name} {name} 0 0"
-    points = [(0.0, 1.0 if intervals[0][0] <= 0.0 else 0.0)]
-    for begin, stop in intervals:
-        if begin > 0.0:
-            points += [(begin - EDGE / 2, 0.0), (begin + EDGE / 2, 1.0)]
-        if stop < end:
-            points += [(stop - EDGE / 2, 1.0), (stop + EDGE / 2, 0.0)]
-    words = [f"{time:.10g} {value:g}" for time, value in points]
-    lines = [" ".join(words[k : k + 6]) for k in range(0, len(words), 6)]
-    return f"V{name} {name} 0 PWL(" + "\n+ ".join(lines) + ")"
+def gate_edges(commands, leg, timing):
+    """Times in ns at which the upper and the lower switch of a leg change: two lists of (time, on)."""
+    dead, off_delay, on_delay = (ns(x) for x in timing)
+    told, changes = "-", []
+    for at, wanted in requests(commands, leg):
+        if wanted == told:
+            continue
+        told = wanted
+        off_at = at + off_delay
+        while changes and changes[-1][0] >= off_at:
+            changes.pop()
+        changes.append((off_at, "-"))
+        if wanted != "-":
+            changes.append((max(at + dead + on_delay, off_at), wanted))
+    result = []
+    for switch in "HL":
+        edges, on = [], False
+        for at, state in changes:
+            if (state == switch) != on:
+                on = not on
+                edges.append((at, on))
+        result.append(edges)
+    return result
 
 
-def netlist(case, longest):
-    name, plan = case["name"], case["plan"]
-    dead_time = float(case["dead_time_us"]) * 1e-6
-    device = DEVICES[case["devices"]]
-    end = sum(duration for duration, _ in commands(plan))
-    lines = [
-        f"* {name}: {plan}",
-        f"* legs a b c; dead time {case['dead_time_us']} us; {case['devices']} devices; written by netlists.py.",
-        "* Three coupled inductors by equations (1) and (2) of the paper at a rotor that stands still; 1 uH of leakage a phase",
-        "* keeps them regular.",
-        f".param la={case['l_a_mH']}m lb={case['l_b_mH']}m ls=1u angle={case['angle_deg']}",
-        ".param third={2*3.141592653589793/3} two={2*angle*3.141592653589793/180}",
-        ".param laa={la+ls+lb*cos(two)} lbb={la+ls+lb*cos(two-2*third)} lcc={la+ls+lb*cos(two+2*third)}",
-        ".param mab={-la/2+lb*cos(two-third)} mbc={-la/2+lb*cos(two)} mca={-la/2+lb*cos(two+third)}",
-        "L1 xa n {laa}",
-        "L2 xb n {lbb}",
-        "L3 xc n {lcc}",
-        "K12 L1 L2 {mab/sqrt(laa*lbb)}",
-        "K23 L2 L3 {mbc/sqrt(lbb*lcc)}",
-        "K31 L3 L1 {mca/sqrt(lcc*laa)}",
-        "Ra a xa 1",
-        "Rb b xb 1",
-        "Rc c xc 1",
-        "Rn n 0 10meg",
-        "Vdc p 0 550",
-        f".model switch sw(ron={device['switch_resistance']} roff=10meg vt=0.5 vh=0)",
-        ".model blocking d(is=1e-12 n=0.01)",
-        f".model diode d(is=1e-12 n=0.01 rs={device['diode_resistance']})",
-    ]
-    for k, leg in enumerate("abc"):
-        on = gate_times(plan, k, dead_time)
-        lines += [
-            f"* leg {leg}",
-            f"Su{leg} p u{leg} gu{leg} 0 switch",
-            f"Vsu{leg} u{leg} uu{leg} {device['switch_drop']}",
-            f"Dbu{leg} uu{leg} {leg} blocking",
-            f"Vfu{leg} {leg} d{leg} {device['diode_drop']}",
-            f"Du{leg} d{leg} p diode",
-            f"Sl{leg} {leg} l{leg} gl{leg} 0 switch",
-            f"Vsl{leg} l{leg} ll{leg} {device['switch_drop']}",
-            f"Dbl{leg} ll{leg} 0 blocking",
-            f"Vfl{leg} e{leg} {leg} {device['diode_drop']}",
-            f"Dl{leg} 0 e{leg} diode",
-            source(f"gu{leg}", on["high"], end),
-            source(f"gl{leg}", on["low"], end),
-        ]
-    lines += [
-        ".options reltol=3e-5 abstol=1e-8 vntol=1e-4 method=gear",
-        f".tran 20u {end:.10g} 0 {longest}u uic",
-        ".control",
-        "set wr_singlescale",
-        "set wr_vecnames",
-        "option numdgt=9",
-        "run",
-        "linearize",
-        f"wrdata {name}.data i(L1) i(L2) i(L3)",
-        ".endc",
-        ".end",
-    ]
-    return "\n".join(lines) + "\n"
+def source(edges):
+    """A gate's voltage, 1 V while the switch is on: each edge centred on its instant."""
+    initial = 0
+    if edges and edges[0][0] == 0:
+        initial, edges = 1, edges[1:]
+    if not edges:
+        return str(initial)
+    points = []
+    for at, on in edges:
+        points.append(f"{(at - HALF_EDGE) / 1000:.4f}u {1 - on} {(at + HALF_EDGE) / 1000:.4f}u {int(on)}")
+    lines = [" ".join(points[k : k + 4]) for k in range(0, len(points), 4)]
+    return "PWL(" + "\n+ ".join(lines) + ")"
 
 
-longest = sys.argv[1] if len(sys.argv) > 1 else "0.1"
-with open(FOLDER / "cases.csv", newline="") as file:
-    for case in csv.DictReader(file):
-        (FOLDER / f"{case['name']}.cir").write_text(netlist(case, longest))
+def describe(commands):
+    """The sequence as comment lines, equal commands counted."""
+    lines = []
+    for stages in commands:
+        text = ", then ".join(f"{duration / 1000:g} us {' '.join(legs)}" for duration, legs in stages)
+        if lines and lines[-1][0] == text:
+            lines[-1][1] += 1
+        else:
+            lines.append([text, 1])
+    return [f"*   {text}" + (f", {count} times" if count > 1 else "") for text, count in lines]
+
+
+def netlist(case, tables, sequences, step, reltol):
+    sequence = sequences[case["sequence"]]
+    commands = sequence["commands"]
+    mean, saliency, leakage, resistance = tables["motor"][case["motor"]]
+    switch_drop, switch_slope, diode_drop, diode_slope = tables["devices"][case["devices"]]
+    timing = tables["timing"][case["timing"]]
+    edges = [gate_edges(commands, leg, timing) for leg in range(3)]
+    end = sum(duration for stages in commands for duration, _ in stages)
+    first, interval = sequence["first"], sequence["interval"]
+    for stages in commands:
+        assert sum(duration for duration, _ in stages) % interval == 0, "samples must be equally spaced"
+    for leg in edges:
+        for at, _ in leg[0] + leg[1]:
+            place = (at - first) % interval
+            assert min(place, interval - place) >= CLEARANCE, f"{case['name']}: edge at {at} ns is on a sample"
+    last = first + (end - first) // interval * interval
+    gates = "\n".join(
+        f"V{name}{phase} {name}{phase} 0 {source(edges[leg][k])}"
+        for leg, phase in enumerate("abc")
+        for k, name in enumerate(["up", "low"])
+    )
+    return f"""\
+* {case["name"]}: written by netlists.py from cases.txt, to be changed there.
+* Legs a, b, c are H (upper switch on), L (lower), - (both off) or a PWM duty at 10 kHz, centred in its period:
+{chr(10).join(describe(commands))}
+* Dead time {timing[0]:g} us, turn-off delay {timing[1]:g} us, turn-on delay {timing[2]:g} us.
+
+* Motor, equations (1) and (2), rotor locked; the leakage keeps the three coupled inductors regular.
+.param la={mean:g}m lb={saliency:g}m ls={leakage:g}m pi=3.141592653589793
+.param theta={{{case["angle"]}*pi/180}} third={{2*pi/3}}
+.param laa={{la+ls+lb*cos(2*theta)}}
+.param lbb={{la+ls+lb*cos(2*theta-2*third)}}
+.param lcc={{la+ls+lb*cos(2*theta+2*third)}}
+.param mab={{-la/2+lb*cos(2*theta-third)}}
+.param mbc={{-la/2+lb*cos(2*theta)}}
+.param mca={{-la/2+lb*cos(2*theta+third)}}
+La a xa {{laa}}
+Lb b xb {{lbb}}
+Lc c xc {{lcc}}
+Kab La Lb {{mab/sqrt(laa*lbb)}}
+Kbc Lb Lc {{mbc/sqrt(lbb*lcc)}}
+Kca Lc La {{mca/sqrt(lcc*laa)}}
+Ra xa star {resistance:g}
+Rb xb star {resistance:g}
+Rc xc star {resistance:g}
+* Gives the star point a potential while no leg conducts.
+Rstar star 0 1g
+
+* A junction lets current through one way only and drops 2.0 to 2.3 mV between 0.1 A and 5 A.
+.model junction d(is=1e-12 n=0.003)
+* One leg between p and m. A switch is a drop, a slope and a junction; to open it, its gate's source rises by
+* 600 V, more than the link, against the junction. Each switch has a diode beside it.
+.global one
+.subckt leg p m out up low
+Eup p 1 one up 600
+Vup 1 2 {switch_drop:g}
+Rup 2 3 {switch_slope:g}m
+Dup 3 out junction
+Elow out 4 one low 600
+Vlow 4 5 {switch_drop:g}
+Rlow 5 6 {switch_slope:g}m
+Dlow 6 m junction
+Dpd out 7 junction
+Rpd 7 8 {diode_slope:g}m
+Vpd 8 p {diode_drop:g}
+Dmd m 9 junction
+Rmd 9 10 {diode_slope:g}m
+Vmd 10 out {diode_drop:g}
+.ends
+Vone one 0 1
+Vdc p 0 {DC_LINK}
+Xa p 0 a upa lowa leg
+Xb p 0 b upb lowb leg
+Xc p 0 c upc lowc leg
+
+* Gates: edges of {2 * HALF_EDGE:g} ns about their instants.
+{gates}
+
+.options reltol={reltol:g} abstol=1e-8 vntol=1e-6 trtol=1 method=gear
+.tran {interval / 1000:g}u {last / 1000:g}u {first / 1000:g}u {step:g}u uic
+.control
+set wr_singlescale
+set wr_vecnames
+option numdgt=10
+run
+linearize
+wrdata {case["name"]}.data i(La) i(Lb) i(Lc)
+quit
+.endc
+.end
+"""
+
+
+def write_csv(data, path):
+    rows = [[float(x) for x in line.split()] for line in data.read_text().splitlines()[1:]]
+    lines = ["t_s,i_a_A,i_b_A,i_c_A"]
+    # Adding zero turns a rounded −0 into 0.
+    lines += [f"{row[0]:.8f}".rstrip("0") + "".join(f",{round(x, 6) + 0.0:.6f}" for x in row[1:]) for row in rows]
+    path.write_text("\n".join(lines) + "\n")
+
+
+def read_csv(path):
+    return [[float(x) for x in line.split(",")] for line in path.read_text().splitlines()[1:]]
+
+
+def compare(other):
+    overall = 0.0
+    for path in sorted(HERE.glob("*.csv")):
+        ours, theirs = read_csv(path), read_csv(other / path.name)
+        assert [row[0] for row in ours] == [row[0] for row in theirs], path.name
+        scale = max(abs(x) for row in ours for x in row[1:])
+        worst = max(abs(x - y) for a, b in zip(ours, theirs) for x, y in zip(a[1:], b[1:]))
+        overall = max(overall, worst / scale)
+        print(f"{path.stem:26} {worst / scale:.1e} of {scale:.3f} A")
+    print(f"{'largest':26} {overall:.1e}")
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--into", type=pathlib.Path, default=HERE)
+    parser.add_argument("--step", type=float, default=STEP)
+    parser.add_argument("--reltol", type=float, default=RELTOL)
+    parser.add_argument("--csv", type=pathlib.Path, nargs=2)
+    parser.add_argument("--compare", type=pathlib.Path)
+    arguments = parser.parse_args()
+    if arguments.csv:
+        write_csv(*arguments.csv)
+    elif arguments.compare:
+        compare(arguments.compare)
+    else:
+        tables, sequences, cases = read_cases(HERE / "cases.txt")
+        for case in cases:
+            text = netlist(case, tables, sequences, arguments.step, arguments.reltol)
+            (arguments.into / f"{case['name']}.cir").write_text(text)
+
+
+if __name__ == "__main__":
+    main()
