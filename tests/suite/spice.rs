@@ -5,129 +5,20 @@
 //! little of its own, 2.0 to 2.3 mV between 0.1 A and 5 A; here all drops are larger by 2.1 mV. What the logarithm
 //! varies about that is most of the deviation that is left: it shrinks in proportion with a smaller junction voltage.
 
-use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+mod cases;
 
-use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
-use standstill_inverter::{Bridge, Devices, Gate, GateTiming, Inverter, OpenLeg};
-use standstill_plant::{Motor, Winding};
+use std::path::PathBuf;
+
+use standstill_interface::{Command, Leg, Nanos, Phase, Sampling};
+use standstill_inverter::{Bridge, Gate, GateTiming, Inverter, OpenLeg};
 use standstill_sim::{Event, NoProbe, Probe, Trace, run};
 
-use crate::bench::{Script, exact_case, ideal_inverter, paper_motor};
+use crate::bench::{Script, exact_case, ideal_inverter};
 
-/// What a junction of the netlists drops, in V.
-const JUNCTION: f64 = 2.1e-3;
+use cases::{Spice, cases, folder, number};
 
 /// Largest difference allowed, as a share of the run's largest phase current.
 const BOUND: f64 = 1e-4;
-
-/// One line `case` of `cases.txt` with all it names.
-struct Spice {
-    name: String,
-    angle_deg: f64,
-    motor: Motor,
-    devices: Devices,
-    timing: GateTiming,
-    commands: Vec<Command<f64>>,
-}
-
-fn folder() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cross/ngspice")
-}
-
-fn number(word: &str) -> f64 {
-    word.parse().unwrap_or_else(|_| panic!("not a number: {word}"))
-}
-
-fn micros(word: &str) -> Nanos {
-    Nanos::from_seconds(number(word) * 1e-6)
-}
-
-fn leg(word: &str) -> Leg<f64> {
-    match word {
-        "-" => Leg::Off,
-        "L" => Leg::Low,
-        "H" => Leg::High,
-        duty => Leg::Duty(number(duty)),
-    }
-}
-
-fn motor(values: &[&str]) -> Motor {
-    let &[mean, saliency, leakage, resistance] = values else {
-        panic!("a motor has four values: {values:?}")
-    };
-    let mut motor = paper_motor();
-    motor.winding = Winding {
-        mean_inductance: number(mean) * 1e-3,
-        saliency: number(saliency) * 1e-3,
-        leakage: number(leakage) * 1e-3,
-    };
-    motor.resistance = number(resistance);
-    motor.linearised()
-}
-
-fn devices(values: &[&str]) -> Devices {
-    let &[switch, switch_slope, diode, diode_slope] = values else { panic!("devices: {values:?}") };
-    Devices {
-        switch_drop: number(switch) + JUNCTION,
-        switch_resistance: number(switch_slope) * 1e-3,
-        diode_drop: number(diode) + JUNCTION,
-        diode_resistance: number(diode_slope) * 1e-3,
-    }
-}
-
-fn timing(values: &[&str]) -> GateTiming {
-    let &[dead, off, on] = values else { panic!("timing: {values:?}") };
-    GateTiming { dead_time: micros(dead), turn_off_delay: micros(off), turn_on_delay: micros(on) }
-}
-
-/// A line of a sequence: one or two stages, sampled from `first` on every `interval`.
-fn command(words: &[&str], first: Nanos, interval: Nanos) -> Command<f64> {
-    let mut stages = words.chunks_exact(4).map(|words| Stage {
-        legs: Abc::new(leg(words[1]), leg(words[2]), leg(words[3])),
-        duration: micros(words[0]),
-    });
-    let mut command = Command::hold(stages.next().expect("a stage"), Sampling::NONE);
-    command.then = stages.next();
-    assert!(stages.next().is_none() && words.len().is_multiple_of(4), "one or two stages: {words:?}");
-    let duration = command.duration().0;
-    assert!(duration.is_multiple_of(interval.0) && first < interval, "samples equally spaced: {words:?}");
-    let count = u32::try_from(duration / interval.0).expect("few");
-    command.sampling = Sampling { first, interval, count };
-    command
-}
-
-/// All cases of `cases.txt`.
-fn cases() -> Vec<Spice> {
-    let text = std::fs::read_to_string(folder().join("cases.txt")).expect("cases.txt");
-    let (mut motors, mut drops, mut timings) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
-    let mut sequences: BTreeMap<&str, Vec<Command<f64>>> = BTreeMap::new();
-    let mut sampled = ("", Nanos::ZERO, Nanos::ZERO);
-    let mut cases = Vec::new();
-    for line in text.lines() {
-        let line = line.split('#').next().unwrap_or_default();
-        match line.split_whitespace().collect::<Vec<_>>().as_slice() {
-            [] => {}
-            ["motor", name, values @ ..] => drop(motors.insert(*name, motor(values))),
-            ["devices", name, values @ ..] => drop(drops.insert(*name, devices(values))),
-            ["timing", name, values @ ..] => drop(timings.insert(*name, timing(values))),
-            ["sequence", name, first, interval] => sampled = (*name, micros(first), micros(interval)),
-            ["case", name, sequence, angle, motor, devices, timing] => cases.push(Spice {
-                name: (*name).to_owned(),
-                angle_deg: number(angle),
-                motor: motors[motor].clone(),
-                devices: drops[devices],
-                timing: timings[timing],
-                commands: sequences[sequence].clone(),
-            }),
-            stages => {
-                let (name, first, interval) = sampled;
-                sequences.entry(name).or_default().push(command(stages, first, interval));
-            }
-        }
-    }
-    cases
-}
 
 /// Times in s and phase currents in A of a golden file.
 fn golden(name: &str) -> Vec<[f64; 4]> {
