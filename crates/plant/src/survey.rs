@@ -89,9 +89,17 @@ impl Survey {
     /// Surveys the magnetics of a motor up to `reach` in A, with `steps` points each way. Harmonics vary with the angle;
     /// what is surveyed is what is left without them, their mean.
     ///
+    /// `uncertainty` in Wb is how well the fluxes are known, zero for a formula: poles whose fluxes differ by less than
+    /// four times as much count as equal.
+    ///
     /// # Errors
     /// A current that no flux of the core gives.
-    pub fn of(magnetics: &MagneticCircuit, reach: f64, steps: u16) -> Result<Self, NoConvergence> {
+    pub fn of(
+        magnetics: &MagneticCircuit,
+        reach: f64,
+        steps: u16,
+        uncertainty: f64,
+    ) -> Result<Self, NoConvergence> {
         let magnetics = &magnetics.clone().with_harmonics(Harmonics::default());
         let flux_at = |d: f64, q: f64| magnetics.flux_at(Dq::new(d, q), Heading::ZERO);
         let inductance = |flux| magnetics.state(flux, Heading::ZERO).inverse_inductance.inverse();
@@ -125,7 +133,7 @@ impl Survey {
             l_qq: rest.l_qq,
             along_d: along_d?,
             along_q: along_q?,
-            signature: signature(&polarity),
+            signature: signature(&polarity, uncertainty),
             polarity,
             reciprocity_error,
             convex,
@@ -133,9 +141,10 @@ impl Survey {
     }
 }
 
-fn signature(polarity: &[PolarityPoint]) -> PolaritySignature {
-    let more = polarity.iter().any(|point| point.difference() > EQUAL);
-    let less = polarity.iter().any(|point| point.difference() < -EQUAL);
+fn signature(polarity: &[PolarityPoint], uncertainty: f64) -> PolaritySignature {
+    let equal = |point: &PolarityPoint| EQUAL + 4.0 * uncertainty / (point.north * point.current);
+    let more = polarity.iter().any(|point| point.difference() > equal(point));
+    let less = polarity.iter().any(|point| point.difference() < -equal(point));
     match (more, less) {
         (true, false) => PolaritySignature::Normal,
         (false, true) => PolaritySignature::Inverted,
@@ -176,7 +185,7 @@ mod tests {
     use crate::{Motor, built_in, built_in_names};
 
     fn survey(motor: &Motor) -> Survey {
-        Survey::of(&motor.magnetics, motor.rated_current, 8).expect("built in")
+        Survey::of(&motor.magnetics, motor.rated_current, 8, 0.0).expect("built in")
     }
 
     #[test]
@@ -202,6 +211,17 @@ mod tests {
             let survey = survey(&built_in(name).expect("built in"));
             assert!(survey.convex && survey.reciprocity_error < 1e-3, "{name}: {}", survey.reciprocity_error);
         }
+    }
+
+    #[test]
+    fn law_a_difference_below_the_uncertainty_is_no_signature() {
+        let motor = built_in("paper-5k5").expect("built in");
+        let signature = |uncertainty| {
+            Survey::of(&motor.magnetics, motor.rated_current, 8, uncertainty).expect("built in").signature
+        };
+        // 5 % of 10 mH at 8 A: 4 mWb between the poles.
+        assert_eq!(signature(5e-4), PolaritySignature::Normal);
+        assert_eq!(signature(3e-3), PolaritySignature::None);
     }
 
     #[test]

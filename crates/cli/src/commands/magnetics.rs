@@ -68,7 +68,7 @@ impl Subject {
         if reach <= 0.0 {
             let [[d_low, d_high], [q_low, q_high]] = report.range;
             let message = format!(
-                "{}: i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: some current either way",
+                "{}: i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to all four sides of zero, as a detection drives it",
                 report.file
             );
             return Err(Error::Arguments(message));
@@ -94,7 +94,8 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     interrupt::at_once();
     let subject = Subject::read(options)?;
     let reach = options.current.unwrap_or(subject.reach);
-    let mut survey = Survey::of(&subject.magnetics, reach, STEPS).map_err(Error::Magnetics)?;
+    let uncertainty = subject.map.as_ref().map_or(0.0, |map| map.distance[0]);
+    let mut survey = Survey::of(&subject.magnetics, reach, STEPS, uncertainty).map_err(Error::Magnetics)?;
     if let Some(map) = &subject.map {
         // Of the data, not of what was made of them.
         survey.reciprocity_error = map.reciprocity_error;
@@ -127,7 +128,9 @@ const fn meaning(signature: PolaritySignature) -> &'static str {
             "the larger current is south: the paper's polarity test names the wrong pole"
         }
         PolaritySignature::Mixed => "which pole draws the larger current depends on the current",
-        PolaritySignature::None => "both poles draw the same current: a polarity test has no answer",
+        PolaritySignature::None => {
+            "both poles draw the same current, as far as is known: a polarity test has no answer"
+        }
     }
 }
 
