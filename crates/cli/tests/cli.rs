@@ -115,8 +115,14 @@ fn trace_writes_waveforms_events_and_result() {
     let output = standstill(&arguments, folder.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     let out = folder.path().join("t");
-    let files = ["events.csv", "result.json", "waveform.csv", "waveform.png", "waveform.svg"];
+    let files = ["events.csv", "result.json", "verify.csv", "waveform.csv", "waveform.png", "waveform.svg"];
     assert_eq!(names(&out), files);
+    let verify = fs::read_to_string(out.join("verify.csv")).expect("verify.csv");
+    assert!(verify.lines().count() > 50);
+    for line in verify.lines().skip(1) {
+        let error = |k: usize| line.split(',').nth(k).and_then(|e| e.parse::<f64>().ok()).expect("a number");
+        assert!((4..7).all(|k| error(k).abs() < 1e-4), "a hundredth of the default noise: {line}");
+    }
 
     let waveform = fs::read_to_string(out.join("waveform.csv")).expect("waveform.csv");
     let header = waveform.lines().next().expect("a header");

@@ -23,7 +23,8 @@ const RESOLUTION: f64 = 5e-6;
 pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
     let scenario = scenario(&options.setup)?;
-    let names = ["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
+    let mut names = vec!["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
+    names.extend(options.verify.then_some("verify.csv"));
     let mut output = Output::create(&options.out, &names)?;
 
     let mut detector = LineInductance::new(scenario.detector)?;
@@ -44,6 +45,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut result = result(options, &scenario, &record);
     if let Some(error) = &verified {
         result["numerical_error"] = error.json();
+        output.file("verify.csv", error.csv().as_bytes())?;
     }
     output.file("result.json", format!("{result:#}\n").as_bytes())?;
     let figure = figures::detection(&trace, &format!("{} at θ = {}°", scenario.motor.name, options.angle));

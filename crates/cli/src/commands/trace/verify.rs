@@ -14,8 +14,8 @@ const TIGHTER: f64 = 1e-3;
 /// The numerical error beside what it has to be small against.
 pub struct NumericalError {
     tolerance: f64,
-    /// Sampled currents compared, and the largest difference in A.
-    samples: usize,
+    /// The samples in both runs, and the largest difference of their currents in A.
+    samples: Vec<Pair>,
     current: f64,
     /// Difference of the axes in degrees, and of the polarity margins in A, if both runs have them.
     angle: Option<f64>,
@@ -25,11 +25,21 @@ pub struct NumericalError {
     noise: f64,
 }
 
+/// One sample in both runs: when, and phase currents in A.
+struct Pair {
+    time: f64,
+    usual: [f64; 3],
+    tight: [f64; 3],
+}
+
+/// A run and its samples: when, and phase currents in A.
+type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
+
 /// Runs the detection at the scenario's tolerance and at a tighter one, both with the same draws.
 ///
 /// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
 pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalError, SettingsError> {
-    let attempt = |tolerance: Tolerance| -> Result<(Run<f64>, Vec<[f64; 3]>), SettingsError> {
+    let attempt = |tolerance: Tolerance| -> Result<Attempt, SettingsError> {
         let mut case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: 0 });
         case.tolerance = tolerance;
         case.sensors.settings.adc = None;
@@ -37,8 +47,8 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
         // Of the trace only the samples are wanted.
         let mut trace = Trace::new(f64::INFINITY);
         let run = run(&case, &mut LineInductance::new(scenario.detector)?, false, &mut trace);
-        let samples = trace.events.iter().filter_map(|(_, event)| match event {
-            Event::Sample(current, _) => Some(*current),
+        let samples = trace.events.iter().filter_map(|(time, event)| match event {
+            Event::Sample(current, _) => Some((*time, *current)),
             _ => None,
         });
         Ok((run, samples.collect()))
@@ -46,7 +56,10 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
     let usual = scenario.tolerance;
     let (run, samples) = attempt(usual)?;
     let (tight_run, tight) = attempt(Tolerance { flux: usual.flux * TIGHTER })?;
-    let pairs = samples.iter().flatten().zip(tight.iter().flatten());
+    let pair = |((time, usual), (_, tight))| Pair { time, usual, tight };
+    let samples: Vec<Pair> = samples.into_iter().zip(tight).map(pair).collect();
+    let errors = samples.iter().flat_map(Pair::error);
+    let current = errors.map(f64::abs).fold(0.0, f64::max);
     let margin = |run: &Run<f64>| match run.ended {
         Ended::Outcome(Outcome::Found { findings, .. } | Outcome::Axis { findings, .. }) => {
             findings.polarity.map(|polarity| polarity.margin())
@@ -57,8 +70,8 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
     let both = |a: Option<f64>, b: Option<f64>| a.zip(b).map(|(a, b)| (a - b).abs());
     Ok(NumericalError {
         tolerance: usual.flux,
-        samples: samples.len().min(tight.len()),
-        current: pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
+        samples,
+        current,
         angle: both(axis(&run), axis(&tight_run)),
         margin: both(margin(&run), margin(&tight_run)),
         polarity_margin: margin(&run),
@@ -66,15 +79,31 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
     })
 }
 
+impl Pair {
+    fn error(&self) -> [f64; 3] {
+        std::array::from_fn(|k| self.usual[k] - self.tight[k])
+    }
+}
+
 impl NumericalError {
+    /// Each sample with the numerical error of its currents.
+    pub fn csv(&self) -> String {
+        let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,error_a_A,error_b_A,error_c_A\n");
+        for pair in &self.samples {
+            let ([a, b, c], [ea, eb, ec]) = (pair.usual, pair.error());
+            let _ = writeln!(text, "{:.9},{a:.9},{b:.9},{c:.9},{ea:.2e},{eb:.2e},{ec:.2e}", pair.time);
+        }
+        text
+    }
+
     pub fn text(&self) -> String {
         let mut text = format!(
             "numerical error at a tolerance of {:.0e} Wb, against one {:.0} times tighter, without converters:\n  \
-             sampled currents {:.1e} A at most ({} samples), where the sensors' noise is {:.1e} A\n",
+             sampled currents {:.1e} A at most ({} samples, each in verify.csv), where the sensors' noise is {:.1e} A\n",
             self.tolerance,
             1.0 / TIGHTER,
             self.current,
-            self.samples,
+            self.samples.len(),
             self.noise,
         );
         if let Some((error, margin)) = self.margin.zip(self.polarity_margin) {
@@ -92,7 +121,7 @@ impl NumericalError {
     pub fn json(&self) -> serde_json::Value {
         json!({
             "tolerance_Wb": self.tolerance,
-            "samples": self.samples,
+            "samples": self.samples.len(),
             "current_A": self.current,
             "polarity_margin_A": self.margin,
             "axis_deg": self.angle,
