@@ -1,0 +1,109 @@
+//! Flux maps on the command line.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use crate::{folder, mistake, names, standstill};
+
+/// A map of a motor that saturates and couples its axes, with a curl.
+fn write_map(path: &Path) {
+    let mut text = String::from("i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n");
+    for d in -12..=12 {
+        for q in -12..=12 {
+            let (d, q) = (f64::from(d), f64::from(q));
+            let psi_d = 0.45 + 0.0106 * d - 2e-5 * d * d - 5e-5 * q * q + 1e-5 * q;
+            let psi_q = 0.0169 * q - 1e-4 * d * q;
+            let _ = writeln!(text, "{d},{q},{psi_d:.9},{psi_q:.9}");
+        }
+    }
+    fs::write(path, text).expect("written");
+}
+
+#[test]
+fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
+    let folder = folder();
+    let at = folder.path();
+    write_map(&at.join("map.csv"));
+    let arguments = ["magnetics", "map.csv", "--pole-pairs", "4", "--resistance", "1.2"];
+    let output = standstill(&[&arguments[..], &["--json"]].concat(), at);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(json["polarity_signature"], "normal");
+    assert_eq!(json["convex"], true);
+    let close = |key: &str, expected: f64| {
+        let got = json[key].as_f64().unwrap_or(f64::NAN);
+        assert!((got / expected - 1.0).abs() < 1e-3, "{key}: {got} {expected}");
+    };
+    close("l_d_mH", 10.6);
+    close("l_q_mH", 16.9);
+    close("open_circuit_flux_Wb", 0.45);
+    close("time_constant_d_ms", 10.6 / 1.2);
+    // A curl of 10 µH over the rms of the mean of both cross inductances, -1e-4 i_q + 5e-6.
+    let mean_square = 1e-8 * (2.0 * 650.0 / 25.0) + 25e-12;
+    close("reciprocity_error_rel", 1e-5 / f64::sqrt(mean_square));
+    assert!(json["map"]["projection_rms_Wb"].as_f64().expect("a number") < 1e-4);
+    let text =
+        String::from_utf8(standstill(&[&arguments[..], &["--out", "m"]].concat(), at).stdout).expect("text");
+    for part in ["625 points, 25 × 25 grid", "magnet along d", "nearest map with an energy", "L_d/R 8.833 ms"]
+    {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+
+    // The same map as the core of a data sheet.
+    let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"));
+    let sheet = sheet.expect("the data sheet");
+    let (head, rest) = sheet.split_once("[saturation]").expect("a table");
+    let rotor = &rest[rest.find("[rotor]").expect("a table")..];
+    let line = "file = { value = \"map.csv\", source = \"given\", reason = \"measured\" }";
+    fs::write(at.join("own.toml"), format!("{head}[map]\n{line}\n{rotor}")).expect("written");
+    let output =
+        standstill(&["trace", "--motor", "own.toml", "--angle", "40", "--decay", "fast", "--out", "t"], at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let result = fs::read_to_string(at.join("t/result.json")).expect("result.json");
+    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    assert!(result["error_deg"].as_f64().expect("an angle").abs() < 4.0, "{result}");
+    let message = mistake(&["reproduce", "--motor", "own.toml", "--magnet-temperature", "1000"], at);
+    assert!(message.contains("'1000'") && message.contains("-60 to 300"), "{message}");
+}
+
+#[test]
+fn what_is_wrong_with_a_map_is_named() {
+    let folder = folder();
+    let at = folder.path();
+    write_map(&at.join("map.csv"));
+    let whole = fs::read_to_string(at.join("map.csv")).expect("the map");
+    let lines: Vec<&str> = whole.lines().collect();
+    let write = |name: &str, lines: Vec<String>| fs::write(at.join(name), lines.join("\n")).expect("written");
+    let changed = |line: usize, to: &str| {
+        let mut all: Vec<String> = lines.iter().map(|line| (*line).to_owned()).collect();
+        to.clone_into(&mut all[line - 1]);
+        all
+    };
+    write("nan.csv", changed(7, "-12,-7,NaN,-0.1"));
+    write("column.csv", changed(1, "i_d_A,i_q_A,psi_d_Vs,psi_q_Wb"));
+    write("row.csv", lines[..26].iter().map(|line| (*line).to_owned()).collect());
+    write("falling.csv", changed(300, "-1,11,0.1,0.2"));
+    write("gap.csv", lines[..600].iter().map(|line| (*line).to_owned()).collect());
+    let before = names(at);
+    let cases: [(&[&str], &[&str]); 12] = [
+        (&["magnetics", "nan.csv"], &["nan.csv: line 7", "psi_d_Wb = `NaN`", "a finite number"]),
+        (&["magnetics", "column.csv"], &["column.csv: line 1", "no column `psi_d_Wb`", "psi_d_Vs"]),
+        (&["magnetics", "row.csv"], &["row.csv", "only 1 value(s) of i_d", "at least 3"]),
+        (&["magnetics", "falling.csv"], &["falling.csv: line 300", "psi_d = 0.1 Wb", "more flux along d"]),
+        (&["magnetics", "gap.csv"], &["gap.csv", "no point at i_d = 11 A, i_q = 12 A", "1 of the 24 × 25"]),
+        (&["magnetics", "none.csv"], &["none.csv", "No such file"]),
+        (&["magnetics", "map.csv", "--pole-pairs", "0"], &["'0'", "--pole-pairs", "1..=200"]),
+        (&["magnetics", "map.csv", "--resistance", "-1"], &["'-1'", "--resistance", "positive"]),
+        (&["magnetics", "map.csv", "--current", "40"], &["i_d from -12 to 12 A"]),
+        (&["magnetics", "paper-5k5", "--pole-pairs", "4"], &["--pole-pairs", "data sheet"]),
+        (&["trace", "--angle", "1", "--load", "heavy", "--out", "t"], &["'heavy'", "newton metres"]),
+        (&["trace", "--angle", "1", "--rotor", "loose", "--out", "t"], &["'loose'", "locked, free, brake"]),
+    ];
+    for (arguments, parts) in cases {
+        let message = mistake(arguments, at);
+        for part in parts {
+            assert!(message.contains(part), "{arguments:?} says: {message}");
+        }
+        assert_eq!(names(at), before, "{arguments:?} left something behind");
+    }
+}
