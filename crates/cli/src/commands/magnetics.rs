@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::json;
-use standstill_plant::{Core, FluxMap, MagneticCircuit, MapReport, MapSamples, PolaritySignature, Survey};
+use standstill_plant::{
+    Core, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, PolaritySignature, Survey,
+};
 
 use crate::Report;
 use crate::arguments::Magnetics;
@@ -99,6 +101,10 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     if let Some(map) = &subject.map {
         // Of the data, not of what was made of them.
         survey.reciprocity_error = map.reciprocity_error;
+        if map.axes == MapAxes::NoMagnet {
+            // Without a magnet the poles are alike; what differs is the map's noise.
+            survey.signature = PolaritySignature::None;
+        }
     }
     if options.json {
         return Ok(Report { text: format!("{:#}\n", json_of(&subject, &survey)), code: 0 });

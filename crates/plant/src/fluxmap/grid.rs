@@ -19,6 +19,10 @@ pub(super) struct Grid {
 /// Share of the largest flux below which one counts as none: the magnet of a reluctance motor, ψ_q on the d-axis.
 const NO_FLUX: f64 = 0.02;
 
+/// Values of each current that a map must have for its saturation to show, and may have.
+const LEAST_VALUES: usize = 5;
+const MOST_VALUES: usize = 500;
+
 /// Angle in degrees by which a magnet's flux may be off the axis of its map.
 const OFF_AXIS: f64 = 10.0;
 
@@ -50,7 +54,16 @@ impl Grid {
             let twins = twins.map(|p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
             points = twins.chain(points.iter().cloned()).collect();
         }
-        Ok((Self::rectangle(file, &points)?, axes, mirrored))
+        let grid = Self::rectangle(file, &points)?;
+        for (name, axis) in [("i_d", &grid.d), ("i_q", &grid.q)] {
+            if axis.len() < LEAST_VALUES {
+                let found = format!("only {} values of {name}", axis.len());
+                let needed =
+                    format!("at least {LEAST_VALUES} of each current, or the saturation cannot be told");
+                return Err(MapError::new(file, None, found, needed));
+            }
+        }
+        Ok((grid, axes, mirrored))
     }
 
     fn rectangle(file: &str, points: &[MapPoint]) -> Result<Self, MapError> {
@@ -64,6 +77,16 @@ impl Grid {
                 let found = format!("{name} from {} to {} A", axis[0], axis[axis.len() - 1]);
                 return Err(MapError::new(file, None, found, "a range that contains 0 A".to_owned()));
             }
+        }
+        // Before anything of that size is made: currents that only nearly repeat make a grid of their square.
+        if let Some((name, axis)) =
+            [("i_d", &d), ("i_q", &q)].into_iter().find(|(_, axis)| axis.len() > MOST_VALUES)
+        {
+            let found = format!("{} values of {name} in {} points", axis.len(), points.len());
+            let needed = format!(
+                "at most {MOST_VALUES} of each current, each repeated to 1e-6 of its range: a rectangular grid"
+            );
+            return Err(MapError::new(file, None, found, needed));
         }
         let mut places: Vec<Option<Place>> = vec![None; d.len() * q.len()];
         let (mut psi_d, mut psi_q) = (DMatrix::zeros(d.len(), q.len()), DMatrix::zeros(d.len(), q.len()));

@@ -158,6 +158,14 @@ fn regress_what_is_wrong_with_a_map_is_named() {
     assert!(falling.starts_with("map.csv: line 14") && falling.contains("more flux along d"), "{falling}");
     let row = error(&|points| points.truncate(5));
     assert!(row.contains("only 1 value(s) of i_d"), "{row}");
+    let few = error(&|points| points.retain(|p| [-8.0, 0.0, 8.0].contains(&p.i_d)));
+    assert!(few.contains("only 3 values of i_d") && few.contains("at least 5"), "{few}");
+    let scattered = error(&|points| {
+        for k in 0..600 {
+            points.push(MapPoint { i_d: 0.01 * f64::from(k) + 1e-3, ..points[12].clone() });
+        }
+    });
+    assert!(scattered.contains("at most 500"), "{scattered}");
     let shifted = error(&|points| points.iter_mut().for_each(|p| p.i_q += 20.0));
     assert!(shifted.contains("contains 0 A"), "{shifted}");
     let coupled = error(&|points| {
