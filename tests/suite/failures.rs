@@ -1,7 +1,7 @@
 //! The detector fails with a reason instead of guessing.
 
-use standstill_campaign::{ErrorSet, Scenario};
-use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SaliencySign};
+use standstill_campaign::{ErrorSet, Scenario, nameplate};
+use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
 use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
 use standstill_sim::{Arrangement, Ended, NoProbe, RotorState, RunError, run};
@@ -192,11 +192,7 @@ fn law_single_precision_gives_the_same_angle() {
     let scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
     let single = LineInductanceSettings::paper(
         Decay::Fast,
-        SaliencySign::Negative,
-        8.0_f32,
-        1.2,
-        scenario.drive.dead_time,
-        scenario.drive.carrier_period,
+        &nameplate(&scenario.motor, &scenario.drive).cast::<f32>(),
     );
     for trial in 0..20 {
         let case = scenario.case(trial);

@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::*;
-use standstill_detect::SettingsError;
+use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
 use crate::{Record, Scenario};
 
@@ -13,9 +13,9 @@ const BLOCK: u64 = 512;
 
 /// A number of trials of a scenario.
 #[derive(Clone, Debug)]
-pub struct Campaign<'a> {
+pub struct Campaign<'a, S = LineInductanceSettings<f64>> {
     /// What each trial is.
-    pub scenario: &'a Scenario,
+    pub scenario: &'a Scenario<S>,
     /// How many.
     pub trials: u64,
     /// Threads; none: as many as there are cores. The records do not depend on it.
@@ -42,7 +42,7 @@ impl fmt::Display for CampaignError {
 
 impl std::error::Error for CampaignError {}
 
-impl Campaign<'_> {
+impl<S: Settings<f64> + Sync> Campaign<'_, S> {
     /// Runs the trials and hands each record to `sink`, in the order of their numbers. Stops early, after a
     /// whole block, once `stop` is set; returns the number of trials done.
     pub fn run<E: From<CampaignError>>(

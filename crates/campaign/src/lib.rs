@@ -16,5 +16,5 @@ mod statistics;
 pub use campaign::{Campaign, CampaignError};
 pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};
-pub use scenario::{Scenario, Specimen};
+pub use scenario::{Scenario, Specimen, nameplate};
 pub use statistics::{Estimate, Statistics, Summary, binomial_interval};

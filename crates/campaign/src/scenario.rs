@@ -3,18 +3,20 @@
 use std::f64::consts::TAU;
 
 use rand::RngExt;
-use standstill_detect::{Decay, LineInductance, LineInductanceSettings, SaliencySign, SettingsError};
-use standstill_interface::{Detector, Nanos};
-use standstill_plant::Motor;
+use standstill_detect::{
+    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
+};
+use standstill_interface::Detector;
+use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
 };
 
 use crate::{DriveSettings, ErrorSet, Record};
 
-/// One motor, one kind of drive, one method.
+/// One motor, one kind of drive, one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Scenario {
+pub struct Scenario<S = LineInductanceSettings<f64>> {
     /// The motor.
     pub motor: Motor,
     /// Whether it can move. Where a brake lets it play, each trial stands somewhere else within the same play.
@@ -26,28 +28,11 @@ pub struct Scenario {
     /// Its sensors.
     pub sensors: SensorSettings,
     /// The method.
-    pub detector: LineInductanceSettings<f64>,
+    pub detector: S,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
     /// Key of all random numbers.
     pub seed: u64,
-}
-
-/// Pulses that raise as much of the rated current as the paper's do on its own motor: the paper leaves their choice
-/// to the motor (section 1.2) and prints 80 µs for its own, which is what this gives there.
-fn suit(detector: &mut LineInductanceSettings<f64>, motor: &Motor, dc_link: f64) {
-    // A fifth of the rated current into the mean line inductance, equation (4), in steps of 10 µs.
-    let line = 3.0 * motor.winding.mean_inductance + 2.0 * motor.winding.leakage;
-    let pulse = 0.2 * motor.rated_current * line / dc_link;
-    let steps = (pulse / 10e-6).round().clamp(2.0, 60.0);
-    detector.pulse = Nanos::from_seconds(steps * 10e-6);
-    // A vector of at most 0.3 of the link, which PWM can give in any direction, and at least as long as the paper's.
-    let duration = motor.winding.d_axis_inductance() * detector.polarity.current / (0.3 * dc_link);
-    let carrier = detector.polarity.carrier_period;
-    let least = detector.polarity.periods;
-    let periods = Nanos::from_seconds(duration).0.div_ceil(carrier.0.max(1));
-    detector.polarity.periods =
-        u16::try_from(periods).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20));
 }
 
 /// Which random numbers a case takes.
@@ -59,22 +44,81 @@ pub struct Specimen {
     pub noise: u64,
 }
 
-impl Scenario {
-    /// DC-link voltage in V where a motor names none: the paper's.
-    pub const DC_LINK: f64 = 550.0;
+/// DC-link voltage in V where a motor names none: the paper's.
+const DC_LINK: f64 = 550.0;
 
+/// Relative difference of the poles' currents below which no test should trust it: several times what sensors get wrong
+/// between two pulses.
+const LEAST_DIFFERENCE: f64 = 0.005;
+
+/// Which pole draws more current at this current, and by what share.
+fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
+    // A map may end before; then nothing is known and nothing is claimed.
+    let point: Result<PolarityPoint, NoConvergence> = PolarityPoint::of(&motor.magnetics, current);
+    let difference = point.map_or(0.0, |point| point.difference());
+    let signature = match motor.magnet_flux {
+        0.0 => Signature::None,
+        _ if difference > LEAST_DIFFERENCE => Signature::Normal,
+        _ if difference < -LEAST_DIFFERENCE => Signature::Inverted,
+        _ => Signature::None,
+    };
+    (signature, difference)
+}
+
+/// What the drive knows of this motor and of itself: values of the data sheets.
+pub fn nameplate(motor: &Motor, drive: &DriveSettings) -> Nameplate<f64> {
+    let devices = drive.bridge.devices;
+    // The polarity test goes 2 % beyond the rated current; a map may not cover that.
+    let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
+    let (pulse_signature, _) = signature(motor, 0.5 * motor.rated_current);
+    Nameplate {
+        rated_current: motor.rated_current,
+        resistance: motor.resistance,
+        d_axis_inductance: motor.winding.d_axis_inductance(),
+        q_axis_inductance: motor.winding.q_axis_inductance(),
+        magnet_flux: motor.magnet_flux,
+        signature: signature_at_rated,
+        pulse_signature,
+        polarity_difference,
+        dc_link: drive.link.voltage,
+        dead_time: drive.dead_time,
+        carrier_period: drive.carrier_period,
+        switch_drop: [devices.switch_drop, devices.switch_resistance],
+        diode_drop: [devices.diode_drop, devices.diode_resistance],
+    }
+}
+
+impl Scenario {
     /// The paper's method, told the sign of the motor's saliency, on this motor, its DC link and one of the error sets.
     pub fn paper(motor: Motor, errors: ErrorSet, decay: Decay, rotor: RotorState, seed: u64) -> Self {
-        let drive = errors.drive(motor.dc_link.unwrap_or(Self::DC_LINK));
-        let mut detector = LineInductanceSettings::paper(
-            decay,
-            if motor.winding.saliency > 0.0 { SaliencySign::Positive } else { SaliencySign::Negative },
-            motor.rated_current,
-            motor.resistance,
-            drive.dead_time,
-            drive.carrier_period,
-        );
-        suit(&mut detector, &motor, drive.link.voltage);
+        Scenario::new(motor, errors, rotor, seed, |drive| LineInductanceSettings::paper(decay, drive))
+    }
+}
+
+impl Scenario<Method<f64>> {
+    /// A method as it is set up for this motor, its DC link and one of the error sets.
+    pub fn of_method(
+        method: MethodName,
+        motor: Motor,
+        errors: ErrorSet,
+        rotor: RotorState,
+        seed: u64,
+    ) -> Self {
+        Scenario::new(motor, errors, rotor, seed, |drive| Method::suited(method, drive))
+    }
+}
+
+impl<S: Settings<f64>> Scenario<S> {
+    /// A method on this motor, its DC link and one of the error sets; its settings follow from what the drive knows.
+    pub fn new(
+        motor: Motor,
+        errors: ErrorSet,
+        rotor: RotorState,
+        seed: u64,
+        settings: impl FnOnce(&Nameplate<f64>) -> S,
+    ) -> Self {
+        let drive = errors.drive(motor.dc_link.unwrap_or(DC_LINK));
+        let detector = settings(&nameplate(&motor, &drive));
         Self {
             motor,
             rotor,
@@ -89,11 +133,11 @@ impl Scenario {
 
     /// Whether the detector's settings can work.
     pub fn check(&self) -> Result<(), SettingsError> {
-        if self.detector.polarity.carrier_period != self.drive.carrier_period {
+        if self.detector.carrier_period().is_some_and(|period| period != self.drive.carrier_period) {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });
         }
-        LineInductance::new(self.detector).map(|_| ())
+        self.detector.detector().map(|_| ())
     }
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
@@ -142,7 +186,7 @@ impl Scenario {
 
     /// A trial with the scenario's own detector.
     pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
-        Ok(self.trial_with(trial, &mut LineInductance::new(self.detector)?))
+        Ok(self.trial_with(trial, &mut self.detector.detector()?))
     }
 
     /// A trial with any detector.

@@ -5,14 +5,37 @@
 //! (article 1673-6540(2019)06-0102-04).
 #![no_std]
 
+mod alignment;
+mod bipolar;
+mod injection;
+mod likelihood;
 mod line_inductance;
 mod lines;
+mod maximum_likelihood;
+mod method;
+mod modulation;
+mod nameplate;
 mod polarity;
+mod pulsating;
+mod rotating;
 mod settings;
 mod settle;
+mod subdivision;
+mod train;
 
+pub use alignment::{Alignment, AlignmentSettings};
+pub use bipolar::{Bipolar, BipolarSettings};
+pub use injection::InjectionSettings;
 pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use lines::{Interval, Saliency, SaliencySign, line_impedance};
-pub use polarity::PolaritySettings;
-pub use settings::{Decay, SettingsError};
+pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
+pub use method::{AnyDetector, Method, MethodName};
+pub use modulation::ModulationSettings;
+pub use nameplate::Nameplate;
+pub use polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettings, Signature};
+pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
+pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use settings::{Decay, Settings, SettingsError};
 pub use settle::SettleSettings;
+pub use subdivision::{Subdivision, SubdivisionSettings};
+pub use train::PulseTrainSettings;

@@ -10,14 +10,14 @@
 //! its end and i3 in the decay give R and L of the line by equation (10).
 
 use standstill_interface::{
-    Abc, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Polarity, Reading, Real, Sampling,
-    Stage, Step, Undetermined,
+    Abc, Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Real, Sampling, Stage, Step,
 };
 
 use crate::lines::{Interval, Saliency, SaliencySign, line_impedance};
-use crate::polarity::PolaritySettings;
-use crate::settings::{Decay, SettingsError, require, require_positive};
-use crate::settle::{Noise, SettleSettings, link, seen};
+use crate::nameplate::Nameplate;
+use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, Signature};
+use crate::settings::{Decay, Settings, SettingsError, require, require_positive};
+use crate::settle::{SettleSettings, Settler, link, seen};
 
 /// Settings of the paper's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,42 +49,32 @@ pub struct LineInductanceSettings<T> {
 }
 
 impl<T: Real> LineInductanceSettings<T> {
-    /// The paper's settings (section 2: pulses of 80 µs every 2.4 ms, three a line, vectors near rated current)
-    /// for a motor with this saliency, rated current in A and phase resistance in Ω, on a drive with this
-    /// dead time and carrier period. What the paper does not print is chosen here: vectors of 1 ms, 2 % above
-    /// the rated current, the mean of Table 2.
-    pub fn paper(
-        decay: Decay,
-        saliency: SaliencySign,
-        rated_current: T,
-        resistance: T,
-        dead_time: Nanos,
-        carrier_period: Nanos,
-    ) -> Self {
+    /// The paper's settings (section 2: pulses of 80 µs every 2.4 ms, three a line, vectors near rated current). What the
+    /// paper does not print is chosen here: vectors of 1 ms, 2 % above the rated current, the mean of Table 2; and on
+    /// other motors pulses that raise as much of the rated current as 80 µs do on the paper's, and vectors long enough
+    /// for the link. As in the paper the larger current is taken for north.
+    pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
         Self {
-            pulse: Nanos::from_micros(80),
+            // A fifth of the rated current into the mean line inductance, equation (4).
+            pulse: drive.line_pulse(T::of(0.2)),
             period: Nanos::from_micros(2400),
             pulses: 3,
             decay,
             sample_lead: Nanos::ZERO,
-            dead_time,
-            saliency,
-            least_current: rated_current * T::of(0.02),
+            dead_time: drive.dead_time,
+            saliency: drive.saliency(),
+            least_current: drive.rated_current * T::of(0.02),
             least_saliency: T::of(0.05),
             settle: SettleSettings {
                 wait: Nanos::from_micros(500),
-                threshold: rated_current * T::of(0.025),
+                threshold: drive.rated_current * T::of(0.025),
                 attempts: 400,
             },
-            polarity: PolaritySettings {
-                carrier_period,
-                // A millisecond, in whole periods.
-                periods: u16::try_from((1_000_000 / carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX),
-                current: rated_current * T::of(1.02),
-                resistance,
-                dead_time,
-                least_margin: rated_current * T::of(0.01),
-            },
+            polarity: PolaritySettings::near_rated_current(
+                drive,
+                Signature::Normal,
+                PolarityRule::TwoVectors,
+            ),
         }
     }
 
@@ -122,37 +112,26 @@ const LONGEST: Nanos = Nanos(60_000_000_000);
 const LINES: [(Phase, Phase); 3] = [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
 
 /// What the last command was, and so what its readings mean.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
     Start,
-    Settling { waits: u16, released: bool, next: Action },
+    Settling { line: usize, pulse: u8 },
     Pulsing { line: usize, pulse: u8 },
-    Pushing { against: bool },
-}
-
-/// What comes after the current is gone.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Action {
-    Pulse { line: usize, pulse: u8 },
-    Push { against: bool },
-    Answer,
+    Testing(PolarityTest<T>),
 }
 
 /// The paper's detector.
 #[derive(Clone, Debug)]
 pub struct LineInductance<T> {
     settings: LineInductanceSettings<T>,
-    state: State,
+    state: State<T>,
+    settler: Settler<T>,
     /// i1 of the next pulse in A.
     initial: Abc<T>,
-    /// Last DC-link reading in V.
-    dc_link: T,
     /// Sums over the pulses of each line.
     inductance: Abc<T>,
     resistance: Abc<T>,
-    axis: Angle<T>,
-    along: T,
-    noise: Noise<T>,
     findings: Findings<T>,
 }
 
@@ -167,43 +146,23 @@ impl<T: Real> LineInductance<T> {
         Ok(Self {
             settings,
             state: State::Start,
+            settler: Settler::new(settings.settle, settings.decay == Decay::Fast),
             initial: zero,
-            dc_link: T::zero(),
             inductance: zero,
             resistance: zero,
-            axis: Angle::from_radians(T::zero()),
-            along: T::zero(),
-            noise: Noise::new(),
             findings: Findings::default(),
         })
     }
 
     /// Begins to wait for the current of a pulse to be gone.
-    fn settle(&mut self, next: Action) -> Command<T> {
-        self.wait(1, self.settings.decay == Decay::Fast, next)
+    fn settle(&mut self, line: usize, pulse: u8) -> Step<T> {
+        self.state = State::Settling { line, pulse };
+        Step::Drive(self.settler.begin())
     }
 
-    fn wait(&mut self, waits: u16, released: bool, next: Action) -> Command<T> {
-        self.state = State::Settling { waits, released, next };
-        self.settings.settle.command(released)
-    }
-
-    fn act(&mut self, action: Action) -> Step<T> {
-        Step::Drive(match action {
-            Action::Answer => return Step::Done(self.answer()),
-            Action::Pulse { line, pulse } => {
-                self.state = State::Pulsing { line, pulse };
-                self.pulse(line)
-            }
-            Action::Push { against } => {
-                self.state = State::Pushing { against };
-                let saliency = self.findings.saliency.unwrap_or_else(T::zero);
-                let mean = self.findings.mean_inductance.unwrap_or_else(T::zero);
-                let amplitude = self.settings.polarity.amplitude(T::of(1.5) * (mean + saliency));
-                let angle = if against { self.axis.opposite() } else { self.axis };
-                self.settings.polarity.command(angle, amplitude, self.dc_link)
-            }
-        })
+    fn begin_pulse(&mut self, line: usize, pulse: u8) -> Step<T> {
+        self.state = State::Pulsing { line, pulse };
+        Step::Drive(self.pulse(line))
     }
 
     fn pulse(&self, line: usize) -> Command<T> {
@@ -216,27 +175,6 @@ impl<T: Real> LineInductance<T> {
         };
         let sampling = Sampling::twice(s.pulse - s.sample_lead, s.third_sample());
         Command::sequence(Stage::line(first, second, s.pulse), decay, sampling)
-    }
-
-    /// After a wait: the next action, another wait, or the end.
-    fn settled(
-        &mut self,
-        waits: u16,
-        released: bool,
-        next: Action,
-        readings: &[Reading<T>],
-    ) -> Result<Step<T>, Fault<T>> {
-        match self.settings.settle.judge(readings)? {
-            Ok(residual) if released => {
-                self.initial = residual;
-                self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
-                self.noise.add(readings);
-                Ok(self.act(next))
-            }
-            Ok(_) => Ok(Step::Drive(self.wait(1, true, next))),
-            Err(current) if waits >= self.settings.settle.attempts => Err(Fault::CurrentPersists(current)),
-            Err(_) => Ok(Step::Drive(self.wait(waits + 1, released, next))),
-        }
     }
 
     /// After a pulse: its R and L, then the next pulse, or the axis and the first vector.
@@ -279,22 +217,26 @@ impl<T: Real> LineInductance<T> {
         self.initial = third.current;
 
         let next = pulse + 1;
-        if next < s.pulses {
-            let action = Action::Pulse { line, pulse: next };
-            Ok(match s.decay {
-                Decay::Slow => self.act(action),
-                Decay::Fast => Step::Drive(self.settle(action)),
-            })
+        Ok(if next < s.pulses {
+            match s.decay {
+                Decay::Slow => self.begin_pulse(line, next),
+                Decay::Fast => self.settle(line, next),
+            }
         } else if line + 1 < LINES.len() {
-            Ok(Step::Drive(self.settle(Action::Pulse { line: line + 1, pulse: 0 })))
+            self.settle(line + 1, 0)
         } else {
-            self.find_axis()?;
-            Ok(Step::Drive(self.settle(Action::Push { against: false })))
-        }
+            let axis = self.find_axis()?;
+            let d_axis_inductance = T::of(1.5) * (axis.mean + axis.amplitude);
+            let mut test =
+                PolarityTest::new(self.settings.polarity, self.settler, axis.axis, d_axis_inductance);
+            let wait = test.begin();
+            self.state = State::Testing(test);
+            Step::Drive(wait)
+        })
     }
 
     /// Equations (5)–(7).
-    fn find_axis(&mut self) -> Result<(), Fault<T>> {
+    fn find_axis(&mut self) -> Result<Saliency<T>, Fault<T>> {
         let count = T::of(f64::from(self.settings.pulses));
         let lines = self.inductance.map(|sum| sum / count);
         let saliency = Saliency::from_lines(lines, self.settings.saliency);
@@ -302,55 +244,48 @@ impl<T: Real> LineInductance<T> {
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);
-        self.axis = saliency.axis;
         let (ratio, needed) = (saliency.ratio(), self.settings.least_saliency);
-        if ratio >= needed { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
+        if ratio >= needed { Ok(saliency) } else { Err(Fault::NoSaliency { ratio, needed }) }
     }
 
-    /// After a vector: the other one, or the answer once the current is gone.
-    fn pushed(&mut self, against: bool, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
-        let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
-        for phase in Phase::ALL {
-            seen(reading, phase)?;
-        }
-        let angle = if against { self.axis.opposite() } else { self.axis };
-        let current = PolaritySettings::direct_current(reading.current, angle);
-        if current < self.settings.least_current {
-            return Err(Fault::NoCurrent { peak: current, needed: self.settings.least_current });
-        }
-        if !against {
-            self.along = current;
-            return Ok(self.settle(Action::Push { against: true }));
-        }
-        self.findings.polarity = Some(Polarity { along: self.along, against: current });
-        Ok(self.settle(Action::Answer))
-    }
-
-    /// The larger i_d points north.
-    fn answer(&self) -> Outcome<T> {
-        let findings = self.findings;
-        let (along, against) = findings.polarity.map_or((T::zero(), T::zero()), |p| (p.along, p.against));
-        let margin = (along - against).abs();
-        let needed = self.settings.polarity.needed_margin(self.noise.deviation());
-        if margin >= needed {
-            let angle = if along > against { self.axis } else { self.axis.opposite() };
-            Outcome::Found { angle, findings }
-        } else {
-            let reason = Undetermined::MarginBelowNoise { margin, needed };
-            Outcome::Axis { angle: self.axis, reason, findings }
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        match &mut self.state {
+            State::Start => Ok(self.settle(0, 0)),
+            State::Settling { line, pulse } => {
+                let (line, pulse) = (*line, *pulse);
+                if let Some(wait) = self.settler.step(readings)? {
+                    return Ok(Step::Drive(wait));
+                }
+                self.initial = self.settler.residual;
+                Ok(self.begin_pulse(line, pulse))
+            }
+            State::Pulsing { line, pulse } => {
+                let (line, pulse) = (*line, *pulse);
+                self.pulsed(line, pulse, readings)
+            }
+            State::Testing(test) => Ok(match test.step(readings)? {
+                PolarityStep::Drive(command) => Step::Drive(command),
+                PolarityStep::Decided(pole) => Step::Done(pole.outcome(self.findings)),
+            }),
         }
     }
 }
 
 impl<T: Real> Detector<T> for LineInductance<T> {
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
-        let step = match self.state {
-            // Whatever flows before the first command has no zero vector to keep it going.
-            State::Start => Ok(Step::Drive(self.wait(1, true, Action::Pulse { line: 0, pulse: 0 }))),
-            State::Settling { waits, released, next } => self.settled(waits, released, next, readings),
-            State::Pulsing { line, pulse } => self.pulsed(line, pulse, readings),
-            State::Pushing { against } => self.pushed(against, readings).map(Step::Drive),
-        };
+        let step = self.next(readings);
         step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: self.findings }))
+    }
+}
+
+impl<T: Real> Settings<T> for LineInductanceSettings<T> {
+    type Detector = LineInductance<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        LineInductance::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.polarity.carrier_period)
     }
 }

@@ -1,6 +1,6 @@
 //! Line inductances: from three samples of a pulse to R and L, from three lines to the rotor's axis.
 
-use standstill_interface::{Abc, Angle, Real};
+use standstill_interface::{Abc, AlphaBeta, Angle, Real};
 
 /// One interval of equation (10): a mean voltage, and the currents at both ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,6 +36,14 @@ pub fn line_impedance<T: Real>(first: Interval<T>, second: Interval<T>) -> Optio
     let resistance = (first.voltage * b2 - second.voltage * b1) / determinant;
     let inductance = (second.voltage * a1 - first.voltage * a2) / determinant;
     (resistance.is_finite() && inductance.is_finite()).then_some((resistance, inductance))
+}
+
+/// Directions of the current vectors that lines AB, BC and CA carry: −30°, 90° and 210°.
+pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
+    [-30.0, 90.0, 210.0].map(|degrees| {
+        let (sin, cos) = T::of(degrees).to_radians().sin_cos();
+        AlphaBeta::new(cos, sin)
+    })
 }
 
 /// The sign of L_B: a property of the motor.
@@ -78,6 +86,22 @@ impl<T: Real> Saliency<T> {
         }
     }
 
+    /// ∂θ/∂L of the three lines in rad/H, equation (7) differentiated.
+    pub(crate) fn slopes(&self, sign: SaliencySign) -> [T; 3] {
+        let twice = self.axis.radians() * T::of(2.0);
+        let sign = match sign {
+            SaliencySign::Positive => T::one(),
+            SaliencySign::Negative => -T::one(),
+        };
+        let amplitude = self.amplitude.abs();
+        let root = T::of(3.0).sqrt();
+        let (sin, cos) = twice.sin_cos();
+        // d(2θ) = (cos 2θ d(sine) − sin 2θ d(cosine)) / |L_B|.
+        [(1.0, -1.0), (-2.0, 0.0), (1.0, 1.0)].map(|(cosine, sine)| {
+            sign * (cos * root * T::of(sine) - sin * T::of(cosine)) / (T::of(18.0) * amplitude)
+        })
+    }
+
     /// |L_B| / L_A.
     pub fn ratio(&self) -> T {
         (self.amplitude / self.mean).abs()
@@ -118,6 +142,24 @@ mod tests {
         assert!((2.0 * saliency.axis.degrees() - 83.8_f64).abs() < 0.05);
         let single = Saliency::from_lines(Abc::new(33.6_f32, 27.6, 18.8), SaliencySign::Negative);
         assert!((saliency.axis.degrees() - f64::from(single.axis.degrees())).abs() < 1e-5);
+    }
+
+    #[test]
+    fn analytic_slopes_of_the_angle_are_differences() {
+        for sign in [SaliencySign::Negative, SaliencySign::Positive] {
+            for degree in [10.0, 100.0, 215.0, 300.0_f64] {
+                let line = |shift: f64| 27.6e-3 + 6.3e-3 * (degree.to_radians() + shift).cos();
+                let lines = [line(-2.1), line(0.0), line(2.1)];
+                let saliency = Saliency::from_lines(Abc(lines), sign);
+                for (k, slope) in saliency.slopes(sign).into_iter().enumerate() {
+                    let mut moved = lines;
+                    moved[k] += 1e-9;
+                    let angle = Saliency::from_lines(Abc(moved), sign).axis;
+                    let difference = angle.difference(saliency.axis) / 1e-9;
+                    assert!((difference - slope).abs() < 1e-4 * slope.abs().max(1.0), "{degree} {k}");
+                }
+            }
+        }
     }
 
     #[test]

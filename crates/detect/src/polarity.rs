@@ -1,12 +1,103 @@
-//! Which end of the axis is north: the two-vector test of the paper.
+//! Which end of the axis is north: voltage vectors along it and against it, from rest each time.
 //!
 //! A voltage vector along the magnet drives the core further into saturation, one against it brings it out; so
-//! the first raises the larger current. Both are near the rated current, where the difference is largest. They
-//! lie on the d-axis and make no torque.
+//! the first raises the larger current, or in motors with iron bridges the smaller one: that is the motor's
+//! [`Signature`]. Both are near the rated current, where the difference is largest. They lie on the d-axis and make no
+//! torque.
+//!
+//! ```text
+//!   two vectors (the paper):  wait ─► along ─► wait ─► against ─► wait ─► the larger current
+//!   sequential:               wait ─► along ─► wait ─► against ─► wait ─► against ─► wait ─► along ─► … until certain
+//! ```
+//! Order ABBA: what drifts linearly in time does not tell the poles apart.
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Nanos, Real, Sampling, Stage};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Outcome, Polarity, Reading, Real, Sampling,
+    Stage, Undetermined,
+};
 
+use crate::nameplate::Nameplate;
 use crate::settings::{SettingsError, require, require_positive};
+use crate::settle::{Settler, all_seen, link};
+
+/// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
+/// magnetics, and the one thing about the poles that no measurement at standstill can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signature {
+    /// The one towards north.
+    Normal,
+    /// The one towards south.
+    Inverted,
+    /// Neither, or it depends on the current: no pole is named.
+    None,
+}
+
+/// When the pole is certain enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PolarityRule<T> {
+    /// After one vector each way, as in the paper: the larger current decides if the difference exceeds the noise.
+    TwoVectors,
+    /// After as many as it takes.
+    Sequential(SequentialSettings<T>),
+}
+
+/// Settings of the sequential test.
+///
+/// Each pair of vectors gives the relative difference of the two responses, `S = (i₊/U₊ − i₋/U₋) / mean`. With its
+/// mean S̄ over n pairs and the variance `v = σ²/n + floor²` of that mean, the test stops when both
+/// ```text
+/// 2 Δ₀ |S̄| / v ≥ ln((1 − α)/α)      Wald: a difference of +Δ₀ against one of −Δ₀
+/// S̄² / v ≥ 2 ln(1/(2α))             a difference against none; Q(z) ≤ exp(−z²/2)/2
+/// ```
+/// hold. The second keeps a motor without any difference from being given a pole by what the sensors get wrong.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SequentialSettings<T> {
+    /// α: probability of a wrong pole that is allowed.
+    pub error: T,
+    /// Δ₀: relative difference of the currents that the motor shows at least.
+    pub effect: T,
+    /// Standard deviation of what repetition does not reveal, relative: the DC link between the pulses, residual
+    /// currents.
+    pub floor: T,
+    /// Pairs of vectors after which the answer is "undetermined".
+    pub most_pairs: u8,
+}
+
+impl<T: Real> SequentialSettings<T> {
+    /// For a motor whose currents differ by this share: the effect is half of it, the probability of a wrong pole one
+    /// in a million.
+    pub fn new(difference: T) -> Self {
+        Self {
+            error: T::of(1e-6),
+            effect: (difference.abs() / T::of(2.0)).max(T::of(1e-3)),
+            floor: T::of(0.003),
+            most_pairs: 8,
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require(
+            self.error > T::zero() && self.error < T::of(0.5),
+            "polarity.error",
+            "a probability above 0 and below 0.5",
+        )?;
+        require_positive(self.effect, "polarity.effect")?;
+        require_positive(self.floor, "polarity.floor")?;
+        require(self.most_pairs >= 2, "polarity.most_pairs", "at least 2")
+    }
+
+    /// The probability of a wrong pole when the differences have this mean and this variance of the mean.
+    fn error_of(&self, mean: T, variance: T) -> T {
+        let one = T::one();
+        let wald = one / (one + (T::of(2.0) * self.effect * mean.abs() / variance).exp());
+        wald.max(tail(mean * mean / variance))
+    }
+}
+
+/// An upper bound of the normal distribution's tail beyond z, from z²: `exp(−z²/2)/2`.
+pub(crate) fn tail<T: Real>(z_squared: T) -> T {
+    (-z_squared / T::of(2.0)).exp() / T::of(2.0)
+}
 
 /// Settings of the polarity test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,11 +112,39 @@ pub struct PolaritySettings<T> {
     pub resistance: T,
     /// Dead time of the drive, for its compensation. Zero: none.
     pub dead_time: Nanos,
-    /// Difference of the two currents in A below which no pole is named, however quiet the sensors are.
+    /// Current in A that a vector must at least raise.
+    pub least_current: T,
+    /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
     pub least_margin: T,
+    /// What the motor's answer means.
+    pub signature: Signature,
+    /// When to stop.
+    pub rule: PolarityRule<T>,
 }
 
 impl<T: Real> PolaritySettings<T> {
+    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of at least 1 ms, and so long that at most
+    /// 0.3 of the link is needed, which PWM can give in any direction.
+    pub fn near_rated_current(drive: &Nameplate<T>, signature: Signature, rule: PolarityRule<T>) -> Self {
+        let carrier_period = drive.carrier_period;
+        let current = drive.rated_current * T::of(1.02);
+        // A millisecond, in whole periods.
+        let least = u16::try_from((1_000_000 / carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
+        let duration = drive.d_axis_inductance * current / (T::of(0.3) * drive.dc_link);
+        let needed = Nanos::from_seconds(duration.to_double()).0.div_ceil(carrier_period.0.max(1));
+        Self {
+            carrier_period,
+            periods: u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20)),
+            current,
+            resistance: drive.resistance,
+            dead_time: drive.dead_time,
+            least_current: drive.rated_current * T::of(0.02),
+            least_margin: drive.rated_current * T::of(0.01),
+            signature,
+            rule,
+        }
+    }
+
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require(self.carrier_period > Nanos::ZERO, "polarity.carrier_period", "positive")?;
         require(self.periods > 0, "polarity.periods", "at least 1")?;
@@ -38,7 +157,12 @@ impl<T: Real> PolaritySettings<T> {
             "polarity.dead_time",
             "less than a quarter of the carrier period",
         )?;
-        require(self.least_margin >= T::zero(), "polarity.least_margin", "zero or more")
+        require_positive(self.least_current, "polarity.least_current")?;
+        require(self.least_margin >= T::zero(), "polarity.least_margin", "zero or more")?;
+        match &self.rule {
+            PolarityRule::TwoVectors => Ok(()),
+            PolarityRule::Sequential(settings) => settings.check(),
+        }
     }
 
     /// The difference in A that a pole needs when a reading's noise has this standard deviation in A.
@@ -50,7 +174,8 @@ impl<T: Real> PolaritySettings<T> {
         self.least_margin.max(T::of(4.0) * T::of(4.0 / 3.0).sqrt() * noise)
     }
 
-    fn duration(&self) -> Nanos {
+    /// Length of one vector.
+    pub fn duration(&self) -> Nanos {
         self.carrier_period * u64::from(self.periods)
     }
 
@@ -60,7 +185,8 @@ impl<T: Real> PolaritySettings<T> {
         self.current * (d_axis_inductance / duration + self.resistance / T::of(2.0))
     }
 
-    /// The vector at `angle`, by PWM on all three legs, sampled once at its end; `dc_link` in V.
+    /// The vector at `angle`, by PWM on all three legs; `dc_link` in V. Sampled at its end; for the sequential test at
+    /// the end of each carrier period, to know the mean of the DC link.
     ///
     /// The dead time takes from each leg a share of the period in the direction of its current, which is the
     /// direction of its voltage here. Near zero the direction is uncertain and the compensation fades out.
@@ -74,11 +200,272 @@ impl<T: Real> PolaritySettings<T> {
             Leg::Duty((half + share * amplitude / dc_link + sure * lost).max(T::zero()).min(T::one()))
         });
         let duration = self.duration();
-        Command::hold(Stage { legs, duration }, Sampling::once(duration))
+        let sampling = match self.rule {
+            PolarityRule::TwoVectors => Sampling::once(duration),
+            PolarityRule::Sequential(_) => Sampling {
+                first: self.carrier_period,
+                interval: self.carrier_period,
+                count: u32::from(self.periods),
+            },
+        };
+        Command::hold(Stage { legs, duration }, sampling)
     }
 
     /// i_d in A of phase currents, in the frame at `angle`.
     pub(crate) fn direct_current(current: Abc<T>, angle: Angle<T>) -> T {
         current.clarke().park(angle).d
+    }
+}
+
+/// What the test says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole<T> {
+    /// The north pole's electrical angle, or one end of the axis if there is a reason.
+    pub angle: Angle<T>,
+    /// Why the pole is undetermined; none: it is determined.
+    pub undetermined: Option<Undetermined<T>>,
+    /// The two currents compared: means over all pairs.
+    pub polarity: Option<Polarity<T>>,
+    /// Probability that the pole is wrong, where the rule knows it.
+    pub error: Option<T>,
+}
+
+impl<T: Real> Pole<T> {
+    /// The end of a detection that found this and, before, these.
+    pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
+        let findings =
+            Findings { polarity: self.polarity.or(findings.polarity), pole_error: self.error, ..findings };
+        match self.undetermined {
+            None => Outcome::Found { angle: self.angle, findings },
+            Some(reason) => Outcome::Axis { angle: self.angle, reason, findings },
+        }
+    }
+}
+
+/// What the test wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a step that is not carried out is lost"]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+pub(crate) enum PolarityStep<T> {
+    Drive(Command<T>),
+    Decided(Pole<T>),
+}
+
+/// What the last command was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Settling { last: bool },
+    Pushing,
+}
+
+/// The polarity test, once an axis is known.
+#[derive(Clone, Debug)]
+pub(crate) struct PolarityTest<T> {
+    settings: PolaritySettings<T>,
+    settler: Settler<T>,
+    state: State,
+    axis: Angle<T>,
+    amplitude: T,
+    /// Vectors given so far.
+    vectors: u8,
+    /// Responses in A and in A/V, north candidate first, of the pair in the making.
+    current: [T; 2],
+    response: [T; 2],
+    /// Sums over the pairs.
+    along: T,
+    against: T,
+    sum: T,
+    squares: T,
+}
+
+impl<T: Real> PolarityTest<T> {
+    /// A test that takes over after a method's own measurements; `settler` knows the noise from its waits.
+    pub fn new(
+        settings: PolaritySettings<T>,
+        settler: Settler<T>,
+        axis: Angle<T>,
+        d_axis_inductance: T,
+    ) -> Self {
+        let zero = T::zero();
+        Self {
+            settings,
+            settler,
+            state: State::Settling { last: false },
+            axis,
+            amplitude: settings.amplitude(d_axis_inductance),
+            vectors: 0,
+            current: [zero; 2],
+            response: [zero; 2],
+            along: zero,
+            against: zero,
+            sum: zero,
+            squares: zero,
+        }
+    }
+
+    /// The first step. Without a signature there is nothing to test, but the last current must be gone.
+    pub fn begin(&mut self) -> Command<T> {
+        self.wait(self.settings.signature == Signature::None)
+    }
+
+    fn wait(&mut self, last: bool) -> Command<T> {
+        self.state = State::Settling { last };
+        self.settler.begin()
+    }
+
+    /// Whether the next vector is the one against the axis: in the order ABBA.
+    fn against(&self) -> bool {
+        matches!(self.vectors % 4, 1 | 2)
+    }
+
+    fn direction(&self) -> Angle<T> {
+        if self.against() { self.axis.opposite() } else { self.axis }
+    }
+
+    pub fn step(&mut self, readings: &[Reading<T>]) -> Result<PolarityStep<T>, Fault<T>> {
+        Ok(match self.state {
+            State::Settling { last } => match self.settler.step(readings)? {
+                Some(wait) => PolarityStep::Drive(wait),
+                None if last => PolarityStep::Decided(self.answer()),
+                None => {
+                    self.state = State::Pushing;
+                    let (direction, amplitude) = (self.direction(), self.amplitude);
+                    PolarityStep::Drive(self.settings.command(direction, amplitude, self.settler.dc_link))
+                }
+            },
+            State::Pushing => {
+                self.pushed(readings)?;
+                let enough = self.vectors.is_multiple_of(2)
+                    && match self.settings.rule {
+                        PolarityRule::TwoVectors => true,
+                        PolarityRule::Sequential(sequential) => {
+                            self.pairs() >= sequential.most_pairs
+                                || self.pairs() >= 2 && self.error(&sequential) <= sequential.error
+                        }
+                    };
+                PolarityStep::Drive(self.wait(enough))
+            }
+        })
+    }
+
+    fn pairs(&self) -> u8 {
+        self.vectors / 2
+    }
+
+    fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
+        let seen = all_seen(last)?;
+        let direction = self.direction();
+        let slot = usize::from(self.against());
+        let sequential = matches!(self.settings.rule, PolarityRule::Sequential(_));
+        let expected = if sequential { usize::from(self.settings.periods) } else { 1 };
+        if readings.len() != expected {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let mut current = PolaritySettings::direct_current(seen, direction);
+        if sequential {
+            // What the sensors read without current is their offset.
+            current = current - PolaritySettings::direct_current(self.settler.residual, direction);
+        }
+        if current < self.settings.least_current {
+            return Err(Fault::NoCurrent { peak: current, needed: self.settings.least_current });
+        }
+        let mut volts = T::zero();
+        for reading in readings {
+            volts = volts + link(reading)?;
+        }
+        self.current[slot] = current;
+        self.response[slot] = current * T::of(readings.len() as f64) / volts;
+        self.vectors += 1;
+        if self.vectors.is_multiple_of(2) {
+            let [along, against] = self.response;
+            let difference = T::of(2.0) * (along - against) / (along + against);
+            self.sum = self.sum + difference;
+            self.squares = self.squares + difference * difference;
+            self.along = self.along + self.current[0];
+            self.against = self.against + self.current[1];
+        }
+        Ok(())
+    }
+
+    /// Mean of the relative differences, and the variance of that mean.
+    fn mean_and_variance(&self, floor: T) -> (T, T) {
+        let n = T::of(f64::from(self.pairs()));
+        let mean = self.sum / n;
+        // Never less than what the sensors' noise alone makes of it: two currents, their offsets removed.
+        let noise = self.settler.noise.deviation() * n * T::of(2.0) / (self.along + self.against);
+        let least = T::of(2.0) * noise * noise;
+        let scatter = (self.squares - self.sum * mean) / (n - T::one());
+        let variance = if scatter > least { scatter } else { least };
+        (mean, variance / n + floor * floor)
+    }
+
+    fn error(&self, sequential: &SequentialSettings<T>) -> T {
+        let (mean, variance) = self.mean_and_variance(sequential.floor);
+        sequential.error_of(mean, variance)
+    }
+
+    fn answer(&self) -> Pole<T> {
+        if self.settings.signature == Signature::None {
+            let undetermined = Some(Undetermined::NoSignature);
+            return Pole { angle: self.axis, undetermined, polarity: None, error: None };
+        }
+        let n = T::of(f64::from(self.pairs()));
+        let (along, against) = (self.along / n, self.against / n);
+        let (more, undetermined, error) = match self.settings.rule {
+            PolarityRule::TwoVectors => {
+                let margin = (along - against).abs();
+                let needed = self.settings.needed_margin(self.settler.noise.deviation());
+                let reason = (margin < needed).then_some(Undetermined::MarginBelowNoise { margin, needed });
+                (along - against, reason, None)
+            }
+            PolarityRule::Sequential(sequential) => {
+                let (error, allowed) = (self.error(&sequential), sequential.error);
+                let reason = (error > allowed).then_some(Undetermined::NotDecided { error, allowed });
+                (self.sum, reason, Some(error))
+            }
+        };
+        let towards = (more > T::zero()) == (self.settings.signature == Signature::Normal);
+        let angle = if towards || undetermined.is_some() { self.axis } else { self.axis.opposite() };
+        Pole { angle, undetermined, polarity: Some(Polarity { along, against }), error }
+    }
+}
+
+/// Reads the pole from a direction that points along the magnet, measured together with the axis: the part of `D` that
+/// lies on the axis, in units of its own uncertainty, decides; a `D` that points elsewhere is no evidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pointer<T> {
+    /// D in any unit: towards the pole that draws more current.
+    pub direction: AlphaBeta<T>,
+    /// Standard deviation of each of its components in the same unit, noise and all.
+    pub deviation: T,
+}
+
+impl<T: Real> Pointer<T> {
+    /// Angle in rad between D and the axis beyond which the two contradict each other.
+    pub fn most_off_axis() -> T {
+        T::FRAC_PI_6()
+    }
+
+    /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.
+    pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
+        let on = self.direction.park(axis);
+        let z = on.d / self.deviation;
+        let error = tail(z * z);
+        let off_axis = on.q.abs().atan2(on.d.abs());
+        // A direction is only as well known as its noise lets it be.
+        let most = Self::most_off_axis() + self.deviation / on.d.abs();
+        let undetermined = if signature == Signature::None {
+            Some(Undetermined::NoSignature)
+        } else if error > allowed || !error.is_finite() {
+            Some(Undetermined::NotDecided { error, allowed })
+        } else if off_axis > most {
+            Some(Undetermined::OffAxis { angle: off_axis, allowed: most })
+        } else {
+            None
+        };
+        let towards = (on.d > T::zero()) == (signature == Signature::Normal);
+        let angle = if towards || undetermined.is_some() { axis } else { axis.opposite() };
+        Pole { angle, undetermined, polarity: None, error: Some(error) }
     }
 }

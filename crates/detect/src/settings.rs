@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use standstill_interface::Real;
+use standstill_interface::{Detector, Nanos, Real};
 
 /// How a pulse's current decays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -39,4 +39,19 @@ pub(crate) fn require(holds: bool, setting: &'static str, needed: &'static str) 
 /// Positive and finite.
 pub(crate) fn require_positive<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
     require(value.is_finite() && value > T::zero(), setting, "positive and finite")
+}
+
+/// What a detector is made from.
+pub trait Settings<T: Real> {
+    /// The detector.
+    type Detector: Detector<T>;
+
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    fn detector(&self) -> Result<Self::Detector, SettingsError>;
+
+    /// The PWM carrier's period that the drive must have; none if the method uses no PWM.
+    fn carrier_period(&self) -> Option<Nanos>;
 }

@@ -28,7 +28,7 @@ impl<T: Real> SettleSettings<T> {
     }
 
     /// One wait, with the zero vector or with all gates off.
-    pub(crate) fn command(&self, released: bool) -> Command<T> {
+    fn command(&self, released: bool) -> Command<T> {
         let leg = if released { Leg::Off } else { Leg::Low };
         let early = Nanos(self.wait.0 / 5 * 4);
         let stage = Stage { legs: Abc::new(leg, leg, leg), duration: self.wait };
@@ -36,22 +36,29 @@ impl<T: Real> SettleSettings<T> {
     }
 
     /// After a wait: the residual currents if they are gone, or else the largest.
-    pub(crate) fn judge(&self, readings: &[Reading<T>]) -> Result<Result<Abc<T>, T>, Fault<T>> {
+    fn judge(&self, readings: &[Reading<T>]) -> Result<Result<Abc<T>, T>, Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
-        let mut largest = T::zero();
+        let mut most = T::zero();
         for reading in readings {
-            for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
-                if !current.is_finite() {
-                    return Err(Fault::NotANumber);
-                }
-                if sensed != Sensed::Hidden {
-                    largest = largest.max(current.abs());
-                }
-            }
+            most = most.max(largest(reading)?);
             link(reading)?;
         }
-        Ok(if largest <= self.threshold { Ok(last.current) } else { Err(largest) })
+        Ok(if most <= self.threshold { Ok(last.current) } else { Err(most) })
     }
+}
+
+/// Largest phase current in A of those that a sensor saw.
+pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
+    let mut largest = T::zero();
+    for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
+        if !current.is_finite() {
+            return Err(Fault::NotANumber);
+        }
+        if sensed != Sensed::Hidden {
+            largest = largest.max(current.abs());
+        }
+    }
+    Ok(largest)
 }
 
 /// The DC-link voltage in V of a reading, if it can be used.
@@ -75,6 +82,67 @@ pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fau
     }
 }
 
+/// All three phase currents in A, each seen by a sensor.
+pub(crate) fn all_seen<T: Real>(reading: &Reading<T>) -> Result<Abc<T>, Fault<T>> {
+    Ok(Abc::new(seen(reading, Phase::A)?, seen(reading, Phase::B)?, seen(reading, Phase::C)?))
+}
+
+/// Waits, and learns from each wait what the sensors read without current.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Settler<T> {
+    settings: SettleSettings<T>,
+    /// Whether all gates are off from the beginning.
+    fast: bool,
+    waits: u16,
+    released: bool,
+    /// The last currents in A of the last wait: offsets and what is left.
+    pub residual: Abc<T>,
+    /// DC link in V at the end of the last wait.
+    pub dc_link: T,
+    /// Noise of the sensors.
+    pub noise: Noise<T>,
+}
+
+impl<T: Real> Settler<T> {
+    pub fn new(settings: SettleSettings<T>, fast: bool) -> Self {
+        let zero = T::zero();
+        Self {
+            settings,
+            fast,
+            waits: 0,
+            released: fast,
+            residual: Abc::new(zero, zero, zero),
+            dc_link: zero,
+            noise: Noise::new(),
+        }
+    }
+
+    /// Begins to wait.
+    pub fn begin(&mut self) -> Command<T> {
+        self.wait(1, self.fast)
+    }
+
+    fn wait(&mut self, waits: u16, released: bool) -> Command<T> {
+        (self.waits, self.released) = (waits, released);
+        self.settings.command(released)
+    }
+
+    /// After a wait: another one, or none once the current is gone.
+    pub fn step(&mut self, readings: &[Reading<T>]) -> Result<Option<Command<T>>, Fault<T>> {
+        match self.settings.judge(readings)? {
+            Ok(residual) if self.released => {
+                self.residual = residual;
+                self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
+                self.noise.add(readings);
+                Ok(None)
+            }
+            Ok(_) => Ok(Some(self.wait(1, true))),
+            Err(current) if self.waits >= self.settings.attempts => Err(Fault::CurrentPersists(current)),
+            Err(_) => Ok(Some(self.wait(self.waits + 1, self.released))),
+        }
+    }
+}
+
 /// The noise of the current sensors, learnt from readings while no current flows.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Noise<T> {
@@ -83,12 +151,12 @@ pub(crate) struct Noise<T> {
 }
 
 impl<T: Real> Noise<T> {
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self { squares: T::zero(), pairs: T::zero() }
     }
 
     /// Adds two readings of the same currents; their differences are noise alone, whatever the offsets.
-    pub(crate) fn add(&mut self, readings: &[Reading<T>]) {
+    fn add(&mut self, readings: &[Reading<T>]) {
         let [first, second] = readings else { return };
         for phase in Phase::ALL {
             let difference = second.current[phase] - first.current[phase];
@@ -98,7 +166,7 @@ impl<T: Real> Noise<T> {
     }
 
     /// Standard deviation of one reading in A.
-    pub(crate) fn deviation(&self) -> T {
+    pub fn deviation(&self) -> T {
         (self.squares / (self.pairs + self.pairs).max(T::one())).sqrt()
     }
 }

@@ -33,6 +33,12 @@ pub struct Findings<T> {
     pub saliency: Option<T>,
     /// The polarity test's two currents.
     pub polarity: Option<Polarity<T>>,
+    /// Standard deviation in rad that the noise of the readings gives the angle, as the method judges it.
+    pub angle_deviation: Option<T>,
+    /// Probability that the pole is the wrong one, as the method judges it.
+    pub pole_error: Option<T>,
+    /// Gains of the phases' current sensors relative to their mean, where a method compares them.
+    pub sensor_gain: Option<Abc<T>>,
 }
 
 impl<T> Default for Findings<T> {
@@ -43,6 +49,9 @@ impl<T> Default for Findings<T> {
             mean_inductance: None,
             saliency: None,
             polarity: None,
+            angle_deviation: None,
+            pole_error: None,
+            sensor_gain: None,
         }
     }
 }
@@ -56,6 +65,22 @@ pub enum Undetermined<T> {
         margin: T,
         /// What is needed, in A.
         needed: T,
+    },
+    /// Both poles of this motor answer alike, as its configured signature says: there is nothing to compare.
+    NoSignature,
+    /// The readings leave too large a probability that the pole is the wrong one.
+    NotDecided {
+        /// Probability of a wrong pole.
+        error: T,
+        /// What is allowed.
+        allowed: T,
+    },
+    /// What should point along the axis points elsewhere: the motor or a sensor is not as configured.
+    OffAxis {
+        /// Angle in rad between the two.
+        angle: T,
+        /// What is allowed.
+        allowed: T,
     },
 }
 
@@ -88,6 +113,14 @@ pub enum Fault<T> {
     },
     /// The samples have no inductance as their solution: equation (10) gave a value that is not positive.
     NotInductive(Phase),
+    /// The method does not apply: the rotor did not follow the current that should have turned it, because it is
+    /// locked or its load is too large.
+    DidNotFollow {
+        /// Flux in Wb that the magnet swept across the winding.
+        swept: T,
+        /// What is needed.
+        needed: T,
+    },
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
 }
@@ -136,6 +169,9 @@ impl<T> Undetermined<T> {
     pub const fn name(&self) -> &'static str {
         match self {
             Self::MarginBelowNoise { .. } => "polarity margin below noise",
+            Self::NoSignature => "both poles of this motor answer alike",
+            Self::NotDecided { .. } => "pole not certain enough",
+            Self::OffAxis { .. } => "polarity points away from the axis",
         }
     }
 }
@@ -152,6 +188,7 @@ impl<T> Fault<T> {
             Self::CurrentPersists(_) => "current does not decay",
             Self::NoSaliency { .. } => "no saliency",
             Self::NotInductive(_) => "a line that is no inductance",
+            Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::UnexpectedReadings => "unexpected readings",
         }
     }
@@ -162,6 +199,15 @@ impl<T: Real> fmt::Display for Undetermined<T> {
         match self {
             Self::MarginBelowNoise { margin, needed } => {
                 write!(f, "polarity margin {margin:.3} A below the {needed:.3} A that the noise demands")
+            }
+            Self::NoSignature => write!(f, "both poles of this motor answer alike"),
+            Self::NotDecided { error, allowed } => {
+                let [error, allowed] = [*error, *allowed].map(T::to_double);
+                write!(f, "wrong pole with a probability of {error:.1e} where {allowed:.1e} is allowed")
+            }
+            Self::OffAxis { angle, allowed } => {
+                let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
+                write!(f, "polarity points {angle:.0}° away from the axis where {allowed:.0}° are allowed")
             }
         }
     }
@@ -183,6 +229,12 @@ impl<T: Real> fmt::Display for Fault<T> {
             }
             Self::NotInductive(phase) => {
                 write!(f, "the line from phase {} did not answer as an inductance", phase.letter())
+            }
+            Self::DidNotFollow { swept, needed } => {
+                write!(
+                    f,
+                    "not applicable: the rotor did not follow, the magnet swept {swept:.3} Wb where {needed:.3} Wb are needed"
+                )
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
         }

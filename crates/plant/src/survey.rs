@@ -50,6 +50,18 @@ pub struct PolarityPoint {
 }
 
 impl PolarityPoint {
+    /// At this current in A, harmonics left out.
+    ///
+    /// # Errors
+    /// A current that no flux of the core gives.
+    pub fn of(magnetics: &MagneticCircuit, current: f64) -> Result<Self, NoConvergence> {
+        let magnetics = &magnetics.clone().with_harmonics(Harmonics::default());
+        let flux_at = |d: f64| magnetics.flux_at(Dq::new(d, 0.0), Heading::ZERO).map(|flux| flux.d);
+        let rest = flux_at(0.0)?;
+        let (north, south) = (flux_at(current)? - rest, rest - flux_at(-current)?);
+        Ok(Self { current, north: north / current, south: south / current })
+    }
+
     /// How much more current north draws than south at the same pulse, relative: `L_south/L_north − 1`.
     pub fn difference(&self) -> f64 {
         self.south / self.north - 1.0

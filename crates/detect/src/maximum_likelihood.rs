@@ -1,0 +1,369 @@
+//! The most likely rotor angle, given every sample of line pulses in both directions.
+//!
+//! ```text
+//!   zero ─► train of pulses ─► fit of L_k, c_k, t_s ─► sensors' gains ─► axis (7), pole D ─► certain enough? ─► answer
+//!              ▲                                                                             │ no
+//!              └──────────────────────────── longer pulses ◄──────────────────────────────────┘
+//! ```
+//! `Z = Σ L_k e^{j2φ_k}` gives the axis, `D = Σ c_k e^{jφ_k}` points along the magnet: the pole comes from the same data.
+//! With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough: a motor that shows
+//! its rotor well is hardly disturbed.
+
+use standstill_interface::{Abc, AlphaBeta, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
+
+use crate::likelihood::{Curves, Fit, PulseModel, fit};
+use crate::lines::{Saliency, SaliencySign, line_directions};
+use crate::nameplate::Nameplate;
+use crate::polarity::{Pointer, Pole, Signature};
+use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::settle::link;
+use crate::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, pole_variance};
+
+/// Samples of one pulse and its decay that are kept at most.
+pub const MOST_SAMPLES: usize = 112;
+
+/// When to stop lengthening the pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive<T> {
+    /// Standard deviation of the angle in rad that is good enough.
+    pub deviation: T,
+    /// The longest pulse.
+    pub longest: Nanos,
+    /// By how much a pulse is longer than the one before, in percent.
+    pub growth_percent: u16,
+}
+
+/// Settings of the maximum-likelihood method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaximumLikelihoodSettings<T> {
+    /// Its pulses, or with `adaptive` the first of them.
+    pub train: PulseTrainSettings<T>,
+    /// Whether and how the pulses grow.
+    pub adaptive: Option<Adaptive<T>>,
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// Standard deviation of the sensors' gains, relative; zero: taken as equal.
+    pub gain_tolerance: T,
+    /// Which pole draws more current in pulses like these.
+    pub signature: Signature,
+    /// Probability of a wrong pole that is allowed.
+    pub pole_error: T,
+    /// Standard deviation of what looks like saturation and is not, as a share of the inductance at the pulse's peak:
+    /// offsets, delays of the legs.
+    pub pole_floor: T,
+}
+
+impl<T: Real> MaximumLikelihoodSettings<T> {
+    /// For this motor and drive, sampled every 10 µs.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        let mut train = PulseTrainSettings::suited(drive, Nanos::from_micros(10));
+        if train.samples() > MOST_SAMPLES {
+            train.interval = Nanos(train.pulse.0 / 40);
+        }
+        Self {
+            train,
+            adaptive: None,
+            saliency: drive.saliency(),
+            least_saliency: T::of(0.005),
+            gain_tolerance: T::of(0.01),
+            signature: drive.pulse_signature,
+            pole_error: T::of(1e-6),
+            pole_floor: T::of(0.0015),
+        }
+    }
+
+    /// The same with pulses that begin at a quarter of their length, one round each, and grow by a half until the angle is
+    /// known to a tenth of a degree and the pole is certain, at most to the whole length.
+    pub fn adaptive(drive: &Nameplate<T>) -> Self {
+        let fixed = Self::suited(drive);
+        let adaptive =
+            Adaptive { deviation: T::of(0.1).to_radians(), longest: fixed.train.pulse, growth_percent: 50 };
+        let pulse = Nanos((fixed.train.pulse.0 / 4).max(20_000));
+        Self { train: lengthened(fixed.train, pulse, 1), adaptive: Some(adaptive), ..fixed }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        self.train.check()?;
+        require(
+            self.train.samples() <= MOST_SAMPLES,
+            "interval",
+            "such that a pulse has 112 samples at most",
+        )?;
+        require(self.train.samples_on() >= 4, "interval", "at most a quarter of the pulse")?;
+        if let Some(adaptive) = self.adaptive {
+            require_positive(adaptive.deviation, "adaptive.deviation")?;
+            require(
+                adaptive.longest >= self.train.pulse,
+                "adaptive.longest",
+                "at least as long as the pulse",
+            )?;
+            require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
+            require(
+                (10..=1000).contains(&adaptive.growth_percent),
+                "adaptive.growth_percent",
+                "from 10 to 1000",
+            )?;
+        }
+        require_positive(self.least_saliency, "least_saliency")?;
+        require(self.gain_tolerance >= T::zero(), "gain_tolerance", "zero or more")?;
+        require(
+            self.pole_error > T::zero() && self.pole_error < T::of(0.5),
+            "pole_error",
+            "a probability above 0 and below 0.5",
+        )?;
+        require_positive(self.pole_floor, "pole_floor")
+    }
+}
+
+/// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
+fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -> PulseTrainSettings<T> {
+    // Ten intervals a pulse at least, and not so many that a pulse and its rest are too many.
+    let parts = (pulse.0 / 10_000).clamp(10, 40);
+    let interval = Nanos(pulse.0 / parts / 100 * 100);
+    let pulse = interval * parts;
+    PulseTrainSettings { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), rounds, ..train }
+}
+
+/// What all trains so far say, each weighted by its information.
+#[derive(Clone, Copy, Debug)]
+struct Combined<T> {
+    lines: [T; 3],
+    weight: T,
+    pointer: AlphaBeta<T>,
+    pointer_weight: T,
+    ratios: [T; 3],
+    ratio_weights: [T; 3],
+}
+
+/// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.
+#[derive(Clone, Debug)]
+pub struct MaximumLikelihood<T> {
+    settings: MaximumLikelihoodSettings<T>,
+    train: Train<T>,
+    /// Sums of the currents in A over the rounds, scaled to the first link voltage; by line; backward, forward.
+    curves: [[[T; MOST_SAMPLES]; 2]; 3],
+    gains: GainComparison<T>,
+    /// Link in V to which the currents are scaled, and the sum of the links over the pulses' decays.
+    dc_link: T,
+    combined: Combined<T>,
+    /// Whether the pulses grow no more.
+    grown: bool,
+    findings: Findings<T>,
+}
+
+impl<T: Real> MaximumLikelihood<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: MaximumLikelihoodSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            train: Train::new(settings.train),
+            curves: [[[zero; MOST_SAMPLES]; 2]; 3],
+            gains: GainComparison::new(),
+            dc_link: zero,
+            combined: Combined {
+                lines: [zero; 3],
+                weight: zero,
+                pointer: AlphaBeta::new(zero, zero),
+                pointer_weight: zero,
+                ratios: [zero; 3],
+                ratio_weights: [zero; 3],
+            },
+            grown: settings.adaptive.is_none_or(|adaptive| settings.train.pulse >= adaptive.longest),
+            findings: Findings::default(),
+        })
+    }
+
+    fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let on = self.train.settings.samples_on();
+        let mut volts = T::zero();
+        for reading in &readings[..on] {
+            volts = volts + link(reading)?;
+        }
+        let volts = volts / T::of(on as f64);
+        if self.dc_link <= T::zero() {
+            self.dc_link = volts;
+        }
+        // The current is proportional to the link but for the drops, which are a few thousandths of it.
+        let scale = self.dc_link / volts;
+        let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
+        for (sum, reading) in curve.iter_mut().zip(readings) {
+            let (from, to) = self.train.both(slot, reading)?;
+            *sum = *sum + (from + to) / T::of(2.0) * scale;
+            self.gains.add(slot, (from, to));
+        }
+        Ok(())
+    }
+
+    /// The fit of the train that has just ended.
+    fn fit(&mut self) -> Result<Fit<T>, Fault<T>> {
+        let s = self.train.settings;
+        let n = s.samples();
+        let rounds = T::of(f64::from(s.rounds));
+        for curve in self.curves.iter_mut().flatten() {
+            for sum in &mut curve[..n] {
+                *sum = *sum / rounds;
+            }
+        }
+        let curves: Curves<'_, T> =
+            core::array::from_fn(|k| self.curves[k].each_ref().map(|curve| &curve[..n]));
+        let model = PulseModel {
+            on: self.dc_link - s.on_drop,
+            off: self.dc_link + s.off_drop,
+            resistance: s.resistance * T::of(2.0),
+            pulse: T::of(s.pulse.seconds()),
+            interval: T::of(s.interval.seconds()),
+        };
+        let delay = T::of(s.dead_time.seconds());
+        let end = s.samples_on() - 1;
+        let start = core::array::from_fn(|k| {
+            let [back, forward] = curves[k];
+            model.on * (model.pulse - delay) * T::of(2.0) / (back[end] + forward[end])
+        });
+        let found =
+            fit(&curves, &model, start, delay).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
+        // Which line is at fault cannot be told; the first stands for all.
+        found.ok_or(Fault::NotInductive(LINES[0].0))
+    }
+
+    /// After a train: the pole, and whether all is certain enough.
+    fn conclude(&mut self) -> Result<(Pole<T>, bool), Fault<T>> {
+        let fit = self.fit()?;
+        let s = self.settings;
+        let rounds = T::of(f64::from(self.train.settings.rounds));
+        let (one, two) = (T::one(), T::of(2.0));
+        // The fitted current is the mean of two sensors over the rounds; the comparison is of single readings.
+        let (ratios, variances) = self.gains.ratios(fit.variance * rounds * two, s.gain_tolerance);
+
+        let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
+        let slopes = plain.slopes(s.saliency);
+        let mut variance = T::zero();
+        for k in 0..3 {
+            for l in 0..3 {
+                variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
+            }
+        }
+        // D relative to the inductance at the peak of the pulse.
+        let pulse = T::of(self.train.settings.pulse.seconds());
+        let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
+        let mut pointer = AlphaBeta::new(T::zero(), T::zero());
+        let mut pointer_variance = T::zero();
+        for (k, direction) in line_directions().into_iter().enumerate() {
+            pointer = pointer + direction * (fit.slope[k] * relative);
+            pointer_variance = pointer_variance + fit.slope_variance[k] * relative * relative;
+        }
+        // In each component of the sum over three directions, as far as they are alike.
+        let pointer_variance = pointer_variance / two;
+
+        let c = &mut self.combined;
+        let weight = one / variance;
+        for k in 0..3 {
+            c.lines[k] = c.lines[k] + fit.inductance[k] * weight;
+            // Where the gains are known to be equal the comparison has no weight of its own.
+            let ratio_weight = if variances[k] > T::zero() { one / variances[k] } else { T::zero() };
+            c.ratios[k] = c.ratios[k] + ratios[k] * ratio_weight;
+            c.ratio_weights[k] = c.ratio_weights[k] + ratio_weight;
+        }
+        c.weight = c.weight + weight;
+        let weight = one / pointer_variance;
+        c.pointer = c.pointer + pointer * weight;
+        c.pointer_weight = c.pointer_weight + weight;
+
+        let (pole, deviation) = self.answer()?;
+        let sure = pole.undetermined.is_none() || s.signature == Signature::None;
+        let enough = s.adaptive.is_some_and(|adaptive| sure && deviation <= adaptive.deviation);
+        Ok((pole, enough || self.grown))
+    }
+
+    /// From all trains so far.
+    fn answer(&mut self) -> Result<(Pole<T>, T), Fault<T>> {
+        let s = &self.settings;
+        let c = &self.combined;
+        let one = T::one();
+        let ratios = core::array::from_fn(|k| {
+            if c.ratio_weights[k] > T::zero() { c.ratios[k] / c.ratio_weights[k] } else { T::zero() }
+        });
+        let gains = GainComparison::line_gains(ratios, self.train.derived);
+        let lines: [T; 3] = core::array::from_fn(|k| c.lines[k] / c.weight * gains[k].exp());
+        let saliency = Saliency::from_lines(Abc(lines), s.saliency);
+        let slopes = saliency.slopes(s.saliency);
+        let mut variance = one / c.weight;
+        for k in 0..3 {
+            if c.ratio_weights[k] > T::zero() {
+                let gain = GainComparison::line_gain_slopes(k, self.train.derived);
+                let change = (0..3).fold(T::zero(), |sum, l| sum + slopes[l] * lines[l] * gain[l]);
+                variance = variance + change * change / c.ratio_weights[k];
+            }
+        }
+        let deviation = variance.sqrt();
+        self.findings.line_inductance = Some(Abc(lines));
+        self.findings.mean_inductance = Some(saliency.mean);
+        self.findings.saliency = Some(saliency.amplitude);
+        self.findings.sensor_gain = Some(GainComparison::gains(ratios));
+        self.findings.angle_deviation = Some(deviation);
+        let (ratio, needed) = (saliency.ratio(), s.least_saliency);
+        if ratio < needed {
+            return Err(Fault::NoSaliency { ratio, needed });
+        }
+        let floor = pole_variance(s.pole_floor, s.gain_tolerance, self.train.derived);
+        let pointer = Pointer {
+            direction: c.pointer * (one / c.pointer_weight),
+            deviation: (one / c.pointer_weight + T::of(1.5) * floor).sqrt(),
+        };
+        Ok((pointer.read(saliency.axis, s.signature, s.pole_error), deviation))
+    }
+
+    /// Longer pulses, for the next train.
+    fn lengthen(&mut self) {
+        let Some(adaptive) = self.settings.adaptive else { return };
+        let train = self.train.settings;
+        let grown = Nanos(train.pulse.0 / 100 * (100 + u64::from(adaptive.growth_percent)));
+        // The last two steps are made as one where the second would be small.
+        self.grown = grown.0 / 10 * 12 >= adaptive.longest.0;
+        let pulse = if self.grown { adaptive.longest } else { grown };
+        self.train.restart(lengthened(train, pulse, train.rounds));
+        self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
+        self.gains = GainComparison::new();
+    }
+
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        if let Some(slot) = self.train.take(readings)? {
+            self.add(slot, readings)?;
+        }
+        if let Some(command) = self.train.next() {
+            return Ok(Step::Drive(command));
+        }
+        let (pole, done) = self.conclude()?;
+        if done {
+            return Ok(Step::Done(pole.outcome(self.findings)));
+        }
+        self.lengthen();
+        // A train has at least one pulse.
+        self.train.next().map(Step::Drive).ok_or(Fault::UnexpectedReadings)
+    }
+}
+
+impl<T: Real> Detector<T> for MaximumLikelihood<T> {
+    fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+        let step = self.next(readings);
+        step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: self.findings }))
+    }
+}
+
+impl<T: Real> Settings<T> for MaximumLikelihoodSettings<T> {
+    type Detector = MaximumLikelihood<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        MaximumLikelihood::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        None
+    }
+}

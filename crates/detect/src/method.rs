@@ -1,0 +1,159 @@
+//! All methods in one type, by name.
+
+use core::fmt;
+
+use standstill_interface::{Detector, Nanos, Reading, Real, Step};
+
+use crate::alignment::{Alignment, AlignmentSettings};
+use crate::bipolar::{Bipolar, BipolarSettings};
+use crate::line_inductance::{LineInductance, LineInductanceSettings};
+use crate::maximum_likelihood::{MaximumLikelihood, MaximumLikelihoodSettings};
+use crate::nameplate::Nameplate;
+use crate::pulsating::{PulsatingInjection, PulsatingInjectionSettings};
+use crate::rotating::{RotatingInjection, RotatingInjectionSettings};
+use crate::settings::{Decay, Settings, SettingsError};
+use crate::subdivision::{Subdivision, SubdivisionSettings};
+
+/// The methods.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum MethodName {
+    /// The paper's, slow decay.
+    LineInductance,
+    /// The paper's, fast decay.
+    LineInductanceFast,
+    /// Voltage vectors all around, then ever closer to the best.
+    Subdivision,
+    /// Rotating high-frequency injection.
+    HfiRotating,
+    /// Pulsating high-frequency injection.
+    HfiPulsating,
+    /// The rotor is turned to a known angle.
+    DcAlignment,
+    /// Line pulses both ways, sensors calibrated on the way.
+    Bipolar,
+    /// The most likely angle from all samples.
+    MaximumLikelihood,
+    /// The same with pulses that grow until all is certain enough.
+    MaximumLikelihoodAdaptive,
+}
+
+impl MethodName {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::LineInductance,
+        Self::LineInductanceFast,
+        Self::Subdivision,
+        Self::HfiRotating,
+        Self::HfiPulsating,
+        Self::DcAlignment,
+        Self::Bipolar,
+        Self::MaximumLikelihood,
+        Self::MaximumLikelihoodAdaptive,
+    ];
+
+    /// As on the command line.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::LineInductance => "line-inductance",
+            Self::LineInductanceFast => "line-inductance-fast",
+            Self::Subdivision => "subdivision",
+            Self::HfiRotating => "hfi-rotating",
+            Self::HfiPulsating => "hfi-pulsating",
+            Self::DcAlignment => "dc-alignment",
+            Self::Bipolar => "bipolar",
+            Self::MaximumLikelihood => "maximum-likelihood",
+            Self::MaximumLikelihoodAdaptive => "maximum-likelihood-adaptive",
+        }
+    }
+}
+
+impl fmt::Display for MethodName {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+macro_rules! methods {
+    ($($(#[$doc:meta])* $variant:ident: $settings:ident => $detector:ident),* $(,)?) => {
+        /// Settings of any method.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        pub enum Method<T> {
+            $($(#[$doc])* $variant($settings<T>)),*
+        }
+
+        /// A detector of any method.
+        #[derive(Clone, Debug)]
+        // As large as its largest, which is most of its memory in samples: boxing would need an allocator.
+        #[allow(clippy::large_enum_variant)]
+        pub enum AnyDetector<T> {
+            $($(#[$doc])* $variant($detector<T>)),*
+        }
+
+        impl<T: Real> Detector<T> for AnyDetector<T> {
+            fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+                match self {
+                    $(Self::$variant(detector) => detector.step(readings)),*
+                }
+            }
+        }
+
+        impl<T: Real> Settings<T> for Method<T> {
+            type Detector = AnyDetector<T>;
+
+            fn detector(&self) -> Result<AnyDetector<T>, SettingsError> {
+                match self {
+                    $(Self::$variant(settings) => settings.detector().map(AnyDetector::$variant)),*
+                }
+            }
+
+            fn carrier_period(&self) -> Option<Nanos> {
+                match self {
+                    $(Self::$variant(settings) => settings.carrier_period()),*
+                }
+            }
+        }
+    };
+}
+
+methods! {
+    /// The paper's.
+    LineInductance: LineInductanceSettings => LineInductance,
+    /// Pulse subdivision.
+    Subdivision: SubdivisionSettings => Subdivision,
+    /// Rotating injection.
+    HfiRotating: RotatingInjectionSettings => RotatingInjection,
+    /// Pulsating injection.
+    HfiPulsating: PulsatingInjectionSettings => PulsatingInjection,
+    /// DC alignment.
+    DcAlignment: AlignmentSettings => Alignment,
+    /// Bipolar.
+    Bipolar: BipolarSettings => Bipolar,
+    /// Maximum likelihood.
+    MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
+}
+
+impl<T: Real> Method<T> {
+    /// A method as it suits this motor and drive, told the motor's polarity signature.
+    pub fn suited(name: MethodName, drive: &Nameplate<T>) -> Self {
+        let line_inductance = |decay| {
+            let mut settings = LineInductanceSettings::paper(decay, drive);
+            settings.polarity.signature = drive.signature;
+            Self::LineInductance(settings)
+        };
+        match name {
+            MethodName::LineInductance => line_inductance(Decay::Slow),
+            MethodName::LineInductanceFast => line_inductance(Decay::Fast),
+            MethodName::Subdivision => Self::Subdivision(SubdivisionSettings::suited(drive)),
+            MethodName::HfiRotating => Self::HfiRotating(RotatingInjectionSettings::suited(drive)),
+            MethodName::HfiPulsating => Self::HfiPulsating(PulsatingInjectionSettings::suited(drive)),
+            MethodName::DcAlignment => Self::DcAlignment(AlignmentSettings::suited(drive)),
+            MethodName::Bipolar => Self::Bipolar(BipolarSettings::suited(drive)),
+            MethodName::MaximumLikelihood => {
+                Self::MaximumLikelihood(MaximumLikelihoodSettings::suited(drive))
+            }
+            MethodName::MaximumLikelihoodAdaptive => {
+                Self::MaximumLikelihood(MaximumLikelihoodSettings::adaptive(drive))
+            }
+        }
+    }
+}

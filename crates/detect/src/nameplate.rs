@@ -1,0 +1,93 @@
+//! What the engineer of a drive knows of it and of its motor, from which each method's settings can follow.
+
+use standstill_interface::{Nanos, Real};
+
+use crate::lines::SaliencySign;
+use crate::polarity::Signature;
+use crate::settings::{SettingsError, require, require_positive};
+
+/// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Nameplate<T> {
+    /// Rated current of a phase in A, peak.
+    pub rated_current: T,
+    /// Resistance of a phase in Ω.
+    pub resistance: T,
+    /// L_d in H without current.
+    pub d_axis_inductance: T,
+    /// L_q in H without current.
+    pub q_axis_inductance: T,
+    /// Flux linkage of the magnet in Wb, from the voltage constant; zero without magnet.
+    pub magnet_flux: T,
+    /// Which pole draws the larger current near rated current.
+    pub signature: Signature,
+    /// The same for pulses of half the rated current, which the bipolar methods use.
+    pub pulse_signature: Signature,
+    /// By what share one pole's current exceeds the other's near rated current.
+    pub polarity_difference: T,
+    /// DC link in V.
+    pub dc_link: T,
+    /// Dead time of the drive.
+    pub dead_time: Nanos,
+    /// Period of its PWM carrier.
+    pub carrier_period: Nanos,
+    /// Voltage in V across a conducting switch, and its slope in Ω.
+    pub switch_drop: [T; 2],
+    /// Likewise of a diode.
+    pub diode_drop: [T; 2],
+}
+
+impl<T: Real> Nameplate<T> {
+    /// The sign of L_B.
+    pub fn saliency(&self) -> SaliencySign {
+        if self.d_axis_inductance > self.q_axis_inductance {
+            SaliencySign::Positive
+        } else {
+            SaliencySign::Negative
+        }
+    }
+
+    /// Mean inductance in H of two phases in series: L_d + L_q.
+    pub fn line_inductance(&self) -> T {
+        self.d_axis_inductance + self.q_axis_inductance
+    }
+
+    /// A pulse that raises this share of the rated current in a line, in steps of 10 µs, from 20 to 600 µs.
+    pub fn line_pulse(&self, share: T) -> Nanos {
+        let step = T::of(10e-6);
+        let pulse = share * self.rated_current * self.line_inductance() / self.dc_link;
+        let steps = (pulse / step).round().max(T::of(2.0)).min(T::of(60.0));
+        Nanos::from_seconds((steps * step).to_double())
+    }
+
+    /// The same in another precision.
+    pub fn cast<U: Real>(&self) -> Nameplate<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Nameplate {
+            rated_current: cast(self.rated_current),
+            resistance: cast(self.resistance),
+            d_axis_inductance: cast(self.d_axis_inductance),
+            q_axis_inductance: cast(self.q_axis_inductance),
+            magnet_flux: cast(self.magnet_flux),
+            signature: self.signature,
+            pulse_signature: self.pulse_signature,
+            polarity_difference: cast(self.polarity_difference),
+            dc_link: cast(self.dc_link),
+            dead_time: self.dead_time,
+            carrier_period: self.carrier_period,
+            switch_drop: self.switch_drop.map(cast),
+            diode_drop: self.diode_drop.map(cast),
+        }
+    }
+
+    /// # Errors
+    /// A value that cannot be.
+    pub fn check(&self) -> Result<(), SettingsError> {
+        require_positive(self.rated_current, "rated_current")?;
+        require_positive(self.d_axis_inductance, "d_axis_inductance")?;
+        require_positive(self.q_axis_inductance, "q_axis_inductance")?;
+        require_positive(self.dc_link, "dc_link")?;
+        require(self.resistance >= T::zero(), "resistance", "zero or more")?;
+        require(self.carrier_period > Nanos::ZERO, "carrier_period", "positive")
+    }
+}

@@ -1,0 +1,408 @@
+//! Trains of line pulses in both directions, and what is zeroed before them.
+//!
+//! ```text
+//!   zero ─► AB+ ─► AB− ─► BC+ ─► BC− ─► CA+ ─► CA−   CA− ─► CA+ ─► BC− ─► …   round after round
+//!
+//!   one pulse:   i ╱╲      on for t1, then all gates off until the current is gone and a little longer
+//!             ____╱  ╲___
+//! ```
+//! Each line sees as much forward as backward current. That cancels the saturation's effect on the inductance to first
+//! order, moves a free rotor back to where it was, and tells the two effects apart. Even rounds go backwards, so that a
+//! slow drift does not look like a difference of the lines.
+
+use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
+
+use crate::nameplate::Nameplate;
+use crate::settings::{SettingsError, require, require_positive};
+use crate::settle::{all_seen, largest, link};
+
+/// The lines: from the first phase to the second.
+pub(crate) const LINES: [(Phase, Phase); 3] =
+    [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
+
+/// Settings of a train.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseTrainSettings<T> {
+    /// t1: how long the DC link is across a line.
+    pub pulse: Nanos,
+    /// How long all gates are off after it: more than the current needs to decay.
+    pub rest: Nanos,
+    /// Times that all six pulses are given.
+    pub rounds: u8,
+    /// From one ADC sample to the next; the pulse is a multiple of it.
+    pub interval: Nanos,
+    /// Samples before the first pulse that tell the sensors' offsets.
+    pub zeroing: u16,
+    /// A phase current in A below which it counts as gone.
+    pub threshold: T,
+    /// Times that the zeroing is repeated before giving up on a current that does not go.
+    pub attempts: u16,
+    /// Current in A that a pulse must at least raise.
+    pub least_current: T,
+    /// Dead time of the drive.
+    pub dead_time: Nanos,
+    /// Resistance of a phase in Ω with that of a device.
+    pub resistance: T,
+    /// Voltage in V that the two switches in a line take from the link while it drives the current.
+    pub on_drop: T,
+    /// Voltage in V that the two diodes add to the link while the current decays.
+    pub off_drop: T,
+}
+
+impl<T: Real> PulseTrainSettings<T> {
+    /// Pulses that raise half of the rated current (200 µs on the paper's motor) and three rounds: 9.4 ms there.
+    /// Sampled every `interval`, or `pulse` over a whole number near it.
+    pub fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
+        let pulse = drive.line_pulse(T::of(0.5));
+        let parts = (pulse.0 / interval.0.max(1)).max(1);
+        Self {
+            pulse,
+            rest: Nanos(pulse.0 / 10 * 16),
+            rounds: 3,
+            interval: Nanos(pulse.0 / parts),
+            zeroing: 30,
+            threshold: drive.rated_current * T::of(0.025),
+            attempts: 400,
+            least_current: drive.rated_current * T::of(0.05),
+            dead_time: drive.dead_time,
+            resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
+            on_drop: drive.switch_drop[0] * T::of(2.0),
+            off_drop: drive.diode_drop[0] * T::of(2.0),
+        }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
+        require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
+        require(self.rest > self.pulse, "rest", "longer than the pulse: the current needs as long to decay")?;
+        require(self.period() <= Nanos(60_000_000_000), "rest", "such that a pulse takes a minute at most")?;
+        require(self.rounds > 0, "rounds", "at least 1")?;
+        require(self.interval > Nanos::ZERO, "interval", "positive")?;
+        require(
+            self.pulse.0.is_multiple_of(self.interval.0.max(1)),
+            "interval",
+            "a whole fraction of the pulse",
+        )?;
+        require(self.zeroing > 0, "zeroing", "at least 1")?;
+        require_positive(self.threshold, "threshold")?;
+        require(self.attempts > 0, "attempts", "at least 1")?;
+        require_positive(self.least_current, "least_current")?;
+        require(self.resistance >= T::zero(), "resistance", "zero or more")?;
+        require(self.on_drop >= T::zero(), "on_drop", "zero or more")?;
+        require(self.off_drop >= T::zero(), "off_drop", "zero or more")
+    }
+
+    /// From one pulse to the next.
+    pub fn period(&self) -> Nanos {
+        self.pulse + self.rest
+    }
+
+    /// Samples of one pulse and its decay.
+    pub(crate) fn samples(&self) -> usize {
+        usize::try_from(self.period().0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
+    }
+
+    /// Samples up to the end of the pulse; the last of them is at its very end.
+    pub(crate) fn samples_on(&self) -> usize {
+        usize::try_from(self.pulse.0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
+    }
+}
+
+/// Which pulse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Slot {
+    /// Index into [`LINES`].
+    pub line: usize,
+    /// From the line's first phase to its second, or back.
+    pub forward: bool,
+}
+
+impl Slot {
+    /// The pulse with this number, odd rounds backwards.
+    fn of(index: u16) -> Self {
+        let (round, place) = (index / 6, usize::from(index % 6));
+        let place = if round.is_multiple_of(2) { place } else { 5 - place };
+        Self { line: place / 2, forward: place.is_multiple_of(2) }
+    }
+
+    /// The line's phases in the direction of the current.
+    pub fn phases(self) -> (Phase, Phase) {
+        let (first, second) = LINES[self.line];
+        if self.forward { (first, second) } else { (second, first) }
+    }
+}
+
+/// Which phases have no sensor of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Derived {
+    /// None.
+    None,
+    /// This one: two sensors in line.
+    One(Phase),
+    /// Now one, now another: shunts below the legs. The sensor changes with the direction of the current, and a
+    /// difference of gains looks like saturation.
+    Several,
+}
+
+impl Derived {
+    /// After a reading.
+    fn with<T>(self, reading: &Reading<T>) -> Self {
+        Phase::ALL.into_iter().filter(|phase| reading.sensed[*phase] == Sensed::Derived).fold(
+            self,
+            |derived, phase| match derived {
+                Self::None => Self::One(phase),
+                Self::One(other) if other == phase => derived,
+                _ => Self::Several,
+            },
+        )
+    }
+}
+
+/// Gives the pulses of a train one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Train<T> {
+    pub settings: PulseTrainSettings<T>,
+    zeroings: u16,
+    /// Pulses given, and the one whose readings come next.
+    given: u16,
+    under_way: Option<Slot>,
+    started: bool,
+    /// Offsets of the sensors in A.
+    pub offset: Abc<T>,
+    /// Phases without a sensor, as seen so far.
+    pub derived: Derived,
+}
+
+impl<T: Real> Train<T> {
+    pub fn new(settings: PulseTrainSettings<T>) -> Self {
+        let zero = T::zero();
+        Self {
+            settings,
+            zeroings: 0,
+            given: 0,
+            under_way: None,
+            started: false,
+            offset: Abc::new(zero, zero, zero),
+            derived: Derived::None,
+        }
+    }
+
+    /// Takes the last command's readings: the pulse that they belong to, if it was one.
+    pub fn take(&mut self, readings: &[Reading<T>]) -> Result<Option<Slot>, Fault<T>> {
+        if !self.started {
+            return Ok(None);
+        }
+        if let Some(slot) = self.under_way {
+            if readings.len() != self.settings.samples() {
+                return Err(Fault::UnexpectedReadings);
+            }
+            let peak = self.current(slot, &readings[self.settings.samples_on() - 1])?;
+            if peak < self.settings.least_current {
+                return Err(Fault::NoCurrent { peak, needed: self.settings.least_current });
+            }
+            self.derived = readings.iter().fold(self.derived, Derived::with);
+            let left = readings.last().map_or(Ok(T::zero()), largest)?;
+            if left > self.settings.threshold {
+                return Err(Fault::CurrentPersists(left));
+            }
+            return Ok(Some(slot));
+        }
+        self.zero(readings)?;
+        Ok(None)
+    }
+
+    fn zero(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        if readings.len() != usize::from(self.settings.zeroing) {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let zero = T::zero();
+        let (mut sum, mut most) = (Abc::new(zero, zero, zero), zero);
+        for reading in readings {
+            most = most.max(largest(reading)?);
+            let seen = all_seen(reading)?;
+            for phase in Phase::ALL {
+                sum[phase] = sum[phase] + seen[phase];
+            }
+            link(reading)?;
+        }
+        if most > self.settings.threshold {
+            return if self.zeroings >= self.settings.attempts {
+                Err(Fault::CurrentPersists(most))
+            } else {
+                Ok(())
+            };
+        }
+        self.offset = sum.map(|sum| sum / T::of(readings.len() as f64));
+        self.zeroings = 0;
+        Ok(())
+    }
+
+    /// The next command; none at the end.
+    pub fn next(&mut self) -> Option<Command<T>> {
+        let s = self.settings;
+        // A zeroing that found no rest is repeated.
+        if !self.started || (self.given == 0 && self.zeroings > 0) {
+            self.started = true;
+            self.zeroings += 1;
+            let count = u32::from(s.zeroing);
+            let sampling = Sampling { first: s.interval, interval: s.interval, count };
+            return Some(Command::hold(Stage::off(s.interval * u64::from(count)), sampling));
+        }
+        if self.given >= u16::from(s.rounds) * 6 {
+            self.under_way = None;
+            return None;
+        }
+        let slot = Slot::of(self.given);
+        self.given += 1;
+        self.under_way = Some(slot);
+        let (from, to) = slot.phases();
+        let count = u32::try_from(s.samples()).unwrap_or(u32::MAX);
+        let sampling = Sampling { first: s.interval, interval: s.interval, count };
+        Some(Command::sequence(Stage::line(from, to, s.pulse), Stage::off(s.rest), sampling))
+    }
+
+    /// Begins again with other pulses; offsets stay.
+    pub fn restart(&mut self, settings: PulseTrainSettings<T>) {
+        self.settings = settings;
+        self.given = 0;
+        self.under_way = None;
+    }
+
+    /// The line's current in A in the direction of the pulse, offsets removed: the mean of what the two sensors show.
+    pub fn current(&self, slot: Slot, reading: &Reading<T>) -> Result<T, Fault<T>> {
+        let (from, to) = self.both(slot, reading)?;
+        Ok((from + to) / T::of(2.0))
+    }
+
+    /// The same as each of the two sensors shows it: in the phase that it enters and in the one that it leaves.
+    pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
+        let seen = all_seen(reading)?;
+        let (from, to) = slot.phases();
+        Ok((seen[from] - self.offset[from], self.offset[to] - seen[to]))
+    }
+}
+
+/// Variance of what repetition does not reveal in the relative difference between a line's forward and backward pulses.
+pub(crate) fn pole_variance<T: Real>(floor: T, gain_tolerance: T, derived: Derived) -> T {
+    let changing = if derived == Derived::Several { gain_tolerance } else { T::zero() };
+    floor * floor + T::of(2.0) * changing * changing
+}
+
+/// Compares the current sensors: what flows into one phase flows out of another.
+///
+/// `r_AB = ln(rms i_A / rms i_B) = ln g_A − ln g_B`, likewise for the other lines, give
+/// `ln g_A = (r_AB − r_CA)/3` and so on: the gains relative to their mean, for nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GainComparison<T> {
+    /// Σ i² of each line's first and second phase, in A².
+    squares: [[T; 2]; 3],
+}
+
+impl<T: Real> GainComparison<T> {
+    pub fn new() -> Self {
+        Self { squares: [[T::zero(); 2]; 3] }
+    }
+
+    pub fn add(&mut self, slot: Slot, (from, to): (T, T)) {
+        let (first, second) = if slot.forward { (from, to) } else { (to, from) };
+        let [a, b] = &mut self.squares[slot.line];
+        *a = *a + first * first;
+        *b = *b + second * second;
+    }
+
+    /// r of each line and its variance, when a reading's noise has this variance in A² and the gains themselves are
+    /// known to this standard deviation: what is more likely noise than gain is left out.
+    pub fn ratios(&self, variance: T, tolerance: T) -> ([T; 3], [T; 3]) {
+        let two = T::of(2.0);
+        let prior = two * tolerance * tolerance;
+        let of = |[first, second]: [T; 2]| {
+            let noise = variance * (T::one() / first + T::one() / second);
+            let share = if prior > T::zero() { prior / (prior + noise) } else { T::zero() };
+            ((first / second).ln() / two * share, share * noise)
+        };
+        let [ab, bc, ca] = self.squares.map(of);
+        ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
+    }
+
+    /// Gains of the phases' sensors relative to their mean, from the lines' r.
+    pub fn gains([ab, bc, ca]: [T; 3]) -> Abc<T> {
+        let third = T::of(3.0);
+        Abc::new(((ab - ca) / third).exp(), ((bc - ab) / third).exp(), ((ca - bc) / third).exp())
+    }
+
+    /// Logarithm of the mean gain of each line's two sensors.
+    ///
+    /// A phase without a sensor shows what the other one of its line does; then the one line between two sensors tells
+    /// their gains apart, and the other two lines have one each.
+    pub fn line_gains(ratios: [T; 3], derived: Derived) -> [T; 3] {
+        let [ab, bc, ca] = ratios;
+        if let Derived::One(phase) = derived {
+            let between = (phase as usize + 1) % 3;
+            let half = ratios[between] / T::of(2.0);
+            let mut gains = [T::zero(); 3];
+            gains[(between + 1) % 3] = -half;
+            gains[(between + 2) % 3] = half;
+            return gains;
+        }
+        let six = T::of(6.0);
+        [(bc - ca) / six, (ca - ab) / six, (ab - bc) / six]
+    }
+
+    /// The slope of each line's mean gain over the r of one line.
+    pub fn line_gain_slopes(line: usize, derived: Derived) -> [T; 3] {
+        let mut ratios = [T::zero(); 3];
+        ratios[line] = T::one();
+        Self::line_gains(ratios, derived)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_every_round_has_all_six_pulses_and_odd_ones_go_back() {
+        for round in 0..4_u16 {
+            let mut slots: [Slot; 6] =
+                core::array::from_fn(|k| Slot::of(6 * round + u16::try_from(k).expect("small")));
+            assert_eq!(slots[0].line, if round.is_multiple_of(2) { 0 } else { 2 });
+            slots.sort_by_key(|slot| (slot.line, slot.forward));
+            for (k, slot) in slots.iter().enumerate() {
+                assert_eq!(*slot, Slot { line: k / 2, forward: k % 2 == 1 });
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_gains_from_the_lines() {
+        let gain = [1.01_f64, 0.995, 0.998];
+        let mut comparison = GainComparison::new();
+        for (line, (first, second)) in LINES.into_iter().enumerate() {
+            for forward in [true, false] {
+                for current in [0.5, 1.0, 2.0] {
+                    let (first, second) = (gain[first as usize] * current, gain[second as usize] * current);
+                    let pair = if forward { (first, second) } else { (second, first) };
+                    comparison.add(Slot { line, forward }, pair);
+                }
+            }
+        }
+        let (ratios, variances) = comparison.ratios(0.0, 0.01);
+        assert_eq!(variances, [0.0; 3]);
+        let Abc(found) = GainComparison::gains(ratios);
+        let mean = (gain[0] * gain[1] * gain[2]).cbrt();
+        for k in 0..3 {
+            assert!((found[k] - gain[k] / mean).abs() < 1e-12);
+        }
+        let lines = GainComparison::line_gains(ratios, Derived::None);
+        assert!((lines[0] - ((gain[0] * gain[1]).sqrt() / mean).ln()).abs() < 1e-12);
+        // Without a sensor in c, line BC shows b's gain and line CA a's.
+        let two = GainComparison::line_gains([(gain[0] / gain[1]).ln(), 0.0, 0.0], Derived::One(Phase::C));
+        let mean = (gain[0] * gain[1]).sqrt();
+        assert_eq!(two[0], 0.0);
+        assert!(
+            (two[1] - (gain[1] / mean).ln()).abs() < 1e-12 && (two[2] - (gain[0] / mean).ln()).abs() < 1e-12
+        );
+        // Sensors known to be equal are not corrected.
+        assert_eq!(comparison.ratios(1e-4, 0.0).0, [0.0; 3]);
+    }
+}
