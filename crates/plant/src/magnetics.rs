@@ -52,10 +52,16 @@ pub trait Magnetics {
     /// # Errors
     /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
-        newton(current, self.start(), |flux| {
+        newton(current, self.start(), self.flux_scale(), |flux| {
             let (i, gamma) = self.current_and_inverse_inductance(flux);
             (self.energy(flux), i, gamma)
         })
+    }
+
+    /// A flux in Wb to which this core's rounding is in proportion, also where its flux is zero. A formula is exact
+    /// there.
+    fn flux_scale(&self) -> f64 {
+        0.0
     }
 
     /// A flux in Wb where the search for one begins.
@@ -71,13 +77,16 @@ pub trait Magnetics {
 }
 
 /// The flux at which `current` flows, by damped Newton iteration from `flux`; `at` gives W, its gradient and its
-/// Hessian.
+/// Hessian. What counts as near is in proportion to the fluxes on the way and to `scale`, both in Wb: there are machines
+/// of milliamperes and of megaamperes.
 fn newton(
     current: Dq<f64>,
     mut flux: Dq<f64>,
+    scale: f64,
     at: impl Fn(Dq<f64>) -> (f64, Dq<f64>, Symmetric),
 ) -> Result<Dq<f64>, NoConvergence> {
     let distance = |flux| at(flux).0 - current.dot(flux);
+    let near = |way: Dq<f64>, flux: Dq<f64>, share: f64| way.norm() <= share * flux.norm().max(scale);
     for _ in 0..200 {
         let (_, i, gamma) = at(flux);
         let way = gamma.inverse().times_dq(current - i);
@@ -86,16 +95,18 @@ fn newton(
         // Nor to where a map has no data and is not convex.
         let mut share = 1.0;
         let bad = |next: Dq<f64>| distance(next) > distance(flux) || !at(next).2.is_positive_definite();
-        while way.norm() > 1e-6 && bad(flux + way * share) && share > 1e-6 {
+        while !near(way, flux, 1e-6) && bad(flux + way * share) && share > 1e-6 {
             share *= 0.5;
         }
         flux = flux + way * share;
-        if way.norm() < 1e-15 {
+        if near(way, flux, 1e-15) {
             break;
         }
     }
-    let left = (at(flux).1 - current).norm();
-    if left < 1e-9 * (1.0 + current.norm()) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
+    // What is left of the current, as the flux that it amounts to.
+    let (_, i, gamma) = at(flux);
+    let left = gamma.inverse().times_dq(current - i);
+    if near(left, flux, 1e-11) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
 }
 
 /// The core has no state with this current.
@@ -163,6 +174,14 @@ impl Magnetics for Core {
             Self::Linear(core) => core.start(),
             Self::Algebraic(core) => core.start(),
             Self::Map(core) => core.start(),
+        }
+    }
+
+    fn flux_scale(&self) -> f64 {
+        match self {
+            Self::Linear(core) => core.flux_scale(),
+            Self::Algebraic(core) => core.flux_scale(),
+            Self::Map(core) => core.flux_scale(),
         }
     }
 

@@ -78,7 +78,7 @@ impl FluxMap {
     pub(super) fn of(co_energy: &CoEnergy, grid: &Grid) -> Result<(Self, f64), Dq<f64>> {
         // Other points than those of the fit, so that the error is not flattered.
         let probes = co_energy.samples(&middles(&grid.d), &middles(&grid.q));
-        let reach = grid.range().as_flattened().iter().fold(0.0_f64, |reach, i| reach.max(i.abs()));
+        let reach = reach(grid.range());
         let zero = Dq::new(0.0, 0.0);
         let mut cells = CELLS[0].max(grid.d.len().max(grid.q.len())).min(CELLS[1]);
         loop {
@@ -215,7 +215,8 @@ impl FluxMap {
             self.origin.q + (b as f64 + y) * self.step.q,
         );
         let beyond = flux - inside;
-        if beyond.norm() < 1e-12 {
+        // Rounding of a flux on the surface is far below this share of a cell.
+        if beyond.d.abs() < 1e-9 * self.step.d && beyond.q.abs() < 1e-9 * self.step.q {
             return (sums[0][0], gradient, gamma);
         }
         let more = gamma.times_dq(beyond);
@@ -225,6 +226,11 @@ impl FluxMap {
     /// Range of i_d and of i_q in A that the map is known for.
     pub const fn range(&self) -> [[f64; 2]; 2] {
         self.range
+    }
+
+    /// The largest current in A on its axes.
+    pub fn reach(&self) -> f64 {
+        reach(self.range)
     }
 }
 
@@ -243,10 +249,19 @@ impl Magnetics for FluxMap {
         self.rest
     }
 
+    /// Coefficients differ from cell to cell by what a cell is wide, whatever the flux is.
+    fn flux_scale(&self) -> f64 {
+        self.step.norm()
+    }
+
     fn margin(&self, current: Dq<f64>) -> f64 {
         let [[d_low, d_high], [q_low, q_high]] = self.range;
         (current.d - d_low).min(d_high - current.d).min(current.q - q_low).min(q_high - current.q)
     }
+}
+
+fn reach(range: [[f64; 2]; 2]) -> f64 {
+    range.as_flattened().iter().fold(0.0, |reach, i| i.abs().max(reach))
 }
 
 /// The values of an axis and some between them, at least so many in all.

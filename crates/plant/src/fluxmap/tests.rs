@@ -86,6 +86,33 @@ fn law_a_map_is_one_convex_energy_and_knows_its_end() {
 }
 
 #[test]
+fn law_machines_of_any_size_are_computed_alike() {
+    let motor = built_in("cross-saturation").expect("built in");
+    let grid = axis(12.0, 15);
+    let samples = sampled(motor.magnetics.core(), &grid, &grid);
+    let circuit = |current: f64, flux: f64| {
+        let mut samples = samples.clone();
+        for p in &mut samples.points {
+            (p.i_d, p.i_q) = (p.i_d * current, p.i_q * current);
+            (p.psi_d, p.psi_q) = (p.psi_d * flux, p.psi_q * flux);
+        }
+        let (map, _) = FluxMap::new(&samples).expect("a map");
+        MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest")
+    };
+    let own = circuit(1.0, 1.0);
+    for (current, flux) in [(2e6, 1.0), (2e6, 1e4), (1e-6, 1.0), (1e-6, 1e-6), (1.0, 1e-9)] {
+        let other = circuit(current, flux);
+        for (d, q) in [(0.0, 0.0), (12.0, 0.0), (-12.0, 12.0), (3.0, -7.0)] {
+            let expected = own.flux_at(Dq::new(d, q), Heading::ZERO).expect("inside") * flux;
+            let got = other.flux_at(Dq::new(d, q) * current, Heading::ZERO).expect("inside");
+            assert!((got - expected).norm() < 1e-7 * flux, "{current} {flux}: {got:?} {expected:?}");
+        }
+        let beyond = other.flux_at(Dq::new(12.001, 0.0) * current, Heading::ZERO);
+        assert!(beyond.is_err(), "{current} {flux}");
+    }
+}
+
+#[test]
 fn law_the_projection_takes_the_curl_away_and_says_how_much() {
     let motor = built_in("cross-saturation").expect("built in");
     let grid = axis(12.0, 21);

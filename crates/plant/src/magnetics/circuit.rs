@@ -167,12 +167,12 @@ impl MagneticCircuit {
     /// # Errors
     /// [`NoConvergence`] where there is no such state, which a convex energy cannot cause.
     pub fn flux_at(&self, current: Dq<f64>, at: Heading) -> Result<Dq<f64>, NoConvergence> {
-        let flux = super::newton(current, self.rest(at), |flux| {
+        let flux = super::newton(current, self.rest(at), self.core.flux_scale(), |flux| {
             let state = self.state(flux, at);
             (self.energy(flux, at), state.current, state.inverse_inductance)
         })?;
         match &self.core {
-            Core::Map(map) if self.margin(&self.state(flux, at)) < -1e-9 => {
+            Core::Map(map) if self.margin(&self.state(flux, at)) < -1e-9 * map.reach() => {
                 Err(NoConvergence { current, beyond: Some(map.range()) })
             }
             _ => Ok(flux),
