@@ -3,13 +3,15 @@
 //! ```text
 //! file ─► samples ─► rectangular grid ─► nearest map that has an energy ─► W(ψ), smooth and fast
 //!         (import)   (grid: axes, gaps,  (project: splines of the         (surface: splines of the energy)
-//!                     order, convexity)   co-energy, least squares)
+//!                     order, convexity)   co-energy, as many as the
+//!                                         noise allows, least squares)
 //! ```
 //! Fluxes as measured, or as finite elements give them on a mesh, do not quite come from an energy: ∂ψ_d/∂i_q and
 //! ∂ψ_q/∂i_d differ by some per cent. A simulation on such data would create or destroy energy. What is simulated is
 //! the nearest map that cannot; how far it is from the data is part of the [`MapReport`].
 
 mod grid;
+mod noise;
 mod project;
 mod spline;
 mod surface;
@@ -71,6 +73,13 @@ pub struct MapReport {
     pub largest_flux: f64,
     /// Where the distance is largest: i_d and i_q in A.
     pub furthest: [f64; 2],
+    /// rms noise of the data in Wb: how far neighbours are from a smooth surface. What is wrong with all of them alike is
+    /// not in it.
+    pub noise: f64,
+    /// Splines of the simulated map along i_d and i_q: as many as values, or fewer where noise asks for it.
+    pub splines: [usize; 2],
+    /// Standard deviations in H that this noise, and what is done against it, leave to L_d and L_q without current.
+    pub inductance_uncertainty: [f64; 2],
     /// Largest difference in A between the simulated current and that of the projected map, where it is known.
     pub evaluation_error: f64,
 }
@@ -80,7 +89,8 @@ impl FluxMap {
     pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         let (grid, axes, mirrored) = grid::Grid::assemble(samples)?;
         grid.check(&samples.file)?;
-        let co_energy = project::CoEnergy::nearest(&grid);
+        let noise = noise::of(&grid);
+        let co_energy = project::CoEnergy::nearest(&grid, noise);
         let [curl, cross, own] = co_energy.reciprocity(&grid);
         let (distance, furthest) = co_energy.distance(&grid);
         let (map, evaluation_error) = Self::of(&co_energy, &grid).map_err(|current| {
@@ -91,6 +101,9 @@ impl FluxMap {
             let needed = "data closer together or smoother there: inductances must be positive definite".to_owned();
             MapError::new(&samples.file, None, found, needed)
         })?;
+        // Points made by symmetry are no new data.
+        let copies = mirrored.iter().filter(|mirrored| **mirrored).count();
+        let independent = noise * f64::from(1_u8 << copies).sqrt();
         let report = MapReport {
             file: samples.file.clone(),
             points: samples.points.len(),
@@ -104,6 +117,9 @@ impl FluxMap {
             distance,
             largest_flux: grid.largest_flux(),
             furthest,
+            noise,
+            splines: co_energy.splines(),
+            inductance_uncertainty: co_energy.uncertainty(independent),
             evaluation_error,
         };
         Ok((map, report))

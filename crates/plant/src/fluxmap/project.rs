@@ -1,18 +1,22 @@
 //! The nearest map that has an energy.
 //!
 //! A map is free of curl exactly if its fluxes are the gradient of a co-energy `W'(i)`. W' is a tensor product of
-//! splines over the grid of currents, and the fluxes at the grid are to be as close to the data as possible:
+//! splines over the currents, and the fluxes at the grid are to be as close to the data as possible:
 //! ```text
-//! |D₁ G − Ψ_d|² + |G D₂ᵀ − Ψ_q|² → min
+//! |D₁ C B₂ᵀ − Ψ_d|² + |B₁ C D₂ᵀ − Ψ_q|² → min
 //! ```
-//! G are the values of W' at the grid, D₁ and D₂ differentiate splines along either axis. The normal equations
-//! `D₁ᵀD₁ G + G D₂ᵀD₂ = D₁ᵀΨ_d + Ψ_q D₂` are diagonal in the eigenvectors of the two symmetric matrices; no large
-//! system is ever built.
+//! C are the splines' coefficients, B and D their values and slopes at the grid along either axis. The normal equations
+//! `D₁ᵀD₁ C B₂ᵀB₂ + B₁ᵀB₁ C D₂ᵀD₂ = D₁ᵀΨ_d B₂ + B₁ᵀΨ_q D₂` are diagonal in modes V of each axis with `Vᵀ BᵀB V = 1`
+//! and `Vᵀ DᵀD V = α`; no large system is ever built. A mode's share of the coefficients is that of the right side over
+//! `α + β`, and independent noise of 1 Wb in the data makes a variance of `1/(α + β)` of it.
+//!
+//! How many splines there are is a question of the data's noise, see [`super::noise`].
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use standstill_interface::Dq;
 
 use super::grid::Grid;
+use super::noise;
 use super::spline::{Basis, Local};
 use crate::Symmetric;
 
@@ -28,39 +32,128 @@ pub(super) struct Sample {
 
 /// A co-energy in J per 3/2 over the currents.
 pub(super) struct CoEnergy {
-    d: Basis,
-    q: Basis,
+    d: Axis,
+    q: Axis,
     coefficients: DMatrix<f64>,
-    /// D₁ and D₂.
-    slopes: [DMatrix<f64>; 2],
+    /// By how much the next finer splines differ in L_d and L_q without current, in H.
+    bias: [f64; 2],
+}
+
+/// Splines along one axis, and their modes.
+#[derive(Clone)]
+pub(super) struct Axis {
+    basis: Basis,
+    /// Values and slopes at the grid.
+    values: DMatrix<f64>,
+    slopes: DMatrix<f64>,
+    /// V and α.
+    modes: DMatrix<f64>,
+    squares: DVector<f64>,
+}
+
+impl Axis {
+    /// So many splines, at most one per site.
+    pub(super) fn new(sites: &[f64], count: usize) -> Self {
+        let last = (sites.len() - 1) as f64;
+        // In proportion, so that knots are closer together where sites are.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let chosen = (0..count).map(|k| sites[(last * k as f64 / (count as f64 - 1.0)).round() as usize]);
+        let basis = Basis::on(&chosen.collect::<Vec<_>>());
+        let (values, slopes) = (basis.matrix(sites, 0), basis.matrix(sites, 1));
+        // Splines with their sites among the rows are independent (Schoenberg and Whitney): R is regular.
+        let back = values.clone().qr().r().try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
+        let slopes_back = &slopes * &back;
+        let along = SymmetricEigen::new(slopes_back.transpose() * slopes_back);
+        Self { basis, values, slopes, modes: back * along.eigenvectors, squares: along.eigenvalues }
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.squares.len()
+    }
+
+    /// The values at the grid of the splines closest to data along the axis, and their slopes: both times the data.
+    fn smoothing(&self) -> [DMatrix<f64>; 2] {
+        let coefficients = &self.modes * self.modes.transpose() * self.values.transpose();
+        [&self.values * &coefficients, &self.slopes * coefficients]
+    }
+}
+
+/// The fit in the modes of two axes.
+pub(super) struct Modes {
+    /// The right side, and α + β.
+    right: DMatrix<f64>,
+    sums: DMatrix<f64>,
+}
+
+impl Modes {
+    pub(super) fn of(grid: &Grid, d: &Axis, q: &Axis) -> Self {
+        let right =
+            d.slopes.transpose() * &grid.psi_d * &q.values + d.values.transpose() * &grid.psi_q * &q.slopes;
+        Self { right: d.modes.transpose() * right * &q.modes, sums: sums(d, q) }
+    }
+
+    /// Coefficients in the modes.
+    fn coefficients(&self) -> DMatrix<f64> {
+        self.right.zip_map(&self.sums, |right, sum| right / sum)
+    }
+
+    /// By how much the fit is closer to the data than nothing, as a sum of squares in Wb².
+    pub(super) fn explained(&self) -> f64 {
+        self.right.zip_fold(&self.sums, 0.0, |explained, right, sum| explained + right * right / sum)
+    }
+}
+
+/// α + β; infinite for the constant, which has no slope either way and does not matter.
+fn sums(d: &Axis, q: &Axis) -> DMatrix<f64> {
+    let largest = d.squares.amax() + q.squares.amax();
+    DMatrix::from_fn(d.count(), q.count(), |a, b| {
+        let sum = d.squares[a] + q.squares[b];
+        if sum > 1e-12 * largest { sum } else { f64::INFINITY }
+    })
 }
 
 impl CoEnergy {
-    pub(super) fn nearest(grid: &Grid) -> Self {
-        let (d, q) = (Basis::on(&grid.d), Basis::on(&grid.q));
-        // Spline collocation at its own knots is regular (Schoenberg and Whitney).
-        let inverse = |basis: &Basis, sites: &[f64]| {
-            let matrix = basis.matrix(sites, 0);
-            let size = matrix.nrows();
-            matrix.try_inverse().unwrap_or_else(|| DMatrix::identity(size, size))
+    /// For data with this rms noise in Wb.
+    pub(super) fn nearest(grid: &Grid, noise: f64) -> Self {
+        let (axes, finer) = noise::axes(grid, noise);
+        let fit = Self::fit(grid, axes);
+        let own = fit.without_current();
+        let finer = finer.map(|axes| Self::fit(grid, axes).without_current());
+        let bias = finer.map_or([0.0; 2], |l| [l.xx - own.xx, l.yy - own.yy]);
+        Self { bias, ..fit }
+    }
+
+    fn fit(grid: &Grid, [d, q]: [Axis; 2]) -> Self {
+        let coefficients = &d.modes * Modes::of(grid, &d, &q).coefficients() * q.modes.transpose();
+        Self { d, q, coefficients, bias: [0.0; 2] }
+    }
+
+    /// Incremental inductances in H.
+    fn without_current(&self) -> Symmetric {
+        self.at(Dq::new(0.0, 0.0), &self.d.basis.at(0.0), &self.q.basis.at(0.0)).inductance
+    }
+
+    /// Splines along i_d and i_q.
+    pub(super) fn splines(&self) -> [usize; 2] {
+        [self.d.count(), self.q.count()]
+    }
+
+    /// Standard deviations in H of L_d and L_q without current, where each flux of the data has independent noise in Wb:
+    /// what passes through the fit, and by how much the next finer splines differ, which would follow a sharper bend.
+    pub(super) fn uncertainty(&self, noise: f64) -> [f64; 2] {
+        let (d, q) = (self.d.basis.at(0.0), self.q.basis.at(0.0));
+        let sums = sums(&self.d, &self.q);
+        let along = |axis: &Axis, local: &Local, order: usize| {
+            axis.modes
+                .rows(local.first, local.values[order].len())
+                .tr_mul(&DVector::from_column_slice(&local.values[order]))
         };
-        let (back_d, back_q) = (inverse(&d, &grid.d), inverse(&q, &grid.q));
-        let slope_d = d.matrix(&grid.d, 1) * &back_d;
-        let slope_q = q.matrix(&grid.q, 1) * &back_q;
-        let right = slope_d.transpose() * &grid.psi_d + &grid.psi_q * &slope_q;
-        let along_d = SymmetricEigen::new(slope_d.transpose() * &slope_d);
-        let along_q = SymmetricEigen::new(slope_q.transpose() * &slope_q);
-        let mut modes = along_d.eigenvectors.transpose() * right * &along_q.eigenvectors;
-        let largest = along_d.eigenvalues.amax() + along_q.eigenvalues.amax();
-        for a in 0..modes.nrows() {
-            for b in 0..modes.ncols() {
-                let sum = along_d.eigenvalues[a] + along_q.eigenvalues[b];
-                // Only the constant has no slope either way, and it does not matter.
-                modes[(a, b)] = if sum > 1e-12 * largest { modes[(a, b)] / sum } else { 0.0 };
-            }
-        }
-        let values = &along_d.eigenvectors * modes * along_q.eigenvectors.transpose();
-        Self { coefficients: back_d * values * back_q.transpose(), d, q, slopes: [slope_d, slope_q] }
+        [([2, 0], self.bias[0]), ([0, 2], self.bias[1])].map(|([order_d, order_q], bias)| {
+            let (d, q) = (along(&self.d, &d, order_d), along(&self.q, &q, order_q));
+            let shares = d * q.transpose();
+            let variance = shares.zip_fold(&sums, 0.0, |variance, share, sum| variance + share * share / sum);
+            (variance.sqrt() * noise).hypot(bias)
+        })
     }
 
     /// Flux and incremental inductance at one current, with the splines of either axis there.
@@ -78,9 +171,9 @@ impl CoEnergy {
 
     /// The map at all pairs of these currents in A, i_q running faster.
     pub(super) fn samples(&self, d: &[f64], q: &[f64]) -> Vec<Sample> {
-        let along_q: Vec<(f64, Local)> = q.iter().map(|i_q| (*i_q, self.q.at(*i_q))).collect();
+        let along_q: Vec<(f64, Local)> = q.iter().map(|i_q| (*i_q, self.q.basis.at(*i_q))).collect();
         let row = |i_d: f64| {
-            let along_d = self.d.at(i_d);
+            let along_d = self.d.basis.at(i_d);
             let point = |(i_q, local): &(f64, Local)| self.at(Dq::new(i_d, *i_q), &along_d, local);
             along_q.iter().map(point).collect::<Vec<_>>()
         };
@@ -89,9 +182,11 @@ impl CoEnergy {
 
     /// Of the data, rms over all points in H: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of their mean, and of the axes' own inductances.
     pub(super) fn reciprocity(&self, grid: &Grid) -> [f64; 3] {
-        let [along_d, along_q] = &self.slopes;
-        let (dq, qd) = (&grid.psi_d * along_q.transpose(), along_d * &grid.psi_q);
-        let (dd, qq) = (along_d * &grid.psi_d, &grid.psi_q * along_q.transpose());
+        let ([smooth_d, slope_d], [smooth_q, slope_q]) = (self.d.smoothing(), self.q.smoothing());
+        let along_d = |psi: &DMatrix<f64>| &slope_d * psi * smooth_q.transpose();
+        let along_q = |psi: &DMatrix<f64>| &smooth_d * psi * slope_q.transpose();
+        let (dq, qd) = (along_q(&grid.psi_d), along_d(&grid.psi_q));
+        let (dd, qq) = (along_d(&grid.psi_d), along_q(&grid.psi_q));
         let rms = |squares: f64| (squares / (grid.d.len() * grid.q.len()) as f64).sqrt();
         let own = dd.norm_squared() + qq.norm_squared();
         [rms((&dq - &qd).norm_squared()), rms(((dq + qd) / 2.0).norm_squared()), rms(own)]

@@ -204,3 +204,61 @@ fn regress_what_is_wrong_with_a_map_is_named() {
     let skew = error(&|points| points.iter_mut().for_each(|p| p.psi_q += 0.3));
     assert!(skew.contains("within 10° of +d"), "{skew}");
 }
+
+/// Numbers with mean 0 and standard deviation 1, nearly Gaussian.
+fn noise(seed: u64) -> impl FnMut() -> f64 {
+    let mut state = seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1;
+    move || {
+        let mut uniform = || {
+            state ^= state << 13;
+            state ^= state >> 7;
+            state ^= state << 17;
+            (state >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(|_| uniform()).sum::<f64>() - 6.0
+    }
+}
+
+#[test]
+fn law_noise_moves_the_inductances_by_what_is_said() {
+    let runs = 12_u8;
+    for (name, half) in [("paper-5k5", false), ("paper-5k5", true), ("cross-saturation", false)] {
+        let motor = built_in(name).expect("built in");
+        let whole = axis(12.0, 21);
+        let part: Vec<f64> = whole.iter().copied().filter(|i| !half || *i >= 0.0).collect();
+        let exact = sampled(motor.magnetics.core(), &whole, &part);
+        let l = motor.magnetics.inductance();
+        let (mut squares, mut ratio) = ([0.0; 2], 0.0);
+        for seed in 1..=runs {
+            let (mut samples, mut noise) = (exact.clone(), noise(seed.into()));
+            let size = 1e-3 * samples.points.iter().fold(0.0_f64, |most, p| most.max(p.psi_d));
+            for p in &mut samples.points {
+                (p.psi_d, p.psi_q) = (p.psi_d + size * noise(), p.psi_q + size * noise());
+            }
+            let (map, report) = FluxMap::new(&samples).expect("a map");
+            ratio += report.noise / size / f64::from(runs);
+            let got = MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest").inductance();
+            for (k, off) in [got.xx - l.xx, got.yy - l.yy].into_iter().enumerate() {
+                squares[k] += (off / report.inductance_uncertainty[k]).powi(2);
+                // A thousandth of the flux: 5 % of L_d where every point is followed.
+                assert!(off.abs() < 0.01 * l.xx, "{name}, half: {half}: {off} H of {l:?}");
+            }
+        }
+        assert!((ratio - 1.0).abs() < 0.1, "{name}, half: {half}: {ratio}");
+        // 12 on average if no more were said than what passes through the fit; 33 once in a thousand times. The next
+        // finer splines make it less.
+        for sum in squares {
+            assert!((0.5..33.0).contains(&sum), "{name}, half: {half}: {sum}");
+        }
+    }
+}
+
+#[test]
+fn law_without_noise_every_point_is_followed() {
+    let motor = built_in("cross-saturation").expect("built in");
+    let grid = axis(12.0, 21);
+    let (_, report) = FluxMap::new(&sampled(motor.magnetics.core(), &grid, &grid)).expect("a map");
+    assert_eq!(report.splines, [21, 21]);
+    assert!(report.noise < 1e-6 * report.largest_flux, "{report:?}");
+    assert!(report.inductance_uncertainty.iter().all(|h| *h < 1e-7), "{report:?}");
+}
