@@ -7,6 +7,7 @@
 
 mod alignment;
 mod bipolar;
+mod commissioning;
 mod injection;
 mod likelihood;
 mod line_inductance;
@@ -25,6 +26,9 @@ mod train;
 
 pub use alignment::{Alignment, AlignmentSettings};
 pub use bipolar::{Bipolar, BipolarSettings};
+pub use commissioning::{
+    Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
+};
 pub use injection::InjectionSettings;
 pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use lines::{Interval, Saliency, SaliencySign, line_impedance};

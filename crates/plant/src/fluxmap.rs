@@ -36,6 +36,18 @@ pub enum MapAxes {
     NoMagnet,
 }
 
+impl MapAxes {
+    /// For messages that name a current or a flux of a map that was turned: none of its file.
+    const fn note(self) -> &'static str {
+        match self {
+            Self::Turned(_) => {
+                " (d and q of the rotor: the file has its magnet along another axis and was turned)"
+            }
+            Self::Magnet | Self::NoMagnet => "",
+        }
+    }
+}
+
 impl fmt::Display for MapAxes {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
@@ -88,18 +100,22 @@ impl FluxMap {
     /// The map that the samples of a file make.
     pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         let (grid, axes, mirrored) = grid::Grid::assemble(samples)?;
-        grid.check(&samples.file)?;
+        grid.check(&samples.file, axes)?;
         let noise = noise::of(&grid);
         let co_energy = project::CoEnergy::nearest(&grid, noise);
         let [curl, cross, own] = co_energy.reciprocity(&grid);
         let (distance, furthest) = co_energy.distance(&grid);
         let (map, evaluation_error) = Self::of(&co_energy, &grid).map_err(|current| {
+            let (place, cell) = grid.cell(current);
             let found = format!(
-                "that the nearest map with an energy, {:.2e} Wb rms away, is not convex near i_d = {:.4} A, i_q = {:.4} A",
-                distance[0], current.d, current.q
+                "that the nearest map with an energy, {:.2e} Wb rms away, is not convex in the cell {cell}",
+                distance[0]
             );
-            let needed = "data closer together or smoother there: inductances must be positive definite".to_owned();
-            MapError::new(&samples.file, None, found, needed)
+            let needed = format!(
+                "data that are smoother or closer together there (noise of all: {noise:.2e} Wb rms): inductances must be positive definite{}",
+                axes.note()
+            );
+            MapError::new(&samples.file, Some(&format!("near {place}")), found, needed)
         })?;
         // Points made by symmetry are no new data.
         let copies = mirrored.iter().filter(|mirrored| **mirrored).count();

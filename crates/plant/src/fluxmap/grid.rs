@@ -23,6 +23,10 @@ const NO_FLUX: f64 = 0.02;
 const LEAST_VALUES: usize = 5;
 const MOST_VALUES: usize = 500;
 
+/// Largest step of an axis over its smallest one. By experiment: at 20 the inductances of a smooth map are within 0.1 %, at
+/// 40 within 1 % where noise is added, and at 80 splines through the points swing until nothing is left of them.
+const UNEVEN: f64 = 20.0;
+
 /// Angle in degrees by which a magnet's flux may be off the axis of its map.
 const OFF_AXIS: f64 = 10.0;
 
@@ -30,6 +34,7 @@ impl Grid {
     pub(super) fn assemble(samples: &MapSamples) -> Result<(Self, MapAxes, [bool; 2]), MapError> {
         let file = &samples.file;
         let raw = Self::rectangle(file, &samples.points)?;
+        raw.check_steps(file)?;
         let axes = raw.axes(file)?;
         let mut points = samples.points.clone();
         if let MapAxes::Turned(quarters) = axes {
@@ -119,6 +124,35 @@ impl Grid {
         Ok(Self { d, q, psi_d, psi_q, places: places.into_iter().flatten().collect() })
     }
 
+    fn check_steps(&self, file: &str) -> Result<(), MapError> {
+        for (name, axis) in [("i_d", &self.d), ("i_q", &self.q)] {
+            let step = |pair: &&[f64]| pair[1] - pair[0];
+            let by_size = |a: &&[f64], b: &&[f64]| step(a).total_cmp(&step(b));
+            let steps = || axis.windows(2);
+            let (Some(least), Some(most)) = (steps().min_by(by_size), steps().max_by(by_size)) else {
+                continue;
+            };
+            let ratio = step(&most) / step(&least);
+            if ratio > UNEVEN {
+                let words = |pair: &[f64]| {
+                    format!(
+                        "{} A (from {} to {} A)",
+                        rounded(step(&pair)),
+                        rounded(pair[0]),
+                        rounded(pair[1])
+                    )
+                };
+                let found =
+                    format!("steps of {name} from {} to {}, {ratio:.0} : 1", words(least), words(most));
+                let needed = format!(
+                    "at most {UNEVEN} : 1, or splines through the points swing: more values within the large step, or fewer around the small one"
+                );
+                return Err(MapError::new(file, None, found, needed));
+            }
+        }
+        Ok(())
+    }
+
     /// Flux in Wb without current, between the points next to it.
     fn at_rest(&self) -> Dq<f64> {
         let ((a, x), (b, y)) = (bracket(&self.d), bracket(&self.q));
@@ -171,11 +205,36 @@ impl Grid {
         &self.places[a * self.q.len() + b]
     }
 
+    /// The cell of a current in A, for messages: where its nearest corner stands in the file, and its sides.
+    pub(super) fn cell(&self, current: Dq<f64>) -> (&Place, String) {
+        let sides = |axis: &[f64], i: f64| {
+            let after = axis.partition_point(|x| *x <= i).clamp(1, axis.len() - 1);
+            [rounded(axis[after - 1]), rounded(axis[after])]
+        };
+        let ([d_low, d_high], [q_low, q_high]) = (sides(&self.d, current.d), sides(&self.q, current.q));
+        let place = self.place(nearest(&self.d, current.d), nearest(&self.q, current.q));
+        (place, format!("i_d = {d_low} to {d_high} A, i_q = {q_low} to {q_high} A"))
+    }
+
+    /// Whether ψ_d grows with i_q rather than i_d, and ψ_q with i_d.
+    fn looks_transposed(&self) -> bool {
+        let along_d = |m: &DMatrix<f64>| (m.row(m.nrows() - 1) - m.row(0)).norm() / (m.ncols() as f64).sqrt();
+        let along_q =
+            |m: &DMatrix<f64>| (m.column(m.ncols() - 1) - m.column(0)).norm() / (m.nrows() as f64).sqrt();
+        along_q(&self.psi_d) > 2.0 * along_d(&self.psi_d) && along_d(&self.psi_q) > 2.0 * along_q(&self.psi_q)
+    }
+
     /// Flux must grow with the current along each axis, and the inductances must be positive definite.
-    pub(super) fn check(&self, file: &str) -> Result<(), MapError> {
+    pub(super) fn check(&self, file: &str, axes: MapAxes) -> Result<(), MapError> {
         let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", self.d[a], self.q[b]);
         let error = |a, b, found: String, needed: &str| {
-            Err(MapError::new(file, Some(self.place(a, b)), found, needed.to_owned()))
+            let hint = if self.looks_transposed() {
+                "; psi_d grows with i_q and psi_q with i_d: the fluxes look transposed, or exchanged"
+            } else {
+                ""
+            };
+            let needed = format!("{needed}{hint}{}", axes.note());
+            Err(MapError::new(file, Some(self.place(a, b)), found, needed))
         };
         for a in 0..self.d.len() {
             for b in 0..self.q.len() {
@@ -235,6 +294,11 @@ impl Grid {
         let cross = (along_q(&self.psi_d) + along_d(&self.psi_q)) / 2.0;
         Symmetric::new(along_d(&self.psi_d), cross, along_q(&self.psi_q))
     }
+}
+
+/// A current for messages: six digits, without those that subtraction leaves.
+fn rounded(current: f64) -> f64 {
+    format!("{current:.5e}").parse().unwrap_or(current)
 }
 
 fn one_sided(axis: &[f64]) -> bool {

@@ -203,6 +203,40 @@ fn regress_what_is_wrong_with_a_map_is_named() {
     assert!(coupled.contains("not convex") && coupled.contains("L_dq"), "{coupled}");
     let skew = error(&|points| points.iter_mut().for_each(|p| p.psi_q += 0.3));
     assert!(skew.contains("within 10° of +d"), "{skew}");
+    let transposed = error(&|points| {
+        for k in 0..5 {
+            for m in 0..k {
+                let (one, other) = (5 * k + m, 5 * m + k);
+                let (a, b) = (points[one].clone(), points[other].clone());
+                (points[one].psi_d, points[one].psi_q) = (b.psi_d, b.psi_q);
+                (points[other].psi_d, points[other].psi_q) = (a.psi_d, a.psi_q);
+            }
+        }
+    });
+    assert!(transposed.contains("look transposed"), "{transposed}");
+    // Stairs, the same at each i_q.
+    let grid = axis(8.0, 13);
+    let mut stairs = sampled(motor.magnetics.core(), &grid, &grid);
+    for (k, point) in stairs.points.iter_mut().enumerate() {
+        point.psi_d += if (k / 13) % 2 == 0 { 0.006 } else { -0.006 };
+    }
+    let bent = FluxMap::new(&stairs).expect_err("must be refused").to_string();
+    assert!(bent.contains("near line ") && bent.contains("not convex in the cell i_d = "), "{bent}");
+}
+
+#[test]
+fn regress_uneven_steps_are_named_and_do_not_pass_for_bad_data() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let uneven = |least: f64| vec![-8.0, -6.0, -4.0, -2.0, 0.0, least, 2.0, 4.0, 6.0, 8.0];
+    let map = |d: &[f64], q: &[f64]| FluxMap::new(&sampled(motor.magnetics.core(), d, q));
+    let (good, l) = (axis(8.0, 9), motor.magnetics.inductance());
+    let error = map(&good, &uneven(0.025)).expect_err("must be refused").to_string();
+    let steps = "steps of i_q from 0.025 A (from 0 to 0.025 A) to 2 A (from 6 to 8 A), 80 : 1";
+    assert!(error.contains(steps) && error.contains("at most 20 : 1"), "{error}");
+    // What is let through is computed well.
+    let (map, _) = map(&uneven(0.1), &uneven(0.11)).expect("a map");
+    let got = MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest").inductance();
+    assert!((got.xx / l.xx - 1.0).abs() < 1e-3 && (got.yy / l.yy - 1.0).abs() < 1e-3, "{got:?} {l:?}");
 }
 
 /// Numbers with mean 0 and standard deviation 1, nearly Gaussian.

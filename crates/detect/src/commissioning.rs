@@ -1,0 +1,319 @@
+//! Learning what is wrong with the line inductances from several starts, without a position sensor.
+//!
+//! Equations (5)–(7) take the three lines for a wave of 2θ with equal phases. Write them as a complex number and a mean,
+//! ```text
+//! Z = −2/9 Σ L_k w_k,   M = 1/9 Σ L_k,   w = e^{j120°}, 1, e^{−j120°} for L_AB, L_BC, L_CA
+//! ```
+//! of which an ideal motor's are `Z = L_B u` with `u = e^{j2θ}`, and `M = L_A` (all in H). What makes them differ:
+//!
+//! * **A 4θ harmonic.** L_4 cos 4θ in phase a, cos 4(θ − 120°) in b, and so on, with the mutual inductances that go with
+//!   it, is a reflection of 3/2 L_4 that turns with −4θ in the stator's frame: `H u⁻²` in Z, H = L_4. Nothing in M.
+//! * **Unequal phases.** Phase a larger by δ is a reflection that stands still: `2/9 δ` in Z, for phases b and c turned
+//!   by ±120°. A constant c in all.
+//! * **Unequal gains.** Lines read 1 + ε_k times too large, with `E = Σ ε_k w_k`, give `Z' = Z − 2/3 L_A E + 1/3 (E Z)*`:
+//!   a constant again, and a term that turns backwards and is |L_B| / (2 L_A) of that constant.
+//! * **Saturation.** A pulse with i_d > 0 meets less inductance: L_k less by κ cos³(φ_k − θ), where φ_k is the line's
+//!   direction. With `v = e^{jθ}` that is `j P v⁻¹` in Z, P = κ/4. Unlike the others it depends on the pole.
+//!
+//! Together
+//! ```text
+//! Z = c + S u + H u⁻² + j P v⁻¹,   S = L_B
+//! ```
+//! Each position brings two equations and one unknown, its θ. What remains, one equation each, determines c, S, H and,
+//! where the poles are known, P: each equation looks along the normal of Z's path, on which no turn of the rotor moves.
+//!
+//! The backward term of unequal gains is left out: gains of 0.5 % leave 0.06° rms by it on a motor with |L_B|/L_A = 0.23.
+//! It can be learnt, best together with M, which it lets vary with 2θ; but its two unknowns made as much uncertain as
+//! they explained, up to 32 positions of a drive whose single reading is good to 0.2°, and more with one of 0.5°.
+//!
+//! What no position can tell is a common turn of all: where θ = 0 is. It is defined by the winding, as is that H and P
+//! are real, which holds for motors whose halves about the d-axis are alike.
+
+mod complex;
+mod correction;
+mod fit;
+mod model;
+#[cfg(test)]
+mod tests;
+
+use core::fmt;
+
+use standstill_interface::{Abc, Angle, Real};
+
+pub use correction::Correction;
+
+use crate::lines::SaliencySign;
+use crate::settings::{SettingsError, require, require_positive};
+use complex::Complex;
+use correction::sign_of;
+use fit::{Extent, Factor, Normal, Position, minimise};
+use model::{Model, at};
+
+/// What learning demands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CommissioningSettings<T> {
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// Positions needed.
+    pub least_positions: u8,
+    /// How uncertain a corrected angle may be in the worst position, by what was learnt alone, in units of what the noise
+    /// of one reading makes uncertain. N positions spread
+    /// evenly give 2/√N, with the poles 2.5/√N.
+    pub most_dilution: T,
+    /// rms in units of |L_B| of what no model of this kind explains, beyond which the lines are not those of one.
+    pub most_residual: T,
+}
+
+impl<T: Real> CommissioningSettings<T> {
+    /// For a motor with this saliency: 8 positions that leave no more uncertainty than a reading does, and a residual of
+    /// at most 6 % of |L_B|, with which one reading is uncertain by 1.7°.
+    pub fn usual(saliency: SaliencySign) -> Self {
+        Self { saliency, least_positions: 8, most_dilution: T::one(), most_residual: T::of(0.06) }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        let count = usize::from(self.least_positions);
+        require((5..=CAPACITY).contains(&count), "least_positions", "from 5 to 32")?;
+        require_positive(self.most_dilution, "most_dilution")?;
+        require_positive(self.most_residual, "most_residual")
+    }
+}
+
+/// Why nothing was learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum CommissioningError<T> {
+    /// A line inductance that is not positive and finite.
+    NotInductive,
+    /// No room for another position.
+    Full {
+        /// Positions that there is room for.
+        room: usize,
+    },
+    /// Too few positions.
+    TooFew {
+        /// How many there are.
+        found: usize,
+        /// How many are needed.
+        needed: usize,
+    },
+    /// The positions do not spread enough to tell the unknowns apart.
+    TooClose {
+        /// See [`CommissioningSettings::most_dilution`]. Infinite where an unknown has no effect at all.
+        dilution: T,
+        /// What is allowed.
+        allowed: T,
+    },
+    /// The lines are not those of such a motor.
+    Unexplained {
+        /// rms of what is left, in units of |L_B|.
+        residual: T,
+        /// What is allowed.
+        allowed: T,
+    },
+    /// No least sum of squares was found, or it is one of no such motor.
+    NoConvergence,
+}
+
+impl<T: Real> fmt::Display for CommissioningError<T> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NotInductive => write!(f, "a line inductance is not positive and finite"),
+            Self::Full { room } => write!(f, "no room for more than {room} positions"),
+            Self::TooFew { found, needed } => {
+                write!(f, "{found} positions where at least {needed} are needed")
+            }
+            Self::TooClose { dilution, allowed } => write!(
+                f,
+                "positions too close to each other: a correction would be {dilution:.2} times as uncertain as one \
+                 reading, where at most {allowed:.2} is allowed"
+            ),
+            Self::Unexplained { residual, allowed } => write!(
+                f,
+                "lines that no harmonic and no asymmetry explain: {residual:.4} of |L_B| is left, where at most \
+                 {allowed:.4} is allowed"
+            ),
+            Self::NoConvergence => write!(f, "no harmonic and no asymmetry fits the lines"),
+        }
+    }
+}
+
+impl<T: Real> core::error::Error for CommissioningError<T> {}
+
+/// Standard deviations, from the residual and the information of the positions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Deviations<T> {
+    /// Of each part of c, relative to L_A.
+    pub offset: T,
+    /// Of H, relative to L_A.
+    pub fourth: T,
+    /// Of P, relative to L_A; zero if it was not learnt.
+    pub saturation: T,
+    /// Of a corrected angle in rad by all of them, rms over the rotor's positions. The noise of the reading to be
+    /// corrected comes on top.
+    pub axis: T,
+}
+
+/// What was learnt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learnt<T> {
+    /// To be kept.
+    pub correction: Correction<T>,
+    /// How well it is known.
+    pub deviations: Deviations<T>,
+    /// L_A in H, the mean over the positions.
+    pub mean: T,
+    /// L_B in H without what was learnt.
+    pub saliency: T,
+    /// rms in H of what is left, of the equations beyond the unknowns: the noise of each part of Z, if nothing else is wrong.
+    pub residual: T,
+    /// See [`CommissioningSettings::most_dilution`].
+    pub dilution: T,
+    /// From how many positions.
+    pub positions: usize,
+}
+
+/// Positions that there is room for.
+const CAPACITY: usize = 32;
+
+/// Line inductances at unknown positions, collected start by start.
+#[derive(Clone, Debug)]
+pub struct Commissioning<T> {
+    settings: CommissioningSettings<T>,
+    positions: [Position<T>; CAPACITY],
+    /// Sum of their L_A in H.
+    means: T,
+    count: usize,
+}
+
+impl<T: Real> Commissioning<T> {
+    /// Without positions yet.
+    ///
+    /// # Errors
+    /// A setting with which nothing can be learnt.
+    pub fn new(settings: CommissioningSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let none = Position { z: Complex::zero(), north: None };
+        Ok(Self { settings, positions: [none; CAPACITY], means: T::zero(), count: 0 })
+    }
+
+    /// How many positions there are.
+    pub fn len(&self) -> usize {
+        self.count
+    }
+
+    /// Whether there is no position yet.
+    pub fn is_empty(&self) -> bool {
+        self.count == 0
+    }
+
+    /// L_AB, L_BC, L_CA in H at another position, and the rotor's angle as that detection told it, if it told a pole.
+    /// Only the pole is taken from it: an error below 90° does not matter.
+    ///
+    /// # Errors
+    /// What is no inductance, or one more than there is room for; nothing was added.
+    pub fn add(&mut self, lines: Abc<T>, north: Option<Angle<T>>) -> Result<(), CommissioningError<T>> {
+        if !lines.0.iter().all(|line| line.is_finite() && *line > T::zero()) {
+            return Err(CommissioningError::NotInductive);
+        }
+        let free = self.positions.get_mut(self.count).ok_or(CommissioningError::Full { room: CAPACITY })?;
+        let (z, mean) = Complex::of_lines(lines);
+        *free = Position { z, north };
+        self.means = self.means + mean;
+        self.count += 1;
+        Ok(())
+    }
+
+    /// What the positions tell together. Saturation is learnt if every position has its pole.
+    ///
+    /// # Errors
+    /// Too few positions, too close to each other, or of no such motor.
+    pub fn learn(&self) -> Result<Learnt<T>, CommissioningError<T>> {
+        let mut positions = self.positions;
+        let positions = &mut positions[..self.count];
+        let extent = Extent { saturation: positions.iter().all(|position| position.north.is_some()) };
+        // One equation more than unknowns, or there is no residual.
+        let needed = usize::from(self.settings.least_positions).max(extent.unknowns() + 1);
+        if self.count < needed {
+            return Err(CommissioningError::TooFew { found: self.count, needed });
+        }
+        // In units of |L_B|: squares of microhenries are too small for single precision.
+        let count = T::of(self.count as f64);
+        let mean = self.means / count;
+        let unit = positions.iter().fold(T::zero(), |sum, position| sum + position.z.norm()) / count;
+        if unit <= mean * T::epsilon() {
+            return Err(self.unexplained(T::infinity()));
+        }
+        for position in &mut *positions {
+            position.z = position.z.scale(T::one() / unit);
+        }
+        let start = Model {
+            offset: Complex::zero(),
+            saliency: sign_of(self.settings.saliency),
+            fourth: T::zero(),
+            saturation: T::zero(),
+        };
+        // Positions that tell nothing are found before the search runs away on them. The start knows the angles to a
+        // few degrees, hence the double.
+        let before = Normal::of(&start, positions, extent);
+        self.spread(&start, &before, extent, T::of(2.0))?;
+        let (model, normal) = minimise(start, positions, extent).ok_or(CommissioningError::NoConvergence)?;
+        let (factor, dilution, rms) = self.spread(&model, &normal, extent, T::one())?;
+        let residual = (normal.cost / T::of((self.count - extent.unknowns()) as f64)).sqrt();
+        let share = residual / model.saliency.abs();
+        if share.is_nan() || share > self.settings.most_residual {
+            return Err(self.unexplained(share));
+        }
+        let such_a_motor = model.saliency * start.saliency > T::zero() && model.is_unique();
+        let correction = Correction::of(&model, mean / unit).ok().filter(|_| such_a_motor);
+        let of = |unknown: usize| residual * factor.deviation_of(unknown) * unit / mean;
+        Ok(Learnt {
+            correction: correction.ok_or(CommissioningError::NoConvergence)?,
+            deviations: Deviations {
+                offset: of(at::OFFSET).hypot(of(at::OFFSET + 1)) * T::FRAC_1_SQRT_2(),
+                fourth: of(at::FOURTH),
+                saturation: if extent.saturation { of(at::SATURATION) } else { T::zero() },
+                axis: residual * rms,
+            },
+            mean,
+            saliency: model.saliency * unit,
+            residual: residual * unit,
+            dilution,
+            positions: self.count,
+        })
+    }
+
+    fn unexplained(&self, residual: T) -> CommissioningError<T> {
+        CommissioningError::Unexplained { residual, allowed: self.settings.most_residual }
+    }
+
+    /// The factors of the information, the dilution, and the rms over the positions of the standard deviation in rad of
+    /// a corrected angle for a noise of one.
+    fn spread(
+        &self,
+        model: &Model<T>,
+        normal: &Normal<T>,
+        extent: Extent,
+        slack: T,
+    ) -> Result<(Factor<T>, T, T), CommissioningError<T>> {
+        let allowed = self.settings.most_dilution;
+        let close = |dilution: T| CommissioningError::TooClose { dilution, allowed };
+        let factor = normal.factor(T::zero()).ok_or(close(T::infinity()))?;
+        let (mut most, mut squares) = (T::zero(), T::zero());
+        for step in 0..ANGLES {
+            let angle = T::TAU() * T::of(f64::from(step) / f64::from(ANGLES));
+            let deviation = factor.deviation(&extent.only(model.angle_over_unknowns(angle)));
+            most = most.max(deviation);
+            squares = squares + deviation * deviation;
+        }
+        // The noise of one reading turns Z, and so 2θ, by its share of |L_B|.
+        let dilution = T::of(2.0) * most * model.saliency.abs();
+        if dilution <= allowed * slack {
+            Ok((factor, dilution, (squares / T::of(f64::from(ANGLES))).sqrt()))
+        } else {
+            Err(close(dilution))
+        }
+    }
+}
+
+/// Angles at which a correction's uncertainty is looked at: enough for waves of up to 6θ.
+const ANGLES: u8 = 36;

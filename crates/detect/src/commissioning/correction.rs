@@ -1,0 +1,82 @@
+//! What was learnt, as it is kept and used.
+
+use standstill_interface::{Abc, Angle, Real};
+
+use super::complex::Complex;
+use super::model::Model;
+use crate::lines::{Saliency, SaliencySign};
+use crate::settings::{SettingsError, require};
+
+/// What [`Commissioning`](crate::Commissioning) learnt: four numbers for a memory that survives without power.
+///
+/// They are relative to the mean L_A measured along with them. So what scales all lines alike, such as the gain of the
+/// DC link's sensor or a dead time not told, neither spoils a correction nor ages it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correction<T> {
+    offset: Complex<T>,
+    fourth: T,
+    saturation: T,
+}
+
+impl<T: Real> Correction<T> {
+    /// Nothing to correct: equations (5)–(7) of the paper as they are.
+    pub fn none() -> Self {
+        Self { offset: Complex::zero(), fourth: T::zero(), saturation: T::zero() }
+    }
+
+    /// From what [`Correction::values`] gave: `[Re c, Im c, H, P]`, relative to L_A.
+    ///
+    /// # Errors
+    /// Values of no motor that has three phases of one kind: a memory that lost them.
+    pub fn new(values: [T; 4]) -> Result<Self, SettingsError> {
+        let names = ["correction.offset", "correction.offset", "correction.fourth", "correction.saturation"];
+        for (value, name) in values.into_iter().zip(names) {
+            // Far beyond any motor: of a phase that differs by a half, |c| is 0.11.
+            require(value.abs() < T::of(0.5), name, "between -0.5 and 0.5")?;
+        }
+        let [re, im, fourth, saturation] = values;
+        Ok(Self { offset: Complex::new(re, im), fourth, saturation })
+    }
+
+    /// Of a model in the unit in which L_A is `mean`.
+    pub(super) fn of(model: &Model<T>, mean: T) -> Result<Self, SettingsError> {
+        let Model { offset, fourth, saturation, .. } = *model;
+        Self::new([offset.re, offset.im, fourth, saturation].map(|value| value / mean))
+    }
+
+    /// To be stored, and given to [`Correction::new`] later.
+    pub fn values(&self) -> [T; 4] {
+        [self.offset.re, self.offset.im, self.fourth, self.saturation]
+    }
+
+    /// L_4 / L_A.
+    pub fn fourth(&self) -> T {
+        self.fourth
+    }
+
+    /// [`Saliency::from_lines`] of L_AB, L_BC, L_CA in H without what was learnt.
+    ///
+    /// What saturation does depends on the pole. `north` is the rotor's angle as a detection told it, good to 90°; where
+    /// it is none, saturation stays uncorrected.
+    pub fn apply(&self, lines: Abc<T>, sign: SaliencySign, north: Option<Angle<T>>) -> Saliency<T> {
+        let (z, mean) = Complex::of_lines(lines);
+        let model = Model {
+            offset: self.offset.scale(mean),
+            saliency: sign_of(sign),
+            fourth: self.fourth * mean,
+            saturation: self.saturation * mean,
+        };
+        let (angle, amplitude) = model.angle(z, north);
+        let two = T::of(2.0);
+        let axis = Angle::from_radians(Angle::from_radians(two * angle).radians() / two);
+        Saliency { mean, amplitude, axis }
+    }
+}
+
+/// 1 or −1.
+pub(super) fn sign_of<T: Real>(sign: SaliencySign) -> T {
+    match sign {
+        SaliencySign::Positive => T::one(),
+        SaliencySign::Negative => -T::one(),
+    }
+}

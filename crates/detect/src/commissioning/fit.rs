@@ -1,0 +1,177 @@
+//! Least squares over all positions, each with an angle of its own that is eliminated.
+
+use standstill_interface::{Angle, Real};
+
+use super::complex::Complex;
+use super::model::{Model, Reading, UNKNOWNS, at};
+
+/// What was measured at one position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Position<T> {
+    pub(super) z: Complex<T>,
+    /// Where its pole is, good to 90°.
+    pub(super) north: Option<Angle<T>>,
+}
+
+/// What is to be learnt.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Extent {
+    /// Whether P is.
+    pub(super) saturation: bool,
+}
+
+type Vector<T> = [T; UNKNOWNS];
+
+/// Normal equations at one model.
+pub(super) struct Normal<T> {
+    /// Information: JᵀJ without what the angles explain. Its inverse is the covariance for a noise of one.
+    matrix: [Vector<T>; UNKNOWNS],
+    right: Vector<T>,
+    /// Sum of squares.
+    pub(super) cost: T,
+}
+
+/// A positive definite matrix as `G Gᵀ`.
+pub(super) struct Factor<T>([Vector<T>; UNKNOWNS]);
+
+impl Extent {
+    fn learns(self, unknown: usize) -> bool {
+        unknown != at::SATURATION || self.saturation
+    }
+
+    /// Unknowns beside the angles. Of a position's two equations one goes to its angle.
+    pub(super) fn unknowns(self) -> usize {
+        if self.saturation { UNKNOWNS } else { UNKNOWNS - 1 }
+    }
+
+    /// Zero for what is not learnt.
+    pub(super) fn only<T: Real>(self, mut values: Vector<T>) -> Vector<T> {
+        for (unknown, value) in values.iter_mut().enumerate() {
+            if !self.learns(unknown) {
+                *value = T::zero();
+            }
+        }
+        values
+    }
+}
+
+/// The angle at which the model reads nearest to what was measured, and what it reads there.
+fn nearest<T: Real>(model: &Model<T>, position: &Position<T>) -> Reading<T> {
+    let (mut angle, _) = model.angle(position.z, position.north);
+    let mut reading = model.at(angle);
+    // That angle has the right direction from c. The nearest point is only next to it where harmonics bend the circle.
+    for _ in 0..3 {
+        let t = reading.over_angle;
+        angle = angle + t.dot(position.z - reading.z) / t.dot(t);
+        reading = model.at(angle);
+    }
+    reading
+}
+
+impl<T: Real> Normal<T> {
+    pub(super) fn of(model: &Model<T>, positions: &[Position<T>], extent: Extent) -> Self {
+        let zero = T::zero();
+        let mut normal = Self { matrix: [[zero; UNKNOWNS]; UNKNOWNS], right: [zero; UNKNOWNS], cost: zero };
+        for position in positions {
+            let reading = nearest(model, position);
+            let t = reading.over_angle;
+            // The direction that no turn of the rotor reaches: one equation without an angle in it.
+            let normal_to = t.quarter_turn().scale(T::one() / t.norm());
+            let rest = normal_to.dot(position.z - reading.z);
+            let slopes = extent.only(reading.over_unknowns.map(|column| normal_to.dot(column)));
+            for (row, a) in slopes.into_iter().enumerate() {
+                for (column, b) in slopes.into_iter().enumerate() {
+                    normal.matrix[row][column] = normal.matrix[row][column] + a * b;
+                }
+                normal.right[row] = normal.right[row] + a * rest;
+            }
+            normal.cost = normal.cost + rest * rest;
+        }
+        for unknown in (0..UNKNOWNS).filter(|unknown| !extent.learns(*unknown)) {
+            normal.matrix[unknown][unknown] = T::one();
+        }
+        normal
+    }
+
+    /// Factors, with `damping` added as a share of each diagonal; `None` where a direction has no information.
+    pub(super) fn factor(&self, damping: T) -> Option<Factor<T>> {
+        let mut g = self.matrix;
+        for row in 0..UNKNOWNS {
+            for column in 0..row {
+                let known = (0..column).fold(T::zero(), |sum, k| sum + g[row][k] * g[column][k]);
+                g[row][column] = (self.matrix[row][column] - known) / g[column][column];
+            }
+            let whole = self.matrix[row][row] * (T::one() + damping);
+            let rest = whole - (0..row).fold(T::zero(), |sum, k| sum + g[row][k] * g[row][k]);
+            if rest.is_nan() || rest <= whole * T::epsilon() * T::of(8.0) {
+                return None;
+            }
+            g[row][row] = rest.sqrt();
+        }
+        Some(Factor(g))
+    }
+}
+
+impl<T: Real> Factor<T> {
+    /// G⁻¹ b.
+    fn forwards(&self, b: &Vector<T>) -> Vector<T> {
+        let mut x = *b;
+        for row in 0..UNKNOWNS {
+            let known = (0..row).fold(T::zero(), |sum, k| sum + self.0[row][k] * x[k]);
+            x[row] = (x[row] - known) / self.0[row][row];
+        }
+        x
+    }
+
+    fn solve(&self, b: &Vector<T>) -> Vector<T> {
+        let mut x = self.forwards(b);
+        for row in (0..UNKNOWNS).rev() {
+            let known = (row + 1..UNKNOWNS).fold(T::zero(), |sum, k| sum + self.0[k][row] * x[k]);
+            x[row] = (x[row] - known) / self.0[row][row];
+        }
+        x
+    }
+
+    /// Standard deviation of `weights · unknowns` for a noise of one.
+    pub(super) fn deviation(&self, weights: &Vector<T>) -> T {
+        self.forwards(weights).iter().fold(T::zero(), |sum, part| sum + *part * *part).sqrt()
+    }
+
+    /// Standard deviation of one unknown for a noise of one.
+    pub(super) fn deviation_of(&self, unknown: usize) -> T {
+        let mut weights = [T::zero(); UNKNOWNS];
+        weights[unknown] = T::one();
+        self.deviation(&weights)
+    }
+}
+
+/// Gauss–Newton with Levenberg's damping. `None`: no minimum found.
+pub(super) fn minimise<T: Real>(
+    start: Model<T>,
+    positions: &[Position<T>],
+    extent: Extent,
+) -> Option<(Model<T>, Normal<T>)> {
+    let mut model = start;
+    let mut normal = Normal::of(&model, positions, extent);
+    let mut damping = T::zero();
+    for _ in 0..ITERATIONS {
+        let step = normal.factor(damping)?.solve(&normal.right);
+        let moved = model.moved(&step);
+        let next = Normal::of(&moved, positions, extent);
+        let length = step.iter().fold(T::zero(), |most, part| most.max(part.abs()));
+        // The cost is a sum of squares: smaller steps change it by less than its rounding.
+        let small = length <= T::epsilon().sqrt() * T::of(0.01);
+        if small || next.cost <= normal.cost * T::of(1.0 + 1e-3) {
+            (model, normal, damping) = (moved, next, damping * T::of(0.1));
+        } else {
+            damping = (damping * T::of(10.0)).max(T::of(1e-3));
+        }
+        if small {
+            return normal.cost.is_finite().then_some((model, normal));
+        }
+    }
+    None
+}
+
+/// Five are usual.
+const ITERATIONS: usize = 60;
