@@ -27,10 +27,10 @@ pub const MOST_SAMPLES: usize = 112;
 pub struct Adaptive<T> {
     /// Standard deviation of the angle in rad that is good enough.
     pub deviation: T,
-    /// The longest pulse.
+    /// The longest pulse. Trains of it are repeated if it does not suffice.
     pub longest: Nanos,
-    /// By how much a pulse is longer than the one before, in percent.
-    pub growth_percent: u16,
+    /// Trains after which the answer is what it is.
+    pub most_trains: u8,
 }
 
 /// Settings of the maximum-likelihood method.
@@ -74,14 +74,21 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         }
     }
 
-    /// The same with pulses that begin at a quarter of their length, one round each, and grow by a half until the angle is
-    /// known to a tenth of a degree and the pole is certain, at most to the whole length.
+    /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
+    /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
+    /// rated current.
     pub fn adaptive(drive: &Nameplate<T>) -> Self {
         let fixed = Self::suited(drive);
-        let adaptive =
-            Adaptive { deviation: T::of(0.1).to_radians(), longest: fixed.train.pulse, growth_percent: 50 };
+        let adaptive = Adaptive {
+            deviation: T::of(0.1).to_radians(),
+            longest: drive.line_pulse(T::of(0.75)),
+            most_trains: 8,
+        };
         let pulse = Nanos((fixed.train.pulse.0 / 4).max(20_000));
-        Self { train: lengthened(fixed.train, pulse, 1), adaptive: Some(adaptive), ..fixed }
+        // What holds at half of the rated current and at all of it.
+        let signature =
+            if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
+        Self { train: lengthened(fixed.train, pulse, 1), adaptive: Some(adaptive), signature, ..fixed }
     }
 
     fn check(&self) -> Result<(), SettingsError> {
@@ -100,11 +107,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
                 "at least as long as the pulse",
             )?;
             require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
-            require(
-                (10..=1000).contains(&adaptive.growth_percent),
-                "adaptive.growth_percent",
-                "from 10 to 1000",
-            )?;
+            require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
         require_positive(self.least_saliency, "least_saliency")?;
         require(self.gain_tolerance >= T::zero(), "gain_tolerance", "zero or more")?;
@@ -126,13 +129,39 @@ fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -
     PulseTrainSettings { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), rounds, ..train }
 }
 
+/// D in H/A of several trains, each weighted by the inverse of its variance. What noise does to them averages out, what
+/// the floor stands for does not.
+#[derive(Clone, Copy, Debug)]
+struct Weighted<T> {
+    sum: AlphaBeta<T>,
+    weight: T,
+    /// Sum of weight² times the variance by noise.
+    noise: T,
+    /// Sum of weight times the floor.
+    floor: T,
+}
+
+impl<T: Real> Weighted<T> {
+    fn add(&mut self, direction: AlphaBeta<T>, noise: T, floor: T) {
+        let weight = T::one() / (noise + floor * floor);
+        self.sum = self.sum + direction * weight;
+        self.weight = self.weight + weight;
+        self.noise = self.noise + weight * weight * noise;
+        self.floor = self.floor + weight * floor;
+    }
+
+    fn pointer(&self) -> Pointer<T> {
+        let variance = self.noise + self.floor * self.floor;
+        Pointer { direction: self.sum * (T::one() / self.weight), deviation: variance.sqrt() / self.weight }
+    }
+}
+
 /// What all trains so far say, each weighted by its information.
 #[derive(Clone, Copy, Debug)]
 struct Combined<T> {
     lines: [T; 3],
     weight: T,
-    pointer: AlphaBeta<T>,
-    pointer_weight: T,
+    pointer: Weighted<T>,
     ratios: [T; 3],
     ratio_weights: [T; 3],
 }
@@ -148,8 +177,8 @@ pub struct MaximumLikelihood<T> {
     /// Link in V to which the currents are scaled, and the sum of the links over the pulses' decays.
     dc_link: T,
     combined: Combined<T>,
-    /// Whether the pulses grow no more.
-    grown: bool,
+    /// Trains given.
+    trains: u8,
     findings: Findings<T>,
 }
 
@@ -170,12 +199,11 @@ impl<T: Real> MaximumLikelihood<T> {
             combined: Combined {
                 lines: [zero; 3],
                 weight: zero,
-                pointer: AlphaBeta::new(zero, zero),
-                pointer_weight: zero,
+                pointer: Weighted { sum: AlphaBeta::new(zero, zero), weight: zero, noise: zero, floor: zero },
                 ratios: [zero; 3],
                 ratio_weights: [zero; 3],
             },
-            grown: settings.adaptive.is_none_or(|adaptive| settings.train.pulse >= adaptive.longest),
+            trains: 0,
             findings: Findings::default(),
         })
     }
@@ -232,8 +260,8 @@ impl<T: Real> MaximumLikelihood<T> {
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
 
-    /// After a train: the pole, and whether all is certain enough.
-    fn conclude(&mut self) -> Result<(Pole<T>, bool), Fault<T>> {
+    /// After a train: the answer so far, and how many times longer a pulse should be; none if all is certain enough.
+    fn conclude(&mut self) -> Result<(Pole<T>, Option<T>), Fault<T>> {
         let fit = self.fit()?;
         let s = self.settings;
         let rounds = T::of(f64::from(self.train.settings.rounds));
@@ -249,17 +277,19 @@ impl<T: Real> MaximumLikelihood<T> {
                 variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
             }
         }
-        // D relative to the inductance at the peak of the pulse.
+        // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
         let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
         let mut pointer_variance = T::zero();
         for (k, direction) in line_directions().into_iter().enumerate() {
-            pointer = pointer + direction * (fit.slope[k] * relative);
-            pointer_variance = pointer_variance + fit.slope_variance[k] * relative * relative;
+            pointer = pointer + direction * fit.slope[k];
+            pointer_variance = pointer_variance + fit.slope_variance[k];
         }
         // In each component of the sum over three directions, as far as they are alike.
         let pointer_variance = pointer_variance / two;
+        let floor = pole_variance(s.pole_floor, s.gain_tolerance, self.train.derived);
+        let floor = (T::of(1.5) * floor).sqrt() / relative;
 
         let c = &mut self.combined;
         let weight = one / variance;
@@ -271,14 +301,20 @@ impl<T: Real> MaximumLikelihood<T> {
             c.ratio_weights[k] = c.ratio_weights[k] + ratio_weight;
         }
         c.weight = c.weight + weight;
-        let weight = one / pointer_variance;
-        c.pointer = c.pointer + pointer * weight;
-        c.pointer_weight = c.pointer_weight + weight;
+        c.pointer.add(pointer, pointer_variance, floor);
+        self.trains = self.trains.saturating_add(1);
 
         let (pole, deviation) = self.answer()?;
-        let sure = pole.undetermined.is_none() || s.signature == Signature::None;
-        let enough = s.adaptive.is_some_and(|adaptive| sure && deviation <= adaptive.deviation);
-        Ok((pole, enough || self.grown))
+        let growth = s.adaptive.filter(|adaptive| self.trains < adaptive.most_trains).and_then(|adaptive| {
+            // The angle's deviation falls with the length to the power of 3/2, the pole's share of it at least with the
+            // length itself: the current on the one hand, the samples on the other.
+            let angle = (deviation / adaptive.deviation).powf(T::of(2.0 / 3.0));
+            let sure = pole.undetermined.is_none() || s.signature == Signature::None;
+            let certainty = pole.error.map_or(one, |error| (two * error.max(T::min_positive_value())).ln());
+            let pole = if sure { one } else { (two * s.pole_error).ln() / certainty };
+            (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
+        });
+        Ok((pole, growth))
     }
 
     /// From all trains so far.
@@ -311,23 +347,17 @@ impl<T: Real> MaximumLikelihood<T> {
         if ratio < needed {
             return Err(Fault::NoSaliency { ratio, needed });
         }
-        let floor = pole_variance(s.pole_floor, s.gain_tolerance, self.train.derived);
-        let pointer = Pointer {
-            direction: c.pointer * (one / c.pointer_weight),
-            deviation: (one / c.pointer_weight + T::of(1.5) * floor).sqrt(),
-        };
-        Ok((pointer.read(saliency.axis, s.signature, s.pole_error), deviation))
+        Ok((c.pointer.pointer().read(saliency.axis, s.signature, s.pole_error), deviation))
     }
 
-    /// Longer pulses, for the next train.
-    fn lengthen(&mut self) {
+    /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.
+    fn lengthen(&mut self, times: T) {
         let Some(adaptive) = self.settings.adaptive else { return };
         let train = self.train.settings;
-        let grown = Nanos(train.pulse.0 / 100 * (100 + u64::from(adaptive.growth_percent)));
-        // The last two steps are made as one where the second would be small.
-        self.grown = grown.0 / 10 * 12 >= adaptive.longest.0;
-        let pulse = if self.grown { adaptive.longest } else { grown };
-        self.train.restart(lengthened(train, pulse, train.rounds));
+        // A not-a-number becomes the least.
+        let percent = (times * T::of(110.0)).max(T::of(125.0)).min(T::of(300.0));
+        let grown = Nanos(train.pulse.0 / 100 * percent.to_u64().unwrap_or(125));
+        self.train.restart(lengthened(train, grown.min(adaptive.longest), train.rounds));
         self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
         self.gains = GainComparison::new();
     }
@@ -339,11 +369,11 @@ impl<T: Real> MaximumLikelihood<T> {
         if let Some(command) = self.train.next() {
             return Ok(Step::Drive(command));
         }
-        let (pole, done) = self.conclude()?;
-        if done {
+        let (pole, growth) = self.conclude()?;
+        let Some(times) = growth else {
             return Ok(Step::Done(pole.outcome(self.findings)));
-        }
-        self.lengthen();
+        };
+        self.lengthen(times);
         // A train has at least one pulse.
         self.train.next().map(Step::Drive).ok_or(Fault::UnexpectedReadings)
     }

@@ -444,7 +444,7 @@ pub(crate) struct Pointer<T> {
 impl<T: Real> Pointer<T> {
     /// Angle in rad between D and the axis beyond which the two contradict each other.
     pub fn most_off_axis() -> T {
-        T::FRAC_PI_6()
+        T::FRAC_PI_4()
     }
 
     /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.

@@ -20,6 +20,9 @@ use crate::settle::{all_seen, largest, link};
 pub(crate) const LINES: [(Phase, Phase); 3] =
     [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
 
+/// From one sample to the next before the first pulse, at most.
+const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
+
 /// Settings of a train.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PulseTrainSettings<T> {
@@ -33,7 +36,8 @@ pub struct PulseTrainSettings<T> {
     pub interval: Nanos,
     /// Samples before the first pulse that tell the sensors' offsets.
     pub zeroing: u16,
-    /// A phase current in A below which it counts as gone.
+    /// A phase current in A below which it counts as gone. Before the first pulse the offsets are not known yet: there
+    /// it limits how much the readings change, and twice as much what they read.
     pub threshold: T,
     /// Times that the zeroing is repeated before giving up on a current that does not go.
     pub attempts: u16,
@@ -201,7 +205,10 @@ impl<T: Real> Train<T> {
                 return Err(Fault::NoCurrent { peak, needed: self.settings.least_current });
             }
             self.derived = readings.iter().fold(self.derived, Derived::with);
-            let left = readings.last().map_or(Ok(T::zero()), largest)?;
+            let left = match readings.last() {
+                Some(last) => self.beyond_offset(last)?,
+                None => T::zero(),
+            };
             if left > self.settings.threshold {
                 return Err(Fault::CurrentPersists(left));
             }
@@ -216,25 +223,35 @@ impl<T: Real> Train<T> {
             return Err(Fault::UnexpectedReadings);
         }
         let zero = T::zero();
-        let (mut sum, mut most) = (Abc::new(zero, zero, zero), zero);
+        let mut sum = Abc::new(zero, zero, zero);
         for reading in readings {
-            most = most.max(largest(reading)?);
             let seen = all_seen(reading)?;
             for phase in Phase::ALL {
                 sum[phase] = sum[phase] + seen[phase];
             }
             link(reading)?;
         }
-        if most > self.settings.threshold {
-            return if self.zeroings >= self.settings.attempts {
-                Err(Fault::CurrentPersists(most))
-            } else {
-                Ok(())
-            };
-        }
         self.offset = sum.map(|sum| sum / T::of(readings.len() as f64));
-        self.zeroings = 0;
+        // What decays changes, and what does not decay is more than an offset.
+        let mut most = self.offset.0.iter().fold(zero, |most, offset| most.max(offset.abs())) / T::of(2.0);
+        for reading in readings {
+            most = most.max(self.beyond_offset(reading)?);
+        }
+        if most <= self.settings.threshold {
+            self.zeroings = 0;
+        } else if self.zeroings >= self.settings.attempts {
+            return Err(Fault::CurrentPersists(most));
+        }
         Ok(())
+    }
+
+    /// The largest phase current in A that a reading shows, offsets removed.
+    fn beyond_offset(&self, reading: &Reading<T>) -> Result<T, Fault<T>> {
+        let mut without = *reading;
+        for phase in Phase::ALL {
+            without.current[phase] = without.current[phase] - self.offset[phase];
+        }
+        largest(&without)
     }
 
     /// The next command; none at the end.
@@ -245,8 +262,9 @@ impl<T: Real> Train<T> {
             self.started = true;
             self.zeroings += 1;
             let count = u32::from(s.zeroing);
-            let sampling = Sampling { first: s.interval, interval: s.interval, count };
-            return Some(Command::hold(Stage::off(s.interval * u64::from(count)), sampling));
+            let interval = s.interval.min(ZEROING_INTERVAL);
+            let sampling = Sampling { first: interval, interval, count };
+            return Some(Command::hold(Stage::off(interval * u64::from(count)), sampling));
         }
         if self.given >= u16::from(s.rounds) * 6 {
             self.under_way = None;
