@@ -1,11 +1,11 @@
 //! A rotor that can move.
 
-use standstill_campaign::{ErrorSet, Record, Specimen};
-use standstill_detect::{Decay, LineInductance};
+use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
+use standstill_detect::{Decay, LineInductance, MethodName};
 use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{DcLink, OpenLeg};
 use standstill_plant::{Cogging, Friction, Motor, built_in};
-use standstill_sim::{Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
+use standstill_sim::{Ended, Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, paper_motor, scenario};
 
@@ -201,4 +201,15 @@ fn law_trials_stand_where_they_can_and_anywhere_in_the_play() {
     // A load puts it against the stop.
     scenario.load_torque = 3.0;
     assert!(matches!(scenario.case(5).rotor, RotorState::Braked(Play { below: 0.0, .. })));
+}
+
+#[test]
+fn regress_a_step_much_too_long_is_tried_again_shorter() {
+    // Trial 50 left the finite numbers once: after a vector, with 8 ms of rest ahead, a first step of 8 ms took the
+    // saturating core beyond all numbers.
+    let motor = built_in("paper-5k5").expect("built in");
+    let scenario =
+        Scenario::of_method(MethodName::Subdivision, motor, ErrorSet::Default, RotorState::Free, 1);
+    let record = scenario.trial(50).expect("settings");
+    assert!(matches!(record.run.ended, Ended::Outcome(_)), "{:?}", record.run.ended);
 }

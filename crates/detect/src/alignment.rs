@@ -6,8 +6,9 @@
 //! ```
 //! Two directions, because a rotor that happens to stand opposite to the first feels no torque. A locked rotor would be
 //! given an angle all the same, if nobody looked: a magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
-//! and while no voltage is applied there, `∫ R i_β dt = ψ_β(start) − ψ_β(end)`. Where that is far from ψ, the rotor did
-//! not follow and there is no angle.
+//! and where the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. u is what unequal legs
+//! leave of their compensation, a steady current in the end. Where the flux swept is far from ψ, the rotor did not follow
+//! and there is no angle.
 
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
@@ -27,8 +28,6 @@ pub struct AlignmentSettings<T> {
     pub current: T,
     /// Resistance of a phase in Ω, with that of a device.
     pub resistance: T,
-    /// Voltage in V that a device takes.
-    pub drop: T,
     /// Flux linkage of the magnet in Wb.
     pub magnet_flux: T,
     /// Share of it that must be seen to sweep across the winding.
@@ -49,14 +48,9 @@ impl<T: Real> AlignmentSettings<T> {
         // A millisecond, in whole periods.
         let periods = u16::try_from((1_000_000 / drive.carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
         Self {
-            modulation: ModulationSettings {
-                carrier_period: drive.carrier_period,
-                dead_time: drive.dead_time,
-                fade: drive.rated_current * T::of(0.02),
-            },
+            modulation: ModulationSettings::suited(drive),
             current: drive.rated_current,
-            resistance: drive.resistance + drive.switch_drop[1],
-            drop: drive.switch_drop[0],
+            resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
             magnet_flux: drive.magnet_flux,
             least_sweep: T::of(0.6),
             periods,
@@ -71,16 +65,9 @@ impl<T: Real> AlignmentSettings<T> {
     }
 
     fn check(&self) -> Result<(), SettingsError> {
-        require(self.modulation.carrier_period > Nanos::ZERO, "modulation.carrier_period", "positive")?;
-        require(
-            self.modulation.dead_time * 4 < self.modulation.carrier_period,
-            "modulation.dead_time",
-            "less than a quarter of the carrier period",
-        )?;
-        require_positive(self.modulation.fade, "modulation.fade")?;
+        self.modulation.check()?;
         require_positive(self.current, "current")?;
         require_positive(self.resistance, "resistance")?;
-        require(self.drop >= T::zero(), "drop", "zero or more")?;
         require(self.magnet_flux >= T::zero(), "magnet_flux", "zero or more")?;
         require(
             self.least_sweep > T::zero() && self.least_sweep < T::one(),
@@ -118,8 +105,9 @@ pub struct Alignment<T> {
     dc_link: T,
     /// Current in A across the direction of the pull, at the last sample.
     across: T,
-    /// ∫ R i dt in Wb across the direction of the second pull.
-    swept: T,
+    /// Sums of that current, in commands, over the second pull: of all of it and of the last third of its hold.
+    total: T,
+    steady: T,
     findings: Findings<T>,
 }
 
@@ -138,7 +126,8 @@ impl<T: Real> Alignment<T> {
             current: Abc::new(zero, zero, zero),
             dc_link: zero,
             across: zero,
-            swept: zero,
+            total: zero,
+            steady: zero,
             findings: Findings::default(),
         })
     }
@@ -151,10 +140,7 @@ impl<T: Real> Alignment<T> {
         self.state = State::Pulling { second, command };
         let s = &self.settings;
         let share = (T::of(f64::from(command) + 1.0) / T::of(f64::from(s.ramp))).min(T::one());
-        // Along 0° the drops of the devices add up to 4/3 of one in the vector, along 90° to 2/√3; between them little
-        // is lost by taking the mean.
-        let voltage = s.current * share * s.resistance + s.drop * T::of(1.25);
-        let vector = Dq::new(voltage, T::zero()).unpark(Self::direction(second));
+        let vector = Dq::new(s.current * share * s.resistance, T::zero()).unpark(Self::direction(second));
         let wanted = Dq::new(s.current * share, T::zero()).unpark(Self::direction(second));
         // The sign of a leg's current is that of the last sample, or where that is small that of what is wanted.
         let wanted = wanted.phases();
@@ -165,10 +151,15 @@ impl<T: Real> Alignment<T> {
                 *last = wanted;
             }
         }
-        s.modulation.command(vector, self.dc_link, expected, s.periods)
+        s.modulation.command(vector, self.dc_link, [expected; 2], s.periods)
     }
 
-    fn pulled(&mut self, second: bool, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+    /// Commands of a pull after which the rotor should stand still: the last third of the hold.
+    fn late(&self) -> u16 {
+        self.settings.hold.div_ceil(3)
+    }
+
+    fn pulled(&mut self, second: bool, command: u16, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
         let seen = all_seen(reading)?;
         self.dc_link = link(reading)?;
@@ -181,7 +172,10 @@ impl<T: Real> Alignment<T> {
         if second {
             // Trapezoids between the samples.
             let mean = (self.across + across) / T::of(2.0);
-            self.swept = self.swept + self.settings.resistance * mean * self.settings.seconds();
+            self.total = self.total + mean;
+            if command >= self.settings.ramp + self.settings.hold - self.late() {
+                self.steady = self.steady + mean;
+            }
         }
         self.across = across;
         Ok(())
@@ -197,7 +191,11 @@ impl<T: Real> Alignment<T> {
     }
 
     fn answer(&self) -> Result<Step<T>, Fault<T>> {
-        let (swept, needed) = (self.swept.abs(), self.settings.least_sweep * self.settings.magnet_flux);
+        let s = &self.settings;
+        let commands = T::of(f64::from(s.ramp) + f64::from(s.hold));
+        let steady = self.steady / T::of(f64::from(self.late()));
+        let swept = ((self.total - steady * commands) * s.resistance * s.seconds()).abs();
+        let needed = s.least_sweep * s.magnet_flux;
         if needed <= T::zero() || swept < needed {
             return Err(Fault::DidNotFollow { swept, needed });
         }
@@ -216,7 +214,7 @@ impl<T: Real> Alignment<T> {
                 None => self.begin(second),
             },
             State::Pulling { second, command } => {
-                self.pulled(second, readings)?;
+                self.pulled(second, command, readings)?;
                 if command + 1 < self.settings.ramp + self.settings.hold {
                     self.pull(second, command + 1)
                 } else {

@@ -1,13 +1,21 @@
 //! What rotating and pulsating high-frequency injection have in common.
+//!
+//! ```text
+//!   wait ─► a voltage per carrier period, a sample at its end, for some cycles ─► demodulated ─► polarity test
+//!           ▲                                                                         │ not yet
+//!           └─────────────────────────────────────────────────────────────────────────┘
+//! ```
 
-use standstill_interface::{AlphaBeta, Nanos, Real};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
+};
 
 use crate::lines::SaliencySign;
 use crate::modulation::ModulationSettings;
 use crate::nameplate::Nameplate;
-use crate::polarity::{PolarityRule, PolaritySettings, SequentialSettings};
+use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, SequentialSettings};
 use crate::settings::{SettingsError, require, require_positive};
-use crate::settle::SettleSettings;
+use crate::settle::{SettleSettings, Settler, all_seen, link};
 
 /// Settings of an injection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,11 +57,7 @@ impl<T: Real> InjectionSettings<T> {
         // PWM must be able to give it, with room for its compensation.
         let voltage = (drive.rated_current * T::of(0.17) * reactance).min(drive.dc_link * T::of(0.4));
         Self {
-            modulation: ModulationSettings {
-                carrier_period: drive.carrier_period,
-                dead_time: drive.dead_time,
-                fade: voltage / reactance / T::of(8.0),
-            },
+            modulation: ModulationSettings::suited(drive),
             voltage,
             periods,
             ramp: 10,
@@ -88,13 +92,7 @@ impl<T: Real> InjectionSettings<T> {
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        require(self.modulation.carrier_period > Nanos::ZERO, "modulation.carrier_period", "positive")?;
-        require(
-            self.modulation.dead_time * 4 < self.modulation.carrier_period,
-            "modulation.dead_time",
-            "less than a quarter of the carrier period",
-        )?;
-        require_positive(self.modulation.fade, "modulation.fade")?;
+        self.modulation.check()?;
         require_positive(self.voltage, "voltage")?;
         require(self.periods >= 6, "periods", "at least 6 a cycle")?;
         require(self.cycles > 0, "cycles", "at least 1")?;
@@ -139,18 +137,20 @@ impl<T: Real> InjectionSettings<T> {
     }
 }
 
-/// Counts carrier periods within cycles and cycles within measurements.
+/// Where an injection is: carrier periods within cycles, cycles within a measurement.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Clock {
+pub struct Clock {
+    /// Carrier period within the cycle.
     pub period: u16,
+    /// Cycle within the measurement.
     pub cycle: u16,
 }
 
 impl Clock {
-    pub const START: Self = Self { period: 0, cycle: 0 };
+    const START: Self = Self { period: 0, cycle: 0 };
 
     /// One carrier period on.
-    pub fn advance(&mut self, periods: u16) {
+    fn advance(&mut self, periods: u16) {
         self.period += 1;
         if self.period >= periods {
             self.period = 0;
@@ -159,12 +159,136 @@ impl Clock {
     }
 }
 
-/// Product of complex numbers.
-pub(crate) fn times<T: Real>(a: AlphaBeta<T>, b: AlphaBeta<T>) -> AlphaBeta<T> {
-    AlphaBeta::new(a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha)
+/// What is injected and how its answer is read.
+pub trait Demodulator<T: Real> {
+    /// Before the first measurement.
+    fn new() -> Self;
+
+    /// The voltage in V of a carrier period.
+    fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
+
+    /// The current in A at the end of a carrier period of the measurement.
+    fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
+
+    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms.
+    fn conclude(
+        &mut self,
+        settings: &InjectionSettings<T>,
+        noise: T,
+        findings: &mut Findings<T>,
+    ) -> Result<Option<Angle<T>>, Fault<T>>;
 }
 
-/// Conjugate.
-pub(crate) fn conjugate<T: Real>(a: AlphaBeta<T>) -> AlphaBeta<T> {
-    AlphaBeta::new(a.alpha, -a.beta)
+/// What the last command was.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
+    Start,
+    Settling,
+    Injecting(Clock),
+    Testing(PolarityTest<T>),
+}
+
+/// A detector by injection, of the kind that `D` is.
+#[derive(Clone, Debug)]
+pub struct Injection<T, D> {
+    settings: InjectionSettings<T>,
+    demodulator: D,
+    state: State<T>,
+    settler: Settler<T>,
+    /// Last link voltage in V and currents in A, offsets removed.
+    dc_link: T,
+    current: Abc<T>,
+    findings: Findings<T>,
+}
+
+impl<T: Real, D: Demodulator<T>> Injection<T, D> {
+    pub(crate) fn of(settings: InjectionSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            demodulator: D::new(),
+            state: State::Start,
+            settler: Settler::new(settings.settle, true),
+            dc_link: zero,
+            current: Abc::new(zero, zero, zero),
+            findings: Findings::default(),
+        })
+    }
+
+    /// One carrier period.
+    fn inject(&mut self, clock: Clock) -> Command<T> {
+        self.state = State::Injecting(clock);
+        let s = &self.settings;
+        let voltage = self.demodulator.voltage(s, clock);
+        let rise = voltage * (T::of(s.modulation.carrier_period.seconds()) / s.modulation.inductance);
+        let end = (self.current.clarke() + rise).phases();
+        s.modulation.command(voltage, self.dc_link, [self.current, end], 1)
+    }
+
+    /// The first carrier period, once the last current is gone.
+    fn begin(&mut self) -> Command<T> {
+        self.dc_link = self.settler.dc_link;
+        self.inject(Clock::START)
+    }
+
+    fn read(&mut self, clock: Clock, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
+        let seen = all_seen(reading)?;
+        let offset = self.settler.residual;
+        self.current = Abc(core::array::from_fn(|k| seen.0[k] - offset.0[k]));
+        self.dc_link = link(reading)?;
+        if clock.cycle >= self.settings.ramp {
+            self.demodulator.add(&self.settings, clock, self.current.clarke());
+        }
+        Ok(())
+    }
+
+    /// After a carrier period.
+    fn injected(&mut self, mut clock: Clock, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
+        self.read(clock, readings)?;
+        let s = &self.settings;
+        clock.advance(s.periods);
+        if clock.cycle >= s.ramp + s.cycles {
+            let noise = self.settler.noise.deviation();
+            if let Some(axis) = self.demodulator.conclude(s, noise, &mut self.findings)? {
+                let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
+                let wait = test.begin();
+                self.state = State::Testing(test);
+                return Ok(wait);
+            }
+            clock = Clock::START;
+        }
+        Ok(self.inject(clock))
+    }
+
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let command = match &mut self.state {
+            State::Start => {
+                self.state = State::Settling;
+                self.settler.begin()
+            }
+            State::Settling => match self.settler.step(readings)? {
+                Some(wait) => wait,
+                None => self.begin(),
+            },
+            State::Injecting(clock) => {
+                let clock = *clock;
+                self.injected(clock, readings)?
+            }
+            State::Testing(test) => match test.step(readings)? {
+                PolarityStep::Drive(command) => command,
+                PolarityStep::Decided(pole) => return Ok(Step::Done(pole.outcome(self.findings))),
+            },
+        };
+        Ok(Step::Drive(command))
+    }
+}
+
+impl<T: Real, D: Demodulator<T>> Detector<T> for Injection<T, D> {
+    fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+        let step = self.next(readings);
+        step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: self.findings }))
+    }
 }

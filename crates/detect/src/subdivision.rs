@@ -4,24 +4,24 @@
 //!   12 vectors, 30° apart ─► best ± 15° ─► best ± 7.5° ─► best ± 3.75° ─► best ± 1.875°
 //! ```
 //! Every vector starts from rest, lasts as long and is answered by a current in its own direction; it is largest where the
-//! inductance is smallest. For L_d > L_q that is across the magnet, and the smallest answer is sought instead. The pole
-//! comes with the search: the first harmonic of the first twelve answers points along the magnet.
+//! inductance is smallest. For L_d > L_q that is across the magnet, and the smallest answer is sought instead. Of the two
+//! ends of the axis the search finds the one that answers more; but a free rotor moves by degrees meanwhile, so the
+//! polarity test follows.
 
 use standstill_interface::{
-    AlphaBeta, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Polarity, Reading, Real, Step,
-    Undetermined,
+    AlphaBeta, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };
 
 use crate::lines::SaliencySign;
 use crate::nameplate::Nameplate;
-use crate::polarity::{PolarityRule, PolaritySettings, Signature};
+use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, SequentialSettings};
 use crate::settings::{Settings, SettingsError, require_positive};
 use crate::settle::{SettleSettings, Settler, all_seen, link};
 
 /// Settings of the pulse subdivision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SubdivisionSettings<T> {
-    /// The vectors; signature and margin of its pole. Its rule is not used.
+    /// The vectors, and the polarity test that follows them.
     pub vector: PolaritySettings<T>,
     /// Rough d-axis inductance in H, to choose their voltage.
     pub d_axis_inductance: T,
@@ -39,7 +39,11 @@ impl<T: Real> SubdivisionSettings<T> {
     /// For this motor and drive: vectors to the rated current (92 V for 1 ms on the paper's motor), 10 ms of rest.
     pub fn suited(drive: &Nameplate<T>) -> Self {
         Self {
-            vector: PolaritySettings::near_rated_current(drive, drive.signature, PolarityRule::TwoVectors),
+            vector: PolaritySettings::near_rated_current(
+                drive,
+                drive.signature,
+                PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference)),
+            ),
             d_axis_inductance: drive.d_axis_inductance,
             halvings: 4,
             saliency: drive.saliency(),
@@ -64,19 +68,20 @@ impl<T: Real> SubdivisionSettings<T> {
 const FIRST: usize = 12;
 
 /// What the last command was.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum State {
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
     Start,
     Settling,
     Pushing,
-    Leaving,
+    Testing(PolarityTest<T>),
 }
 
 /// The subdividing detector.
 #[derive(Clone, Debug)]
 pub struct Subdivision<T> {
     settings: SubdivisionSettings<T>,
-    state: State,
+    state: State<T>,
     settler: Settler<T>,
     /// Answers of the first round in A per V of the link.
     first: [T; FIRST],
@@ -118,13 +123,8 @@ impl<T: Real> Subdivision<T> {
         self.centre + if later.is_multiple_of(2) { step } else { -step }
     }
 
-    fn settle(&mut self, state: State) -> Command<T> {
-        self.state = state;
-        self.settler.begin()
-    }
-
     fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
-        let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
+        let Some(reading) = readings.last() else { return Err(Fault::UnexpectedReadings) };
         let direction = self.direction();
         let angle = Angle::from_radians(direction);
         let current = PolaritySettings::direct_current(all_seen(reading)?, angle);
@@ -169,52 +169,43 @@ impl<T: Real> Subdivision<T> {
         if ratio >= needed { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
     }
 
-    /// The axis was found; which end of it is north?
-    fn answer(&mut self) -> Outcome<T> {
-        let s = &self.settings.vector;
-        let axis = Angle::from_radians(self.best.0);
-        let volts = self.settler.dc_link;
-        // Half of the difference of opposite answers, in A.
-        let half = self.harmonic(1.0).park(axis).d * volts;
-        let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
-        let along = mean * volts + half;
-        self.findings.polarity = Some(Polarity { along, against: along - half - half });
-        let findings = self.findings;
-        let margin = (half + half).abs();
-        let needed = s.needed_margin(self.settler.noise.deviation());
-        let reason = if s.signature == Signature::None {
-            Some(Undetermined::NoSignature)
-        } else {
-            (margin < needed).then_some(Undetermined::MarginBelowNoise { margin, needed })
-        };
-        match reason {
-            Some(reason) => Outcome::Axis { angle: axis, reason, findings },
-            None if (half > T::zero()) == (s.signature == Signature::Normal) => {
-                Outcome::Found { angle: axis, findings }
-            }
-            None => Outcome::Found { angle: axis.opposite(), findings },
-        }
+    fn settle(&mut self) -> Command<T> {
+        self.state = State::Settling;
+        self.settler.begin()
+    }
+
+    /// The next vector, once the last current is gone.
+    fn push(&mut self) -> Command<T> {
+        self.state = State::Pushing;
+        let s = &self.settings;
+        let amplitude = s.vector.amplitude(s.d_axis_inductance);
+        s.vector.command(Angle::from_radians(self.direction()), amplitude, self.settler.dc_link)
     }
 
     fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
-        let command = match self.state {
-            State::Start => self.settle(State::Settling),
-            State::Settling | State::Leaving => match self.settler.step(readings)? {
+        let command = match &mut self.state {
+            State::Start => self.settle(),
+            State::Settling => match self.settler.step(readings)? {
                 Some(wait) => wait,
-                None if self.state == State::Leaving => return Ok(Step::Done(self.answer())),
-                None => {
-                    self.state = State::Pushing;
-                    let s = &self.settings;
-                    let amplitude = s.vector.amplitude(s.d_axis_inductance);
-                    let direction = Angle::from_radians(self.direction());
-                    s.vector.command(direction, amplitude, self.settler.dc_link)
-                }
+                None => self.push(),
             },
             State::Pushing => {
                 self.pushed(readings)?;
-                let all = FIRST + 2 * usize::from(self.settings.halvings);
-                self.settle(if self.given < all { State::Settling } else { State::Leaving })
+                if self.given < FIRST + 2 * usize::from(self.settings.halvings) {
+                    self.settle()
+                } else {
+                    let s = &self.settings;
+                    let axis = Angle::from_radians(self.best.0);
+                    let mut test = PolarityTest::new(s.vector, self.settler, axis, s.d_axis_inductance);
+                    let wait = test.begin();
+                    self.state = State::Testing(test);
+                    wait
+                }
             }
+            State::Testing(test) => match test.step(readings)? {
+                PolarityStep::Drive(command) => command,
+                PolarityStep::Decided(pole) => return Ok(Step::Done(pole.outcome(self.findings))),
+            },
         };
         Ok(Step::Drive(command))
     }

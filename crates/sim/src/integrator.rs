@@ -93,9 +93,14 @@ impl<const N: usize> Attempt<N> {
         })
     }
 
-    /// The length to try next, from this one's error.
+    /// The length to try next, from this one's error. A step far too long can leave the finite numbers; a shorter one
+    /// need not.
     pub fn next_length(&self, error: f64) -> f64 {
-        let factor = if error > 0.0 { 0.9 * error.powf(-0.2) } else { 5.0 };
+        let factor = match error {
+            0.0 => 5.0,
+            error if error.is_finite() => 0.9 * error.powf(-0.2),
+            _ => 0.2,
+        };
         self.h * factor.clamp(0.2, 5.0)
     }
 }
@@ -137,5 +142,6 @@ mod tests {
         assert!((attempt.dense(1.0)[0] - attempt.end[0]).abs() < 1e-15);
         let broken = Attempt::new(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
         assert!(broken.error(&[1.0; 2]).is_nan());
+        assert!((broken.next_length(f64::NAN) - 0.2 * 0.3).abs() < 1e-15);
     }
 }

@@ -74,7 +74,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 self.step_hint = if h < self.step_hint { next.max(self.step_hint) } else { next };
                 break attempt;
             }
-            if !error.is_finite() || h < 1e-15 {
+            if h < 1e-15 {
                 return Err(RunError::NotFinite);
             }
             self.step_hint = attempt.next_length(error).min(0.9 * h);
