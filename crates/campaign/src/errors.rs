@@ -93,15 +93,17 @@ impl ErrorSet {
         }
     }
 
-    /// The sensors.
-    pub fn sensors(self) -> SensorSettings {
+    /// The sensors of a drive for motors of this rated current in A: 2.5 times as much is their range, in proportion to
+    /// which they err.
+    pub fn sensors(self, rated_current: f64) -> SensorSettings {
+        let scale = rated_current / 8.0;
         let default = SensorSettings {
             arrangement: Arrangement::ThreeInLine,
             gain_error: 0.005,
-            offset: 20e-3,
-            noise: 10e-3,
+            offset: 20e-3 * scale,
+            noise: 10e-3 * scale,
             bandwidth: None,
-            adc: Some(Adc { bits: 12, low: -20.0, high: 20.0 }),
+            adc: Some(Adc { bits: 12, low: -20.0 * scale, high: 20.0 * scale }),
             jitter: Nanos(100),
             sample_delay: Nanos::ZERO,
             dc_link: VoltageSensor {
@@ -118,8 +120,8 @@ impl ErrorSet {
             Self::Default => default,
             Self::Harsh => SensorSettings {
                 gain_error: 0.01,
-                offset: 50e-3,
-                noise: 20e-3,
+                offset: 50e-3 * scale,
+                noise: 20e-3 * scale,
                 jitter: Nanos(1000),
                 resolver: Resolver { error: 0.5_f64.to_radians() },
                 ..default

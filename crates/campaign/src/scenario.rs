@@ -6,8 +6,8 @@ use rand::RngExt;
 use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
 };
-use standstill_interface::Detector;
-use standstill_plant::{Motor, NoConvergence, PolarityPoint};
+use standstill_interface::{Detector, Dq, Nanos};
+use standstill_plant::{Heading, Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
 };
@@ -65,6 +65,28 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
+/// The pulse across a line after which the rated current flows in it, in that direction of the rotor where it is reached
+/// first.
+fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
+    // A line's current i is a vector of 2/√3 i, its voltage U one of U/√3.
+    let current = 2.0 / 3.0_f64.sqrt() * motor.rated_current;
+    let rest = motor.magnetics.rest(Heading::ZERO);
+    let least = (0..32_u8)
+        .filter_map(|step| {
+            let (sin, cos) = (TAU * f64::from(step) / 32.0).sin_cos();
+            // Where a map ends nothing is known.
+            let flux = motor.magnetics.flux_at(Dq::new(cos, sin) * current, Heading::ZERO).ok()?;
+            Some((flux - rest).norm())
+        })
+        .fold(f64::INFINITY, f64::min);
+    let longest = Nanos::from_micros(10_000);
+    if least.is_finite() {
+        Nanos::from_seconds(3.0_f64.sqrt() * least / dc_link).min(longest)
+    } else {
+        longest
+    }
+}
+
 /// What the drive knows of this motor and of itself: values of the data sheets.
 pub fn nameplate(motor: &Motor, drive: &DriveSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
@@ -80,6 +102,7 @@ pub fn nameplate(motor: &Motor, drive: &DriveSettings) -> Nameplate<f64> {
         signature: signature_at_rated,
         pulse_signature,
         polarity_difference,
+        rated_pulse: rated_pulse(motor, drive.link.voltage),
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
@@ -119,12 +142,13 @@ impl<S: Settings<f64>> Scenario<S> {
     ) -> Self {
         let drive = errors.drive(motor.dc_link.unwrap_or(DC_LINK));
         let detector = settings(&nameplate(&motor, &drive));
+        let sensors = errors.sensors(motor.rated_current);
         Self {
             motor,
             rotor,
             load_torque: 0.0,
             drive,
-            sensors: errors.sensors(),
+            sensors,
             detector,
             tolerance: Tolerance::default(),
             seed,

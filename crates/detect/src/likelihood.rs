@@ -124,6 +124,8 @@ pub(crate) struct Fit<T> {
     pub slope_variance: [T; 3],
     /// Mean square of the residuals in A², corrected for what was fitted.
     pub variance: T,
+    /// The part of it in A² that neighbours have in common beyond chance: noise has none, a model that does not fit has.
+    pub misfit: T,
 }
 
 /// Normal equations in scaled parameters.
@@ -138,6 +140,8 @@ struct Normal<T> {
     right: [[T; 2]; 3],
     delay_right: T,
     squares: T,
+    /// Sum of products of neighbouring residuals.
+    products: T,
     count: T,
 }
 
@@ -196,6 +200,9 @@ pub(crate) fn fit<T: Real>(
         return None;
     }
     let variance = normal.squares / freedom;
+    // Products of white noise have a mean of zero with the standard deviation variance/√n.
+    let chance = T::of(2.0) * variance * normal.count.sqrt();
+    let misfit = ((normal.products - chance) / normal.count).max(T::zero());
     let inductance_covariance =
         inverse.inductance.map(|row| row.map(|entry| entry * variance * units[0] * units[0]));
     Some(Fit {
@@ -204,6 +211,7 @@ pub(crate) fn fit<T: Real>(
         inductance_covariance,
         slope_variance: inverse.slope.map(|entry| entry * variance * units[1] * units[1]),
         variance,
+        misfit,
     })
 }
 
@@ -221,12 +229,16 @@ fn accumulate<T: Real>(
         right: [[zero; 2]; 3],
         delay_right: zero,
         squares: zero,
+        products: zero,
         count: zero,
     };
     for (k, line) in curves.iter().enumerate() {
         for (forward, curve) in [false, true].into_iter().zip(line) {
+            let mut last = zero;
             model.follow(&at[k], forward, curve.len(), |sample, current, slopes| {
                 let residual = curve[sample] - current;
+                n.products = n.products + residual * last;
+                last = residual;
                 let [l, c, t] = core::array::from_fn(|p| slopes[p] * units[p]);
                 let [ll, lc, cc] = &mut n.block[k];
                 (*ll, *lc, *cc) = (*ll + l * l, *lc + l * c, *cc + c * c);

@@ -9,7 +9,9 @@
 //! With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough: a motor that shows
 //! its rotor well is hardly disturbed.
 
-use standstill_interface::{Abc, AlphaBeta, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
+};
 
 use crate::likelihood::{Curves, Fit, PulseModel, fit};
 use crate::lines::{Saliency, SaliencySign, line_directions};
@@ -22,6 +24,9 @@ use crate::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, pole_
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
 
+/// Angle in rad, 1.1°, by which the axes that trains of different length see may differ: saturation turns them a little.
+const MOST_MOVEMENT: f64 = 0.02;
+
 /// When to stop lengthening the pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adaptive<T> {
@@ -29,6 +34,8 @@ pub struct Adaptive<T> {
     pub deviation: T,
     /// The longest pulse. Trains of it are repeated if it does not suffice.
     pub longest: Nanos,
+    /// Current in A up to which pulses are lengthened.
+    pub most_current: T,
     /// Trains after which the answer is what it is.
     pub most_trains: u8,
 }
@@ -82,13 +89,17 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         let adaptive = Adaptive {
             deviation: T::of(0.1).to_radians(),
             longest: drive.line_pulse(T::of(0.75)),
+            most_current: drive.rated_current,
             most_trains: 8,
         };
         let pulse = Nanos((fixed.train.pulse.0 / 4).max(20_000));
         // What holds at half of the rated current and at all of it.
         let signature =
             if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
-        Self { train: lengthened(fixed.train, pulse, 1), adaptive: Some(adaptive), signature, ..fixed }
+        let mut train = lengthened(fixed.train, pulse, 1);
+        // The first pulses are short, and one line may have twice the mean inductance.
+        train.least_current = drive.rated_current * T::of(0.02);
+        Self { train, adaptive: Some(adaptive), signature, ..fixed }
     }
 
     fn check(&self) -> Result<(), SettingsError> {
@@ -106,6 +117,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
                 "adaptive.longest",
                 "at least as long as the pulse",
             )?;
+            require_positive(adaptive.most_current, "adaptive.most_current")?;
             require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
             require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
@@ -135,6 +147,9 @@ fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -
 struct Weighted<T> {
     sum: AlphaBeta<T>,
     weight: T,
+    /// Sum of weight times |D|².
+    squares: T,
+    trains: T,
     /// Sum of weight² times the variance by noise.
     noise: T,
     /// Sum of weight times the floor.
@@ -146,13 +161,19 @@ impl<T: Real> Weighted<T> {
         let weight = T::one() / (noise + floor * floor);
         self.sum = self.sum + direction * weight;
         self.weight = self.weight + weight;
+        self.squares = self.squares + weight * direction.dot(direction);
+        self.trains = self.trains + T::one();
         self.noise = self.noise + weight * weight * noise;
         self.floor = self.floor + weight * floor;
     }
 
     fn pointer(&self) -> Pointer<T> {
-        let variance = self.noise + self.floor * self.floor;
-        Pointer { direction: self.sum * (T::one() / self.weight), deviation: variance.sqrt() / self.weight }
+        let one = T::one();
+        let chi_square = self.squares - self.sum.dot(self.sum) / self.weight;
+        // Trains that contradict each other are all less certain than they say (Birge's ratio).
+        let scale = (chi_square / (T::of(2.0) * (self.trains - one)).max(one)).max(one);
+        let variance = (self.noise + self.floor * self.floor) * scale;
+        Pointer { direction: self.sum * (one / self.weight), deviation: variance.sqrt() / self.weight }
     }
 }
 
@@ -177,8 +198,9 @@ pub struct MaximumLikelihood<T> {
     /// Link in V to which the currents are scaled, and the sum of the links over the pulses' decays.
     dc_link: T,
     combined: Combined<T>,
-    /// Trains given.
+    /// Trains given, and the largest current in A of the last.
     trains: u8,
+    peak: T,
     findings: Findings<T>,
 }
 
@@ -199,11 +221,19 @@ impl<T: Real> MaximumLikelihood<T> {
             combined: Combined {
                 lines: [zero; 3],
                 weight: zero,
-                pointer: Weighted { sum: AlphaBeta::new(zero, zero), weight: zero, noise: zero, floor: zero },
+                pointer: Weighted {
+                    sum: AlphaBeta::new(zero, zero),
+                    weight: zero,
+                    squares: zero,
+                    trains: zero,
+                    noise: zero,
+                    floor: zero,
+                },
                 ratios: [zero; 3],
                 ratio_weights: [zero; 3],
             },
             trains: 0,
+            peak: zero,
             findings: Findings::default(),
         })
     }
@@ -225,6 +255,7 @@ impl<T: Real> MaximumLikelihood<T> {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
             self.gains.add(slot, (from, to));
+            self.peak = self.peak.max((from + to) / T::of(2.0));
         }
         Ok(())
     }
@@ -289,8 +320,11 @@ impl<T: Real> MaximumLikelihood<T> {
         // In each component of the sum over three directions, as far as they are alike.
         let pointer_variance = pointer_variance / two;
         let floor = pole_variance(s.pole_floor, s.gain_tolerance, self.train.derived);
-        let floor = (T::of(1.5) * floor).sqrt() / relative;
+        // Nor can what the model does not explain be told from saturation; relative to the current at the peak.
+        let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
+        let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
 
+        self.check_movement(plain.axis, variance)?;
         let c = &mut self.combined;
         let weight = one / variance;
         for k in 0..3 {
@@ -315,6 +349,20 @@ impl<T: Real> MaximumLikelihood<T> {
             (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
         });
         Ok((pole, growth))
+    }
+
+    /// Whether a train sees the same axis as those before it.
+    fn check_movement(&self, axis: Angle<T>, variance: T) -> Result<(), Fault<T>> {
+        let c = &self.combined;
+        if self.trains == 0 {
+            return Ok(());
+        }
+        let before = Saliency::from_lines(Abc(c.lines.map(|line| line / c.weight)), self.settings.saliency);
+        let two = T::of(2.0);
+        let twice = |angle: Angle<T>| Angle::from_radians(two * angle.radians());
+        let angle = (twice(axis).difference(twice(before.axis)) / two).abs();
+        let allowed = T::of(MOST_MOVEMENT) + T::of(5.0) * (variance + T::one() / c.weight).sqrt();
+        if angle <= allowed { Ok(()) } else { Err(Fault::RotorMoves { angle, allowed }) }
     }
 
     /// From all trains so far.
@@ -356,7 +404,9 @@ impl<T: Real> MaximumLikelihood<T> {
         let train = self.train.settings;
         // A not-a-number becomes the least.
         let percent = (times * T::of(110.0)).max(T::of(125.0)).min(T::of(300.0));
-        let grown = Nanos(train.pulse.0 / 100 * percent.to_u64().unwrap_or(125));
+        let percent = percent.min(T::of(100.0) * adaptive.most_current / self.peak).max(T::of(100.0));
+        self.peak = T::zero();
+        let grown = Nanos(train.pulse.0 / 100 * percent.to_u64().unwrap_or(100));
         self.train.restart(lengthened(train, grown.min(adaptive.longest), train.rounds));
         self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
         self.gains = GainComparison::new();

@@ -25,6 +25,9 @@ pub struct Nameplate<T> {
     pub pulse_signature: Signature,
     /// By what share one pole's current exceeds the other's near rated current.
     pub polarity_difference: T,
+    /// The pulse across a line that raises the rated current in it where its core saturates most: shorter than the
+    /// inductances without current say.
+    pub rated_pulse: Nanos,
     /// DC link in V.
     pub dc_link: T,
     /// Dead time of the drive.
@@ -52,10 +55,12 @@ impl<T: Real> Nameplate<T> {
         self.d_axis_inductance + self.q_axis_inductance
     }
 
-    /// A pulse that raises this share of the rated current in a line, in steps of 10 µs, from 20 to 600 µs.
+    /// A pulse that raises this share of the rated current in a line on average, and at most half more in any, in steps of
+    /// 10 µs, from 20 to 600 µs.
     pub fn line_pulse(&self, share: T) -> Nanos {
         let step = T::of(10e-6);
         let pulse = share * self.rated_current * self.line_inductance() / self.dc_link;
+        let pulse = pulse.min(share * T::of(1.5 * self.rated_pulse.seconds()));
         let steps = (pulse / step).round().max(T::of(2.0)).min(T::of(60.0));
         Nanos::from_seconds((steps * step).to_double())
     }
@@ -72,6 +77,7 @@ impl<T: Real> Nameplate<T> {
             signature: self.signature,
             pulse_signature: self.pulse_signature,
             polarity_difference: cast(self.polarity_difference),
+            rated_pulse: self.rated_pulse,
             dc_link: cast(self.dc_link),
             dead_time: self.dead_time,
             carrier_period: self.carrier_period,
@@ -86,6 +92,7 @@ impl<T: Real> Nameplate<T> {
         require_positive(self.rated_current, "rated_current")?;
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
         require_positive(self.q_axis_inductance, "q_axis_inductance")?;
+        require(self.rated_pulse > Nanos::ZERO, "rated_pulse", "positive")?;
         require_positive(self.dc_link, "dc_link")?;
         require(self.resistance >= T::zero(), "resistance", "zero or more")?;
         require(self.carrier_period > Nanos::ZERO, "carrier_period", "positive")

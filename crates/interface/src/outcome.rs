@@ -121,6 +121,13 @@ pub enum Fault<T> {
         /// What is needed.
         needed: T,
     },
+    /// The rotor does not stand still: later pulses see another angle than earlier ones.
+    RotorMoves {
+        /// Angle in rad between the axes that they see.
+        angle: T,
+        /// What is allowed.
+        allowed: T,
+    },
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
 }
@@ -189,6 +196,7 @@ impl<T> Fault<T> {
             Self::NoSaliency { .. } => "no saliency",
             Self::NotInductive(_) => "a line that is no inductance",
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
+            Self::RotorMoves { .. } => "the rotor moves",
             Self::UnexpectedReadings => "unexpected readings",
         }
     }
@@ -234,6 +242,13 @@ impl<T: Real> fmt::Display for Fault<T> {
                 write!(
                     f,
                     "not applicable: the rotor did not follow, the magnet swept {swept:.3} Wb where {needed:.3} Wb are needed"
+                )
+            }
+            Self::RotorMoves { angle, allowed } => {
+                let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
+                write!(
+                    f,
+                    "the rotor moves: pulses see axes {angle:.1}° apart where {allowed:.1}° are allowed"
                 )
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),

@@ -170,6 +170,10 @@ impl MagneticCircuit {
         let flux = super::newton(current, self.rest(at), self.core.flux_scale(), |flux| {
             let state = self.state(flux, at);
             (self.energy(flux, at), state.current, state.inverse_inductance)
+        })
+        .map_err(|error| match &self.core {
+            Core::Map(map) => NoConvergence { beyond: Some(map.range()), ..error },
+            _ => error,
         })?;
         match &self.core {
             Core::Map(map) if self.margin(&self.state(flux, at)) < -1e-9 * map.reach() => {
