@@ -253,4 +253,8 @@ impl<T: Real> Settings<T> for AlignmentSettings<T> {
     fn carrier_period(&self) -> Option<Nanos> {
         Some(self.modulation.carrier_period)
     }
+
+    fn turns_rotor(&self) -> bool {
+        true
+    }
 }

@@ -111,6 +111,12 @@ macro_rules! methods {
                     $(Self::$variant(settings) => settings.carrier_period()),*
                 }
             }
+
+            fn turns_rotor(&self) -> bool {
+                match self {
+                    $(Self::$variant(settings) => settings.turns_rotor()),*
+                }
+            }
         }
     };
 }

@@ -54,4 +54,9 @@ pub trait Settings<T: Real> {
 
     /// The PWM carrier's period that the drive must have; none if the method uses no PWM.
     fn carrier_period(&self) -> Option<Nanos>;
+
+    /// Whether the method turns the rotor: where it stood before is then not what the method finds.
+    fn turns_rotor(&self) -> bool {
+        false
+    }
 }

@@ -32,7 +32,7 @@ pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, Heading, IronBridge, Linear, MagneticCircuit,
-    MagneticState, Magnetics, NoConvergence,
+    MagneticState, Magnetics, NoConvergence, Series,
 };
 pub use motor::Motor;
 pub use quantity::{Quantity, QuantityError, Unit};

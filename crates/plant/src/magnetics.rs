@@ -19,7 +19,7 @@ use standstill_interface::Dq;
 use std::fmt;
 
 pub use algebraic::Algebraic;
-pub use circuit::{Cogging, Eddy, MagneticCircuit, MagneticState};
+pub use circuit::{Cogging, Eddy, MagneticCircuit, MagneticState, Series};
 pub use eddy::EddyBranch;
 pub use harmonics::Harmonics;
 pub use heading::Heading;
@@ -141,6 +141,8 @@ pub enum Core {
     Algebraic(Algebraic),
     /// A map from finite elements or measurement.
     Map(FluxMap),
+    /// One of them behind a constant inductance.
+    Series(Box<Series>),
 }
 
 impl Magnetics for Core {
@@ -149,6 +151,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.energy(flux),
             Self::Algebraic(core) => core.energy(flux),
             Self::Map(core) => core.energy(flux),
+            Self::Series(core) => core.energy(flux),
         }
     }
 
@@ -157,6 +160,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.kinks(),
             Self::Algebraic(core) => core.kinks(),
             Self::Map(core) => core.kinks(),
+            Self::Series(core) => core.kinks(),
         }
     }
 
@@ -166,6 +170,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.current_and_inverse_inductance(flux),
             Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
             Self::Map(core) => core.current_and_inverse_inductance(flux),
+            Self::Series(core) => core.current_and_inverse_inductance(flux),
         }
     }
 
@@ -174,6 +179,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.start(),
             Self::Algebraic(core) => core.start(),
             Self::Map(core) => core.start(),
+            Self::Series(core) => core.start(),
         }
     }
 
@@ -182,6 +188,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.flux_scale(),
             Self::Algebraic(core) => core.flux_scale(),
             Self::Map(core) => core.flux_scale(),
+            Self::Series(core) => core.flux_scale(),
         }
     }
 
@@ -191,6 +198,7 @@ impl Magnetics for Core {
             Self::Linear(core) => core.margin(current),
             Self::Algebraic(core) => core.margin(current),
             Self::Map(core) => core.margin(current),
+            Self::Series(core) => core.margin(current),
         }
     }
 }
