@@ -6,6 +6,7 @@
 //! A trial is a pure function of the scenario and its number, so a campaign gives the same records in the same
 //! order on any number of threads ([`Campaign`]). A failed trial is a record like any other.
 
+mod bound;
 mod campaign;
 mod errors;
 pub mod paper;
@@ -13,6 +14,7 @@ mod record;
 mod scenario;
 mod statistics;
 
+pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
 pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};

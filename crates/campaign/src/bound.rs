@@ -1,0 +1,292 @@
+//! The Cramér–Rao bound: how well any unbiased method could know the angle from the readings of an excitation.
+//!
+//! ```text
+//!   J = Σ over samples  Gᵀ C⁻¹ G,   G = ∂(i_a, i_b, i_c)/∂p,   σ_θ² = [J⁻¹]_θθ
+//! ```
+//! over p = (θ, L_A, L_B, R, V_D), with Gaussian noise of covariance C (Kay, *Fundamentals of Statistical Signal
+//! Processing: Estimation Theory*, 1993, section 3.9). The commands are those that the detector gives on the nominal
+//! plant; the same commands are then replayed on plants with one parameter changed either way. The hybrid bound has the
+//! errors of a specimen as further unknowns with Gaussian priors, whose information is added to J (Van Trees, *Detection,
+//! Estimation, and Modulation Theory*, part I, 1968, section 2.4).
+//!
+//! C holds the sensors' noise σ² of each phase, the converter's q²/12, and the jitter of ±j with the current's slope s:
+//! `(σ² + q²/12) I + j²/3 s sᵀ`, for all phases are sampled at one instant. Where the slope changes its sign within the
+//! jitter, s is too small and the bound lower than it could be; it stays a bound. θ is the angle at the start.
+
+mod information;
+mod plant;
+mod replay;
+
+use std::f64::consts::TAU;
+use std::fmt;
+
+use rayon::prelude::*;
+use standstill_detect::{Settings, SettingsError};
+use standstill_interface::{Command, Nanos};
+use standstill_inverter::{DcLink, GateTiming, Inverter};
+use standstill_sim::{Case, RunError, SensorSettings, Sensors, Streams, VoltageSensor};
+
+use crate::{Scenario, Specimen};
+use information::{Column, Information, Noise, Prior};
+use plant::Parameter;
+use replay::{Readings, record, replay};
+
+pub use plant::Unknown;
+
+/// Which commands count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Counted {
+    /// All that the detector gives, those of its polarity test too.
+    #[default]
+    All,
+    /// Those before the first with PWM: of a method with line pulses, the pulses without the vectors of a polarity test.
+    BeforePwm,
+}
+
+/// Which samples of an excitation count.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Samples {
+    /// Those that the commands ask for.
+    Scheme,
+    /// One at each whole multiple of this time.
+    Every(Nanos),
+}
+
+/// The bounds of a scenario.
+#[derive(Clone, Copy, Debug)]
+pub struct Bounds<'a, S> {
+    /// Motor, drive, sensors and method. The nominal plant has neither ripple nor deviations from its means.
+    pub scenario: &'a Scenario<S>,
+    /// What is not known of the motor besides the angle.
+    pub unknown: &'a [Unknown],
+    /// Which commands count.
+    pub counted: Counted,
+    /// From one sample to the next where all count. The memory needed is some 400 bytes a sample.
+    pub interval: Nanos,
+    /// Trial whose noise the detector meets where it gives its commands; none: no noise. A method that goes on until its
+    /// readings are certain enough stops too early without.
+    pub noise: Option<u64>,
+    /// Steps of the differences, relative to the usual ones.
+    pub step: f64,
+    /// Threads; none: as many as there are cores.
+    pub threads: Option<usize>,
+}
+
+/// Lowest standard deviations of the angle, in electrical degrees. Zero for sensors without noise, converter and jitter;
+/// infinite where the readings do not tell the angle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// From the samples that the commands ask for.
+    pub scheme_deg: f64,
+    /// From samples at every interval of the same commands.
+    pub all_deg: f64,
+    /// As `scheme_deg`, on a specimen whose gains, offsets and delays are known only as well as drive and sensors are
+    /// made. None for sensors without noise: the readings' and the priors' information have no common scale there.
+    pub hybrid_deg: Option<f64>,
+    /// As `all_deg`, on such a specimen.
+    pub hybrid_all_deg: Option<f64>,
+}
+
+/// A bound that could not be computed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum BoundError {
+    /// The detector's settings cannot work.
+    Settings(SettingsError),
+    /// A plant could not be simulated.
+    Run(RunError),
+    /// The operating system gave no threads.
+    Threads,
+}
+
+impl fmt::Display for BoundError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Settings(error) => error.fmt(f),
+            Self::Run(error) => error.fmt(f),
+            Self::Threads => write!(f, "no worker threads"),
+        }
+    }
+}
+
+impl std::error::Error for BoundError {}
+
+impl Bound {
+    /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.
+    pub fn rms(bounds: &[Self]) -> Self {
+        let n = bounds.len() as f64;
+        let rms =
+            |of: fn(&Self) -> f64| (bounds.iter().map(|bound| of(bound).powi(2)).sum::<f64>() / n).sqrt();
+        let known = bounds.iter().all(|bound| bound.hybrid_deg.is_some());
+        let hybrid = |of: fn(&Self) -> f64| known.then(|| rms(of));
+        Self {
+            scheme_deg: rms(|bound| bound.scheme_deg),
+            all_deg: rms(|bound| bound.all_deg),
+            hybrid_deg: hybrid(|bound| bound.hybrid_deg.unwrap_or(f64::NAN)),
+            hybrid_all_deg: hybrid(|bound| bound.hybrid_all_deg.unwrap_or(f64::NAN)),
+        }
+    }
+}
+
+impl<'a, S: Settings<f64>> Bounds<'a, S> {
+    /// With all of the motor unknown, all commands counted and a sample every 10 µs.
+    pub fn new(scenario: &'a Scenario<S>) -> Self {
+        Self {
+            scenario,
+            unknown: &Unknown::ALL,
+            counted: Counted::All,
+            interval: Nanos::from_micros(10),
+            noise: None,
+            step: 1.0,
+            threads: None,
+        }
+    }
+
+    /// The bounds at an electrical angle in rad. None for a method that turns the rotor: it does not look for where the
+    /// rotor stood.
+    pub fn at(&self, angle: f64) -> Result<Option<Bound>, BoundError> {
+        if self.scenario.detector.turns_rotor() {
+            return Ok(None);
+        }
+        let case = self.nominal(angle);
+        let commands = self.commands(&case)?;
+        let (scheme, hybrid) = self.deviations(&case, &commands, Samples::Scheme)?;
+        let (all, hybrid_all) = self.deviations(&case, &commands, Samples::Every(self.interval))?;
+        Ok(Some(Bound {
+            scheme_deg: scheme.to_degrees(),
+            all_deg: all.to_degrees(),
+            hybrid_deg: hybrid.map(f64::to_degrees),
+            hybrid_all_deg: hybrid_all.map(f64::to_degrees),
+        }))
+    }
+
+    /// The nominal plant at this angle, with sensors that have their arrangement, filters and delay but no errors.
+    fn nominal(&self, angle: f64) -> Case<'a> {
+        let Scenario { drive, sensors, tolerance, seed, .. } = self.scenario;
+        let drawn = self.scenario.case_at(angle, Specimen { drive: 0, noise: 0 });
+        let delay = Nanos::from_seconds(3.0 * drive.delay_mismatch);
+        let gate = GateTiming { turn_off_delay: delay, turn_on_delay: delay, dead_time: drive.dead_time };
+        let exact = SensorSettings {
+            arrangement: sensors.arrangement,
+            bandwidth: sensors.bandwidth,
+            sample_delay: sensors.sample_delay,
+            dc_link: VoltageSensor { bandwidth: sensors.dc_link.bandwidth, ..SensorSettings::IDEAL.dc_link },
+            ..SensorSettings::IDEAL
+        };
+        Case {
+            inverter: Inverter {
+                bridge: drive.bridge,
+                gates: [gate; 3],
+                link: DcLink { ripple: 0.0, ..drive.link },
+                carrier_period: drive.carrier_period,
+            },
+            sensors: Sensors::nominal(exact),
+            streams: Streams::new(*seed, self.noise.unwrap_or(0)),
+            // Differences magnify the integrator's error by a thousand.
+            tolerance: standstill_sim::Tolerance { flux: tolerance.flux * 0.01 },
+            ..drawn
+        }
+    }
+
+    /// The commands that the detector gives there, as far as they count.
+    fn commands(&self, case: &Case) -> Result<Vec<Command<f64>>, BoundError> {
+        let mut case = case.clone();
+        if self.noise.is_some() {
+            case.sensors.settings.noise = self.scenario.sensors.noise;
+            case.sensors.settings.adc = self.scenario.sensors.adc;
+        }
+        let detector = self.scenario.detector.detector().map_err(BoundError::Settings)?;
+        let mut commands = record(&case, detector).map_err(BoundError::Run)?;
+        if self.counted == Counted::BeforePwm
+            && let Some(first) = commands.iter().position(replay::has_pwm)
+        {
+            commands.truncate(first);
+        }
+        Ok(commands)
+    }
+
+    /// Standard deviation of the angle in rad from these samples; with the motor's unknowns, and with the specimen's.
+    fn deviations(
+        &self,
+        case: &Case,
+        commands: &[Command<f64>],
+        samples: Samples,
+    ) -> Result<(f64, Option<f64>), BoundError> {
+        let commands = match samples {
+            Samples::Scheme => commands.to_vec(),
+            Samples::Every(interval) => replay::every(commands, interval),
+        };
+        let differ =
+            |parameter: Parameter| parameter.column(case, &commands, self.step).map_err(BoundError::Run);
+        let readings = replay(case, &commands).map_err(BoundError::Run)?;
+        let noise = self.noise_of(case, &commands, readings)?;
+
+        let mut columns = vec![differ(Parameter::Angle)?];
+        for unknown in self.unknown {
+            columns.push(differ(Parameter::Motor(*unknown))?);
+        }
+        let motor = Information::new(&noise, &columns);
+        if noise.is_none() {
+            // Only whether the angle is told at all is left to say.
+            let deviation = motor.deviation(&[]);
+            return Ok((if deviation.is_finite() { 0.0 } else { deviation }, None));
+        }
+        let deviation = motor.deviation(&[]);
+
+        let Scenario { drive, sensors, .. } = self.scenario;
+        let mut priors = Vec::new();
+        let mut add = |column: Column, deviation: f64| {
+            priors.push(Prior { place: columns.len(), deviation });
+            columns.push(column);
+        };
+        for phase in 0..3 {
+            if sensors.gain_error > 0.0 {
+                add(noise.gain(phase), sensors.gain_error);
+            }
+            if sensors.offset > 0.0 {
+                add(noise.offset(phase), sensors.offset);
+            }
+            if drive.delay_mismatch > 0.0 {
+                add(differ(Parameter::TurnOn(phase))?, drive.delay_mismatch);
+                add(differ(Parameter::TurnOff(phase))?, drive.delay_mismatch);
+            }
+        }
+        if sensors.dc_link.gain_error > 0.0 {
+            add(differ(Parameter::Link)?, sensors.dc_link.gain_error);
+        }
+        let hybrid = Information::new(&noise, &columns).deviation(&priors);
+        Ok((deviation, Some(hybrid)))
+    }
+
+    /// What the readings are and how much they scatter.
+    fn noise_of(
+        &self,
+        case: &Case,
+        commands: &[Command<f64>],
+        readings: Readings,
+    ) -> Result<Noise, BoundError> {
+        let sensors = &self.scenario.sensors;
+        let jitter = sensors.jitter;
+        let slope = if jitter == Nanos::ZERO {
+            Vec::new()
+        } else {
+            replay::slope(case, commands, jitter).map_err(BoundError::Run)?
+        };
+        Ok(Noise::new(sensors, readings, slope))
+    }
+}
+
+impl<S: Settings<f64> + Sync> Bounds<'_, S> {
+    /// The bounds at this many angles, evenly spread from zero. The lines repeat every 60°: numbers without a factor of
+    /// six see more.
+    pub fn over(&self, angles: usize) -> Result<Option<Vec<Bound>>, BoundError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.unwrap_or(0))
+            .build()
+            .map_err(|_| BoundError::Threads)?;
+        let angle = |number: usize| TAU * number as f64 / angles as f64;
+        pool.install(|| (0..angles).into_par_iter().map(|number| self.at(angle(number))).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,164 @@
+//! From sensitivities and noise to the standard deviation of the angle.
+
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use standstill_sim::SensorSettings;
+
+use super::replay::Readings;
+
+/// Share of a unit diagonal below which an eigenvalue, or what is left of the angle's information, is zero: the square
+/// of the differences' error.
+const RANK: f64 = 1e-9;
+
+/// Share of the current below which its change over a step is the integrator's error.
+const RESPONSE: f64 = 1e-8;
+
+/// What one parameter does to the readings.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// ∂i/∂p of the three phases at each sample, in A over the parameter's unit.
+    pub slope: Vec<[f64; 3]>,
+    /// Step of the difference; infinite for what is exact.
+    pub step: f64,
+}
+
+/// What is known of a parameter beforehand.
+#[derive(Clone, Copy, Debug)]
+pub struct Prior {
+    /// Its place among the columns.
+    pub place: usize,
+    /// Its standard deviation.
+    pub deviation: f64,
+}
+
+/// The nominal readings and their scatter.
+#[derive(Clone, Debug)]
+pub struct Noise {
+    readings: Readings,
+    /// Noise and converter of one phase in A².
+    variance: f64,
+    /// Variance of the instant in s².
+    jitter: f64,
+    /// Of the currents in A/s; empty without jitter.
+    slope: Vec<[f64; 3]>,
+}
+
+impl Noise {
+    /// Of these sensors; a current outside of the converter's range is no reading.
+    pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
+        let mut variance = sensors.noise * sensors.noise;
+        if let Some(adc) = sensors.adc {
+            let step = (adc.high - adc.low) / f64::from(adc.bits).exp2();
+            variance += step * step / 12.0;
+            for (measured, current) in readings.measured.iter_mut().zip(&readings.current) {
+                for (measured, current) in measured.iter_mut().zip(current) {
+                    *measured &= (adc.low..adc.high).contains(current);
+                }
+            }
+        }
+        let jitter = sensors.jitter.seconds();
+        Self { readings, variance, jitter: jitter * jitter / 3.0, slope }
+    }
+
+    /// Whether there is none. Jitter alone leaves the difference of two phases without.
+    pub fn is_none(&self) -> bool {
+        self.variance == 0.0
+    }
+
+    /// ∂i/∂g of a sensor's gain.
+    pub fn gain(&self, phase: usize) -> Column {
+        let slope = self.readings.current.iter().map(|current| only(phase, current[phase])).collect();
+        Column { slope, step: f64::INFINITY }
+    }
+
+    /// ∂i/∂o of a sensor's offset.
+    pub fn offset(&self, phase: usize) -> Column {
+        Column { slope: vec![only(phase, 1.0); self.readings.current.len()], step: f64::INFINITY }
+    }
+}
+
+fn only(phase: usize, value: f64) -> [f64; 3] {
+    std::array::from_fn(|k| if k == phase { value } else { 0.0 })
+}
+
+/// Fisher's information, the angle first.
+#[derive(Clone, Debug)]
+pub struct Information {
+    matrix: DMatrix<f64>,
+}
+
+impl Information {
+    /// J of these columns, with noise of 1 A where there is none. A parameter to which nothing responds has a row of
+    /// zeros.
+    pub fn new(noise: &Noise, columns: &[Column]) -> Self {
+        let n = columns.len();
+        let Readings { current, measured } = &noise.readings;
+        let (variance, jitter) = if noise.is_none() { (1.0, 0.0) } else { (noise.variance, noise.jitter) };
+        let size = current.iter().flatten().map(|i| i * i).sum::<f64>();
+        let responds = |column: &Column| {
+            let squares = column.slope.iter().flatten().map(|g| g * g).sum::<f64>();
+            squares > 0.0 && squares.sqrt() * column.step > RESPONSE * size.sqrt()
+        };
+        let live: Vec<bool> = columns.iter().map(responds).collect();
+        let mut matrix = DMatrix::zeros(n, n);
+        let mut along = vec![0.0; n];
+        let mut rows = vec![[0.0; 3]; n];
+        for (sample, measured) in measured.iter().enumerate() {
+            for ((row, column), live) in rows.iter_mut().zip(columns).zip(&live) {
+                let g = column.slope[sample];
+                *row = std::array::from_fn(|k| if *live && measured[k] { g[k] } else { 0.0 });
+            }
+            let slope = noise.slope.get(sample).copied().unwrap_or_default();
+            let slope: [f64; 3] = std::array::from_fn(|k| if measured[k] { slope[k] } else { 0.0 });
+            // C⁻¹ of σ² I + τ² s sᵀ, by Sherman and Morrison.
+            let shared = jitter / (variance + jitter * dot(slope, slope));
+            for (along, row) in along.iter_mut().zip(&rows) {
+                *along = dot(*row, slope);
+            }
+            for x in 0..n {
+                for y in 0..=x {
+                    matrix[(x, y)] += (dot(rows[x], rows[y]) - shared * along[x] * along[y]) / variance;
+                }
+            }
+        }
+        matrix.fill_upper_triangle_with_lower_triangle();
+        Self { matrix }
+    }
+
+    /// Standard deviation of the angle in rad, with what is known of some parameters beforehand; infinite if the readings
+    /// do not tell it. Directions of the others that nothing responds to are left out.
+    pub fn deviation(&self, priors: &[Prior]) -> f64 {
+        let mut matrix = self.matrix.clone();
+        for prior in priors {
+            matrix[(prior.place, prior.place)] += 1.0 / (prior.deviation * prior.deviation);
+        }
+        let whole = matrix[(0, 0)];
+        if whole <= 0.0 {
+            return f64::INFINITY;
+        }
+        let live: Vec<usize> = (1..matrix.nrows()).filter(|k| matrix[(*k, *k)] > 0.0).collect();
+        if live.is_empty() {
+            return 1.0 / whole.sqrt();
+        }
+        let scale = |k: usize| matrix[(k, k)].sqrt();
+        let among = DMatrix::from_fn(live.len(), live.len(), |x, y| {
+            matrix[(live[x], live[y])] / (scale(live[x]) * scale(live[y]))
+        });
+        let shared =
+            DVector::from_fn(live.len(), |x, _| matrix[(live[x], 0)] / (scale(live[x]) * whole.sqrt()));
+        // What of the angle's information the others leave, as a share: Schur's complement.
+        let eigen = SymmetricEigen::new(among);
+        let taken: f64 = eigen
+            .eigenvalues
+            .iter()
+            .zip(eigen.eigenvectors.column_iter())
+            .filter(|(value, _)| **value > RANK)
+            .map(|(value, vector)| vector.dot(&shared).powi(2) / value)
+            .sum();
+        let left = 1.0 - taken;
+        if left > RANK { 1.0 / (whole * left).sqrt() } else { f64::INFINITY }
+    }
+}
+
+fn dot(x: [f64; 3], y: [f64; 3]) -> f64 {
+    x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
+}

@@ -1,0 +1,142 @@
+//! Plants with one parameter changed.
+
+use standstill_interface::{Command, Dq, Nanos};
+use standstill_inverter::Inverter;
+use standstill_plant::Motor;
+use standstill_sim::{Case, RunError};
+
+use super::information::Column;
+use super::replay::replay;
+
+/// What may be unknown of the motor and its diodes, besides the angle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Unknown {
+    /// L_A: a constant inductance in series along d and q.
+    MeanInductance,
+    /// L_B: one that is added along d and taken away along q.
+    Saliency,
+    /// R of all three phases.
+    Resistance,
+    /// V_D, the threshold of all diodes.
+    DiodeDrop,
+}
+
+impl Unknown {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::MeanInductance, Self::Saliency, Self::Resistance, Self::DiodeDrop];
+}
+
+/// What can be changed of a plant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Parameter {
+    /// θ at the start, in rad.
+    Angle,
+    /// In SI units.
+    Motor(Unknown),
+    /// DC-link voltage, relative.
+    Link,
+    /// Delay of one leg's switching on, in s.
+    TurnOn(usize),
+    /// Delay of its switching off, in s.
+    TurnOff(usize),
+}
+
+/// What a changed plant has of its own.
+struct Changed {
+    motor: Motor,
+    inverter: Inverter,
+    start_angle: f64,
+}
+
+impl Parameter {
+    /// Its value in the nominal plant, as far as it must not become negative, and the step of its difference: large
+    /// enough for the integrator's error, small enough for the third derivative.
+    fn step(self, case: &Case) -> (f64, f64) {
+        let Case { motor, inverter, .. } = case;
+        let least_inductance = motor.magnetics.inductance().smaller_eigenvalue();
+        let voltage = inverter.link.voltage;
+        match self {
+            Self::Angle | Self::Link => (f64::INFINITY, 1e-3),
+            Self::Motor(Unknown::MeanInductance | Unknown::Saliency) => {
+                (f64::INFINITY, 1e-3 * least_inductance)
+            }
+            Self::Motor(Unknown::Resistance) => {
+                let nominal = motor.resistance;
+                (nominal, 1e-2 * nominal.max(0.01 * voltage / motor.rated_current))
+            }
+            Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, 1e-4 * voltage),
+            Self::TurnOn(leg) => delay_step(inverter.gates[leg].turn_on_delay),
+            Self::TurnOff(leg) => delay_step(inverter.gates[leg].turn_off_delay),
+        }
+    }
+
+    fn apply(self, case: &Case, change: f64) -> Changed {
+        let mut motor = case.motor.clone();
+        let mut inverter = case.inverter.clone();
+        let mut start_angle = case.start_angle;
+        // Of the factor 3/2 in L_d and L_q.
+        let inductance = 1.5 * change;
+        let delay = |from: Nanos| {
+            let by = Nanos::from_seconds(change.abs());
+            if change < 0.0 { from - by } else { from + by }
+        };
+        match self {
+            Self::Angle => start_angle += change,
+            Self::Motor(Unknown::MeanInductance) => {
+                motor.magnetics = motor.magnetics.with_series_inductance(Dq::new(inductance, inductance));
+            }
+            Self::Motor(Unknown::Saliency) => {
+                motor.magnetics = motor.magnetics.with_series_inductance(Dq::new(inductance, -inductance));
+            }
+            Self::Motor(Unknown::Resistance) => motor.resistance += change,
+            Self::Motor(Unknown::DiodeDrop) => inverter.bridge.devices.diode_drop += change,
+            Self::Link => inverter.link.voltage *= 1.0 + change,
+            Self::TurnOn(leg) => {
+                inverter.gates[leg].turn_on_delay = delay(inverter.gates[leg].turn_on_delay);
+            }
+            Self::TurnOff(leg) => {
+                inverter.gates[leg].turn_off_delay = delay(inverter.gates[leg].turn_off_delay);
+            }
+        }
+        Changed { motor, inverter, start_angle }
+    }
+
+    /// ∂i/∂p at each sample: central differences, or one-sided ones of the second order where the parameter would
+    /// become negative.
+    pub fn column(self, case: &Case, commands: &[Command<f64>], scale: f64) -> Result<Column, RunError> {
+        let (nominal, step) = self.step(case);
+        let step = match self {
+            Self::TurnOn(_) | Self::TurnOff(_) => (step * scale * 1e9).round().max(1.0) * 1e-9,
+            _ => step * scale,
+        };
+        let points: &[(f64, f64)] = if nominal >= step {
+            &[(1.0, 0.5), (-1.0, -0.5)]
+        } else {
+            &[(0.0, -1.5), (1.0, 2.0), (2.0, -0.5)]
+        };
+        let mut slope: Vec<[f64; 3]> = Vec::new();
+        for (at, weight) in points {
+            let changed = self.apply(case, at * step);
+            let case = Case {
+                motor: &changed.motor,
+                inverter: changed.inverter,
+                start_angle: changed.start_angle,
+                ..case.clone()
+            };
+            let current = replay(&case, commands)?.current;
+            slope.resize(current.len(), [0.0; 3]);
+            for (sum, current) in slope.iter_mut().zip(&current) {
+                for (sum, current) in sum.iter_mut().zip(current) {
+                    *sum += weight * current / step;
+                }
+            }
+        }
+        Ok(Column { slope, step })
+    }
+}
+
+/// A delay in s and the step of its difference: 50 ns, or as far as the delay allows.
+fn delay_step(delay: Nanos) -> (f64, f64) {
+    let delay = delay.seconds();
+    (delay, 50e-9_f64.min(delay))
+}
