@@ -9,16 +9,13 @@ use super::replay::Readings;
 /// of the differences' error.
 const RANK: f64 = 1e-9;
 
-/// Share of the current below which its change over a step is the integrator's error.
-const RESPONSE: f64 = 1e-8;
-
 /// What one parameter does to the readings.
 #[derive(Clone, Debug)]
 pub struct Column {
     /// ∂i/∂p of the three phases at each sample, in A over the parameter's unit.
     pub slope: Vec<[f64; 3]>,
-    /// Step of the difference; infinite for what is exact.
-    pub step: f64,
+    /// Its own error in A per sample over the parameter's unit.
+    pub error: f64,
 }
 
 /// What is known of a parameter beforehand.
@@ -67,12 +64,12 @@ impl Noise {
     /// ∂i/∂g of a sensor's gain.
     pub fn gain(&self, phase: usize) -> Column {
         let slope = self.readings.current.iter().map(|current| only(phase, current[phase])).collect();
-        Column { slope, step: f64::INFINITY }
+        Column { slope, error: 0.0 }
     }
 
     /// ∂i/∂o of a sensor's offset.
     pub fn offset(&self, phase: usize) -> Column {
-        Column { slope: vec![only(phase, 1.0); self.readings.current.len()], step: f64::INFINITY }
+        Column { slope: vec![only(phase, 1.0); self.readings.current.len()], error: 0.0 }
     }
 }
 
@@ -91,12 +88,11 @@ impl Information {
     /// zeros.
     pub fn new(noise: &Noise, columns: &[Column]) -> Self {
         let n = columns.len();
-        let Readings { current, measured } = &noise.readings;
+        let Readings { measured, .. } = &noise.readings;
         let (variance, jitter) = if noise.is_none() { (1.0, 0.0) } else { (noise.variance, noise.jitter) };
-        let size = current.iter().flatten().map(|i| i * i).sum::<f64>();
         let responds = |column: &Column| {
             let squares = column.slope.iter().flatten().map(|g| g * g).sum::<f64>();
-            squares > 0.0 && squares.sqrt() * column.step > RESPONSE * size.sqrt()
+            squares > column.error * column.error * column.slope.len() as f64
         };
         let live: Vec<bool> = columns.iter().map(responds).collect();
         let mut matrix = DMatrix::zeros(n, n);

@@ -131,7 +131,9 @@ impl Parameter {
                 }
             }
         }
-        Ok(Column { slope, step })
+        // As many tolerances as a detection may add up.
+        let error = 100.0 * case.tolerance.flux / case.motor.magnetics.inductance().smaller_eigenvalue();
+        Ok(Column { slope, error: error / step })
     }
 }
 
