@@ -11,7 +11,8 @@
 //!
 //! C holds the sensors' noise σ² of each phase, the converter's q²/12, and the jitter of ±j with the current's slope s:
 //! `(σ² + q²/12) I + j²/3 s sᵀ`, for all phases are sampled at one instant. Where the slope changes its sign within the
-//! jitter, s is too small and the bound lower than it could be; it stays a bound. θ is the angle at the start.
+//! jitter, s is too small and the bound lower than it could be; it stays a bound. What the DC-link sensor adds besides its
+//! gain, and the link's ripple, are taken as known. θ is the angle at the start.
 
 mod information;
 mod plant;
@@ -53,7 +54,7 @@ enum Samples {
 }
 
 /// The bounds of a scenario.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Bounds<'a, S> {
     /// Motor, drive, sensors and method. The nominal plant has neither ripple nor deviations from its means.
     pub scenario: &'a Scenario<S>,
@@ -126,6 +127,15 @@ impl Bound {
         }
     }
 }
+
+impl<S> Clone for Bounds<'_, S> {
+    fn clone(&self) -> Self {
+        *self
+    }
+}
+
+// It borrows the scenario, whatever its settings are.
+impl<S> Copy for Bounds<'_, S> {}
 
 impl<'a, S: Settings<f64>> Bounds<'a, S> {
     /// With all of the motor unknown, all commands counted and a sample every 10 µs.
@@ -269,7 +279,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
         let slope = if jitter == Nanos::ZERO {
             Vec::new()
         } else {
-            replay::slope(case, commands, jitter).map_err(BoundError::Run)?
+            replay::slope(case, commands, &readings, jitter).map_err(BoundError::Run)?
         };
         Ok(Noise::new(sensors, readings, slope))
     }

@@ -158,3 +158,53 @@ impl Information {
 fn dot(x: [f64; 3], y: [f64; 3]) -> f64 {
     x[0] * y[0] + x[1] * y[1] + x[2] * y[2]
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+
+    use super::*;
+
+    fn noise(variance: f64, jitter: f64, slope: Vec<[f64; 3]>, samples: usize) -> Noise {
+        let readings = Readings { current: vec![[1.0; 3]; samples], measured: vec![[true; 3]; samples] };
+        Noise { readings, variance, jitter, slope }
+    }
+
+    fn column(slope: &[[f64; 3]]) -> Column {
+        Column { slope: slope.to_vec(), error: 0.0 }
+    }
+
+    #[test]
+    fn analytic_two_parameters_and_a_prior() {
+        let noise = noise(0.25, 0.0, Vec::new(), 2);
+        let angle = column(&[[1.0, 0.0, 2.0], [0.0, 3.0, 0.0]]);
+        let other = column(&[[2.0, 0.0, 0.0], [0.0, 1.0, 1.0]]);
+        // J = [14, 5; 5, 6] / 0.25.
+        let information = Information::new(&noise, &[angle.clone(), other.clone()]);
+        let variance = |other: f64| 0.25 * other / (14.0 * other - 25.0);
+        assert!((information.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-15);
+        let prior = Prior { place: 1, deviation: 0.5 };
+        assert!((information.deviation(&[prior]).powi(2) - variance(6.0 + 0.25 * 4.0)).abs() < 1e-15);
+        // The same column twice is one unknown; the angle's own is its end.
+        let twice = Information::new(&noise, &[angle.clone(), other.clone(), other]);
+        assert!((twice.deviation(&[]).powi(2) - variance(6.0)).abs() < 1e-12);
+        assert!(Information::new(&noise, &[angle.clone(), angle.clone()]).deviation(&[]).is_infinite());
+        let silent = column(&[[0.0; 3]; 2]);
+        let alone = Information::new(&noise, &[angle.clone(), silent.clone()]).deviation(&[]);
+        assert!((alone.powi(2) - 0.25 / 14.0).abs() < 1e-15);
+        assert!(Information::new(&noise, &[silent, angle]).deviation(&[]).is_infinite());
+    }
+
+    #[test]
+    fn analytic_jitter_is_one_for_all_phases() {
+        let slope = [3.0, -2.0, 0.5];
+        let noise = noise(0.04, 0.01, vec![slope], 1);
+        let g = [1.0, 0.3, -1.3];
+        let s = nalgebra::Vector3::from(slope);
+        let covariance = Matrix3::identity() * 0.04 + s * s.transpose() * 0.01;
+        let g_vector = nalgebra::Vector3::from(g);
+        let information = g_vector.dot(&(covariance.try_inverse().expect("positive") * g_vector));
+        let got = Information::new(&noise, &[column(&[g])]).deviation(&[]);
+        assert!((got.powi(-2) / information - 1.0).abs() < 1e-12);
+    }
+}

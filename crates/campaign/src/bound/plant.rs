@@ -56,15 +56,16 @@ impl Parameter {
         let least_inductance = motor.magnetics.inductance().smaller_eigenvalue();
         let voltage = inverter.link.voltage;
         match self {
-            Self::Angle | Self::Link => (f64::INFINITY, 1e-3),
+            Self::Angle | Self::Link => (f64::INFINITY, 1e-4),
             Self::Motor(Unknown::MeanInductance | Unknown::Saliency) => {
-                (f64::INFINITY, 1e-3 * least_inductance)
+                (f64::INFINITY, 1e-4 * least_inductance)
             }
             Self::Motor(Unknown::Resistance) => {
                 let nominal = motor.resistance;
-                (nominal, 1e-2 * nominal.max(0.01 * voltage / motor.rated_current))
+                (nominal, 2e-3 * nominal.max(0.01 * voltage / motor.rated_current))
             }
-            Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, 1e-4 * voltage),
+            // Idle legs' diodes begin to conduct a little earlier or later: far from linear over tens of millivolts.
+            Self::Motor(Unknown::DiodeDrop) => (inverter.bridge.devices.diode_drop, 1e-5 * voltage),
             Self::TurnOn(leg) => delay_step(inverter.gates[leg].turn_on_delay),
             Self::TurnOff(leg) => delay_step(inverter.gates[leg].turn_off_delay),
         }
@@ -137,8 +138,8 @@ impl Parameter {
     }
 }
 
-/// A delay in s and the step of its difference: 50 ns, or as far as the delay allows.
+/// A delay in s and the step of its difference: 5 ns, or as far as the delay allows.
 fn delay_step(delay: Nanos) -> (f64, f64) {
     let delay = delay.seconds();
-    (delay, 50e-9_f64.min(delay))
+    (delay, 5e-9_f64.min(delay))
 }

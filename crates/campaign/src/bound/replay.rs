@@ -96,23 +96,77 @@ pub fn every(commands: &[Command<f64>], interval: Nanos) -> Vec<Command<f64>> {
     commands.iter().map(resample).collect()
 }
 
-/// Slope in A/s of the currents about each sample: the difference over `reach` either way, as far as that lies within
-/// the command.
-pub fn slope(case: &Case, commands: &[Command<f64>], reach: Nanos) -> Result<Vec<[f64; 3]>, RunError> {
-    let mut spans = Vec::new();
+/// Slope in A/s of the currents about each sample: the difference from `reach` before to `reach` after. A sample that
+/// would leave its command stays where it is, as the sampler has it; half a slope is then a little less than what the
+/// jitter that is cut off leaves.
+pub fn slope(
+    case: &Case,
+    commands: &[Command<f64>],
+    nominal: &Readings,
+    reach: Nanos,
+) -> Result<Vec<[f64; 3]>, RunError> {
     let (mut early, mut late) = (commands.to_vec(), commands.to_vec());
+    // Of each sample, whether it can be earlier and whether it can be later.
+    let mut free = Vec::with_capacity(nominal.current.len());
     for (early, late) in early.iter_mut().zip(&mut late) {
+        let Sampling { first, interval, count } = early.sampling;
         let Some(last) = early.sampling.last() else { continue };
-        let before = reach.min(early.sampling.first);
-        let after = reach.min(early.duration() - last);
-        early.sampling.first = early.sampling.first - before;
-        late.sampling.first = late.sampling.first + after;
-        let count = usize::try_from(early.sampling.count).unwrap_or(usize::MAX);
-        spans.extend(std::iter::repeat_n((before + after).seconds(), count));
+        let (early_cut, late_cut) = (first < reach, last + reach > early.duration());
+        free.extend((0..count).map(|n| (!(early_cut && n == 0), !(late_cut && n == count - 1))));
+        early.sampling.first = if early_cut { first + interval - reach } else { first - reach };
+        early.sampling.count -= u32::from(early_cut);
+        late.sampling.first = first + reach;
+        late.sampling.count -= u32::from(late_cut);
     }
     let (early, late) = (replay(case, &early)?.current, replay(case, &late)?.current);
-    let slope = |((from, to), span): ((&[f64; 3], &[f64; 3]), &f64)| {
-        std::array::from_fn(|k| if *span > 0.0 { (to[k] - from[k]) / span } else { 0.0 })
+    let (mut early, mut late) = (early.iter(), late.iter());
+    let mut take = |(at, (before, after)): (&[f64; 3], &(bool, bool))| {
+        let from = if *before { early.next()? } else { at };
+        let to = if *after { late.next()? } else { at };
+        Some(std::array::from_fn(|k| (to[k] - from[k]) / (2.0 * reach.seconds())))
     };
-    Ok(early.iter().zip(&late).zip(&spans).map(slope).collect())
+    Ok(nominal.current.iter().zip(&free).map_while(&mut take).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_detect::MethodName;
+    use standstill_interface::{Phase, Stage};
+    use standstill_plant::built_in;
+    use standstill_sim::RotorState;
+
+    use super::*;
+    use crate::{ErrorSet, Scenario, Specimen};
+
+    #[test]
+    fn law_every_multiple_is_sampled_once() {
+        let durations = [7, 13, 3, 25, 10, 2, 40].map(Nanos);
+        let commands: Vec<Command<f64>> =
+            durations.iter().map(|duration| Command::hold(Stage::off(*duration), Sampling::NONE)).collect();
+        let mut start = Nanos::ZERO;
+        let mut instants = Vec::new();
+        for command in every(&commands, Nanos(5)) {
+            instants.extend((0..command.sampling.count).map(|n| (start + command.sampling.trigger(n)).0));
+            start = start + command.duration();
+        }
+        assert_eq!(instants, (0..100).step_by(5).collect::<Vec<u64>>());
+    }
+
+    #[test]
+    fn analytic_slope_of_a_pulse() {
+        let mut motor = built_in("paper-5k5").expect("built in").linearised();
+        motor.resistance = 0.0;
+        let name = MethodName::MaximumLikelihood;
+        let scenario = Scenario::of_method(name, motor, ErrorSet::None, RotorState::Locked, 1);
+        let case = scenario.case_at(0.4, Specimen { drive: 0, noise: 0 });
+        let slope_on = 550.0 / scenario.motor.winding.line_inductance(Phase::A, Phase::B, 0.4);
+        let sampling = Sampling { first: Nanos::ZERO, interval: Nanos::from_micros(10), count: 5 };
+        let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(40));
+        let commands = [Command::hold(pulse, sampling)];
+        let nominal = replay(&case, &commands).expect("simulated");
+        let slope = slope(&case, &commands, &nominal, Nanos(500)).expect("simulated");
+        for (got, share) in slope.iter().zip([0.5, 1.0, 1.0, 1.0, 0.5]) {
+            assert!((got[0] / slope_on - share).abs() < 1e-6 && got[2].abs() < 1e-3, "{got:?} {slope_on}");
+        }
+    }
 }
