@@ -4,7 +4,8 @@
 //!   Scenario ──(trial number)──► Case ──► run ──► Record ──► Statistics, files
 //! ```
 //! A trial is a pure function of the scenario and its number, so a campaign gives the same records in the same
-//! order on any number of threads ([`Campaign`]). A failed trial is a record like any other.
+//! order on any number of threads ([`Campaign`]). A failed trial is a record like any other. What no method can do better
+//! with the same excitation is told by [`Bounds`].
 
 mod bound;
 mod campaign;
