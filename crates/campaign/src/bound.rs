@@ -65,7 +65,7 @@ pub struct Bounds<'a, S> {
     /// From one sample to the next where all count. The memory needed is some 400 bytes a sample.
     pub interval: Nanos,
     /// Trial whose noise the detector meets where it gives its commands; none: no noise. A method that goes on until its
-    /// readings are certain enough stops too early without.
+    /// readings are certain enough stops too early without, and its bound is then not that of its runs.
     pub noise: Option<u64>,
     /// Steps of the differences, relative to the usual ones.
     pub step: f64,

@@ -274,10 +274,14 @@ fn law_maximum_likelihood_reaches_the_bound_with_long_pulses() {
 }
 
 #[test]
-fn regress_an_adaptive_method_meets_noise_where_it_is_recorded() {
-    let scenario = noisy(MethodName::MaximumLikelihoodAdaptive, paper());
+fn regress_an_adaptive_method_is_recorded_with_noise() {
+    // Without noise it is certain too soon: its last and longest pulses are missing, and the bound is above what the
+    // method reaches where there is noise (0.059° measured).
+    let method = MethodName::MaximumLikelihoodAdaptive;
+    let scenario = Scenario::of_method(method, paper(), ErrorSet::Default, RotorState::Locked, 1);
     let quiet = at(Bounds::new(&scenario), 0.5);
-    let loud = at(Bounds { noise: Some(7), ..Bounds::new(&scenario) }, 0.5);
-    assert!(quiet.scheme_deg.is_finite() && loud.scheme_deg.is_finite());
-    assert_eq!(loud, at(Bounds { noise: Some(7), ..Bounds::new(&scenario) }, 0.5));
+    let noisy = Bounds { noise: Some(0), ..Bounds::new(&scenario) };
+    let loud = at(noisy, 0.5);
+    assert!(loud.scheme_deg < 0.7 * quiet.scheme_deg, "{loud:?} {quiet:?}");
+    assert_eq!(loud, at(noisy, 0.5));
 }
