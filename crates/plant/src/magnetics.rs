@@ -114,7 +114,7 @@ fn newton(
 pub struct NoConvergence {
     /// The current in A that was asked for.
     pub current: Dq<f64>,
-    /// The range of i_d and i_q in A that the core is known for, if that is why.
+    /// The range of i_d and i_q in A that is known, if that is why; see [`MagneticCircuit::range`].
     pub beyond: Option<[[f64; 2]; 2]>,
 }
 

@@ -108,7 +108,8 @@ pub enum RunError {
     NotFinite,
     /// The currents left the flux map of the motor: what follows is not known.
     LeftMap {
-        /// Current in mA along d and q, of the core, at that instant.
+        /// Current in mA along d and q at that instant, of the core: as its map counts it, whatever the temperature
+        /// of the magnet is now.
         current_ma: [i64; 2],
     },
 }

@@ -45,7 +45,7 @@ impl Subject {
         let sheet = super::sheet(&options.motor)?;
         let map = sheet.map().map_err(Error::Map)?.map(|(_, report)| report);
         let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
-        let covered = map.as_ref().map_or(f64::INFINITY, covered);
+        let covered = motor.magnetics.range().map_or(f64::INFINITY, covered);
         Ok(Self {
             name: motor.name,
             magnetics: motor.magnetics,
@@ -66,7 +66,7 @@ impl Subject {
         }
         let samples = MapSamples::read(path).map_err(Error::Map)?;
         let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
-        let reach = covered(&report);
+        let reach = covered(report.range);
         if reach <= 0.0 {
             let [[d_low, d_high], [q_low, q_high]] = report.range;
             let message = format!(
@@ -87,8 +87,7 @@ impl Subject {
 }
 
 /// Current in A that a map covers in all four directions.
-fn covered(report: &MapReport) -> f64 {
-    let [[d_low, d_high], [q_low, q_high]] = report.range;
+fn covered([[d_low, d_high], [q_low, q_high]]: [[f64; 2]; 2]) -> f64 {
     (-d_low).min(d_high).min(-q_low).min(q_high)
 }
 

@@ -296,3 +296,31 @@ fn law_without_noise_every_point_is_followed() {
     assert!(report.noise < 1e-6 * report.largest_flux, "{report:?}");
     assert!(report.inductance_uncertainty.iter().all(|h| *h < 1e-7), "{report:?}");
 }
+
+#[test]
+fn law_the_end_of_a_map_is_that_of_its_own_currents_also_with_a_hot_magnet() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let grid = axis(12.0, 15);
+    let (map, _) = FluxMap::new(&sampled(motor.magnetics.core(), &grid, &grid)).expect("a map");
+    let cold = MagneticCircuit::new(crate::Core::Map(map.clone())).expect("a state at rest");
+    let flux_5 = 0.01 * cold.rest(Heading::ZERO).d;
+    let distorted = cold.clone().with_harmonics(crate::Harmonics { flux_5, ..crate::Harmonics::default() });
+    for circuit in [cold.with_magnet(0.95), distorted.with_magnet(0.95)].map(|hot| hot.expect("convex")) {
+        // 5 % of the flux are 2.1 A less magnetisation: more current along +d is known, and less along −d.
+        let [[low, high], q] = circuit.range().expect("a map");
+        assert!((low + 12.0 - 2.1).abs() < 0.05 && (high - 12.0 - 2.1).abs() < 0.05, "{low} {high}");
+        assert_eq!(q, [-12.0, 12.0]);
+        for current in [low + 0.01, high - 0.01] {
+            let flux = circuit.flux_at(Dq::new(current, 0.0), Heading::ZERO).expect("inside");
+            let state = circuit.state(flux, Heading::ZERO);
+            let own = map.current(state.core_flux);
+            assert!((state.core_current - own).norm() < 1e-12, "{state:?} {own:?}");
+            assert!((circuit.margin(&state) - map.margin(own)).abs() < 1e-12 && map.margin(own) < 0.011);
+        }
+        for current in [low - 0.02, high + 0.02] {
+            let error =
+                circuit.flux_at(Dq::new(current, 0.0), Heading::ZERO).expect_err("beyond").to_string();
+            assert!(error.contains(&format!("i_d from {low} to {high} A")), "{error}");
+        }
+    }
+}

@@ -23,7 +23,7 @@ pub struct MagneticState {
     pub current_slope: Dq<f64>,
     /// Flux in Wb at which the core itself is: ψ but for harmonics.
     pub core_flux: Dq<f64>,
-    /// Current in A of the core itself: i but for harmonics.
+    /// Current in A of the core itself, by which its map is read: i but for harmonics, with the magnet's change on top.
     pub core_current: Dq<f64>,
 }
 
@@ -136,7 +136,8 @@ impl MagneticCircuit {
         if let Some(distortion) = &self.distortion {
             return distortion.state(&self.core, self.magnet, flux, at);
         }
-        let (mut current, inverse_inductance) = self.core.current_and_inverse_inductance(flux);
+        let (core_current, inverse_inductance) = self.core.current_and_inverse_inductance(flux);
+        let mut current = core_current;
         current.d -= self.magnet;
         MagneticState {
             current,
@@ -144,7 +145,7 @@ impl MagneticCircuit {
             energy_slope: 0.0,
             current_slope: Dq::new(0.0, 0.0),
             core_flux: flux,
-            core_current: current,
+            core_current,
         }
     }
 
@@ -181,14 +182,22 @@ impl MagneticCircuit {
         })?;
         match &self.core {
             Core::Map(map) if self.margin(&self.state(flux, at)) < -1e-9 * map.reach() => {
-                Err(NoConvergence { current, beyond: Some(map.range()) })
+                Err(NoConvergence { current, beyond: self.range() })
             }
             _ => Ok(flux),
         }
     }
 
-    /// How far the core is from the end of the currents it is known for, in A; negative beyond. Infinite for a core
-    /// that is a formula.
+    /// Range of i_d and i_q in A of the winding, harmonics apart, that a map is known for; none for a formula. The
+    /// map's own, less the magnet's change: a hot magnet is like a current that opposes it.
+    pub fn range(&self) -> Option<[[f64; 2]; 2]> {
+        let Core::Map(map) = &self.core else { return None };
+        let [d, q] = map.range();
+        Some([d.map(|end| end - self.magnet), q])
+    }
+
+    /// How far the core is from the end of the currents it is known for, in A; negative beyond. What counts is the
+    /// core's own current: the data know nothing of the magnet's change. Infinite for a core that is a formula.
     #[inline]
     pub fn margin(&self, state: &MagneticState) -> f64 {
         self.core.margin(state.core_current)

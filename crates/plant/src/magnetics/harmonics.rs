@@ -168,14 +168,15 @@ impl Distortion {
         let c = self.coordinates(at);
         let x = flux - self.rest - c.shift;
         let core_flux = self.rest + c.a.apply(x);
-        let (mut core_current, hessian) = core.current_and_inverse_inductance(core_flux);
-        core_current.d -= magnet;
+        let (core_current, hessian) = core.current_and_inverse_inductance(core_flux);
+        let mut slope = core_current;
+        slope.d -= magnet;
         let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
         MagneticState {
-            current: c.a.apply_transposed(core_current),
+            current: c.a.apply_transposed(slope),
             inverse_inductance: c.a.congruent(hessian),
-            energy_slope: core_current.dot(turning),
-            current_slope: c.a_slope.apply_transposed(core_current)
+            energy_slope: slope.dot(turning),
+            current_slope: c.a_slope.apply_transposed(slope)
                 + c.a.apply_transposed(hessian.times_dq(turning)),
             core_flux,
             core_current,
