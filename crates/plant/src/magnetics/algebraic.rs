@@ -57,6 +57,42 @@ pub(super) fn power(x: f64, exponent: u8) -> f64 {
     result
 }
 
+impl Algebraic {
+    /// The same iron with magnets that are stronger or weaker by such a factor that the flux without current is
+    /// `flux` in Wb, along d. Both places where a magnet appears, i_f and ψ_n, are in proportion to its remanence. None
+    /// if no such factor is found.
+    ///
+    /// At a factor k the ribs and i_f give `k i_f + g(k ψ_n − ψ)`, with `g(b) = G(|b|) b`, and the iron draws i(ψ).
+    /// The first never falls with k, so the k at which they are equal is found by halving. For `ψ → 0` it goes
+    /// to zero: no magnet, ribs not saturated, `L_d = 1/a_d0`.
+    pub(super) fn with_flux(&self, flux: f64) -> Option<Self> {
+        let at = |factor: f64| Self {
+            magnet_current: factor * self.magnet_current,
+            bridge: self
+                .bridge
+                .map(|bridge| IronBridge { magnet_flux: factor * bridge.magnet_flux, ..bridge }),
+            ..*self
+        };
+        let iron = Self { magnet_current: 0.0, bridge: None, ..*self }.current(Dq::new(flux, 0.0)).d;
+        let short = |factor: f64| {
+            let Self { magnet_current, bridge, .. } = at(factor);
+            magnet_current + bridge.map_or(0.0, |b| b.along_d(b.magnet_flux - flux)) < iron
+        };
+        let (mut low, mut high) = (0.0, 1.0);
+        while short(high) {
+            (low, high) = (high, 2.0 * high);
+            if high > 1e6 {
+                return None;
+            }
+        }
+        for _ in 0..200 {
+            let middle = (low + high) / 2.0;
+            if short(middle) { low = middle } else { high = middle }
+        }
+        Some(at(high))
+    }
+}
+
 impl Magnetics for Algebraic {
     fn energy(&self, flux: Dq<f64>) -> f64 {
         let (d, q) = (flux.d.abs(), flux.q.abs());

@@ -91,17 +91,33 @@ impl MagneticCircuit {
     /// The same with a magnet that drives `share` of its flux without current, as a hot one does. The iron stays as
     /// it is and with it the saturation: what changes is the magnet's magnetomotive force.
     ///
+    /// * A magnet in series with the iron of its axis is a current in a winding around it: `W = W₀ − m·ψ`. The iron's
+    ///   W₀ is where the flux takes it, and `m = ∇W₀(share ψ₀)` is what makes that flux stand without current.
+    /// * A magnet beside saturated [`IronBridge`]s is not: the winding's current goes through iron and barrier, the
+    ///   magnet's change through the barrier and its ribs. There the remanence ψ_n changes in the ribs' energy.
+    ///
+    /// A map does not tell the two apart and is taken for the first; of a rotor with saturated bridges it should
+    /// have been made at the magnet's temperature.
+    ///
     /// # Errors
     /// A core that has no such flux.
     pub fn with_magnet(&self, share: f64) -> Result<Self, NoConvergence> {
-        let rest = self.core.flux_at(Dq::new(0.0, 0.0))? * share;
-        let (at_rest, hessian) = self.core.current_and_inverse_inductance(rest);
+        let nothing = Dq::new(0.0, 0.0);
+        let rest = self.core.flux_at(nothing)? * share;
+        let core = match &self.core {
+            Core::Algebraic(core) if core.bridge.is_some() => {
+                let changed = core.with_flux(rest.d);
+                Core::Algebraic(changed.ok_or(NoConvergence { current: nothing, beyond: None })?)
+            }
+            core => core.clone(),
+        };
+        let (at_rest, hessian) = core.current_and_inverse_inductance(rest);
         let scaled = Harmonics {
             flux_5: self.harmonics.flux_5 * share,
             flux_7: self.harmonics.flux_7 * share,
             ..self.harmonics
         };
-        let changed = Self { magnet: at_rest.d, rest, inductance: hessian.inverse(), ..self.clone() };
+        let changed = Self { core, magnet: at_rest.d, rest, inductance: hessian.inverse(), ..self.clone() };
         Ok(changed.with_harmonics(scaled).with_eddy_currents(self.eddy.map(|(branch, _)| branch)))
     }
 

@@ -204,3 +204,49 @@ fn law_a_rotor_stands_where_friction_holds_it() {
     }
     assert_eq!(motor.standing_angle(0.3, 5.0), None, "nothing holds it against such a load");
 }
+
+#[test]
+fn analytic_a_warm_magnet_saturates_its_bridges_less() {
+    let cold = built_in("pm-reluctance").expect("built in").magnetics;
+    let rest = cold.rest(Heading::ZERO).d;
+    // As built: the numbers of the data sheet.
+    let same = cold.with_magnet(1.0).expect("a magnet");
+    let l = |circuit: &MagneticCircuit| circuit.inductance();
+    assert!((l(&same).xx - l(&cold).xx).abs() < 1e-12 && (l(&same).yy - l(&cold).yy).abs() < 1e-12);
+    // By hand: at ψ the iron draws (3.96 + 28.5 ψ⁴) ψ, the ribs give G(s) s with G = 81.75 s²/(1 + s²), and
+    // 1/L_d = 3.96 + 142.5 ψ⁴ + G (1 + 2/(1 + s²)).
+    for (share, l_d, l_q) in [(0.9, 35.18e-3, 151.89e-3), (0.6, 53.6e-3, 158.5e-3)] {
+        let hot = cold.with_magnet(share).expect("a magnet");
+        let psi = hot.rest(Heading::ZERO).d;
+        assert!((psi - share * rest).abs() < 1e-12, "{psi}");
+        assert!(hot.state(Dq::new(psi, 0.0), Heading::ZERO).current.norm() < 1e-12);
+        let iron = (3.96 + 28.5 * psi.powi(4)) * psi;
+        let g = |s: f64| 81.75 * s * s / (1.0 + s * s);
+        let (mut low, mut high) = (0.0, 1.0);
+        for _ in 0..60 {
+            let s = (low + high) / 2.0;
+            if g(s) * s < iron { low = s } else { high = s }
+        }
+        let expected = 1.0 / (3.96 + 142.5 * psi.powi(4) + g(high) * (1.0 + 2.0 / (1.0 + high * high)));
+        let Symmetric { xx, xy, yy } = l(&hot);
+        assert!((xx / expected - 1.0).abs() < 1e-9 && xy == 0.0, "{share}: {xx} {expected}");
+        assert!((xx / l_d - 1.0).abs() < 1e-3 && (yy / l_q - 1.0).abs() < 1e-2, "{share}: {xx} {yy}");
+    }
+    // No magnet: no flux, and ribs that nothing saturates.
+    let shares = [1.0, 0.8, 0.6, 0.4, 0.2, 0.1, 1e-3, 1e-6, 0.0];
+    let circuits = shares.map(|share| cold.with_magnet(share).expect("a magnet"));
+    for pair in circuits.windows(2) {
+        assert!(l(&pair[1]).xx > l(&pair[0]).xx, "{} {}", l(&pair[1]).xx, l(&pair[0]).xx);
+    }
+    let none = &circuits[shares.len() - 1];
+    assert!(none.rest(Heading::ZERO).norm() == 0.0);
+    assert!((l(none).xx * 3.96 - 1.0).abs() < 1e-9, "{}", l(none).xx);
+    assert!(
+        (none.state(Dq::new(0.2, 0.1), Heading::ZERO).current.d
+            + none.state(Dq::new(-0.2, 0.1), Heading::ZERO).current.d)
+            .abs()
+            < 1e-12
+    );
+    // A colder one is stronger.
+    assert!(l(&cold.with_magnet(1.1).expect("a magnet")).xx < l(&cold).xx);
+}

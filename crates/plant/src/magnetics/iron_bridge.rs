@@ -14,6 +14,14 @@ use crate::Symmetric;
 /// ```
 /// the gradient of `∫₀ˢ G(s) s ds`. The ribs draw current only away from ψ_n, the flux that the magnet would drive
 /// through them.
+///
+/// **Temperature.** The energy is that of a barrier whose two sides differ by a magnetic potential `F = G ψ_b`: across it
+/// lie the magnet, `ψ_m = ψ_n + F/R_m` with its remanent flux ψ_n and its reluctance R_m, and the rib, whose flux is some
+/// `f(F)` of iron alone. From `ψ_d = ψ_m + f(F)` follows `ψ_b = F/R_m + f(F)`: the law between F and ψ_b, hence G,
+/// knows nothing of the magnet's strength. Without potential the rib is not saturated and shorts the barrier (G = 0
+/// at ψ_b = 0); the magnet saturates it as far as its flux ψ_n has to come back through it. So a warmer magnet is a
+/// smaller ψ_n in the same law: it saturates the rib less, and L_d grows. A current that opposes the magnet from outside
+/// would do the contrary, drive the rib further into saturation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IronBridge {
     /// a_b in A/Wb^(W+1).
@@ -46,6 +54,11 @@ impl IronBridge {
         let denominator = 1.0 + self.saturation * p;
         let g = self.strength * p / denominator;
         (g, f64::from(self.exponent) * g / denominator)
+    }
+
+    /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
+    pub(super) fn along_d(&self, flux: f64) -> f64 {
+        self.conductance(flux.abs()).0 * flux
     }
 
     fn coordinates(&self, flux: Dq<f64>) -> (f64, f64) {
