@@ -53,8 +53,9 @@ impl Cogging {
 #[derive(Clone, Debug, PartialEq)]
 pub struct MagneticCircuit {
     core: Core,
-    /// Change of the magnet with temperature, as a current along d in A: `W = W₀ − magnet ψ_d`.
-    magnet: f64,
+    /// m: change of the magnet with temperature, as a current in A: `W = W₀ − m·ψ`. Along the flux without current, if
+    /// the core is symmetric about it.
+    magnet: Dq<f64>,
     rest: Dq<f64>,
     inductance: Symmetric,
     harmonics: Harmonics,
@@ -71,7 +72,15 @@ impl MagneticCircuit {
         let rest = core.flux_at(Dq::new(0.0, 0.0))?;
         let inductance = core.current_and_inverse_inductance(rest).1.inverse();
         let harmonics = Harmonics::default();
-        Ok(Self { core, magnet: 0.0, rest, inductance, harmonics, distortion: None, eddy: None })
+        Ok(Self {
+            core,
+            magnet: Dq::new(0.0, 0.0),
+            rest,
+            inductance,
+            harmonics,
+            distortion: None,
+            eddy: None,
+        })
     }
 
     /// The same with harmonics, which must be smaller than the inductances: see [`Harmonics::largest_inductance`].
@@ -117,7 +126,7 @@ impl MagneticCircuit {
             flux_7: self.harmonics.flux_7 * share,
             ..self.harmonics
         };
-        let changed = Self { core, magnet: at_rest.d, rest, inductance: hessian.inverse(), ..self.clone() };
+        let changed = Self { core, magnet: at_rest, rest, inductance: hessian.inverse(), ..self.clone() };
         Ok(changed.with_harmonics(scaled).with_eddy_currents(self.eddy.map(|(branch, _)| branch)))
     }
 
@@ -153,10 +162,8 @@ impl MagneticCircuit {
             return distortion.state(&self.core, self.magnet, flux, at);
         }
         let (core_current, inverse_inductance) = self.core.current_and_inverse_inductance(flux);
-        let mut current = core_current;
-        current.d -= self.magnet;
         MagneticState {
-            current,
+            current: core_current - self.magnet,
             inverse_inductance,
             energy_slope: 0.0,
             current_slope: Dq::new(0.0, 0.0),
@@ -168,7 +175,7 @@ impl MagneticCircuit {
     /// W in J per 3/2, without what the eddy currents store.
     pub fn energy(&self, flux: Dq<f64>, at: Heading) -> f64 {
         let core_flux = self.distortion.map_or(flux, |distortion| distortion.core_flux(flux, at));
-        self.core.energy(core_flux) - self.magnet * core_flux.d
+        self.core.energy(core_flux) - self.magnet.dot(core_flux)
     }
 
     /// Eddy currents G (ψ − χ) in A and their inverse inductance G in 1/H, where χ lags ψ by `lag` in Wb; none: no
@@ -209,7 +216,7 @@ impl MagneticCircuit {
     pub fn range(&self) -> Option<[[f64; 2]; 2]> {
         let Core::Map(map) = &self.core else { return None };
         let [d, q] = map.range();
-        Some([d.map(|end| end - self.magnet), q])
+        Some([d.map(|end| end - self.magnet.d), q.map(|end| end - self.magnet.q)])
     }
 
     /// How far the core is from the end of the currents it is known for, in A; negative beyond. What counts is the

@@ -161,7 +161,7 @@ impl Distortion {
     pub(super) fn state(
         &self,
         core: &impl Magnetics,
-        magnet: f64,
+        magnet: Dq<f64>,
         flux: Dq<f64>,
         at: Heading,
     ) -> MagneticState {
@@ -169,8 +169,7 @@ impl Distortion {
         let x = flux - self.rest - c.shift;
         let core_flux = self.rest + c.a.apply(x);
         let (core_current, hessian) = core.current_and_inverse_inductance(core_flux);
-        let mut slope = core_current;
-        slope.d -= magnet;
+        let slope = core_current - magnet;
         let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
         MagneticState {
             current: c.a.apply_transposed(slope),
