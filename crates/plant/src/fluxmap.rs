@@ -73,6 +73,8 @@ pub struct MapReport {
     pub range: [[f64; 2]; 2],
     /// Which way the axes pointed.
     pub axes: MapAxes,
+    /// By how much the flux without current is ahead of d in degrees, zero without a magnet: 1° at most.
+    pub off_axis: f64,
     /// Whether the map was continued to negative i_d, i_q by its symmetry.
     pub mirrored: [bool; 2],
     /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, of the data; zero where there is no cross-coupling.
@@ -126,6 +128,7 @@ impl FluxMap {
             size: [grid.d.len(), grid.q.len()],
             range: grid.range(),
             axes,
+            off_axis: if axes == MapAxes::NoMagnet { 0.0 } else { grid.off_axis() },
             mirrored,
             // Below a ten-thousandth of the axes' own inductances it is the last digits of the file.
             reciprocity_error: if cross < 1e-4 * own { 0.0 } else { curl / cross },

@@ -163,6 +163,7 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
             "i_d_A": map.range[0],
             "i_q_A": map.range[1],
             "axes": map.axes.to_string(),
+            "off_axis_deg": map.off_axis,
             "mirrored_d": map.mirrored[0],
             "mirrored_q": map.mirrored[1],
             "cross_inductance_rms_mH": map.cross_inductance * 1e3,
@@ -281,9 +282,14 @@ fn map_text(map: &MapReport) -> String {
         [false, true] => ", continued to the other i_q by symmetry",
         [true, true] => ", continued to all quadrants by symmetry",
     };
+    let off_axis = if map.off_axis.abs() < 5e-3 {
+        String::new()
+    } else {
+        format!(" (flux without current {:+.2}° from it: as much is the rotor's angle off)", map.off_axis)
+    };
     let [rms, largest] = map.distance;
     format!(
-        "map: {} points, {} × {} grid, i_d {d_low} to {d_high} A, i_q {q_low} to {q_high} A{mirrored}; {}\n\
+        "map: {} points, {} × {} grid, i_d {d_low} to {d_high} A, i_q {q_low} to {q_high} A{mirrored}; {}{off_axis}\n\
          nearest map with an energy: {rms:.2e} Wb rms away ({:.3} % of the largest flux), at most {largest:.2e} Wb, at \
          i_d = {:.3} A, i_q = {:.3} A\n\
          evaluation within {:.1e} A of it; cross inductance {:.3} mH rms\n",

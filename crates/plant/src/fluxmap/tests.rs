@@ -214,7 +214,7 @@ fn regress_what_is_wrong_with_a_map_is_named() {
     });
     assert!(coupled.contains("not convex") && coupled.contains("L_dq"), "{coupled}");
     let skew = error(&|points| points.iter_mut().for_each(|p| p.psi_q += 0.3));
-    assert!(skew.contains("within 10° of +d"), "{skew}");
+    assert!(skew.contains("within 1° of +d"), "{skew}");
     let transposed = error(&|points| {
         for k in 0..5 {
             for m in 0..k {
@@ -351,4 +351,25 @@ fn law_no_current_flows_without_voltage_also_in_a_hot_magnet_that_is_off_its_axi
     assert!(left.norm() < 1e-9, "{left:?}");
     let found = hot.flux_at(Dq::new(0.0, 0.0), Heading::ZERO).expect("inside");
     assert!((found - after).norm() < 1e-9, "{found:?} {after:?}");
+}
+
+#[test]
+fn law_a_magnet_off_its_axis_is_told_and_beyond_a_degree_refused() {
+    let grid = axis(12.0, 15);
+    let of = |name: &str, degrees: f64| {
+        let motor = built_in(name).expect("built in");
+        FluxMap::new(&off_axis(motor.magnetics.core(), &grid, degrees))
+    };
+    for degrees in [-0.8, 0.0, 0.8] {
+        let (_, report) = of("cross-saturation", degrees).expect("a map");
+        assert!((report.off_axis - degrees).abs() < 1e-6, "{degrees}: {}", report.off_axis);
+    }
+    for degrees in [-5.0, 2.0, 9.9] {
+        let error = of("cross-saturation", degrees).expect_err("must be refused").to_string();
+        let found = format!("found flux without current at {degrees:.2}° from d");
+        assert!(error.contains(&found) && error.contains("within 1° of +d"), "{error}");
+        assert!(error.contains(&format!("axes turned by {degrees:.2}°")), "{error}");
+    }
+    let (_, report) = of("reluctance-6k7", 0.0).expect("a map");
+    assert_eq!((report.axes, report.off_axis), (MapAxes::NoMagnet, 0.0));
 }
