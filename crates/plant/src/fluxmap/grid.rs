@@ -53,13 +53,13 @@ impl Grid {
         let turned = Self::rectangle(file, &points)?;
         if one_sided(&turned.q) && turned.is_odd_in_q() {
             mirrored[1] = true;
-            let twins = points.iter().filter(|p| p.i_q != 0.0);
+            let twins = points.iter().filter(|p| turned.q[nearest(&turned.q, p.i_q)] != 0.0);
             let twins = twins.map(|p| MapPoint { i_q: -p.i_q, psi_q: -p.psi_q, ..p.clone() });
             points = twins.chain(points.iter().cloned()).collect();
         }
         if axes == MapAxes::NoMagnet && one_sided(&turned.d) && turned.is_odd_in_d() {
             mirrored[0] = true;
-            let twins = points.iter().filter(|p| p.i_d != 0.0);
+            let twins = points.iter().filter(|p| turned.d[nearest(&turned.d, p.i_d)] != 0.0);
             let twins = twins.map(|p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
             points = twins.chain(points.iter().cloned()).collect();
         }

@@ -175,6 +175,13 @@ fn law_axes_of_reluctance_convention_and_half_maps_are_brought_into_order() {
     assert_eq!((report.axes, report.mirrored), (MapAxes::NoMagnet, [true, true]));
     let flux = motor.magnetics.core().flux_at(Dq::new(-5.0, -6.0)).expect("convex");
     assert!((map.current(flux) - Dq::new(-5.0, -6.0)).norm() < 0.02);
+    // A zero that rounding has moved has no twin.
+    let mut samples = sampled(motor.magnetics.core(), &half, &half);
+    for p in &mut samples.points {
+        (p.i_d, p.i_q) = (p.i_d + 1e-9, p.i_q - 1e-9);
+    }
+    let (_, moved) = FluxMap::new(&samples).expect("a map");
+    assert_eq!((moved.size, moved.mirrored), (report.size, report.mirrored));
 }
 
 #[test]
