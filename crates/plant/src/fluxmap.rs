@@ -107,7 +107,7 @@ impl FluxMap {
         let co_energy = project::CoEnergy::nearest(&grid, noise);
         let [curl, cross, own] = co_energy.reciprocity(&grid);
         let (distance, furthest) = co_energy.distance(&grid);
-        let (map, evaluation_error) = Self::of(&co_energy, &grid).map_err(|current| {
+        let (map, evaluation_error) = Self::of(&co_energy, &grid, axes != MapAxes::NoMagnet).map_err(|current| {
             let (place, cell) = grid.cell(current);
             let found = format!(
                 "that the nearest map with an energy, {:.2e} Wb rms away, is not convex in the cell {cell}",

@@ -20,7 +20,7 @@ pub struct Motor {
     pub dc_link: Option<f64>,
     /// The winding without saturation.
     pub winding: Winding,
-    /// ψ_pm in Wb, the open-circuit flux linkage.
+    /// ψ_pm in Wb, the open-circuit flux linkage. Exactly zero: there is no magnet.
     pub magnet_flux: f64,
     /// The magnetics that are simulated.
     pub magnetics: MagneticCircuit,
@@ -38,6 +38,12 @@ impl Motor {
         let core = Core::Linear(Linear::from_winding(&self.winding, self.magnet_flux));
         let magnetics = MagneticCircuit::new(core).unwrap_or_else(|_| self.magnetics.clone());
         Self { magnetics, ..self.clone() }
+    }
+
+    /// Whether there is a magnet, and with it a north pole. Of a formula its data sheet says so, of a map
+    /// [`crate::FluxMap::has_magnet`].
+    pub fn has_magnet(&self) -> bool {
+        self.magnet_flux != 0.0
     }
 
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the

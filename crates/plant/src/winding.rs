@@ -5,7 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::Matrix3;
 use standstill_interface::{Abc, Dq, Phase};
 
-use crate::Magnetics;
+use crate::{FluxMap, Magnetics};
 
 /// A star-connected three-phase winding over a salient rotor, without saturation.
 ///
@@ -22,14 +22,14 @@ pub struct Winding {
 }
 
 impl Winding {
-    /// The winding without leakage that a core looks like without current, and its flux in Wb there.
-    pub fn of_core(core: &impl Magnetics) -> (Self, f64) {
-        let rest = core.flux_at(Dq::new(0.0, 0.0)).unwrap_or(Dq::new(0.0, 0.0));
-        let l = core.current_and_inverse_inductance(rest).1.inverse();
+    /// The winding without leakage that a map looks like without current, and its magnet's flux in Wb: exactly zero if
+    /// it has none.
+    pub fn of_map(map: &FluxMap) -> (Self, f64) {
+        let rest = map.flux_at(Dq::new(0.0, 0.0)).unwrap_or(Dq::new(0.0, 0.0));
+        let l = map.current_and_inverse_inductance(rest).1.inverse();
         let winding =
             Self { mean_inductance: (l.xx + l.yy) / 3.0, saliency: (l.xx - l.yy) / 3.0, leakage: 0.0 };
-        // Of a map without magnet a trace is left by its measurement.
-        (winding, if rest.d.abs() < 1e-3 * l.xx { 0.0 } else { rest.d })
+        (winding, if map.has_magnet() { rest.d } else { 0.0 })
     }
 
     /// The 3×3 inductance matrix in H at electrical angle θ in rad, equations (1) and (2), with the leakage on

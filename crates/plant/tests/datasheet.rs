@@ -1,6 +1,15 @@
 //! Data sheets that are no motor, and what is said of them.
 
-use standstill_plant::DataSheet;
+use standstill_interface::Dq;
+use standstill_plant::{DataSheet, Magnetics, built_in};
+
+/// The text of a built-in data sheet.
+fn built_in_text(name: &str) -> &'static str {
+    match name {
+        "reluctance-6k7" => include_str!("../motors/reluctance-6k7.toml"),
+        _ => include_str!("../motors/paper-5k5.toml"),
+    }
+}
 
 /// What is said of a built-in data sheet after a change of its text.
 fn refused(text: &str, from: &str, to: &str) -> String {
@@ -25,4 +34,46 @@ fn regress_the_harmonic_that_is_too_large_is_the_one_named() {
     assert!(error.starts_with("own.toml: `harmonics.inductance_4` is 9 mH"), "{error}");
     let error = with(entry("inductance_4", "0.1 mH") + &entry("asymmetry", "-20 mH"));
     assert!(error.starts_with("own.toml: `harmonics.asymmetry` is -20 mH"), "{error}");
+}
+
+#[test]
+fn law_a_map_says_once_whether_there_is_a_magnet() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = |name: &str, current: f64, trace: f64| {
+        let motor = built_in(name).expect("built in");
+        let axis = || (-8..=8).map(|k| 1.5 * motor.rated_current * f64::from(k) / 8.0);
+        let flux = |d, q| motor.magnetics.core().flux_at(Dq::new(d, q)).expect("convex");
+        let largest = flux(1.5 * motor.rated_current, 0.0).d;
+        let mut text = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned();
+        for (d, q) in axis().flat_map(|d| axis().map(move |q| (d, q))) {
+            let Dq { d: psi_d, q: psi_q } = flux(d, q);
+            let psi_d = psi_d + trace * largest;
+            text += &format!("{},{},{psi_d},{psi_q}\n", d * current, q * current);
+        }
+        std::fs::write(folder.path().join("map.csv"), text).expect("written");
+        let sheet = built_in_text(name);
+        let (head, rest) = sheet.split_once("[saturation]").expect("a table");
+        let kept: Vec<&str> = head
+            .lines()
+            .filter(|line| {
+                !["mean_ind", "saliency", "leakage", "magnet_f"].iter().any(|key| line.starts_with(key))
+            })
+            .collect();
+        let file = "[map]\nfile = { value = \"map.csv\", source = \"given\", reason = \"a test\" }\n\n";
+        let rotor = &rest[rest.find("[rotor]").expect("a table")..];
+        (kept.join("\n") + "\n\n" + file + rotor).replace("\"8 A\"", &format!("\"{} A\"", 8.0 * current))
+    };
+    let at = folder.path().join("own.toml").display().to_string();
+    let motor = |text: &str| DataSheet::parse(&at, text).expect("its keys are right").motor();
+    // A trace of flux that a measurement left is no magnet, for anyone.
+    let text = map("reluctance-6k7", 1.0, 0.01);
+    let own = motor(&text).expect("a motor");
+    assert!(own.magnet_flux == 0.0 && !own.has_magnet());
+    // Nor can it be declared one.
+    let flux = "[winding]\nmagnet_flux = { value = \"0.008 Wb\", source = \"assumed\", reason = \"a test\" }";
+    let error = motor(&text.replace("[winding]", flux)).expect_err("must be refused").to_string();
+    assert!(error.contains("`winding.magnet_flux`") && error.contains("0.0000e0 Wb"), "{error}");
+    // A magnet stays one in a motor of microamperes.
+    let own = motor(&map("paper-5k5", 1e-6, 0.0)).expect("a motor");
+    assert!((own.magnet_flux - 0.45).abs() < 1e-3 && own.has_magnet(), "{}", own.magnet_flux);
 }

@@ -157,7 +157,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             duration: self.now,
             start_angle: self.case.start_angle,
             end_angle: self.state[2],
-            has_pole: self.case.motor.magnet_flux != 0.0,
+            has_pole: self.case.motor.has_magnet(),
             resolver_angle: self.state[2] + self.case.sensors.resolver_error,
             moved: self.moved,
             peak_current: self.peak_current,

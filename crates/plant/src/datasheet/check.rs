@@ -89,7 +89,7 @@ impl DataSheet {
                 return Err(check.value(key, &"given beside [map]", "left out: the map is the whole core"));
             }
         }
-        let (winding, magnet_flux) = Winding::of_core(&map);
+        let (winding, magnet_flux) = Winding::of_map(&map);
         let w = &self.winding;
         let stated = Winding {
             mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.value.value()),
@@ -160,12 +160,13 @@ impl Check<'_> {
     fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
         let core = motor.magnetics.core();
         let Ok(rest) = core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let flux = if matches!(core, Core::Map(map) if !map.has_magnet()) { 0.0 } else { rest.d };
         let l = core.current_and_inverse_inductance(rest).1.inverse();
         let winding = &motor.winding;
         let pairs = [
             ("winding.mean_inductance", "L_d without current", l.xx, winding.d_axis_inductance(), "H", 0.0),
             ("winding.mean_inductance", "L_q without current", l.yy, winding.q_axis_inductance(), "H", 0.0),
-            ("winding.magnet_flux", "flux without current", rest.d, motor.magnet_flux, "Wb", 1e-4),
+            ("winding.magnet_flux", "flux without current", flux, motor.magnet_flux, "Wb", 1e-4),
         ];
         for (key, what, saturated, stated, unit, slack) in pairs {
             if (saturated - stated).abs() > 0.02 * stated.abs() + slack {

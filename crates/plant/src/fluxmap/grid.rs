@@ -16,7 +16,8 @@ pub(super) struct Grid {
     places: Vec<Place>,
 }
 
-/// Share of the largest flux below which one counts as none: the magnet of a reluctance motor, ψ_q on the d-axis.
+/// Share of the largest flux below which one counts as none: the magnet of a reluctance motor, ψ_q on the d-axis. The one
+/// place that decides whether a map has a magnet: see [`crate::FluxMap::has_magnet`].
 const NO_FLUX: f64 = 0.02;
 
 /// Values of each current that a map must have for its saturation to show, and may have.

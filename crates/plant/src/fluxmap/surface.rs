@@ -33,6 +33,7 @@ pub struct FluxMap {
     coefficients: Arc<[f64]>,
     range: [[f64; 2]; 2],
     rest: Dq<f64>,
+    magnet: bool,
 }
 
 /// The six uniform B-splines of degree 5 that differ from zero in a cell, at place `t` (0 to 1) in it, with their first
@@ -75,7 +76,7 @@ impl FluxMap {
     ///
     /// # Errors
     /// The current in A at which it is not convex.
-    pub(super) fn of(co_energy: &CoEnergy, grid: &Grid) -> Result<(Self, f64), Dq<f64>> {
+    pub(super) fn of(co_energy: &CoEnergy, grid: &Grid, magnet: bool) -> Result<(Self, f64), Dq<f64>> {
         // Other points than those of the fit, so that the error is not flattered.
         let probes = co_energy.samples(&middles(&grid.d), &middles(&grid.q));
         let reach = reach(grid.range());
@@ -87,7 +88,7 @@ impl FluxMap {
             if let Some(sample) = samples.iter().find(|sample| !sample.inductance.is_positive_definite()) {
                 return Err(sample.current);
             }
-            let mut map = Self::around(&samples, grid.range(), [cells; 2]);
+            let mut map = Self { magnet, ..Self::around(&samples, grid.range(), [cells; 2]) };
             map.fit(&samples).ok_or(zero)?;
             map.rest = map.flux_at(zero).map_err(|_| zero)?;
             let error = |sample: &Sample| (map.current(sample.flux) - sample.current).norm();
@@ -123,6 +124,7 @@ impl FluxMap {
             coefficients: vec![0.0; count].into(),
             range,
             rest: Dq::new((d[0] + d[1]) / 2.0, (q[0] + q[1]) / 2.0),
+            magnet: false,
         }
     }
 
@@ -226,6 +228,12 @@ impl FluxMap {
     /// Range of i_d and of i_q in A that the map is known for.
     pub const fn range(&self) -> [[f64; 2]; 2] {
         self.range
+    }
+
+    /// Whether there is a magnet: a flux without current of at least 2 % of the largest one. Less is a trace left by
+    /// the measurement.
+    pub const fn has_magnet(&self) -> bool {
+        self.magnet
     }
 
     /// The largest current in A on its axes.
