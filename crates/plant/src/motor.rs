@@ -70,27 +70,53 @@ impl Motor {
         self.magnetics.rest(at).unpark_by(at.sin, at.cos)
     }
 
-    /// The electrical angle in rad at which a free rotor stands that came to rest near `angle`: there, if friction
-    /// holds it against cogging and load (in N·m); else where it slides to. None if nothing holds it within a
-    /// period of the cogging, as when a load overhauls it.
+    /// The electrical angle in rad at which a free rotor stands that was let go at `angle`: there, if friction holds
+    /// it against cogging and load (in N·m); else where it comes to rest after it has slid and swung. None if nothing
+    /// stops it, as when a load overhauls it.
+    ///
+    /// What cogging and load give on the way and sliding friction does not take is kinetic energy; it turns back where
+    /// none is left and stays there if stiction holds it. Viscous friction is left out.
     pub fn standing_angle(&self, angle: f64, load_torque: f64) -> Option<f64> {
+        let stiction = self.rotor.friction.stiction;
         let net = |angle: f64| self.cogging(angle) - load_torque;
-        let holds = |angle: f64| net(angle).abs() <= self.rotor.friction.stiction;
-        if holds(angle) {
-            return Some(angle);
+        let mut stands = angle;
+        for _ in 0..MOST_SWINGS {
+            if net(stands).abs() <= stiction {
+                return Some(stands);
+            }
+            stands = self.swing(stands, load_torque)?;
         }
-        let direction = net(angle).signum();
+        // Next to no friction: the swings shrink by next to nothing until stiction holds the last one.
         let period = std::f64::consts::TAU / f64::from(self.rotor.cogging?.periods);
-        // Downhill in small steps until friction holds or the hill turns; then halve to the edge.
-        let step = direction * period / 720.0;
-        let beyond = (1..=720)
-            .map(|n| angle + step * f64::from(n))
-            .find(|angle| holds(*angle) || net(*angle) * direction < 0.0)?;
-        let (mut moving, mut resting) = (beyond - step, beyond);
-        for _ in 0..60 {
-            let middle = (moving + resting) / 2.0;
-            if holds(middle) || net(middle) * direction < 0.0 { resting = middle } else { moving = middle }
-        }
-        Some(resting)
+        let direction = net(stands).signum();
+        let rests = |angle: f64| net(angle).abs() <= stiction || net(angle) * direction < 0.0;
+        first(stands, direction * period, rests)
     }
+
+    /// Where a rotor that starts from rest at this electrical angle in rad next comes to rest; none if it never does.
+    fn swing(&self, angle: f64, load_torque: f64) -> Option<f64> {
+        let cogging = self.rotor.cogging?;
+        let direction = (cogging.at(angle) - load_torque).signum();
+        let p = f64::from(self.pole_pairs);
+        let begin = cogging.energy(angle, self.pole_pairs);
+        let against = (direction * load_torque + self.rotor.friction.coulomb) / p;
+        let spent = |to: f64| begin - cogging.energy(to, self.pole_pairs) <= against * (to - angle).abs();
+        // From one period to the next the same is gained or lost: what is not stopped in the first never is.
+        first(angle, direction * std::f64::consts::TAU / f64::from(cogging.periods), spent)
+    }
+}
+
+/// Swings after which a rotor counts as hardly damped.
+const MOST_SWINGS: usize = 1000;
+
+/// The first place where something holds on the way from `from`, where it does not, over `way`.
+fn first(from: f64, way: f64, holds: impl Fn(f64) -> bool) -> Option<f64> {
+    let at = |n: i32| from + way * f64::from(n) / 720.0;
+    let n = (1..=720).find(|n| holds(at(*n)))?;
+    let (mut before, mut after) = (at(n - 1), at(n));
+    for _ in 0..60 {
+        let middle = (before + after) / 2.0;
+        if holds(middle) { after = middle } else { before = middle }
+    }
+    Some(after)
 }

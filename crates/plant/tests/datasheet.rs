@@ -1,5 +1,7 @@
 //! Data sheets that are no motor, and what is said of them.
 
+use std::fmt::Write as _;
+
 use standstill_interface::Dq;
 use standstill_plant::{DataSheet, Magnetics, built_in};
 
@@ -48,7 +50,7 @@ fn law_a_map_says_once_whether_there_is_a_magnet() {
         for (d, q) in axis().flat_map(|d| axis().map(move |q| (d, q))) {
             let Dq { d: psi_d, q: psi_q } = flux(d, q);
             let psi_d = psi_d + trace * largest;
-            text += &format!("{},{},{psi_d},{psi_q}\n", d * current, q * current);
+            let _ = writeln!(text, "{},{},{psi_d},{psi_q}", d * current, q * current);
         }
         std::fs::write(folder.path().join("map.csv"), text).expect("written");
         let sheet = built_in_text(name);

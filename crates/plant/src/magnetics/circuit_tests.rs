@@ -206,6 +206,43 @@ fn law_a_rotor_stands_where_friction_holds_it() {
 }
 
 #[test]
+fn analytic_a_rotor_that_slides_comes_to_rest_where_its_energy_is_spent() {
+    let mut motor = built_in("slot-harmonics").expect("built in");
+    motor.rotor.friction = crate::Friction { stiction: 0.1, coulomb: 0.1, viscous: 0.0 };
+    motor.rotor.cogging = Some(Cogging { torque: 0.25, periods: 6 });
+    // From 6θ = 90°: 0.25 cos x = 0.1 (π/2 − x) at −31.8°, where 0.132 N m are more than friction holds; back to
+    // 0.25 (cos x − cos 31.8°) = 0.1 (x + 31.8°), at -15.6°.
+    let stop = |from: f64, low: f64, high: f64| {
+        let left = |x: f64| 0.25 * (x.cos() - from.cos()) - 0.1 * (x - from).abs();
+        let (mut low, mut high, sign) = (low, high, left(low).signum());
+        for _ in 0..100 {
+            let x = (low + high) / 2.0;
+            if left(x) * sign > 0.0 { low = x } else { high = x }
+        }
+        low
+    };
+    let once = stop(TAU / 4.0, 0.0, -1.5);
+    assert!((once.to_degrees() + 31.8).abs() < 0.1, "{}", once.to_degrees());
+    let twice = stop(once, once + 0.1, 1.0);
+    for way in [1.0, -1.0] {
+        let stands = 6.0 * motor.standing_angle(way * TAU / 24.0, 0.0).expect("a well");
+        assert!((stands - way * twice).abs() < 1e-9, "{} {}", stands.to_degrees(), twice.to_degrees());
+        assert!(stands.abs() < 23.6_f64.to_radians());
+    }
+    // With more friction the first stop is the last.
+    motor.rotor.friction.stiction = 0.14;
+    let stands = 6.0 * motor.standing_angle(TAU / 24.0, 0.0).expect("a well");
+    assert!((stands - once).abs() < 1e-9, "{}", stands.to_degrees());
+    // A load below sliding friction does not carry it on for ever, one above does once it slides over the top.
+    assert!(motor.standing_angle(TAU / 24.0, 0.09).is_some());
+    motor.rotor.friction.coulomb = 0.01;
+    assert_eq!(motor.standing_angle(TAU / 24.0, 0.14), None);
+    // Without any friction it is the bottom of its well.
+    motor.rotor.friction = crate::Friction::default();
+    assert!(motor.standing_angle(TAU / 24.0, 0.0).expect("a well").abs() < 1e-9);
+}
+
+#[test]
 fn analytic_a_warm_magnet_saturates_its_bridges_less() {
     let cold = built_in("pm-reluctance").expect("built in").magnetics;
     let rest = cold.rest(Heading::ZERO).d;
