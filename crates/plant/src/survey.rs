@@ -47,6 +47,8 @@ pub struct PolarityPoint {
     pub north: f64,
     /// Average inductance in H from no current to −i_d.
     pub south: f64,
+    /// Currents in A towards north and south at equal changes of the flux, the larger of them `current`.
+    pub at_equal_flux: [f64; 2],
 }
 
 impl PolarityPoint {
@@ -56,15 +58,27 @@ impl PolarityPoint {
     /// A current that no flux of the core gives.
     pub fn of(magnetics: &MagneticCircuit, current: f64) -> Result<Self, NoConvergence> {
         let magnetics = &magnetics.clone().with_harmonics(Harmonics::default());
-        let flux_at = |d: f64| magnetics.flux_at(Dq::new(d, 0.0), Heading::ZERO).map(|flux| flux.d);
-        let rest = flux_at(0.0)?;
-        let (north, south) = (flux_at(current)? - rest, rest - flux_at(-current)?);
-        Ok(Self { current, north: north / current, south: south / current })
+        let rest = magnetics.flux_at(Dq::new(0.0, 0.0), Heading::ZERO)?;
+        Self::between(magnetics, rest, current)
     }
 
-    /// How much more current north draws than south at the same pulse, relative: `L_south/L_north − 1`.
+    /// The same where the flux without current in Wb is known, and no harmonics are left.
+    fn between(magnetics: &MagneticCircuit, rest: Dq<f64>, current: f64) -> Result<Self, NoConvergence> {
+        let flux_at = |d: f64| magnetics.flux_at(Dq::new(d, 0.0), Heading::ZERO).map(|flux| flux.d);
+        let (north, south) = (flux_at(current)? - rest.d, rest.d - flux_at(-current)?);
+        // The pole that needs less flux for this current draws it, the other one less: neither leaves a map.
+        let change = Dq::new(north.min(south), 0.0);
+        let drawn = |flux| magnetics.state(flux, Heading::ZERO).current.d.abs();
+        let at_equal_flux = [drawn(rest + change), drawn(rest - change)];
+        Ok(Self { current, north: north / current, south: south / current, at_equal_flux })
+    }
+
+    /// How much more current north draws than south at the same change of the flux, relative: what two voltage vectors
+    /// of equal volt-seconds along +d and −d raise, `i_N(Δψ)/i_S(Δψ) − 1`. To first order it is `L_south/L_north − 1` at
+    /// equal currents, but not on a core that saturates much.
     pub fn difference(&self) -> f64 {
-        self.south / self.north - 1.0
+        let [north, south] = self.at_equal_flux;
+        north / south - 1.0
     }
 }
 
@@ -126,16 +140,9 @@ impl Survey {
         let along_q: Result<Vec<_>, _> = (-n..=n).map(|k| point(0.0, grid(k))).collect();
 
         let rest = point(0.0, 0.0)?;
-        let polarity: Result<Vec<_>, NoConvergence> = (1..=n)
-            .map(|k| {
-                let current = grid(k);
-                Ok(PolarityPoint {
-                    current,
-                    north: (flux_at(current, 0.0)?.d - rest.psi_d) / current,
-                    south: (rest.psi_d - flux_at(-current, 0.0)?.d) / current,
-                })
-            })
-            .collect();
+        let without = Dq::new(rest.psi_d, rest.psi_q);
+        let polarity: Result<Vec<_>, NoConvergence> =
+            (1..=n).map(|k| PolarityPoint::between(magnetics, without, grid(k))).collect();
         let polarity = polarity?;
         let (reciprocity_error, convex) = grid_checks(magnetics, reach)?;
         Ok(Self {
@@ -194,7 +201,7 @@ fn grid_checks(magnetics: &MagneticCircuit, reach: f64) -> Result<(f64, bool), N
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Motor, built_in, built_in_names};
+    use crate::{Magnetics, Motor, built_in, built_in_names};
 
     fn survey(motor: &Motor) -> Survey {
         Survey::of(&motor.magnetics, motor.rated_current, 8, 0.0).expect("built in")
@@ -234,6 +241,30 @@ mod tests {
         // 5 % of 10 mH at 8 A: 4 mWb between the poles.
         assert_eq!(signature(5e-4), PolaritySignature::Normal);
         assert_eq!(signature(3e-3), PolaritySignature::None);
+    }
+
+    #[test]
+    fn analytic_the_poles_are_compared_at_equal_volt_seconds() {
+        for name in ["paper-5k5", "pm-reluctance", "gearless-hoist"] {
+            let motor = built_in(name).expect("built in");
+            let point = PolarityPoint::of(&motor.magnetics, motor.rated_current).expect("built in");
+            let core = motor.magnetics.core();
+            let rest = core.flux_at(Dq::new(0.0, 0.0)).expect("convex").d;
+            let [north, south] = point.at_equal_flux;
+            assert!((north.max(south) / motor.rated_current - 1.0).abs() < 1e-9, "{name}: {point:?}");
+            // Integrated along the pulse: both vectors, volt-second by volt-second.
+            let end = core.flux_at(Dq::new(north, 0.0)).expect("convex").d - rest;
+            let (mut current, steps) = ([0.0; 2], 20_000);
+            for k in 0..steps {
+                let psi = end * (f64::from(k) + 0.5) / f64::from(steps);
+                for (current, flux) in current.iter_mut().zip([rest + psi, rest - psi]) {
+                    *current +=
+                        core.current_and_inverse_inductance(Dq::new(flux, 0.0)).1.xx * end / f64::from(steps);
+                }
+            }
+            let expected = current[0] / current[1] - 1.0;
+            assert!((point.difference() / expected - 1.0).abs() < 1e-6, "{name}: {point:?} {expected}");
+        }
     }
 
     #[test]
