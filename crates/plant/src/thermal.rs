@@ -52,7 +52,7 @@ impl std::error::Error for TemperatureError {}
 
 impl Motor {
     /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
-    /// from the reference. The iron stays as it is.
+    /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
     pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
         let factor = |part, temperature: Option<f64>, coefficient: f64| {
             let Some(temperature) = temperature else { return Ok(1.0) };
@@ -68,6 +68,9 @@ impl Motor {
         let magnet = factor("magnet", at.magnet, self.thermal.magnet_coefficient)?;
         if magnet != 1.0 {
             motor.magnet_flux *= magnet;
+            if let Some(cogging) = &mut motor.rotor.cogging {
+                cogging.torque *= magnet * magnet;
+            }
             motor.magnetics = self.magnetics.with_magnet(magnet).map_err(|_| TemperatureError {
                 part: "magnet",
                 found: at.magnet.unwrap_or(self.thermal.reference).to_string(),
@@ -108,6 +111,18 @@ mod tests {
                 (motor.magnetics.state(with_current, Heading::ZERO).current - Dq::new(1.0, 1.0)).norm()
                     < 1e-9
             );
+        }
+    }
+
+    #[test]
+    fn law_cogging_goes_with_the_square_of_the_magnet() {
+        // Slots pull at the magnet's flux density squared (Maxwell's stress).
+        let cold = built_in("slot-harmonics").expect("built in");
+        let hot = cold.at_temperature(Temperature { winding: None, magnet: Some(100.0) }).expect("survives");
+        let share = hot.magnet_flux / cold.magnet_flux;
+        assert!((share - (1.0 - 1.1e-3 * 80.0)).abs() < 1e-12);
+        for angle in [0.1, 0.5, 2.0] {
+            assert!((hot.cogging(angle) - share * share * cold.cogging(angle)).abs() < 1e-15, "{angle}");
         }
     }
 
