@@ -36,15 +36,13 @@ pub struct Temperature {
 pub struct TemperatureError {
     part: &'static str,
     found: String,
+    needed: String,
 }
 
 impl fmt::Display for TemperatureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { part, found } = self;
-        write!(
-            f,
-            "temperature of the {part} is {found} °C, but must be from -60 to 300 °C and leave the motor resistance and flux"
-        )
+        let Self { part, found, needed } = self;
+        write!(f, "temperature of the {part} is {found} °C, but must {needed}")
     }
 }
 
@@ -54,13 +52,16 @@ impl Motor {
     /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
     /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
     pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
+        let error =
+            |part, found: f64, needed: String| TemperatureError { part, found: found.to_string(), needed };
+        let range = || "be from -60 to 300 °C and leave the motor resistance and flux".to_owned();
         let factor = |part, temperature: Option<f64>, coefficient: f64| {
             let Some(temperature) = temperature else { return Ok(1.0) };
             let factor = 1.0 + coefficient * (temperature - self.thermal.reference);
             if (-60.0..=300.0).contains(&temperature) && factor > 0.0 {
                 Ok(factor)
             } else {
-                Err(TemperatureError { part, found: temperature.to_string() })
+                Err(error(part, temperature, range()))
             }
         };
         let mut motor = self.clone();
@@ -71,10 +72,19 @@ impl Motor {
             if let Some(cogging) = &mut motor.rotor.cogging {
                 cogging.torque *= magnet * magnet;
             }
-            motor.magnetics = self.magnetics.with_magnet(magnet).map_err(|_| TemperatureError {
-                part: "magnet",
-                found: at.magnet.unwrap_or(self.thermal.reference).to_string(),
-            })?;
+            let found = at.magnet.unwrap_or(self.thermal.reference);
+            let circuit = self.magnetics.with_magnet(magnet).map_err(|_| error("magnet", found, range()))?;
+            // Without its magnet's saturation a core has other inductances.
+            let (harmonics, inductance) = (circuit.harmonics(), circuit.inductance());
+            if !harmonics.fit(inductance) {
+                let needed = format!(
+                    "leave the smaller inductance, here {:.4e} H, at least twice the harmonics 3/2 |inductance_4| + 2/3 |asymmetry|, {:.4e} H",
+                    inductance.smaller_eigenvalue(),
+                    harmonics.largest_inductance()
+                );
+                return Err(error("magnet", found, needed));
+            }
+            motor.magnetics = circuit;
         }
         Ok(motor)
     }
@@ -83,7 +93,7 @@ impl Motor {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Heading, built_in, built_in_names};
+    use crate::{Harmonics, Heading, built_in, built_in_names};
     use standstill_interface::Dq;
 
     #[test]
@@ -124,6 +134,26 @@ mod tests {
         for angle in [0.1, 0.5, 2.0] {
             assert!((hot.cogging(angle) - share * share * cold.cogging(angle)).abs() < 1e-15, "{angle}");
         }
+    }
+
+    #[test]
+    fn regress_harmonics_that_are_too_large_for_a_cold_core_are_an_error() {
+        // A colder magnet saturates the core more, and a little too much for harmonics near their limit; at the limit of
+        // the whole inductance there would be no number.
+        let mut motor = built_in("paper-5k5").expect("built in");
+        let least = motor.magnetics.inductance().smaller_eigenvalue();
+        let at =
+            |motor: &Motor, magnet| motor.at_temperature(Temperature { winding: None, magnet: Some(magnet) });
+        for share in [0.499, 0.999] {
+            let harmonics = Harmonics { inductance_4: share / 1.5 * least, ..Harmonics::default() };
+            motor.magnetics = motor.magnetics.clone().with_harmonics(harmonics);
+            let error = at(&motor, -60.0).expect_err("must be refused").to_string();
+            assert!(error.contains("magnet is -60 °C") && error.contains("3/2 |inductance_4|"), "{error}");
+        }
+        let harmonics = Harmonics { inductance_4: 0.4 / 1.5 * least, ..Harmonics::default() };
+        motor.magnetics = motor.magnetics.clone().with_harmonics(harmonics);
+        let cold = at(&motor, -60.0).expect("fits");
+        assert!(cold.magnetics.state(Dq::new(0.5, 0.1), Heading::of(0.3)).current.norm().is_finite());
     }
 
     #[test]

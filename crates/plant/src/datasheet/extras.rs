@@ -62,7 +62,7 @@ impl Check<'_> {
             flux_7: flux(&table.flux_7),
         };
         let least = circuit.inductance().smaller_eigenvalue();
-        if harmonics.largest_inductance() > 0.5 * least {
+        if !harmonics.fit(circuit.inductance()) {
             // The key to look at is the one that contributes more.
             let asymmetry = Harmonics { inductance_4: 0.0, ..harmonics }.largest_inductance();
             let (key, from) = if 2.0 * asymmetry > harmonics.largest_inductance() {

@@ -83,7 +83,7 @@ impl MagneticCircuit {
         })
     }
 
-    /// The same with harmonics, which must be smaller than the inductances: see [`Harmonics::largest_inductance`].
+    /// The same with harmonics, which must be smaller than the inductances: see [`Harmonics::fit`].
     #[must_use]
     pub fn with_harmonics(self, harmonics: Harmonics) -> Self {
         let distortion = harmonics.any().then(|| Distortion::new(harmonics, self.rest, self.inductance));

@@ -118,6 +118,12 @@ impl Harmonics {
         1.5 * self.inductance_4.abs() + 2.0 / 3.0 * self.asymmetry.abs()
     }
 
+    /// Whether they are small enough for a core with this incremental inductance in H without current: at most half of
+    /// it in any direction. From the whole of it on there would be angles without inductance.
+    pub fn fit(&self, inductance: Symmetric) -> bool {
+        self.largest_inductance() <= 0.5 * inductance.smaller_eigenvalue()
+    }
+
     /// Whether there is any.
     pub fn any(&self) -> bool {
         *self != Self::default()
@@ -126,7 +132,7 @@ impl Harmonics {
 
 impl Distortion {
     /// Around the flux `rest` in Wb without current, where the core has this incremental inductance in H. The
-    /// harmonics must be smaller than its smaller eigenvalue.
+    /// harmonics must be smaller than its smaller eigenvalue: see [`Harmonics::fit`].
     pub(super) fn new(harmonics: Harmonics, rest: Dq<f64>, inductance: Symmetric) -> Self {
         Self { harmonics, rest, inductance, factor: Lower::cholesky(inductance) }
     }
