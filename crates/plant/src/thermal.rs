@@ -7,18 +7,25 @@ use crate::Motor;
 /// How a motor changes with temperature.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
-    /// Temperature in °C at which the motor's numbers hold.
-    pub reference: f64,
-    /// Change of the resistance in 1/K, relative to its value at the reference.
+    /// Temperature in °C of the winding at which the motor's numbers hold.
+    pub winding_reference: f64,
+    /// Temperature in °C of the magnet at which they do.
+    pub magnet_reference: f64,
+    /// Change of the resistance in 1/K, relative to its value at the winding's reference.
     pub winding_coefficient: f64,
-    /// Change of the open-circuit flux in 1/K, relative to its value at the reference.
+    /// Change of the open-circuit flux in 1/K, relative to its value at the magnet's reference.
     pub magnet_coefficient: f64,
 }
 
 impl Default for Thermal {
     /// Copper, and neodymium magnets of usual grades, both from 20 °C.
     fn default() -> Self {
-        Self { reference: 20.0, winding_coefficient: 3.93e-3, magnet_coefficient: -1.1e-3 }
+        Self {
+            winding_reference: 20.0,
+            magnet_reference: 20.0,
+            winding_coefficient: 3.93e-3,
+            magnet_coefficient: -1.1e-3,
+        }
     }
 }
 
@@ -51,13 +58,15 @@ impl std::error::Error for TemperatureError {}
 impl Motor {
     /// The same motor at other temperatures: resistance and open-circuit flux change in proportion to the distance
     /// from the reference, the cogging torque with the square of the flux. The iron stays as it is.
+    ///
+    /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does not
+    /// matter by which temperatures a motor came to one.
     pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
         let error =
             |part, found: f64, needed: String| TemperatureError { part, found: found.to_string(), needed };
         let range = || "be from -60 to 300 °C and leave the motor resistance and flux".to_owned();
-        let factor = |part, temperature: Option<f64>, coefficient: f64| {
-            let Some(temperature) = temperature else { return Ok(1.0) };
-            let factor = 1.0 + coefficient * (temperature - self.thermal.reference);
+        let factor = |part, temperature: f64, reference: f64, coefficient: f64| {
+            let factor = 1.0 + coefficient * (temperature - reference);
             if (-60.0..=300.0).contains(&temperature) && factor > 0.0 {
                 Ok(factor)
             } else {
@@ -65,14 +74,22 @@ impl Motor {
             }
         };
         let mut motor = self.clone();
-        motor.resistance *= factor("winding", at.winding, self.thermal.winding_coefficient)?;
-        let magnet = factor("magnet", at.magnet, self.thermal.magnet_coefficient)?;
+        let (before, thermal) = (self.thermal, &mut motor.thermal);
+        if let Some(winding) = at.winding {
+            let change = factor("winding", winding, before.winding_reference, before.winding_coefficient)?;
+            motor.resistance *= change;
+            thermal.winding_reference = winding;
+            thermal.winding_coefficient /= change;
+        }
+        let Some(found) = at.magnet else { return Ok(motor) };
+        let magnet = factor("magnet", found, before.magnet_reference, before.magnet_coefficient)?;
+        thermal.magnet_reference = found;
+        thermal.magnet_coefficient /= magnet;
         if magnet != 1.0 {
             motor.magnet_flux *= magnet;
             if let Some(cogging) = &mut motor.rotor.cogging {
                 cogging.torque *= magnet * magnet;
             }
-            let found = at.magnet.unwrap_or(self.thermal.reference);
             let circuit = self.magnetics.with_magnet(magnet).map_err(|_| error("magnet", found, range()))?;
             // Without its magnet's saturation a core has other inductances.
             let (harmonics, inductance) = (circuit.harmonics(), circuit.inductance());
@@ -105,9 +122,9 @@ mod tests {
                 cold.at_temperature(Temperature { winding: Some(winding), magnet: Some(magnet) })
                     .expect("survives")
             };
-            let same = hot(thermal.reference, thermal.reference);
+            let same = hot(thermal.winding_reference, thermal.magnet_reference);
             assert_eq!(same, cold);
-            let motor = hot(thermal.reference + 100.0, thermal.reference + 80.0);
+            let motor = hot(thermal.winding_reference + 100.0, thermal.magnet_reference + 80.0);
             let resistance = cold.resistance * (1.0 + 100.0 * thermal.winding_coefficient);
             assert!((motor.resistance - resistance).abs() < 1e-12, "{name}");
             let (before, after) = (cold.magnetics.rest(Heading::ZERO), motor.magnetics.rest(Heading::ZERO));
@@ -121,6 +138,34 @@ mod tests {
                 (motor.magnetics.state(with_current, Heading::ZERO).current - Dq::new(1.0, 1.0)).norm()
                     < 1e-9
             );
+        }
+    }
+
+    #[test]
+    fn law_a_temperature_is_the_same_whatever_was_before() {
+        for name in built_in_names() {
+            let mut cold = built_in(name).expect("built in");
+            cold.rotor.cogging = Some(crate::Cogging { torque: 0.2, periods: 6 });
+            let harmonics = Harmonics { flux_5: 0.01 * cold.magnet_flux, ..Harmonics::default() };
+            cold.magnetics = cold.magnetics.with_harmonics(harmonics);
+            let at = |motor: &Motor, winding, magnet| {
+                motor
+                    .at_temperature(Temperature { winding: Some(winding), magnet: Some(magnet) })
+                    .expect("survives")
+            };
+            let hot = at(&cold, 140.0, 120.0);
+            assert_eq!(at(&hot, 140.0, 120.0), hot, "{name}");
+            for (winding, magnet) in [(20.0, 20.0), (80.0, 60.0), (-30.0, -30.0)] {
+                let (straight, around) = (at(&cold, winding, magnet), at(&hot, winding, magnet));
+                let close = |a: f64, b: f64| assert!((a - b).abs() <= 1e-12 * a.abs(), "{name}: {a} {b}");
+                close(straight.resistance, around.resistance);
+                close(straight.magnet_flux, around.magnet_flux);
+                close(straight.cogging(0.1), around.cogging(0.1));
+                close(straight.magnetics.inductance().xx, around.magnetics.inductance().xx);
+                let current =
+                    |motor: &Motor| motor.magnetics.state(Dq::new(0.4, 0.2), Heading::of(0.3)).current.norm();
+                assert!((current(&straight) / current(&around) - 1.0).abs() < 1e-10, "{name}");
+            }
         }
     }
 

@@ -123,7 +123,8 @@ impl Check<'_> {
             }
         };
         Ok(Thermal {
-            reference,
+            winding_reference: reference,
+            magnet_reference: reference,
             winding_coefficient: coefficient("thermal.winding_coefficient", &table.winding_coefficient)?,
             magnet_coefficient: coefficient("thermal.magnet_coefficient", &table.magnet_coefficient)?,
         })

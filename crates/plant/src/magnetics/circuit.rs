@@ -97,7 +97,7 @@ impl MagneticCircuit {
         Self { eddy, ..self }
     }
 
-    /// The same with a magnet that drives `share` of its flux without current, as a hot one does. The iron stays as
+    /// The same with a magnet that drives `share` of the flux without current that it drives now, as a hot one does. The iron stays as
     /// it is and with it the saturation: what changes is the magnet's magnetomotive force.
     ///
     /// * A magnet in series with the iron of its axis is a current in a winding around it: `W = W₀ − m·ψ`. The iron's
@@ -112,7 +112,7 @@ impl MagneticCircuit {
     /// A core that has no such flux.
     pub fn with_magnet(&self, share: f64) -> Result<Self, NoConvergence> {
         let nothing = Dq::new(0.0, 0.0);
-        let rest = self.core.flux_at(nothing)? * share;
+        let rest = self.rest * share;
         let core = match &self.core {
             Core::Algebraic(core) if core.bridge.is_some() => {
                 let changed = core.with_flux(rest.d);
