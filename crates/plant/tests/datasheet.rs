@@ -79,3 +79,14 @@ fn law_a_map_says_once_whether_there_is_a_magnet() {
     let own = motor(&map("paper-5k5", 1e-6, 0.0)).expect("a motor");
     assert!((own.magnet_flux - 0.45).abs() < 1e-3 && own.has_magnet(), "{}", own.magnet_flux);
 }
+
+#[test]
+fn analytic_cogging_has_an_even_number_of_periods() {
+    let lcm = |a: u32, b: u32| (1..).map(|k| k * a).find(|n| n % b == 0).expect("the product");
+    for (slots, pole_pairs) in (3..=96).step_by(3).flat_map(|slots| (1..=30).map(move |p| (slots, p))) {
+        assert_eq!(lcm(slots, 2 * pole_pairs) / pole_pairs % 2, 0, "{slots} slots, {pole_pairs} pole pairs");
+    }
+    let text = include_str!("../motors/slot-harmonics.toml");
+    let error = refused(text, "cogging_periods = { value = 6", "cogging_periods = { value = 9");
+    assert!(error.starts_with("own.toml: `rotor.cogging_periods` is 9") && error.contains("even"), "{error}");
+}

@@ -20,7 +20,7 @@ impl Check<'_> {
             (None, None) => None,
             (Some(torque), Some(periods)) => Some(Cogging {
                 torque: self.at_least_zero("rotor.cogging_torque", torque)?,
-                periods: self.whole("rotor.cogging_periods", periods, 1, 200)?,
+                periods: self.cogging_periods(periods)?,
             }),
             (torque, _) => {
                 let key = if torque.is_some() { "rotor.cogging_periods" } else { "rotor.cogging_torque" };
@@ -45,6 +45,18 @@ impl Check<'_> {
             }
         };
         Ok(Rotor { inertia: self.positive("rotor.inertia", &r.inertia)?, friction, cogging, backlash })
+    }
+
+    /// Slots and poles look the same again after the lcm(slots, poles)-th part of a turn of the shaft: lcm/p periods per
+    /// electrical turn, and the lcm is a multiple of the 2 p poles.
+    fn cogging_periods(&self, from: &Sourced<One>) -> Result<u8, MotorError> {
+        let key = "rotor.cogging_periods";
+        let periods = self.whole(key, from, 1, 200)?;
+        if periods % 2 == 1 {
+            let needed = "even: lcm(slots, poles) over the pole pairs, as each pole pulls like its opposite";
+            return Err(self.value(key, &from.value, needed));
+        }
+        Ok(periods)
     }
 
     pub(super) fn harmonics(

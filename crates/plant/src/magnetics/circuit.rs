@@ -32,7 +32,7 @@ pub struct MagneticState {
 pub struct Cogging {
     /// T_c in N·m.
     pub torque: f64,
-    /// n, periods in one electrical revolution.
+    /// n, periods in one electrical revolution; even.
     pub periods: u8,
 }
 
