@@ -90,3 +90,24 @@ fn analytic_cogging_has_an_even_number_of_periods() {
     let error = refused(text, "cogging_periods = { value = 6", "cogging_periods = { value = 9");
     assert!(error.starts_with("own.toml: `rotor.cogging_periods` is 9") && error.contains("even"), "{error}");
 }
+
+#[test]
+fn regress_the_flux_of_a_small_motor_must_agree_as_well() {
+    let mut text = include_str!("../motors/paper-5k5.toml").to_owned();
+    for (from, to) in [
+        ("\"9.2 mH\"", "\"9.2 µH\""),
+        ("\"-2.1 mH\"", "\"-2.1 µH\""),
+        ("a_d0 = { value = 89.14", "a_d0 = { value = 93897"),
+        ("a_dd = { value = 43.0", "a_dd = { value = 0"),
+        ("a_q0 = { value = 59.0", "a_q0 = { value = 58997"),
+        ("\"40.47 A\"", "\"8 A\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        text = text.replacen(from, to, 1);
+    }
+    // 8 A · 10.65 µH = 85.2 µWb.
+    let error = refused(&text, "\"0.45 Wb\"", "\"0.02 mWb\"");
+    assert!(error.contains("winding.magnet_flux") && error.contains("8.5200e-5 Wb"), "{error}");
+    let good = DataSheet::parse("own.toml", &text.replacen("\"0.45 Wb\"", "\"0.0852 mWb\"", 1));
+    good.and_then(|sheet| sheet.motor()).expect("a motor");
+}
