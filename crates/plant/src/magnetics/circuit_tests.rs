@@ -160,6 +160,36 @@ fn analytic_harmonics_are_those_of_the_phases() {
 }
 
 #[test]
+fn analytic_harmonics_are_those_of_a_winding_of_three_phases() {
+    let motor = built_in("paper-5k5").expect("built in").linearised();
+    let (l_4, odd) = (-0.3e-3, 0.2e-3);
+    let harmonics = Harmonics { inductance_4: l_4, asymmetry: odd, ..Harmonics::default() };
+    let circuit = motor.magnetics.clone().with_harmonics(harmonics);
+    let axis = |k: usize| k as f64 * TAU / 3.0;
+    for degree in (0..360).step_by(7) {
+        let angle = f64::from(degree).to_radians();
+        // Self and mutual inductances: L_4 in all of them, the odd phase in its own alone.
+        let mut phases = motor.winding.inductance_matrix(angle);
+        for (j, k) in (0..3).flat_map(|j| (0..3).map(move |k| (j, k))) {
+            phases[(j, k)] += l_4 * (4.0 * angle - 2.0 * axis(j) - 2.0 * axis(k)).cos();
+        }
+        phases[(0, 0)] += odd;
+        let along = |from: f64, to: f64| {
+            let sum = |(j, k)| phases[(j, k)] * (axis(j) - from).cos() * (axis(k) - to).cos();
+            2.0 / 3.0 * (0..3).flat_map(|j| (0..3).map(move |k| (j, k))).map(sum).sum::<f64>()
+        };
+        let at = Heading::of(angle);
+        let got = circuit.state(circuit.rest(at), at).inverse_inductance.inverse();
+        let q = angle + TAU / 4.0;
+        for (got, expected) in
+            [(got.xx, along(angle, angle)), (got.xy, along(angle, q)), (got.yy, along(q, q))]
+        {
+            assert!((got - expected).abs() < 1e-15, "{degree}°: {got} {expected}");
+        }
+    }
+}
+
+#[test]
 fn analytic_a_short_pulse_sees_less_inductance_than_a_slow_one() {
     let motor = built_in("paper-5k5").expect("built in").linearised();
     let branch = EddyBranch { time_constant: 50e-6, d_depth: 0.2, q_depth: 0.1 };

@@ -21,9 +21,13 @@ use crate::Symmetric;
 /// Harmonics of winding and magnet over the rotor angle. All zero: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Harmonics {
-    /// L_4 in H: `L_4 cos 4θ` is added to the self-inductance of phase a, and so on, as slots and rotor bars do.
+    /// L_4 in H: `L_4 cos 4θ` is added to the self-inductance of phase a, and so on, as slots and rotor bars do, and the
+    /// same amplitude to the mutual inductances, `L_4 cos(4θ − 2φ_j − 2φ_k)` between phases at φ_j and φ_k. So equations
+    /// (1) and (2) have it of L_B, and like L_B it is 3/2 L_4 in the plane. (In the self-inductances alone it would be a
+    /// half.)
     pub inductance_4: f64,
-    /// In H: by how much the self-inductance of phase a is larger than that of the others, at any angle.
+    /// In H: by how much the self-inductance of phase a is larger than that of the others, at any angle. The mutual
+    /// inductances stay: leakage of that phase, not more turns. Along its axis it is 2/3 of it, and nothing across.
     pub asymmetry: f64,
     /// In Wb: `ψ_5 cos 5θ` is added to the magnet's flux linkage of phase a.
     pub flux_5: f64,
