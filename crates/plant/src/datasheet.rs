@@ -165,7 +165,8 @@ struct ThermalTable {
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
-/// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out.
+/// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
+/// phase.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {

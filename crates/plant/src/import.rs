@@ -8,7 +8,7 @@ mod npz;
 use std::fmt;
 use std::path::Path;
 
-/// One point of a map as its file gives it.
+/// One point of a map as its file gives it: peak values, amplitude-invariant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapPoint {
     /// i_d in A.

@@ -4,7 +4,8 @@ use standstill_interface::{AlphaBeta, Dq};
 
 use crate::{Core, Heading, Linear, MagneticCircuit, Rotor, Thermal, Winding};
 
-/// A permanent-magnet synchronous motor. SI units. Made by [`crate::DataSheet::motor`], which checks that the
+/// A permanent-magnet synchronous motor. SI units; currents and fluxes are peak values of a phase, and their d and q
+/// amplitude-invariant. Made by [`crate::DataSheet::motor`], which checks that the
 /// numbers make a motor; whoever changes a field afterwards keeps that promise themselves.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Motor {
