@@ -36,10 +36,14 @@ fn pull(friction: Friction) -> Trace {
     let mut motor = paper_motor().linearised();
     motor.rotor.friction = friction;
     motor.rotor.inertia = 2.0;
+    pulled(&motor)
+}
+
+fn pulled(motor: &Motor) -> Trace {
     // A link of 10 V on leg a against b: 4.2 A, and a torque of 3/2 p ψ i_q as long as the rotor hardly moves.
     let mut inverter = ideal_inverter(OpenLeg::Open);
     inverter.link = DcLink::stiff(10.0);
-    let mut case = exact_case(&motor, inverter, 60.0);
+    let mut case = exact_case(motor, inverter, 60.0);
     case.rotor = RotorState::Free;
     let duration = Nanos::from_micros(200_000);
     let command = Command::hold(Stage::line(Phase::A, Phase::B, duration), Sampling::NONE);
@@ -84,6 +88,20 @@ fn law_a_rotor_breaks_away_when_the_torque_exceeds_its_stiction() {
     // With more stiction than there is torque it never moves.
     let held = pull(Friction { stiction: 50.0, ..friction });
     assert!(held.snapshots.iter().all(|s| s.speed == 0.0 && s.angle == held.snapshots[0].angle));
+}
+
+#[test]
+fn law_a_tiny_rotor_breaks_away_at_its_own_stiction() {
+    // A magnet of 0.1 µWb and no saliency: 2.5 µN m at most, and a stiction far below the slack of larger rotors.
+    let mut motor = paper_motor();
+    (motor.magnet_flux, motor.winding.saliency) = (1e-7, 0.0);
+    motor.rated_current = 1e-2;
+    motor.rotor.inertia = 1e-6;
+    motor.rotor.friction = Friction { stiction: 5e-7, coulomb: 2e-7, viscous: 0.0 };
+    let trace = pulled(&motor.linearised());
+    let before = trace.snapshots.iter().take_while(|s| s.speed == 0.0).last().expect("it rests at first");
+    assert!((before.torque.abs() / 5e-7 - 1.0).abs() < 2e-3, "broke away at {} N m", before.torque);
+    assert!(trace.snapshots.last().expect("snapshots").speed != 0.0);
 }
 
 #[test]

@@ -22,6 +22,11 @@ const FLUX_SLACK: f64 = 1e-14;
 const ANGLE_SLACK: f64 = 1e-12;
 const OTHER_SLACK: f64 = 1e-6;
 
+/// The same of the torque that starts a rotor: at most this share of its stiction, or of what rated current can do. There
+/// are rotors that a micronewton metre starts.
+const STICTION_SHARE: f64 = 1e-4;
+const TORQUE_SHARE: f64 = 1e-9;
+
 impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// Time in s since the start of the run.
     fn time(&self) -> f64 {
@@ -110,6 +115,17 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         Attempt::new(|t, y| flow.derivative(t, y), self.time(), &self.state, slope, h)
     }
 
+    /// The slack of the rotor's motion: a torque in N·m while it rests, a speed in rad/s while it slides.
+    fn motion_slack(&self) -> f64 {
+        if self.flow.motion.moves() {
+            return OTHER_SLACK;
+        }
+        let motor = &self.case.motor;
+        let flux = motor.magnet_flux + motor.winding.mean_inductance * motor.rated_current;
+        let torque = 1.5 * f64::from(motor.pole_pairs) * flux * motor.rated_current;
+        OTHER_SLACK.min((STICTION_SHARE * motor.rotor.friction.stiction).max(TORQUE_SHARE * torque))
+    }
+
     /// How far the modes are from their end at share `x` of the step; negative beyond.
     fn slack(&self, attempt: &Attempt<N>, x: f64) -> [f64; MARGINS] {
         let state = if x == 1.0 { attempt.end } else { attempt.dense(x) };
@@ -119,7 +135,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 FLUX.. => FLUX_SLACK,
                 DOMAIN => CURRENT_SLACK,
                 STOP => ANGLE_SLACK,
-                MOTION => OTHER_SLACK,
+                MOTION => self.motion_slack(),
                 leg if self.flow.modes[leg] == Conduction::Blocked => OTHER_SLACK,
                 _ => CURRENT_SLACK,
             };
@@ -157,7 +173,11 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let mut at_low = self.slack(attempt, low)[which].max(0.0);
         let mut at_high = self.slack(attempt, high)[which];
         // The rotor is put where the stop is: that must not move it by more than rounding.
-        let close = if which == STOP { 0.1 * ANGLE_SLACK } else { 1e-3 * OTHER_SLACK };
+        let close = match which {
+            STOP => 0.1 * ANGLE_SLACK,
+            MOTION => 1e-3 * self.motion_slack(),
+            _ => 1e-3 * OTHER_SLACK,
+        };
         let mut side = 0;
         for _ in 0..60 {
             if high - low < 1e-13 || at_high > -close {
