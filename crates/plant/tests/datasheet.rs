@@ -1,6 +1,7 @@
 //! Data sheets that are no motor, and what is said of them.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use standstill_interface::Dq;
 use standstill_plant::{DataSheet, Magnetics, built_in};
@@ -38,32 +39,60 @@ fn regress_the_harmonic_that_is_too_large_is_the_one_named() {
     assert!(error.starts_with("own.toml: `harmonics.asymmetry` is -20 mH"), "{error}");
 }
 
+/// A built-in data sheet of a map of its core in this folder, its currents in A times `current`, and with a share `trace`
+/// of the largest flux more along d.
+fn on_a_map(folder: &Path, name: &str, current: f64, trace: f64, d: &[f64], q: &[f64]) -> String {
+    let core = built_in(name).expect("built in").magnetics.core().clone();
+    let largest = core.flux_at(Dq::new(d[d.len() - 1], 0.0)).expect("convex").d;
+    let mut text = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned();
+    for (i_d, i_q) in d.iter().flat_map(|d| q.iter().map(move |q| (*d, *q))) {
+        let flux = core.flux_at(Dq::new(i_d, i_q)).expect("convex");
+        let psi_d = flux.d + trace * largest;
+        let _ = writeln!(text, "{},{},{psi_d},{}", i_d * current, i_q * current, flux.q);
+    }
+    std::fs::write(folder.join("map.csv"), text).expect("written");
+    let sheet = built_in_text(name);
+    let (head, rest) = sheet.split_once("[saturation]").expect("a table");
+    let told =
+        |line: &&str| ["mean_ind", "saliency", "leakage", "magnet_f"].iter().any(|key| line.starts_with(key));
+    let kept: Vec<&str> = head.lines().filter(|line| !told(line)).collect();
+    let file = "[map]\nfile = { value = \"map.csv\", source = \"given\", reason = \"a test\" }\n\n";
+    let rotor = &rest[rest.find("[rotor]").expect("a table")..];
+    (kept.join("\n") + "\n\n" + file + rotor).replace("\"8 A\"", &format!("\"{} A\"", 8.0 * current))
+}
+
+#[test]
+fn regress_a_map_that_ends_before_a_detection_does_is_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = folder.path().join("own.toml").display().to_string();
+    let axis = |low: f64, high: f64| -> Vec<f64> {
+        (0..=16).map(|k| low + (high - low) * f64::from(k) / 16.0).collect()
+    };
+    let motor = |d: [f64; 2], q: [f64; 2]| {
+        let text = on_a_map(folder.path(), "paper-5k5", 1.0, 0.0, &axis(d[0], d[1]), &axis(q[0], q[1]));
+        DataSheet::parse(&at, &text).expect("its keys are right").motor()
+    };
+    motor([-8.4, 8.4], [-9.0, 8.4]).expect("a motor");
+    // Half of i_q is continued by symmetry, half of i_d is not.
+    motor([-8.4, 8.4], [0.0, 8.4]).expect("a motor");
+    for (d, q, found) in [
+        ([-12.0, 0.0], [-12.0, 12.0], "i_d from -12 to 0 A, i_q from -12 to 12 A"),
+        ([-8.0, 8.0], [-12.0, 12.0], "i_d from -8 to 8 A"),
+        ([-12.0, 12.0], [-8.3, 12.0], "i_q from -8.3 to 12 A"),
+    ] {
+        let error = motor(d, q).expect_err("must be refused").to_string();
+        assert!(error.starts_with(&format!("{at}: `map.file` is map.csv with ")), "{error}");
+        assert!(error.contains(found) && error.contains("at least ±8.4000 A along d and q"), "{error}");
+    }
+}
+
 #[test]
 fn law_a_map_says_once_whether_there_is_a_magnet() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = |name: &str, current: f64, trace: f64| {
-        let motor = built_in(name).expect("built in");
-        let axis = || (-8..=8).map(|k| 1.5 * motor.rated_current * f64::from(k) / 8.0);
-        let flux = |d, q| motor.magnetics.core().flux_at(Dq::new(d, q)).expect("convex");
-        let largest = flux(1.5 * motor.rated_current, 0.0).d;
-        let mut text = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned();
-        for (d, q) in axis().flat_map(|d| axis().map(move |q| (d, q))) {
-            let Dq { d: psi_d, q: psi_q } = flux(d, q);
-            let psi_d = psi_d + trace * largest;
-            let _ = writeln!(text, "{},{},{psi_d},{psi_q}", d * current, q * current);
-        }
-        std::fs::write(folder.path().join("map.csv"), text).expect("written");
-        let sheet = built_in_text(name);
-        let (head, rest) = sheet.split_once("[saturation]").expect("a table");
-        let kept: Vec<&str> = head
-            .lines()
-            .filter(|line| {
-                !["mean_ind", "saliency", "leakage", "magnet_f"].iter().any(|key| line.starts_with(key))
-            })
-            .collect();
-        let file = "[map]\nfile = { value = \"map.csv\", source = \"given\", reason = \"a test\" }\n\n";
-        let rotor = &rest[rest.find("[rotor]").expect("a table")..];
-        (kept.join("\n") + "\n\n" + file + rotor).replace("\"8 A\"", &format!("\"{} A\"", 8.0 * current))
+        let reach = 1.5 * built_in(name).expect("built in").rated_current;
+        let axis: Vec<f64> = (-8..=8).map(|k| reach * f64::from(k) / 8.0).collect();
+        on_a_map(folder.path(), name, current, trace, &axis, &axis)
     };
     let at = folder.path().join("own.toml").display().to_string();
     let motor = |text: &str| DataSheet::parse(&at, text).expect("its keys are right").motor();

@@ -89,6 +89,17 @@ impl DataSheet {
                 return Err(check.value(key, &"given beside [map]", "left out: the map is the whole core"));
             }
         }
+        let [[d_low, d_high], [q_low, q_high]] = map.range();
+        let rated = check.positive("rating.current", &self.rating.current)?;
+        let least = MAP_REACH * rated;
+        if (-d_low).min(d_high).min(-q_low).min(q_high) < least * (1.0 - 1e-6) {
+            let file = self.map.as_ref().map_or("", |table| &table.file.value);
+            let found = format!("{file} with i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A");
+            let needed = format!(
+                "a map of at least ±{least:.4} A along d and q, {MAP_REACH} times rating.current: a polarity test goes there"
+            );
+            return Err(check.value("map.file", &found, &needed));
+        }
         let (winding, magnet_flux) = Winding::of_map(&map);
         let w = &self.winding;
         let stated = Winding {
@@ -117,6 +128,9 @@ impl DataSheet {
 pub(super) struct Check<'a> {
     file: &'a str,
 }
+
+/// Range of a map over the rated current: a polarity test goes 2 % beyond that, and a little more as its voltage is.
+const MAP_REACH: f64 = 1.05;
 
 /// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
 const LARGEST: f64 = 1e6;
