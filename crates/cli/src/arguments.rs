@@ -148,8 +148,8 @@ fn seed(text: &str) -> Result<u64, String> {
 
 fn amperes(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
-        Ok(current) if (1e-3..=1e5).contains(&current) => Ok(current),
-        _ => Err("not a number of amperes from 0.001 to 100000".to_owned()),
+        Ok(current) if (1e-6..=1e5).contains(&current) => Ok(current),
+        _ => Err("not a number of amperes from 1e-6 to 100000".to_owned()),
     }
 }
 

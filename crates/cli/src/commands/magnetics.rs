@@ -70,7 +70,7 @@ impl Subject {
         if reach <= 0.0 {
             let [[d_low, d_high], [q_low, q_high]] = report.range;
             let message = format!(
-                "{}: i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to all four sides of zero, as a detection drives it",
+                "{}: found i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to both sides of zero along d and q, as a detection drives it",
                 report.file
             );
             return Err(Error::Arguments(message));
@@ -95,6 +95,17 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     interrupt::at_once();
     let subject = Subject::read(options)?;
     let reach = options.current.unwrap_or(subject.reach);
+    if let (Some(map), Some(range)) = (&subject.map, subject.magnetics.range()) {
+        let most = covered(range);
+        if reach > most * (1.0 + 1e-9) {
+            let [[d_low, d_high], [q_low, q_high]] = range;
+            let message = format!(
+                "--current {reach}: the map {} covers i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: at most {most} A",
+                map.file
+            );
+            return Err(Error::Arguments(message));
+        }
+    }
     let uncertainty = subject.map.as_ref().map_or(0.0, |map| map.distance[0]);
     let mut survey = Survey::of(&subject.magnetics, reach, STEPS, uncertainty).map_err(Error::Magnetics)?;
     if let Some(map) = &subject.map {

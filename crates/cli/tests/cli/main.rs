@@ -242,7 +242,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "not a finite number of degrees"]),
         (&["trace", "--angle", "1"], &["--out"]),
         (&["magnetics", "nosuch"], &["unknown motor `nosuch`"]),
-        (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 0.001 to 100000"]),
+        (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 1e-6 to 100000"]),
         (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
     ];
     for (arguments, parts) in cases {

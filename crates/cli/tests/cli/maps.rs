@@ -83,9 +83,10 @@ fn what_is_wrong_with_a_map_is_named() {
     write("column.csv", changed(1, "i_d_A,i_q_A,psi_d_Vs,psi_q_Wb"));
     write("row.csv", lines[..26].iter().map(|line| (*line).to_owned()).collect());
     write("falling.csv", changed(300, "-1,11,0.1,0.2"));
+    write("half.csv", lines[..=325].iter().map(|line| (*line).to_owned()).collect());
     write("gap.csv", lines[..600].iter().map(|line| (*line).to_owned()).collect());
     let before = names(at);
-    let cases: [(&[&str], &[&str]); 12] = [
+    let cases: [(&[&str], &[&str]); 13] = [
         (&["magnetics", "nan.csv"], &["nan.csv: line 7", "psi_d_Wb = `NaN`", "a finite number"]),
         (&["magnetics", "column.csv"], &["column.csv: line 1", "no column `psi_d_Wb`", "psi_d_Vs"]),
         (&["magnetics", "row.csv"], &["row.csv", "only 1 value(s) of i_d", "at least 3"]),
@@ -94,7 +95,14 @@ fn what_is_wrong_with_a_map_is_named() {
         (&["magnetics", "none.csv"], &["none.csv", "No such file"]),
         (&["magnetics", "map.csv", "--pole-pairs", "0"], &["'0'", "--pole-pairs", "1..=200"]),
         (&["magnetics", "map.csv", "--resistance", "-1"], &["'-1'", "--resistance", "positive"]),
-        (&["magnetics", "map.csv", "--current", "40"], &["i_d from -12 to 12 A"]),
+        (
+            &["magnetics", "map.csv", "--current", "40"],
+            &["--current 40", "map.csv", "i_d from -12 to 12 A", "at most 12 A"],
+        ),
+        (
+            &["magnetics", "half.csv"],
+            &["half.csv: found i_d from -12 to 0 A", "needed: current to both sides"],
+        ),
         (&["magnetics", "paper-5k5", "--pole-pairs", "4"], &["--pole-pairs", "data sheet"]),
         (&["trace", "--angle", "1", "--load", "heavy", "--out", "t"], &["'heavy'", "newton metres"]),
         (&["trace", "--angle", "1", "--rotor", "loose", "--out", "t"], &["'loose'", "locked, free, brake"]),
