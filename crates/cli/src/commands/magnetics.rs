@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_plant::{
-    Core, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, PolaritySignature, Survey,
+    Core, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature, Survey,
 };
 
 use crate::Report;
@@ -14,7 +14,7 @@ use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
 use crate::output::Output;
-use crate::text::table;
+use crate::text::{decimals, number, table};
 
 /// Points from no current to the largest.
 const STEPS: u16 = 10;
@@ -206,12 +206,12 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: open-circuit flux {:.6} Wb, L_d {:.3} mH, L_q {:.3} mH without current\n\
+        "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current\n\
          polarity signature up to {} A: {}: {}\nreciprocity error {:.1e}, {}\n",
         subject.name,
-        survey.open_circuit_flux,
-        survey.l_dd * 1e3,
-        survey.l_qq * 1e3,
+        number(6, survey.open_circuit_flux),
+        number(3, survey.l_dd * 1e3),
+        number(3, survey.l_qq * 1e3),
         survey.polarity.last().map_or(0.0, |point| point.current),
         name(survey.signature),
         meaning(survey.signature),
@@ -222,12 +222,13 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
         text += &map_text(map);
     }
     if let Some(r) = subject.resistance {
-        let [d, q] = [survey.l_dd, survey.l_qq].map(|l| l / r * 1e3);
-        let _ = writeln!(text, "time constants with {r} Ω: L_d/R {d:.3} ms, L_q/R {q:.3} ms");
+        let [d, q] = [survey.l_dd, survey.l_qq].map(|l| number(3, l / r * 1e3));
+        let _ = writeln!(text, "time constants with {r} Ω: L_d/R {d} ms, L_q/R {q} ms");
     }
     if let (Some(p), Some(point)) = (subject.pole_pairs, survey.along_q.last()) {
         let torque = 1.5 * f64::from(p) * (point.psi_d * point.i_q - point.psi_q * point.i_d);
-        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {:.2} A: {torque:.2} N m", point.i_q);
+        let (i_q, torque) = (number(2, point.i_q), number(2, torque));
+        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {i_q} A: {torque} N m");
     }
     let harmonics = subject.magnetics.harmonics();
     if harmonics.any() {
@@ -250,11 +251,16 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
         );
     }
     text.push('\n');
-    let rows = survey.along_d.iter().chain(&survey.along_q).map(|p| {
+    let points = || survey.along_d.iter().chain(&survey.along_q);
+    let largest = |of: fn(&OperatingPoint) -> f64| points().map(of).map(f64::abs).fold(0.0, f64::max);
+    let current = decimals(2, largest(|p| p.i_d).max(largest(|p| p.i_q)));
+    let flux = decimals(4, largest(|p| p.psi_d).max(largest(|p| p.psi_q)));
+    let inductance = decimals(3, 1e3 * largest(|p| p.l_dd).max(largest(|p| p.l_qq)));
+    let rows = points().map(|p| {
         let saliency = p.l_qq / p.l_dd;
         [p.i_d, p.i_q, p.psi_d, p.psi_q, p.l_dd * 1e3, p.l_dq * 1e3, p.l_qq * 1e3, saliency]
             .iter()
-            .zip([2, 2, 4, 4, 3, 3, 3, 3])
+            .zip([current, current, flux, flux, inductance, inductance, inductance, 3])
             .map(|(value, digits)| format!("{:.digits$}", value + 0.0))
             .collect()
     });
@@ -264,9 +270,9 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     text.push('\n');
     let rows = survey.polarity.iter().map(|p| {
         vec![
-            format!("{:.2}", p.current),
-            format!("{:.3}", p.north * 1e3),
-            format!("{:.3}", p.south * 1e3),
+            format!("{:.current$}", p.current),
+            format!("{:.inductance$}", p.north * 1e3),
+            format!("{:.inductance$}", p.south * 1e3),
             format!("{:+.2}", 100.0 * p.difference()),
         ]
     });
@@ -302,16 +308,16 @@ fn map_text(map: &MapReport) -> String {
     format!(
         "map: {} points, {} × {} grid, i_d {d_low} to {d_high} A, i_q {q_low} to {q_high} A{mirrored}; {}{off_axis}\n\
          nearest map with an energy: {rms:.2e} Wb rms away ({:.3} % of the largest flux), at most {largest:.2e} Wb, at \
-         i_d = {:.3} A, i_q = {:.3} A\n\
-         evaluation within {:.1e} A of it; cross inductance {:.3} mH rms\n",
+         i_d = {} A, i_q = {} A\n\
+         evaluation within {:.1e} A of it; cross inductance {} mH rms\n",
         map.points,
         map.size[0],
         map.size[1],
         map.axes,
         100.0 * rms / map.largest_flux,
-        map.furthest[0],
-        map.furthest[1],
+        number(3, map.furthest[0]),
+        number(3, map.furthest[1]),
         map.evaluation_error,
-        map.cross_inductance * 1e3,
+        number(3, map.cross_inductance * 1e3),
     )
 }
