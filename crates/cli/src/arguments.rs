@@ -42,7 +42,7 @@ pub struct Setup {
     /// Whether the rotor can move: locked, free, or held by a brake that lets it play (by the data sheet's backlash)
     #[arg(long, value_enum, default_value_t = Rotor::Locked)]
     pub rotor: Rotor,
-    /// Torque in N·m that a load exerts against forward motion, also at standstill
+    /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move
     #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
     pub load: f64,
     #[command(flatten)]
@@ -218,7 +218,7 @@ impl From<DecayName> for Decay {
 }
 
 /// [`standstill_sim::RotorState`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Rotor {
     Locked,
     Free,

@@ -49,6 +49,18 @@ fn setup_json(setup: &Setup, scenario: &Scenario) -> serde_json::Value {
 
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {
     let motor = motor(&setup.motor)?;
+    if setup.load != 0.0 && setup.rotor == Rotor::Locked {
+        return Err(Error::Arguments(format!(
+            "--load {}: found --rotor locked, which no load moves; needed: --rotor free or --rotor brake",
+            setup.load
+        )));
+    }
+    if setup.rotor == Rotor::Brake && motor.rotor.backlash == 0.0 {
+        return Err(Error::Arguments(format!(
+            "--rotor brake: found a motor without play, {}; needed: `rotor.brake_backlash` in its data sheet, or --rotor locked, which is the same without",
+            setup.motor
+        )));
+    }
     let rotor = match setup.rotor {
         Rotor::Locked => RotorState::Locked,
         Rotor::Free => RotorState::Free,

@@ -86,7 +86,7 @@ fn what_is_wrong_with_a_map_is_named() {
     write("half.csv", lines[..=325].iter().map(|line| (*line).to_owned()).collect());
     write("gap.csv", lines[..600].iter().map(|line| (*line).to_owned()).collect());
     let before = names(at);
-    let cases: [(&[&str], &[&str]); 13] = [
+    let cases: [(&[&str], &[&str]); 16] = [
         (&["magnetics", "nan.csv"], &["nan.csv: line 7", "psi_d_Wb = `NaN`", "a finite number"]),
         (&["magnetics", "column.csv"], &["column.csv: line 1", "no column `psi_d_Wb`", "psi_d_Vs"]),
         (&["magnetics", "row.csv"], &["row.csv", "only 1 value(s) of i_d", "at least 3"]),
@@ -105,6 +105,15 @@ fn what_is_wrong_with_a_map_is_named() {
         ),
         (&["magnetics", "paper-5k5", "--pole-pairs", "4"], &["--pole-pairs", "data sheet"]),
         (&["trace", "--angle", "1", "--load", "heavy", "--out", "t"], &["'heavy'", "newton metres"]),
+        (
+            &["trace", "--angle", "1", "--load", "2", "--out", "t"],
+            &["--load 2", "--rotor locked", "needed: --rotor free"],
+        ),
+        (&["reproduce", "--load", "-0.5", "--out", "t"], &["--load -0.5", "--rotor locked"]),
+        (
+            &["trace", "--angle", "1", "--rotor", "brake", "--motor", "pm-reluctance", "--out", "t"],
+            &["--rotor brake", "pm-reluctance", "rotor.brake_backlash"],
+        ),
         (&["trace", "--angle", "1", "--rotor", "loose", "--out", "t"], &["'loose'", "locked, free, brake"]),
     ];
     for (arguments, parts) in cases {
