@@ -57,7 +57,7 @@ pub struct MapSamples {
     pub resistance: Option<f64>,
 }
 
-/// Why a file is not a flux map.
+/// Why a file is not a flux map. Where nothing but another file can help, `needed` is empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MapError {
     file: String,
@@ -76,6 +76,7 @@ impl fmt::Display for MapError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { file, place, found, needed } = self;
         match place {
+            _ if needed.is_empty() => write!(f, "{file}: {found}"),
             Some(place) => write!(f, "{file}: {place}: found {found}; needed: {needed}"),
             None => write!(f, "{file}: found {found}; needed: {needed}"),
         }
@@ -98,9 +99,13 @@ impl MapSamples {
             return Err(MapError::new(&file, None, found, format!("one of {}", Self::EXTENSIONS.join(", "))));
         }
         let unreadable = |error: std::io::Error| {
-            MapError::new(&file, None, error.to_string(), "a file that can be read".to_owned())
+            MapError::new(&file, None, format!("cannot be read: {error}"), String::new())
         };
         let bytes = std::fs::read(path).map_err(unreadable)?;
+        if bytes.is_empty() && extension != "csv" {
+            let needed = format!("a flux map as `{extension}` file, with its currents and fluxes");
+            return Err(MapError::new(&file, None, "an empty file".to_owned(), needed));
+        }
         match extension.as_str() {
             "npz" => npz::read(&file, &bytes),
             "mat" => mat::read(&file, bytes),

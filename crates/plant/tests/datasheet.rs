@@ -111,7 +111,7 @@ fn law_a_map_says_once_whether_there_is_a_magnet() {
 
 #[test]
 fn analytic_cogging_has_an_even_number_of_periods() {
-    let lcm = |a: u32, b: u32| (1..).map(|k| k * a).find(|n| n % b == 0).expect("the product");
+    let lcm = |a: u32, b: u32| (1..=b).map(|k| k * a).find(|n| n % b == 0).expect("the product");
     for (slots, pole_pairs) in (3..=96).step_by(3).flat_map(|slots| (1..=30).map(move |p| (slots, p))) {
         assert_eq!(lcm(slots, 2 * pole_pairs) / pole_pairs % 2, 0, "{slots} slots, {pole_pairs} pole pairs");
     }

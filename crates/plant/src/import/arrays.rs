@@ -84,9 +84,11 @@ pub(super) fn points(file: &str, arrays: &[Array; 4], rows: Rows) -> Result<MapS
         };
         if !i_d.is_vector() || !i_q.is_vector() || (psi_d.rows, psi_d.columns) != expected {
             let found = format!("{}, {} and {}", i_d.shape(), i_q.shape(), psi_d.shape());
+            let turned = i_d.is_vector() && i_q.is_vector() && (psi_d.columns, psi_d.rows) == expected;
+            let hint = if turned { "; the fluxes look transposed" } else { "" };
             return Err(error(
                 found,
-                &format!("all of one shape, or {words}: here {} × {}", expected.0, expected.1),
+                &format!("all of one shape, or {words}: here {} × {}{hint}", expected.0, expected.1),
             ));
         }
         let columns = psi_d.columns;

@@ -28,13 +28,14 @@ pub(super) fn read(file: &str, bytes: Vec<u8>) -> Result<MapSamples, MapError> {
     let variables: Box<dyn Variables> = if hdf5::is_one(&bytes) {
         Box::new(hdf5::Hdf5::open(bytes).map_err(|found| error(found, "a MATLAB file of version 7.3"))?)
     } else {
-        Box::new(
-            level5::Level5::open(&bytes)
-                .map_err(|found| error(found, "a MATLAB file of version 5 to 7.3"))?,
-        )
+        Box::new(level5::Level5::open(&bytes).map_err(|found| {
+            error(found, "a MATLAB file of version 5 to 7.3, as `save` writes with -v6, -v7 or -v7.3")
+        })?)
     };
     let array = |path: &str| {
-        variables.array(path).map_err(|found| error(format!("`{path}`: {found}"), "a real numeric matrix"))
+        variables
+            .array(path)
+            .map_err(|found| error(format!("`{path}`: {found}"), "a full matrix of real numbers"))
     };
     for place in PLACES {
         let mut arrays = Vec::new();
@@ -55,6 +56,13 @@ pub(super) fn read(file: &str, bytes: Vec<u8>) -> Result<MapSamples, MapError> {
         samples.resistance = number("motorModel.data.Rs")?.filter(|r| (1e-9..=1e6).contains(r));
         return Ok(samples);
     }
-    let found = format!("the variables {}", listed(variables.names().iter()));
-    Err(error(found, "Id, Iq, Fd, Fq, or motorModel.FluxMap_dq with these, as SyR-e saves them"))
+    let names = variables.names();
+    let found = format!("the variables {}", listed(names.iter()));
+    let needed = "Id, Iq, Fd, Fq, or motorModel.FluxMap_dq with these, as SyR-e saves them";
+    // The names of the other formats.
+    let others = ["i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"];
+    if others.iter().any(|other| names.iter().any(|name| name == other)) {
+        return Err(error(found, &format!("{needed}; {} are for .csv and .npz files", others.join(", "))));
+    }
+    Err(error(found, needed))
 }

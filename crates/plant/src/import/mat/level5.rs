@@ -133,7 +133,13 @@ impl<'a> Matrix<'a> {
 
     fn array(mut self, path: &str) -> Result<Array, String> {
         if !(DOUBLE..=LAST_NUMERIC).contains(&self.class) {
-            return Err(format!("a matrix of class {}", self.class));
+            return Err(match self.class {
+                1 => "a cell array".to_owned(),
+                STRUCTURE => "a structure".to_owned(),
+                4 => "a text".to_owned(),
+                5 => "a sparse matrix, which `full` makes one".to_owned(),
+                class => format!("a matrix of class {class}"),
+            });
         }
         if self.complex {
             return Err("complex numbers".to_owned());
@@ -157,11 +163,30 @@ impl<'a> Matrix<'a> {
     }
 }
 
+/// Whether this begins like a file of version 4, which has no header: five words in either order (a type `MOPT` with O = 0,
+/// rows, columns, whether complex, length of the name), then the name and a zero.
+fn is_level_4(bytes: &[u8]) -> bool {
+    [false, true].into_iter().any(|big| {
+        let mut reader = Reader { bytes, big };
+        let words: Option<Vec<u32>> = (0..5).map(|_| reader.word()).collect();
+        let Some(&[kind, rows, columns, complex, length]) = words.as_deref() else { return false };
+        let [order, zero, precision, class] = [kind / 1000, kind / 100 % 10, kind / 10 % 10, kind % 10];
+        let sensible = order <= 4 && zero == 0 && precision <= 5 && class <= 2 && complex <= 1;
+        let size = u64::from(rows) * u64::from(columns) <= MOST_POINTS as u64 && (2..=64).contains(&length);
+        let name = usize::try_from(length).ok().and_then(|length| reader.take(length));
+        let named = |name: &[u8]| {
+            name.split_last().is_some_and(|(zero, name)| *zero == 0 && name.iter().all(u8::is_ascii_graphic))
+        };
+        sensible && size && name.is_some_and(named)
+    })
+}
+
 impl Level5 {
     pub(super) fn open(bytes: &[u8]) -> Result<Self, String> {
         let big = match bytes.get(124..128) {
             Some([0, 1, b'I', b'M']) => false,
             Some([1, 0, b'M', b'I']) => true,
+            _ if is_level_4(bytes) => return Err("a MATLAB file of version 4".to_owned()),
             _ => return Err("no MATLAB header".to_owned()),
         };
         let mut reader = Reader { bytes: &bytes[128..], big };
