@@ -95,6 +95,14 @@ fn law_a_map_is_one_convex_energy_and_knows_its_end() {
     let circuit = MagneticCircuit::new(crate::Core::Map(map)).expect("a state at rest");
     let error = circuit.flux_at(Dq::new(13.0, 0.0), Heading::ZERO).expect_err("beyond the map").to_string();
     assert!(error.contains("13 A") && error.contains("-12 to 12 A"), "{error}");
+    // Nor where the surface goes on beyond the map such that there is no such current.
+    for current in [16.0, 40.0, 1e3, 1e6] {
+        for (d, q) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (1.0, -1.0)] {
+            let error =
+                circuit.flux_at(Dq::new(d, q) * current, Heading::ZERO).expect_err("beyond").to_string();
+            assert!(error.contains("-12 to 12 A"), "{error}");
+        }
+    }
 }
 
 #[test]

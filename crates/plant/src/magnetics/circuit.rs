@@ -1,10 +1,6 @@
 //! All of the motor's magnetics in one: core, magnet's temperature, harmonics, eddy currents, cogging.
 
-mod series;
-
 use standstill_interface::Dq;
-
-pub use series::Series;
 
 use super::harmonics::Distortion;
 use super::{Core, EddyBranch, Harmonics, Heading, Magnetics, NoConvergence};
@@ -199,10 +195,8 @@ impl MagneticCircuit {
             let state = self.state(flux, at);
             (self.energy(flux, at), state.current, state.inverse_inductance)
         })
-        .map_err(|error| match &self.core {
-            Core::Map(map) => NoConvergence { beyond: Some(map.range()), ..error },
-            _ => error,
-        })?;
+        // Within a map the energy is convex: what was not found is beyond.
+        .map_err(|error| NoConvergence { beyond: self.range(), ..error })?;
         match &self.core {
             Core::Map(map) if self.margin(&self.state(flux, at)) < -1e-9 * map.reach() => {
                 Err(NoConvergence { current, beyond: self.range() })
