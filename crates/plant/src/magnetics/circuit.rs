@@ -93,12 +93,12 @@ impl MagneticCircuit {
         Self { eddy, ..self }
     }
 
-    /// The same with a magnet that drives `share` of the flux without current that it drives now, as a hot one does. The iron stays as
-    /// it is and with it the saturation: what changes is the magnet's magnetomotive force.
+    /// The same with a magnet that drives `share` of the flux without current that it drives now, as a hot one does. The
+    /// iron stays as it is and with it the saturation: what changes is the magnet's magnetomotive force.
     ///
     /// * A magnet in series with the iron of its axis is a current in a winding around it: `W = W₀ − m·ψ`. The iron's
     ///   W₀ is where the flux takes it, and `m = ∇W₀(share ψ₀)` is what makes that flux stand without current.
-    /// * A magnet beside saturated [`IronBridge`]s is not: the winding's current goes through iron and barrier, the
+    /// * A magnet beside a saturated [`crate::IronBridge`] is not: the winding's current goes through iron and barrier, the
     ///   magnet's change through the barrier and its ribs. There the remanence ψ_n changes in the ribs' energy.
     ///
     /// A map does not tell the two apart and is taken for the first; of a rotor with saturated bridges it should
