@@ -1,6 +1,6 @@
 //! The detector fails with a reason instead of guessing.
 
-use standstill_campaign::{ErrorSet, Scenario, nameplate};
+use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
 use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
@@ -190,10 +190,7 @@ fn law_the_papers_rule_names_the_wrong_pole_where_the_polarity_signature_is_inve
 #[test]
 fn law_single_precision_gives_the_same_angle() {
     let scenario = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
-    let single = LineInductanceSettings::paper(
-        Decay::Fast,
-        &nameplate(&scenario.motor, &scenario.drive).cast::<f32>(),
-    );
+    let single = LineInductanceSettings::paper(Decay::Fast, &scenario.nameplate().cast::<f32>());
     for trial in 0..20 {
         let case = scenario.case(trial);
         let double = scenario.trial(trial).expect("settings").run.found().expect("found");

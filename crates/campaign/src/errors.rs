@@ -11,6 +11,9 @@ pub enum ErrorSet {
     /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
     /// left is the method's own: saturation.
     None,
+    /// The same with white noise in the current readings and nothing else, 20 mA rms for 8 A of rated current: what the
+    /// Cramér–Rao limit speaks of.
+    Noise,
     /// A good industrial drive.
     Default,
     /// A poor one.
@@ -51,12 +54,13 @@ impl DriveSettings {
 
 impl ErrorSet {
     /// All sets.
-    pub const ALL: [Self; 3] = [Self::None, Self::Default, Self::Harsh];
+    pub const ALL: [Self; 4] = [Self::None, Self::Noise, Self::Default, Self::Harsh];
 
     /// As on the command line.
     pub const fn name(self) -> &'static str {
         match self {
             Self::None => "none",
+            Self::Noise => "noise",
             Self::Default => "default",
             Self::Harsh => "harsh",
         }
@@ -72,7 +76,7 @@ impl ErrorSet {
             carrier_period: Nanos::from_micros(100),
         };
         let (delay_mismatch, ripple) = match self {
-            Self::None => return ideal,
+            Self::None | Self::Noise => return ideal,
             Self::Default => (50e-9, 0.002),
             Self::Harsh => (100e-9, 0.01),
         };
@@ -117,6 +121,7 @@ impl ErrorSet {
         };
         match self {
             Self::None => SensorSettings::IDEAL,
+            Self::Noise => SensorSettings { noise: 20e-3 * scale, ..SensorSettings::IDEAL },
             Self::Default => default,
             Self::Harsh => SensorSettings {
                 gain_error: 0.01,

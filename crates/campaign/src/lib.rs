@@ -9,6 +9,7 @@
 
 mod bound;
 mod campaign;
+mod compare;
 mod errors;
 pub mod paper;
 mod record;
@@ -17,7 +18,8 @@ mod statistics;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
+pub use compare::{Adjustment, Entry, PoleRule};
 pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};
-pub use scenario::{Scenario, Specimen, nameplate};
+pub use scenario::{Scenario, Specimen};
 pub use statistics::{Estimate, Statistics, Summary, binomial_interval};

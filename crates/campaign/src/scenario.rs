@@ -88,7 +88,7 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
 }
 
 /// What the drive knows of this motor and of itself: values of the data sheets.
-pub fn nameplate(motor: &Motor, drive: &DriveSettings) -> Nameplate<f64> {
+fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
     let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
@@ -103,6 +103,7 @@ pub fn nameplate(motor: &Motor, drive: &DriveSettings) -> Nameplate<f64> {
         pulse_signature,
         polarity_difference,
         rated_pulse: rated_pulse(motor, drive.link.voltage),
+        gain_tolerance: sensors.gain_error,
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
@@ -141,8 +142,8 @@ impl<S: Settings<f64>> Scenario<S> {
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
         let drive = errors.drive(motor.dc_link.unwrap_or(DC_LINK));
-        let detector = settings(&nameplate(&motor, &drive));
         let sensors = errors.sensors(motor.rated_current);
+        let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {
             motor,
             rotor,
@@ -153,6 +154,11 @@ impl<S: Settings<f64>> Scenario<S> {
             tolerance: Tolerance::default(),
             seed,
         }
+    }
+
+    /// What its drive knows of motor and itself.
+    pub fn nameplate(&self) -> Nameplate<f64> {
+        nameplate(&self.motor, &self.drive, &self.sensors)
     }
 
     /// Whether the detector's settings can work.

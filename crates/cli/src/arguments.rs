@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use standstill_campaign::ErrorSet;
-use standstill_detect::Decay;
+use standstill_campaign::{ErrorSet, PoleRule};
+use standstill_detect::{Decay, MethodName, Signature};
 use standstill_plant::Temperature;
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
@@ -21,6 +22,10 @@ pub enum Command {
     Reproduce(Reproduce),
     /// One detection, every waveform
     Trace(Trace),
+    /// All methods on one motor, side by side: errors, wrong poles, time, current, and the limit that physics sets
+    Compare(Compare),
+    /// Is this motor suited to detection at standstill, by which method, with what margin?
+    Check(Check),
     /// A motor's inductances over current, and which pole draws more of it
     Magnetics(Magnetics),
     /// The built-in motors, and where each of their numbers comes from
@@ -100,6 +105,74 @@ pub struct Trace {
 }
 
 #[derive(Debug, Args)]
+pub struct Compare {
+    /// A built-in motor's name, or a data sheet's path (.toml)
+    #[arg(long, default_value = "paper-5k5")]
+    pub motor: String,
+    /// Only these methods, separated by commas [default: all]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = methods())]
+    pub method: Vec<MethodName>,
+    /// How good drive and sensors are, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Errors::Default, Errors::Harsh])]
+    pub errors: Vec<Errors>,
+    /// Whether the rotor can move, separated by commas
+    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Rotor::Locked, Rotor::Free])]
+    pub rotor: Vec<Rotor>,
+    /// Trials of each method under each set of conditions [default: 500, of dc-alignment 20]
+    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    pub trials: Option<u64>,
+    /// How methods with a polarity test of its own decide [default: each its own way]
+    #[arg(long, value_enum)]
+    pub polarity: Option<PoleRuleName>,
+    /// Tell the methods that this pole draws more current, right or wrong [default: as the motor's magnetics say]
+    #[arg(long, value_enum)]
+    pub signature: Option<SignatureName>,
+    /// Length of the line pulses in µs [default: by the motor's inductances]
+    #[arg(long, value_name = "US", value_parser = microseconds, allow_hyphen_values = true)]
+    pub pulse: Option<u64>,
+    /// Torque in N·m that a load exerts against forward motion, also at standstill
+    #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
+    pub load: f64,
+    #[command(flatten)]
+    pub temperature: Temperatures,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
+    pub seed: u64,
+    /// Folder for the files; made if it does not exist
+    #[arg(long, value_name = "DIR", default_value = "standstill-out/compare")]
+    pub out: PathBuf,
+    /// Print a JSON list and write no files
+    #[arg(long)]
+    pub json: bool,
+    /// Worker threads [default: one per core]; the results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub struct Check {
+    /// A built-in motor's name, or a data sheet's path (.toml)
+    pub motor: String,
+    /// How good drive and sensors are
+    #[arg(long, value_enum, default_value_t = Errors::Default)]
+    pub errors: Errors,
+    /// Largest angle error in electrical degrees that the start can bear, in 95 of 100 detections
+    #[arg(long, value_name = "DEG", default_value_t = 5.0, value_parser = tolerance, allow_hyphen_values = true)]
+    pub tolerance: f64,
+    /// Furthest that a free rotor may move, in electrical degrees
+    #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance, allow_hyphen_values = true)]
+    pub movement: f64,
+    /// Seed of all random numbers
+    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub temperature: Temperatures,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Magnetics {
     /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .npz, .mat)
     pub motor: String,
@@ -142,6 +215,23 @@ fn trials(text: &str) -> Result<u64, String> {
     trials.ok_or_else(|| "not a whole number from 1 to 100000000".to_owned())
 }
 
+fn methods() -> impl TypedValueParser<Value = MethodName> {
+    PossibleValuesParser::new(MethodName::ALL.map(MethodName::name))
+        .try_map(|name| MethodName::ALL.into_iter().find(|method| method.name() == name).ok_or("no method"))
+}
+
+fn microseconds(text: &str) -> Result<u64, String> {
+    let pulse = text.trim().parse().ok().filter(|pulse| (20..=1000).contains(pulse));
+    pulse.ok_or_else(|| "not a whole number of microseconds from 20 to 1000".to_owned())
+}
+
+fn tolerance(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(degrees) if (0.001..=90.0).contains(&degrees) => Ok(degrees),
+        _ => Err("not a number of degrees from 0.001 to 90".to_owned()),
+    }
+}
+
 fn seed(text: &str) -> Result<u64, String> {
     text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
 }
@@ -178,6 +268,7 @@ fn celsius(text: &str) -> Result<f64, String> {
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Errors {
     None,
+    Noise,
     Default,
     Harsh,
 }
@@ -186,8 +277,43 @@ impl From<Errors> for ErrorSet {
     fn from(errors: Errors) -> Self {
         match errors {
             Errors::None => Self::None,
+            Errors::Noise => Self::Noise,
             Errors::Default => Self::Default,
             Errors::Harsh => Self::Harsh,
+        }
+    }
+}
+
+/// [`PoleRule`] by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum PoleRuleName {
+    TwoVectors,
+    Sequential,
+}
+
+impl From<PoleRuleName> for PoleRule {
+    fn from(rule: PoleRuleName) -> Self {
+        match rule {
+            PoleRuleName::TwoVectors => Self::TwoVectors,
+            PoleRuleName::Sequential => Self::Sequential,
+        }
+    }
+}
+
+/// [`Signature`] by name.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum SignatureName {
+    Normal,
+    Inverted,
+    None,
+}
+
+impl From<SignatureName> for Signature {
+    fn from(signature: SignatureName) -> Self {
+        match signature {
+            SignatureName::Normal => Self::Normal,
+            SignatureName::Inverted => Self::Inverted,
+            SignatureName::None => Self::None,
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The subcommands.
 
+pub mod check;
+pub mod compare;
 pub mod magnetics;
 pub mod motors;
 pub mod reproduce;
@@ -47,6 +49,20 @@ fn setup_json(setup: &Setup, scenario: &Scenario) -> serde_json::Value {
     })
 }
 
+/// A rotor's state by name; only the motor knows how far its brake lets it play.
+fn rotor(rotor: Rotor, motor: &Motor, name: &str) -> Result<RotorState, Error> {
+    Ok(match rotor {
+        Rotor::Locked => RotorState::Locked,
+        Rotor::Free => RotorState::Free,
+        Rotor::Brake if motor.rotor.backlash == 0.0 => {
+            return Err(Error::Arguments(format!(
+                "--rotor brake: found a motor without play, {name}; needed: `rotor.brake_backlash` in its data sheet, or --rotor locked, which is the same without"
+            )));
+        }
+        Rotor::Brake => RotorState::Braked(Play::of(motor)),
+    })
+}
+
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {
     let motor = motor(&setup.motor)?;
     if setup.load != 0.0 && setup.rotor == Rotor::Locked {
@@ -55,17 +71,7 @@ fn scenario(setup: &Setup) -> Result<Scenario, Error> {
             setup.load
         )));
     }
-    if setup.rotor == Rotor::Brake && motor.rotor.backlash == 0.0 {
-        return Err(Error::Arguments(format!(
-            "--rotor brake: found a motor without play, {}; needed: `rotor.brake_backlash` in its data sheet, or --rotor locked, which is the same without",
-            setup.motor
-        )));
-    }
-    let rotor = match setup.rotor {
-        Rotor::Locked => RotorState::Locked,
-        Rotor::Free => RotorState::Free,
-        Rotor::Brake => RotorState::Braked(Play::of(&motor)),
-    };
+    let rotor = rotor(setup.rotor, &motor, &setup.motor)?;
     let hot = motor.at_temperature(setup.temperature.into())?;
     // The drive is set up for the motor of the data sheet, whatever the motor's temperature is.
     let scenario = Scenario::paper(motor, setup.errors.into(), setup.decay.into(), rotor, setup.seed);

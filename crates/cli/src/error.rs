@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use standstill_campaign::CampaignError;
+use standstill_campaign::{BoundError, CampaignError};
 use standstill_detect::SettingsError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
@@ -23,6 +23,7 @@ pub enum Error {
     },
     Write(PathBuf, std::io::Error),
     Campaign(CampaignError),
+    Bound(BoundError),
     Figure(FigureError),
     Magnetics(NoConvergence),
     Temperature(TemperatureError),
@@ -55,6 +56,7 @@ impl fmt::Display for Error {
             }
             Self::Write(path, error) => write!(f, "cannot write {}: {error}", path.display()),
             Self::Campaign(error) => error.fmt(f),
+            Self::Bound(error) => write!(f, "no Cramér–Rao limit: {error}"),
             Self::Temperature(error) => error.fmt(f),
             Self::Map(error) => error.fmt(f),
             Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
@@ -66,6 +68,12 @@ impl fmt::Display for Error {
 impl From<CampaignError> for Error {
     fn from(error: CampaignError) -> Self {
         Self::Campaign(error)
+    }
+}
+
+impl From<BoundError> for Error {
+    fn from(error: BoundError) -> Self {
+        Self::Bound(error)
     }
 }
 

@@ -9,6 +9,10 @@ use standstill_sim::{Event, Snapshot, Trace};
 
 use crate::log::Entry;
 
+mod comparison;
+
+pub use comparison::comparison;
+
 const WIDTH: u32 = 900;
 
 fn curve(label: &str, points: Vec<(f64, f64)>, style: Style) -> Layer {

@@ -30,6 +30,8 @@ fn main() -> ExitCode {
     let report = arguments().and_then(|arguments| match arguments.command {
         Command::Reproduce(options) => commands::reproduce::run(&options),
         Command::Trace(options) => commands::trace::run(&options),
+        Command::Compare(options) => commands::compare::run(&options),
+        Command::Check(options) => commands::check::run(&options),
         Command::Magnetics(options) => commands::magnetics::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
     });

@@ -21,8 +21,22 @@ pub fn one_line(message: &str) -> String {
 /// A table; columns after the first are aligned to the right if `numbers`.
 pub fn table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>, numbers: bool) -> String {
     let mut table = Table::new();
-    table.load_style(STYLE).set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
-    table.set_header(header);
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(WIDTH);
+    finish(table, header, rows, numbers)
+}
+
+/// A table of numbers as wide as it needs to be, none of them broken.
+pub fn wide_table(header: &[&str], rows: impl IntoIterator<Item = Vec<String>>) -> String {
+    finish(Table::new(), header, rows, true)
+}
+
+fn finish(
+    mut table: Table,
+    header: &[&str],
+    rows: impl IntoIterator<Item = Vec<String>>,
+    numbers: bool,
+) -> String {
+    table.load_style(STYLE).set_header(header);
     table.add_rows(rows);
     if numbers {
         for column in table.column_iter_mut().skip(1) {

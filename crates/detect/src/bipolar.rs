@@ -6,7 +6,8 @@
 
 use standstill_interface::{Abc, AlphaBeta, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
-use crate::lines::{Saliency, SaliencySign, line_directions};
+use crate::commissioning::Correction;
+use crate::lines::{SaliencySign, line_directions};
 use crate::nameplate::Nameplate;
 use crate::polarity::{Pointer, Pole, Signature};
 use crate::settings::{Settings, SettingsError, require, require_positive};
@@ -24,6 +25,8 @@ pub struct BipolarSettings<T> {
     pub least_saliency: T,
     /// Standard deviation of the sensors' gains, relative; zero: taken as equal.
     pub gain_tolerance: T,
+    /// What a commissioning run learnt of motor and sensors.
+    pub correction: Correction<T>,
     /// Which pole draws more current in pulses like these.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
@@ -42,7 +45,8 @@ impl<T: Real> BipolarSettings<T> {
             train: PulseTrainSettings::suited(drive, Nanos(pulse.0 / 4)),
             saliency: drive.saliency(),
             least_saliency: T::of(0.005),
-            gain_tolerance: T::of(0.01),
+            gain_tolerance: drive.gain_tolerance,
+            correction: Correction::none(),
             signature: drive.pulse_signature,
             pole_error: T::of(1e-6),
             pole_floor: T::of(0.0015),
@@ -135,7 +139,8 @@ impl<T: Real> Bipolar<T> {
                 scatter = scatter + ((sums.squares / n - mean_of * mean_of) / (mean * mean)).max(T::zero());
             }
         }
-        let saliency = Saliency::from_lines(Abc(lines), s.saliency);
+        // Pulses both ways leave nothing of saturation that depends on the pole.
+        let saliency = s.correction.apply(Abc(lines), s.saliency, None);
         self.findings.line_inductance = Some(Abc(lines));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);

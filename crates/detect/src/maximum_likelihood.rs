@@ -13,6 +13,7 @@ use standstill_interface::{
     Abc, AlphaBeta, Angle, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };
 
+use crate::commissioning::Correction;
 use crate::likelihood::{Curves, Fit, PulseModel, fit};
 use crate::lines::{Saliency, SaliencySign, line_directions};
 use crate::nameplate::Nameplate;
@@ -53,6 +54,8 @@ pub struct MaximumLikelihoodSettings<T> {
     pub least_saliency: T,
     /// Standard deviation of the sensors' gains, relative; zero: taken as equal.
     pub gain_tolerance: T,
+    /// What a commissioning run learnt of motor and sensors.
+    pub correction: Correction<T>,
     /// Which pole draws more current in pulses like these.
     pub signature: Signature,
     /// Probability of a wrong pole that is allowed.
@@ -74,7 +77,8 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             adaptive: None,
             saliency: drive.saliency(),
             least_saliency: T::of(0.005),
-            gain_tolerance: T::of(0.01),
+            gain_tolerance: drive.gain_tolerance,
+            correction: Correction::none(),
             signature: drive.pulse_signature,
             pole_error: T::of(1e-6),
             pole_floor: T::of(0.0015),
@@ -100,6 +104,17 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         // The first pulses are short, and one line may have twice the mean inductance.
         train.least_current = drive.rated_current * T::of(0.02);
         Self { train, adaptive: Some(adaptive), signature, ..fixed }
+    }
+
+    /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
+    /// is room for the samples.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Self {
+        let mut settings = Self { train: lengthened(self.train, pulse, self.train.rounds), ..self };
+        if let Some(adaptive) = &mut settings.adaptive {
+            adaptive.longest = adaptive.longest.max(settings.train.pulse);
+        }
+        settings
     }
 
     fn check(&self) -> Result<(), SettingsError> {
@@ -375,7 +390,8 @@ impl<T: Real> MaximumLikelihood<T> {
         });
         let gains = GainComparison::line_gains(ratios, self.train.derived);
         let lines: [T; 3] = core::array::from_fn(|k| c.lines[k] / c.weight * gains[k].exp());
-        let saliency = Saliency::from_lines(Abc(lines), s.saliency);
+        // Pulses both ways leave nothing of saturation that depends on the pole.
+        let saliency = s.correction.apply(Abc(lines), s.saliency, None);
         let slopes = saliency.slopes(s.saliency);
         let mut variance = one / c.weight;
         for k in 0..3 {

@@ -9,6 +9,7 @@ use crate::bipolar::{Bipolar, BipolarSettings};
 use crate::line_inductance::{LineInductance, LineInductanceSettings};
 use crate::maximum_likelihood::{MaximumLikelihood, MaximumLikelihoodSettings};
 use crate::nameplate::Nameplate;
+use crate::polarity::PolaritySettings;
 use crate::pulsating::{PulsatingInjection, PulsatingInjectionSettings};
 use crate::rotating::{RotatingInjection, RotatingInjectionSettings};
 use crate::settings::{Decay, Settings, SettingsError};
@@ -139,6 +140,42 @@ methods! {
 }
 
 impl<T: Real> Method<T> {
+    /// The polarity test that follows the axis, of a method that has one.
+    pub fn polarity_mut(&mut self) -> Option<&mut PolaritySettings<T>> {
+        match self {
+            Self::LineInductance(settings) => Some(&mut settings.polarity),
+            Self::Subdivision(settings) => Some(&mut settings.vector),
+            Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
+            Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
+            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) => None,
+        }
+    }
+
+    /// Whether its axis comes from line pulses.
+    pub const fn has_line_pulses(&self) -> bool {
+        matches!(self, Self::LineInductance(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_))
+    }
+
+    /// Whether its pulses depend on what it reads.
+    pub const fn is_adaptive(&self) -> bool {
+        matches!(self, Self::MaximumLikelihood(settings) if settings.adaptive.is_some())
+    }
+
+    /// The same with line pulses of this length; none of a method without line pulses.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Option<Self> {
+        Some(match self {
+            Self::LineInductance(settings) => {
+                Self::LineInductance(LineInductanceSettings { pulse, ..settings })
+            }
+            Self::Bipolar(settings) => {
+                Self::Bipolar(BipolarSettings { train: settings.train.with_pulse(pulse), ..settings })
+            }
+            Self::MaximumLikelihood(settings) => Self::MaximumLikelihood(settings.with_pulse(pulse)),
+            _ => return None,
+        })
+    }
+
     /// A method as it suits this motor and drive, told the motor's polarity signature.
     pub fn suited(name: MethodName, drive: &Nameplate<T>) -> Self {
         let line_inductance = |decay| {

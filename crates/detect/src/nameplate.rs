@@ -28,6 +28,8 @@ pub struct Nameplate<T> {
     /// The pulse across a line that raises the rated current in it where its core saturates most: shorter than the
     /// inductances without current say.
     pub rated_pulse: Nanos,
+    /// Standard deviation of the current sensors' gains, relative, as their data sheet tolerates it. Zero: equal.
+    pub gain_tolerance: T,
     /// DC link in V.
     pub dc_link: T,
     /// Dead time of the drive.
@@ -78,6 +80,7 @@ impl<T: Real> Nameplate<T> {
             pulse_signature: self.pulse_signature,
             polarity_difference: cast(self.polarity_difference),
             rated_pulse: self.rated_pulse,
+            gain_tolerance: cast(self.gain_tolerance),
             dc_link: cast(self.dc_link),
             dead_time: self.dead_time,
             carrier_period: self.carrier_period,

@@ -75,6 +75,14 @@ impl<T: Real> PulseTrainSettings<T> {
         }
     }
 
+    /// The same with pulses of another length, in as many samples.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Self {
+        let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
+        let pulse = interval * self.samples_on() as u64;
+        Self { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), ..self }
+    }
+
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
         require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;

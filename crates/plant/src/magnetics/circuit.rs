@@ -1,6 +1,10 @@
 //! All of the motor's magnetics in one: core, magnet's temperature, harmonics, eddy currents, cogging.
 
+mod series;
+
 use standstill_interface::Dq;
+
+pub use series::Series;
 
 use super::harmonics::Distortion;
 use super::{Core, EddyBranch, Harmonics, Heading, Magnetics, NoConvergence};

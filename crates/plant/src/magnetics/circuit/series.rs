@@ -1,7 +1,7 @@
 //! A constant inductance in series with a core, along d and q: what stands for a change of L_A and L_B on any core.
 //!
 //! ```text
-//!   ψ = u + M i,   i = ∂W₀/∂u − magnet,   W(ψ) = W₀(u) − magnet u_d + ½ i·M i
+//!   ψ = u + M i,   i = ∂W₀/∂u − magnet,   W(ψ) = W₀(u) − magnet·u + ½ i·M i
 //! ```
 //! Then `∂W/∂ψ = i` and `Γ = (Γ₀⁻¹ + M)⁻¹`: again one energy, at rest where the core alone is.
 
@@ -16,7 +16,7 @@ use crate::magnetics::{Core, Magnetics};
 pub struct Series {
     core: Core,
     /// As in [`MagneticCircuit`]: what the winding's current lacks of the core's, along d in A.
-    magnet: f64,
+    magnet: Dq<f64>,
     /// M in H.
     inductance: Dq<f64>,
 }
@@ -37,7 +37,7 @@ impl Series {
         let Dq { d, q } = self.inductance;
         let at = |u: Dq<f64>| {
             let (mut current, inverse_inductance) = self.core.current_and_inverse_inductance(u);
-            current.d -= self.magnet;
+            current = current - self.magnet;
             Inner { flux: u, current, inverse_inductance }
         };
         let mut inner = at(flux);
@@ -66,7 +66,7 @@ impl Magnetics for Series {
     fn energy(&self, flux: Dq<f64>) -> f64 {
         let Inner { flux: u, current: i, .. } = self.inner(flux);
         let stored = (self.inductance.d * i.d * i.d + self.inductance.q * i.q * i.q) / 2.0;
-        self.core.energy(u) + self.magnet * (flux.d - u.d) + stored
+        self.core.energy(u) + self.magnet.dot(flux - u) + stored
     }
 
     // Not inlined: the cores of every other run stay as small as they were.
@@ -75,7 +75,7 @@ impl Magnetics for Series {
         let Inner { current, inverse_inductance, .. } = self.inner(flux);
         let l = inverse_inductance.inverse();
         let whole = Symmetric::new(l.xx + self.inductance.d, l.xy, l.yy + self.inductance.q);
-        (Dq::new(current.d + self.magnet, current.q), whole.inverse())
+        (current + self.magnet, whole.inverse())
     }
 
     fn kinks(&self) -> [bool; 2] {
@@ -129,9 +129,7 @@ mod tests {
                 let changed = circuit.with_series_inductance(added);
                 for (d, q) in [(0.0, 0.0), (0.7, 0.2), (-0.5, 0.6), (0.1, -0.8)] {
                     let current = Dq::new(d, q) * motor.rated_current;
-                    let flux = |of: &MagneticCircuit| {
-                        of.core.flux_at(Dq::new(current.d + of.magnet, current.q)).expect("convex")
-                    };
+                    let flux = |of: &MagneticCircuit| of.core.flux_at(current + of.magnet).expect("convex");
                     let (one, other) = (flux(&circuit), flux(&changed));
                     let expected = one + Dq::new(added.d * current.d, added.q * current.q);
                     assert!((other - expected).norm() < 1e-11 * (1.0 + one.norm()), "{name} {current:?}");

@@ -1,0 +1,141 @@
+//! Methods side by side: on the same motor, with the same drives, sensors and rotor angles.
+//!
+//! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
+//! numbers, so that a difference between two rows is the methods'.
+
+use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError, Signature};
+use standstill_interface::Nanos;
+use standstill_plant::Motor;
+use standstill_sim::{NoProbe, RotorState, run};
+
+use crate::bound::{Bound, BoundError, Bounds, Counted};
+use crate::{ErrorSet, Scenario, Summary};
+
+/// How a pole is decided, where a polarity test of its own follows the axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PoleRule {
+    /// By one vector each way, as in the paper.
+    TwoVectors,
+    /// By as many as it takes, with a probability of one in a million to be wrong.
+    Sequential,
+}
+
+/// What is set otherwise than a method's own settings for the motor.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Adjustment {
+    /// How poles are decided. Methods that read the pole from their line pulses have no choice.
+    pub rule: Option<PoleRule>,
+    /// What the methods are told of the motor's poles, right or wrong.
+    pub signature: Option<Signature>,
+    /// Length of the line pulses.
+    pub pulse: Option<Nanos>,
+}
+
+impl Adjustment {
+    /// The scenario of a method; none if it has nothing of what is to be adjusted.
+    pub fn scenario(
+        &self,
+        method: MethodName,
+        motor: Motor,
+        errors: ErrorSet,
+        rotor: RotorState,
+        seed: u64,
+    ) -> Option<Scenario<Method<f64>>> {
+        let mut applies = true;
+        let scenario = Scenario::new(motor, errors, rotor, seed, |drive| {
+            let mut drive = *drive;
+            if let Some(signature) = self.signature {
+                (drive.signature, drive.pulse_signature) = (signature, signature);
+            }
+            let mut settings = Method::suited(method, &drive);
+            if let Some(rule) = self.rule {
+                match settings.polarity_mut() {
+                    Some(polarity) => polarity.rule = rule.settings(drive.polarity_difference),
+                    None => applies = false,
+                }
+            }
+            if let Some(pulse) = self.pulse {
+                match settings.with_pulse(pulse) {
+                    Some(with_pulse) => settings = with_pulse,
+                    None => applies = false,
+                }
+            }
+            settings
+        });
+        applies.then_some(scenario)
+    }
+}
+
+impl PoleRule {
+    fn settings(self, difference: f64) -> PolarityRule<f64> {
+        match self {
+            Self::TwoVectors => PolarityRule::TwoVectors,
+            Self::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
+        }
+    }
+}
+
+/// One method under one set of conditions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// The method.
+    pub method: MethodName,
+    /// Whether the rotor could move.
+    pub rotor: RotorState,
+    /// How good drive and sensors were.
+    pub errors: ErrorSet,
+    /// What the trials say.
+    pub summary: Summary,
+    /// Mean energy in J that a detection takes from the DC link.
+    pub energy_j: f64,
+    /// The Cramér–Rao limit, where there is one, as rms over the angles.
+    pub bound: Option<Bound>,
+}
+
+impl Entry {
+    /// The limit that the scheme's own samples set, over the measured rms error: 1 is all that they tell. None without a
+    /// limit or without noise.
+    pub fn efficiency(&self) -> Option<f64> {
+        let efficiency = self.bound?.scheme_deg / self.summary.rms_deg.value;
+        (efficiency.is_finite() && efficiency > 0.0).then_some(efficiency)
+    }
+}
+
+/// Trials that the mean energy is of, at most.
+const ENERGY_TRIALS: u64 = 8;
+
+impl Scenario<Method<f64>> {
+    /// Mean energy in J that a detection takes from the DC link, over the first few trials. Not a number if none ends.
+    ///
+    /// # Errors
+    /// Settings that cannot work.
+    pub fn mean_energy(&self, trials: u64) -> Result<f64, SettingsError> {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for trial in 0..trials.min(ENERGY_TRIALS) {
+            let run = run(
+                &self.case(trial),
+                &mut standstill_detect::Settings::detector(&self.detector)?,
+                true,
+                &mut NoProbe,
+            );
+            if let Some(ledger) = run.ledger {
+                sum += ledger.source - ledger.link_change;
+                count += 1.0;
+            }
+        }
+        Ok(sum / count)
+    }
+
+    /// The Cramér–Rao limit of this excitation as rms over evenly spread angles; none if the method turns the rotor. Of a
+    /// method with line pulses these alone count: the polarity test comes when its axis is known.
+    ///
+    /// # Errors
+    /// A plant that cannot be simulated.
+    pub fn bound(&self, angles: usize, threads: Option<usize>) -> Result<Option<Bound>, BoundError> {
+        let counted = if self.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
+        // Without noise it would stop too early.
+        let noise = self.detector.is_adaptive().then_some(0);
+        let bounds = Bounds { counted, noise, threads, ..Bounds::new(self) };
+        Ok(bounds.over(angles)?.map(|bounds| Bound::rms(&bounds)))
+    }
+}

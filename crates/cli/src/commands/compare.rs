@@ -1,0 +1,265 @@
+//! `standstill compare`: all methods on one motor.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::sync::atomic::Ordering;
+
+use serde::Serialize;
+use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Scenario, Statistics};
+use standstill_detect::{Method, MethodName};
+use standstill_interface::Nanos;
+use standstill_plant::Motor;
+use standstill_sim::RotorState;
+
+use crate::Report;
+use crate::arguments::{Compare, Rotor};
+use crate::columns;
+use crate::commands::reproduce::file_list;
+use crate::error::Error;
+use crate::figures;
+use crate::interrupt::{self, INTERRUPTED};
+use crate::output::Output;
+use crate::progress;
+use crate::text::wide_table;
+
+/// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
+const ANGLES: usize = 16;
+
+/// The same where a detection is long and the limit costs as many seconds as the trials.
+const FEW_ANGLES: usize = 8;
+
+const FILES: [&str; 3] = ["comparison.csv", "comparison.svg", "comparison.png"];
+
+/// A row of `comparison.csv` and of the JSON list. What does not exist is empty, or null.
+#[derive(Debug, Serialize)]
+struct Row {
+    method: &'static str,
+    rotor: &'static str,
+    errors: &'static str,
+    trials: u64,
+    rms_deg: Option<f64>,
+    rms_low_deg: Option<f64>,
+    rms_high_deg: Option<f64>,
+    bias_deg: Option<f64>,
+    p95_deg: Option<f64>,
+    max_deg: Option<f64>,
+    wrong_poles: u64,
+    /// Upper end of the 95 % interval of their probability.
+    wrong_poles_at_most: f64,
+    undetermined: u64,
+    failed: u64,
+    simulation_errors: u64,
+    duration_ms: f64,
+    #[serde(rename = "peak_current_A")]
+    peak_current: f64,
+    #[serde(rename = "energy_J")]
+    energy: Option<f64>,
+    moved_deg: f64,
+    /// Cramér–Rao limit from the scheme's samples, from all samples at 100 kHz, and on a specimen with its own gains,
+    /// offsets and delays.
+    bound_deg: Option<f64>,
+    bound_all_deg: Option<f64>,
+    bound_hybrid_deg: Option<f64>,
+    efficiency: Option<f64>,
+    /// Why there was no angle, or no pole, and how often.
+    reasons: String,
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+impl Row {
+    fn new(entry: &Entry, rotor: Rotor) -> Self {
+        let s = &entry.summary;
+        Self {
+            method: entry.method.name(),
+            rotor: rotor.name(),
+            errors: entry.errors.name(),
+            trials: s.trials,
+            rms_deg: finite(s.rms_deg.value),
+            rms_low_deg: finite(s.rms_deg.low),
+            rms_high_deg: finite(s.rms_deg.high),
+            bias_deg: finite(s.bias_deg.value),
+            p95_deg: finite(s.p95_deg.value),
+            max_deg: finite(s.max_deg),
+            wrong_poles: s.wrong_poles,
+            wrong_poles_at_most: s.wrong_pole_probability.high,
+            undetermined: s.undetermined,
+            failed: s.failed,
+            simulation_errors: s.errors,
+            duration_ms: s.mean_duration_s * 1e3,
+            peak_current: s.peak_current_a,
+            energy: finite(entry.energy_j),
+            moved_deg: s.max_moved_deg,
+            bound_deg: entry.bound.and_then(|bound| finite(bound.scheme_deg)),
+            bound_all_deg: entry.bound.and_then(|bound| finite(bound.all_deg)),
+            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(finite),
+            efficiency: entry.efficiency(),
+            reasons: reasons(&s.reasons),
+        }
+    }
+
+    /// Of the table. The method is named where it is another one than in the row before.
+    fn cells(&self, before: Option<&Self>) -> Vec<String> {
+        let number = |value: Option<f64>, digits: usize| {
+            value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
+        };
+        vec![
+            if before.is_some_and(|row| row.method == self.method) {
+                String::new()
+            } else {
+                self.method.to_owned()
+            },
+            self.rotor.to_owned(),
+            self.errors.to_owned(),
+            self.trials.to_string(),
+            number(self.rms_deg, 3),
+            number(self.p95_deg, 3),
+            number(self.max_deg, 2),
+            self.wrong_poles.to_string(),
+            self.undetermined.to_string(),
+            (self.failed + self.simulation_errors).to_string(),
+            number(Some(self.duration_ms), 1),
+            number(Some(self.peak_current), 1),
+            number(self.energy, 2),
+            number(Some(self.moved_deg), 2),
+            number(self.bound_deg, 3),
+            number(self.efficiency, 2),
+        ]
+    }
+}
+
+const HEADER: [&str; 16] = [
+    "method", "rotor", "errors", "trials", "rms °", "p95 °", "max °", "wrong", "undet.", "failed", "ms",
+    "peak A", "J", "moved °", "limit °", "eff.",
+];
+
+fn reasons(counts: &BTreeMap<String, u64>) -> String {
+    let all: Vec<String> = counts.iter().map(|(reason, count)| format!("{count} times: {reason}")).collect();
+    all.join("; ")
+}
+
+/// What is compared, in the order of the table.
+struct Cell {
+    method: MethodName,
+    rotor: Rotor,
+    errors: ErrorSet,
+    trials: u64,
+    scenario: Scenario<Method<f64>>,
+}
+
+fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
+    let hot = motor.at_temperature(options.temperature.into())?;
+    let adjustment = Adjustment {
+        rule: options.polarity.map(Into::into),
+        signature: options.signature.map(Into::into),
+        pulse: options.pulse.map(Nanos::from_micros),
+    };
+    let methods = if options.method.is_empty() { &MethodName::ALL[..] } else { &options.method };
+    let mut cells = Vec::new();
+    for &method in methods {
+        for &rotor in &options.rotor {
+            for &errors in &options.errors {
+                let state = super::rotor(rotor, motor, &options.motor)?;
+                let errors = errors.into();
+                let scenario = adjustment.scenario(method, motor.clone(), errors, state, options.seed);
+                // Of all methods, those that are not concerned are left out; one that was asked for is a mistake.
+                let Some(scenario) = scenario else {
+                    if options.method.is_empty() {
+                        continue;
+                    }
+                    let option = if options.pulse.is_some() { "--pulse" } else { "--polarity" };
+                    return Err(Error::Arguments(format!(
+                        "{option} has no meaning for --method {method}, which has nothing of that kind"
+                    )));
+                };
+                scenario.check()?;
+                let usual = if method == MethodName::DcAlignment { 20 } else { 500 };
+                let trials = options.trials.unwrap_or(usual);
+                // No load moves a locked rotor.
+                let load_torque = if state == RotorState::Locked { 0.0 } else { options.load };
+                let scenario = Scenario { motor: hot.clone(), load_torque, ..scenario };
+                cells.push(Cell { method, rotor, errors, trials, scenario });
+            }
+        }
+    }
+    Ok(cells)
+}
+
+/// The cells one after the other, as far as nobody interrupts.
+fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<(Entry, Rotor)>, Error> {
+    let stop = interrupt::flag();
+    let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());
+    let mut entries = Vec::new();
+    for cell in cells {
+        bar.set_message(format!("{}, {}, {}", cell.method, cell.rotor.name(), cell.errors.name()));
+        let mut statistics = Statistics::default();
+        let campaign = Campaign { scenario: &cell.scenario, trials: cell.trials, threads };
+        campaign.run(&stop, |record| {
+            statistics.add(record);
+            bar.inc(1);
+            Ok::<(), Error>(())
+        })?;
+        if stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
+        let entry = Entry {
+            method: cell.method,
+            rotor: cell.scenario.rotor,
+            errors: cell.errors,
+            summary: statistics.summary(),
+            energy_j: cell.scenario.mean_energy(cell.trials)?,
+            bound: cell.scenario.bound(angles, threads)?,
+        };
+        entries.push((entry, cell.rotor));
+    }
+    bar.finish_and_clear();
+    Ok(entries)
+}
+
+pub fn run(options: &Compare) -> Result<Report, Error> {
+    let motor = super::motor(&options.motor)?;
+    let cells = cells(options, &motor)?;
+    let output = if options.json { None } else { Some(Output::create(&options.out, &FILES)?) };
+    let entries = entries(&cells, options.threads.map(usize::from))?;
+    let interrupted = entries.len() < cells.len();
+    let rows: Vec<Row> = entries.iter().map(|(entry, rotor)| Row::new(entry, *rotor)).collect();
+    let failed = rows.iter().any(|row| row.simulation_errors > 0);
+    let code = if interrupted { INTERRUPTED } else { u8::from(failed) };
+    let Some(mut output) = output else {
+        let json = serde_json::to_string_pretty(&rows);
+        let json = json.map_err(|error| Error::Write("standard output".into(), error.into()))?;
+        return Ok(Report { text: json + "\n", code });
+    };
+    if rows.is_empty() {
+        let text = "Interrupted before the first method was done.\n".to_owned();
+        return Ok(Report { text, code });
+    }
+    let csv = columns::csv(&rows).map_err(|error| Error::Write("comparison.csv".into(), error))?;
+    output.file("comparison.csv", &csv)?;
+    let subtitle = format!("{}, seed {}", motor.name, options.seed);
+    let figure = figures::comparison(&entries, subtitle);
+    output.file("comparison.svg", figure.svg()?.as_bytes())?;
+    output.file("comparison.png", &figure.png()?)?;
+    let files = output.finish()?;
+    let mut text = format!("Methods on {}, seed {}\n\n", motor.name, options.seed);
+    let lines = (0..rows.len()).map(|k| rows[k].cells(k.checked_sub(1).map(|before| &rows[before])));
+    text += &wide_table(&HEADER, lines);
+    text += LEGEND;
+    for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
+        let _ = writeln!(text, "  {}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons);
+    }
+    let _ = write!(text, "\n{}", file_list(&options.out, &files));
+    if interrupted {
+        let _ = writeln!(text, "\nInterrupted: {} of {} rows are in these files.", rows.len(), cells.len());
+    }
+    Ok(Report { text, code })
+}
+
+const LEGEND: &str = "
+rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole; failed: no angle.
+ms, peak A, J: time, largest current and mean energy of a detection. moved: furthest that a rotor moved.
+limit: Cramér–Rao, from the samples that the method takes for its axis; eff.: limit / rms.
+";

@@ -1,0 +1,102 @@
+//! Methods compared.
+
+use standstill_campaign::Entry;
+use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
+
+use super::WIDTH;
+use crate::arguments::Rotor;
+
+/// Conditions in the order in which they share the room of a method, from top to bottom.
+struct Row {
+    /// Of the method, counted from the bottom, and of the condition within it.
+    y: f64,
+    label: String,
+    style: Style,
+}
+
+/// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
+/// Cramér–Rao limit of its samples.
+pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
+    let mut methods: Vec<&str> = Vec::new();
+    let mut conditions: Vec<String> = Vec::new();
+    let condition =
+        |entry: &Entry, rotor: Rotor| format!("{} rotor, {} errors", rotor.name(), entry.errors.name());
+    for (entry, rotor) in entries {
+        if !methods.contains(&entry.method.name()) {
+            methods.push(entry.method.name());
+        }
+        let condition = condition(entry, *rotor);
+        if !conditions.contains(&condition) {
+            conditions.push(condition);
+        }
+    }
+    let row = |entry: &Entry, rotor: Rotor| {
+        let label = condition(entry, rotor);
+        let method = methods.iter().position(|known| *known == entry.method.name()).unwrap_or(0);
+        let place = conditions.iter().position(|known| *known == label).unwrap_or(0);
+        let within = (place as f64 + 0.5) / conditions.len() as f64 - 0.5;
+        let y = (methods.len() - 1 - method) as f64 - 0.7 * within;
+        // Black crosses are the limits.
+        let style = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple][place % 5];
+        Row { y, label, style }
+    };
+    let log = |degrees: f64| if degrees > 0.0 { degrees.log10() } else { f64::NAN };
+    let values = entries.iter().flat_map(|(entry, _)| {
+        let limit = entry.bound.map_or(f64::NAN, |bound| bound.scheme_deg);
+        [entry.summary.rms_deg.value, entry.summary.p95_deg.value, limit].map(log)
+    });
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let (low, high) = if low <= high { (low, high) } else { (-2.0, 1.0) };
+    let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect();
+    let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
+    let y = Axis { ticks: Ticks::Named(names), ..Axis::new("") };
+    let x = x.range(low - 0.1, high + 0.1);
+    let mut panel = Panel::new(x, y.range(-0.6, methods.len() as f64 - 0.4));
+    let mut limits = Vec::new();
+    let mut conditioned: Vec<(String, Style, Vec<(f64, f64)>, Vec<(f64, f64)>)> = Vec::new();
+    for (entry, rotor) in entries {
+        let Row { y, label, style } = row(entry, *rotor);
+        let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
+        let known = conditioned.iter().position(|(known, ..)| *known == label).unwrap_or_else(|| {
+            conditioned.push((label, style, Vec::new(), Vec::new()));
+            conditioned.len() - 1
+        });
+        let (_, _, points, ways) = &mut conditioned[known];
+        points.push((rms, y));
+        ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
+        limits.extend(entry.bound.map(|bound| (log(bound.scheme_deg), y)));
+    }
+    for (label, style, points, ways) in conditioned {
+        panel = panel.with(Layer::Line { label: None, points: ways, style }).with(Layer::Points {
+            label: Some(label),
+            points,
+            style,
+        });
+    }
+    if !limits.is_empty() {
+        let label = Some("Cramér–Rao limit of its samples".to_owned());
+        panel = panel.with(Layer::Points { label, points: limits, style: Style::Black });
+    }
+    Figure {
+        title: "Methods compared: marker at the rms error, line to the 95th percentile".to_owned(),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height: u32::try_from(170 + methods.len() * (24 + 13 * conditions.len())).unwrap_or(4000).min(4000),
+        panels: vec![panel],
+    }
+}
+
+/// 1, 2 and 5 times the powers of ten between two exponents.
+fn decades(low: f64, high: f64) -> Ticks {
+    // The exponents of an error in degrees.
+    #[allow(clippy::cast_possible_truncation)]
+    let exponents = (low.floor() as i32)..=(high.ceil() as i32);
+    let few = high - low > 3.0;
+    let ticks = exponents.flat_map(|exponent| {
+        let steps: &[f64] = if few { &[1.0] } else { &[1.0, 2.0, 5.0] };
+        steps.iter().map(move |step| step * 10.0_f64.powi(exponent))
+    });
+    Ticks::Named(ticks.map(|value| (value.log10(), format!("{value}"))).collect())
+}
