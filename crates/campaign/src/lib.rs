@@ -15,6 +15,7 @@ pub mod paper;
 mod record;
 mod scenario;
 mod statistics;
+mod suitability;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
@@ -23,3 +24,4 @@ pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};
 pub use scenario::{Scenario, Specimen};
 pub use statistics::{Estimate, Statistics, Summary, binomial_interval};
+pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};

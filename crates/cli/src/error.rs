@@ -3,7 +3,7 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use standstill_campaign::{BoundError, CampaignError};
+use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
@@ -74,6 +74,16 @@ impl From<CampaignError> for Error {
 impl From<BoundError> for Error {
     fn from(error: BoundError) -> Self {
         Self::Bound(error)
+    }
+}
+
+impl From<SuitabilityError> for Error {
+    fn from(error: SuitabilityError) -> Self {
+        match error {
+            SuitabilityError::Temperature(error) => Self::Temperature(error),
+            SuitabilityError::Campaign(error) => Self::Campaign(error),
+            SuitabilityError::Bound(error) => Self::Bound(error),
+        }
     }
 }
 

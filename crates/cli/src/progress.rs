@@ -14,3 +14,11 @@ pub fn bar(trials: u64) -> ProgressBar {
     bar.set_style(style.with_key("rate", rate));
     bar
 }
+
+/// A bar for this many steps of unequal length, on standard error.
+pub fn steps(count: u64) -> ProgressBar {
+    let bar = ProgressBar::new(count);
+    let style = ProgressStyle::with_template("{bar:16} {pos}/{len} {msg}");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}

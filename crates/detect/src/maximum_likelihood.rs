@@ -96,7 +96,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             most_current: drive.rated_current,
             most_trains: 8,
         };
-        let pulse = Nanos((fixed.train.pulse.0 / 4).max(20_000));
+        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000));
         // What holds at half of the rated current and at all of it.
         let signature =
             if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
@@ -124,7 +124,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             "interval",
             "such that a pulse has 112 samples at most",
         )?;
-        require(self.train.samples_on() >= 4, "interval", "at most a quarter of the pulse")?;
+        require(self.train.samples_on() as u64 >= LEAST_PARTS, "interval", "at most a quarter of the pulse")?;
         if let Some(adaptive) = self.adaptive {
             require_positive(adaptive.deviation, "adaptive.deviation")?;
             require(
@@ -147,10 +147,13 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
     }
 }
 
+/// Samples in a pulse at least.
+const LEAST_PARTS: u64 = 4;
+
 /// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
 fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -> PulseTrainSettings<T> {
-    // Ten intervals a pulse at least, and not so many that a pulse and its rest are too many.
-    let parts = (pulse.0 / 10_000).clamp(10, 40);
+    // Every 10 µs, if these are enough for a fit, and not so many that a pulse and its rest are too many.
+    let parts = (pulse.0 / 10_000).clamp(LEAST_PARTS, 40);
     let interval = Nanos(pulse.0 / parts / 100 * 100);
     let pulse = interval * parts;
     PulseTrainSettings { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), rounds, ..train }

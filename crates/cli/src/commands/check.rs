@@ -1,9 +1,256 @@
-//! `standstill check`.
+//! `standstill check`: is this motor suited?
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability};
+use standstill_detect::{Method, PolarityRule, PolaritySettings, PulseTrainSettings, Signature};
 
 use crate::Report;
 use crate::arguments::Check;
 use crate::error::Error;
+use crate::interrupt;
+use crate::progress;
+use crate::text::{fill, table};
 
-pub fn run(_options: &Check) -> Result<Report, Error> {
-    Ok(Report { text: String::new(), code: 0 })
+pub fn run(options: &Check) -> Result<Report, Error> {
+    interrupt::at_once();
+    let motor = super::motor(&options.motor)?;
+    let errors = options.errors.into();
+    let demands =
+        Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };
+    let spinner = progress::steps(standstill_campaign::CANDIDATES.len() as u64);
+    let temperature = options.temperature.into();
+    let suitability = Suitability::of(&motor, temperature, errors, &demands, options.seed, |method| {
+        spinner.set_message(method.name());
+        spinner.inc(1);
+    })?;
+    spinner.finish_and_clear();
+    let recommended = suitability.recommended();
+    let code = u8::from(recommended.is_none());
+    let reasons = reasons(&suitability, &demands, errors);
+    if options.json {
+        let json = json(&motor.name, errors, &suitability, &demands, &reasons);
+        return Ok(Report { text: format!("{json:#}\n"), code });
+    }
+    let verdict = if recommended.is_some() { "suited" } else { "NOT suited" };
+    let mut text = format!(
+        "{}: {verdict} to detection of the rotor position at standstill ({} errors)\n\n",
+        motor.name,
+        errors.name()
+    );
+    for reason in &reasons {
+        // The first line of a reason stands out, the others are set in.
+        let filled = fill(reason, 110, "    ");
+        text += &filled.replacen("    ", "  – ", 1);
+    }
+    text.push('\n');
+    text += &table(&HEADER, suitability.candidates.iter().map(cells), false);
+    if let Some(candidate) = recommended {
+        let _ = writeln!(
+            text,
+            "\nRecommended: {}, with {:.0} times what is demanded",
+            candidate.method, candidate.margin
+        );
+        for (name, value) in settings(&candidate.settings, suitability.has_magnet) {
+            let _ = writeln!(text, "  {name:<24} {value}");
+        }
+    }
+    Ok(Report { text, code })
+}
+
+const HEADER: [&str; 7] = ["method", "p95 °, locked", "free", "ms", "peak A", "moved °", "verdict"];
+
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
+}
+
+fn cells(candidate: &Candidate) -> Vec<String> {
+    let (locked, free) = (&candidate.locked, &candidate.free);
+    let verdict =
+        if candidate.objections.is_empty() { "suited".to_owned() } else { candidate.objections.join("; ") };
+    vec![
+        candidate.method.name().to_owned(),
+        number(locked.p95_deg.value, 2),
+        number(free.p95_deg.value, 2),
+        number(free.mean_duration_s * 1e3, 1),
+        number(locked.peak_current_a.max(free.peak_current_a), 1),
+        number(free.max_moved_deg, 2),
+        verdict,
+    ]
+}
+
+fn words(signature: Signature) -> &'static str {
+    match signature {
+        Signature::Normal => "north draws more current",
+        Signature::Inverted => "south draws more current",
+        Signature::None => "both draw the same",
+    }
+}
+
+fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Vec<String> {
+    let mut reasons = Vec::new();
+    let ratio = suitability.saliency_ratio;
+    let mut saliency = format!("Saliency: |L_B|/L_A = {ratio:.3}.");
+    if let Some(bound) = suitability.limit {
+        // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
+        let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
+        if limit.is_infinite() {
+            saliency += " The currents of line pulses do not depend on the rotor's angle.";
+        } else if limit > 0.0 {
+            let margin = demands.error_deg / (1.96 * limit);
+            let _ = write!(
+                saliency,
+                " With {} errors no method can know the axis better than {limit:.3}° rms from line pulses (Cramér–Rao), {margin:.0} times better than the {}° demanded in 95 of 100.",
+                errors.name(),
+                demands.error_deg
+            );
+        }
+    }
+    reasons.push(saliency);
+    let [rated, pulses] = suitability.signature;
+    let difference = suitability.polarity_difference.abs();
+    reasons.push(if !suitability.has_magnet {
+        "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
+    } else if rated == Signature::None && pulses == Signature::None {
+        format!(
+            "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
+            100.0 * difference
+        )
+    } else {
+        format!(
+            "Poles: {} near rated current, by {:.1} %, {:.0} times what drive and sensors get wrong between two vectors (0.3 %); {} in pulses of half of it.",
+            words(rated),
+            100.0 * difference,
+            difference / 0.003,
+            words(pulses)
+        )
+    });
+    let pulse = suitability
+        .candidates
+        .first()
+        .and_then(|candidate| train(&candidate.settings).map(|t| (candidate, t)));
+    if let Some((candidate, train)) = pulse {
+        reasons.push(format!(
+            "Line pulses of {:.0} µs raise {:.1} A at most; they move a free rotor by {:.3}°.",
+            train.pulse.seconds() * 1e6,
+            candidate.locked.peak_current_a,
+            candidate.free.max_moved_deg
+        ));
+    }
+    reasons
+}
+
+fn train(settings: &Method<f64>) -> Option<&PulseTrainSettings<f64>> {
+    match settings {
+        Method::Bipolar(settings) => Some(&settings.train),
+        Method::MaximumLikelihood(settings) => Some(&settings.train),
+        _ => None,
+    }
+}
+
+fn microseconds(time: standstill_interface::Nanos) -> String {
+    format!("{} µs", time.0 as f64 / 1e3)
+}
+
+/// The settings that matter, by name; those of the poles where there are some.
+fn settings(method: &Method<f64>, has_magnet: bool) -> Vec<(&'static str, String)> {
+    let mut all = all_settings(method);
+    all.retain(|(name, _)| has_magnet || !(name.starts_with("polarity") || *name == "signature"));
+    all
+}
+
+fn all_settings(method: &Method<f64>) -> Vec<(&'static str, String)> {
+    let of_train = |train: &PulseTrainSettings<f64>| {
+        vec![
+            ("train.pulse", microseconds(train.pulse)),
+            ("train.rest", microseconds(train.rest)),
+            ("train.rounds", train.rounds.to_string()),
+            ("train.interval", microseconds(train.interval)),
+        ]
+    };
+    let of_polarity = |polarity: &PolaritySettings<f64>| {
+        let rule = match polarity.rule {
+            PolarityRule::TwoVectors => "two vectors".to_owned(),
+            PolarityRule::Sequential(rule) => format!("sequential, wrong in {:.0e} of cases", rule.error),
+        };
+        vec![
+            ("polarity.current", format!("{:.3} A", polarity.current)),
+            ("polarity vector", microseconds(polarity.duration())),
+            ("polarity.signature", words(polarity.signature).to_owned()),
+            ("polarity.rule", rule),
+        ]
+    };
+    match method {
+        Method::LineInductance(s) => {
+            let mut all = vec![("pulse", microseconds(s.pulse)), ("pulses", s.pulses.to_string())];
+            all.extend(of_polarity(&s.polarity));
+            all
+        }
+        Method::Bipolar(s) => {
+            let mut all = of_train(&s.train);
+            all.push(("signature", words(s.signature).to_owned()));
+            all
+        }
+        Method::MaximumLikelihood(s) => {
+            let mut all = of_train(&s.train);
+            if let Some(adaptive) = s.adaptive {
+                all.push(("adaptive.deviation", format!("{:.2}°", adaptive.deviation.to_degrees())));
+                all.push(("adaptive.longest", microseconds(adaptive.longest)));
+                all.push(("adaptive.most_current", format!("{:.3} A", adaptive.most_current)));
+            }
+            all.push(("signature", words(s.signature).to_owned()));
+            all
+        }
+        Method::HfiRotating(s) => {
+            let mut all =
+                vec![("voltage", format!("{:.1} V", s.0.voltage)), ("cycles", s.0.cycles.to_string())];
+            all.extend(of_polarity(&s.0.polarity));
+            all
+        }
+        Method::Subdivision(_) | Method::HfiPulsating(_) | Method::DcAlignment(_) => Vec::new(),
+    }
+}
+
+fn json(
+    motor: &str,
+    errors: ErrorSet,
+    suitability: &Suitability,
+    demands: &Demands,
+    reasons: &[String],
+) -> Value {
+    let candidates: Vec<Value> = suitability
+        .candidates
+        .iter()
+        .map(|candidate| {
+            json!({
+                "method": candidate.method.name(),
+                "suited": candidate.objections.is_empty(),
+                "objections": candidate.objections,
+                "margin": candidate.margin,
+                "locked": candidate.locked,
+                "free": candidate.free,
+            })
+        })
+        .collect();
+    let recommended = suitability.recommended().map(|candidate| {
+        let settings: serde_json::Map<String, Value> = settings(&candidate.settings, suitability.has_magnet)
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value.into()))
+            .collect();
+        json!({ "method": candidate.method.name(), "margin": candidate.margin, "settings": settings })
+    });
+    json!({
+        "motor": motor,
+        "errors": errors.name(),
+        "suited": recommended.is_some(),
+        "reasons": reasons,
+        "demands": { "error_deg": demands.error_deg, "movement_deg": demands.movement_deg, "without_angle": demands.without_angle },
+        "saliency_ratio": suitability.saliency_ratio,
+        "limit_deg": suitability.limit.map(|bound| bound.scheme_deg),
+        "limit_on_a_specimen_deg": suitability.limit.and_then(|bound| bound.hybrid_deg),
+        "polarity_difference": suitability.polarity_difference,
+        "candidates": candidates,
+        "recommended": recommended,
+    })
 }

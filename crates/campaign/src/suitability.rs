@@ -1,0 +1,217 @@
+//! Is a motor suited to the detection of its rotor's position at standstill?
+//!
+//! The verdict is one of trials: candidates are set up for the motor as for any other, and each must find the axis, must
+//! not name a wrong pole and must leave a free rotor where it is. What stands beside it explains it: the saliency against
+//! the sensors' noise (as the Cramér–Rao limit), the poles' difference against what the drive gets wrong.
+
+use std::sync::atomic::AtomicBool;
+
+use standstill_detect::{Method, MethodName, Signature};
+use standstill_plant::{Motor, Temperature, TemperatureError};
+use standstill_sim::RotorState;
+
+use crate::bound::{Bound, BoundError};
+use crate::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
+
+/// What the start of a motor demands of a detection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Demands {
+    /// Error of the axis in electrical degrees that 95 of 100 detections must not exceed.
+    pub error_deg: f64,
+    /// How far a free rotor may move, in electrical degrees.
+    pub movement_deg: f64,
+    /// Share of detections that may end without an angle.
+    pub without_angle: f64,
+}
+
+impl Default for Demands {
+    /// 5°, 1° and one in a hundred.
+    fn default() -> Self {
+        Self { error_deg: 5.0, movement_deg: 1.0, without_angle: 0.01 }
+    }
+}
+
+/// The methods that are tried: those that need no separate bench and finish within a fraction of a second.
+pub const CANDIDATES: [MethodName; 5] = [
+    MethodName::MaximumLikelihood,
+    MethodName::MaximumLikelihoodAdaptive,
+    MethodName::Bipolar,
+    MethodName::LineInductanceFast,
+    MethodName::HfiRotating,
+];
+
+/// A method as it did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Candidate {
+    /// The method.
+    pub method: MethodName,
+    /// Its settings for this motor.
+    pub settings: Method<f64>,
+    /// With the rotor locked.
+    pub locked: Summary,
+    /// With the rotor free.
+    pub free: Summary,
+    /// Why it does not suit the motor; empty: it does.
+    pub objections: Vec<String>,
+    /// How many times better than demanded, in error and in movement, whichever is less; 1 is just enough.
+    pub margin: f64,
+}
+
+/// All that is known of a motor's suitability.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Suitability {
+    /// |L_B| / L_A without current.
+    pub saliency_ratio: f64,
+    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, rms over the angles.
+    pub limit: Option<Bound>,
+    /// Whether the motor has poles to tell apart.
+    pub has_magnet: bool,
+    /// Which pole draws more current: near rated current, and in pulses of half of it.
+    pub signature: [Signature; 2],
+    /// By what share, near rated current.
+    pub polarity_difference: f64,
+    /// The methods tried, in the order of [`CANDIDATES`].
+    pub candidates: Vec<Candidate>,
+}
+
+/// A verdict that could not be reached.
+#[derive(Debug)]
+pub enum SuitabilityError {
+    /// No such temperature.
+    Temperature(TemperatureError),
+    /// The trials could not run.
+    Campaign(CampaignError),
+    /// The limit could not be computed.
+    Bound(BoundError),
+}
+
+impl std::fmt::Display for SuitabilityError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Temperature(error) => error.fmt(f),
+            Self::Campaign(error) => error.fmt(f),
+            Self::Bound(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for SuitabilityError {}
+
+impl From<TemperatureError> for SuitabilityError {
+    fn from(error: TemperatureError) -> Self {
+        Self::Temperature(error)
+    }
+}
+
+impl From<CampaignError> for SuitabilityError {
+    fn from(error: CampaignError) -> Self {
+        Self::Campaign(error)
+    }
+}
+
+impl From<BoundError> for SuitabilityError {
+    fn from(error: BoundError) -> Self {
+        Self::Bound(error)
+    }
+}
+
+/// Angles of the limit; as many as show a harmonic of the winding.
+const ANGLES: usize = 16;
+
+impl Suitability {
+    /// Tries the candidates. The drive is set up for the motor of the data sheet, whatever its temperature is.
+    ///
+    /// # Errors
+    /// A temperature at which there is no such motor, or settings that cannot work.
+    pub fn of(
+        motor: &Motor,
+        temperature: Temperature,
+        errors: ErrorSet,
+        demands: &Demands,
+        seed: u64,
+        mut progress: impl FnMut(MethodName),
+    ) -> Result<Self, SuitabilityError> {
+        let hot = motor.at_temperature(temperature)?;
+        let scenario = |method, rotor| {
+            let scenario = Scenario::of_method(method, motor.clone(), errors, rotor, seed);
+            Scenario { motor: hot.clone(), ..scenario }
+        };
+        let mut candidates = Vec::new();
+        for method in CANDIDATES {
+            progress(method);
+            let locked = summary(&scenario(method, RotorState::Locked), method)?;
+            let free = summary(&scenario(method, RotorState::Free), method)?;
+            let settings = scenario(method, RotorState::Free).detector;
+            let has_pole = motor.has_magnet();
+            let objections = objections(&locked, &free, demands, has_pole);
+            let worst = locked.p95_deg.value.max(free.p95_deg.value);
+            let margin = (demands.error_deg / worst).min(demands.movement_deg / free.max_moved_deg);
+            candidates.push(Candidate { method, settings, locked, free, objections, margin });
+        }
+        let first = Scenario::of_method(CANDIDATES[0], motor.clone(), errors, RotorState::Locked, seed);
+        let drive = first.nameplate();
+        Ok(Self {
+            saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
+            limit: first.bound(ANGLES, None)?,
+            has_magnet: motor.has_magnet(),
+            signature: [drive.signature, drive.pulse_signature],
+            polarity_difference: drive.polarity_difference,
+            candidates,
+        })
+    }
+
+    /// The method to be recommended: of those without objection the one with the largest margin.
+    pub fn recommended(&self) -> Option<&Candidate> {
+        let suited = self.candidates.iter().filter(|candidate| candidate.objections.is_empty());
+        suited.max_by(|a, b| a.margin.total_cmp(&b.margin))
+    }
+}
+
+/// Trials of a candidate under one condition.
+const TRIALS: u64 = 200;
+/// The same of an injection, which takes a hundred times as long.
+const FEW_TRIALS: u64 = 24;
+
+fn summary(scenario: &Scenario<Method<f64>>, method: MethodName) -> Result<Summary, CampaignError> {
+    let mut statistics = Statistics::default();
+    let trials = if method == MethodName::HfiRotating { FEW_TRIALS } else { TRIALS };
+    let campaign = Campaign { scenario, trials, threads: None };
+    campaign.run(&AtomicBool::new(false), |record| {
+        statistics.add(record);
+        Ok::<(), CampaignError>(())
+    })?;
+    Ok(statistics.summary())
+}
+
+fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: bool) -> Vec<String> {
+    let mut objections = Vec::new();
+    for (state, summary) in [("locked", locked), ("free", free)] {
+        let all = summary.trials as f64;
+        let unexpected = summary.failed + summary.errors;
+        if unexpected as f64 > demands.without_angle * all {
+            let reason = summary.reasons.iter().max_by_key(|(_, count)| **count).map_or("", |(name, _)| name);
+            objections.push(format!("{unexpected} of {all} without an angle, rotor {state}: {reason}"));
+            continue;
+        }
+        if summary.p95_deg.value > demands.error_deg {
+            objections.push(format!(
+                "95 of 100 errors within {:.2}°, rotor {state}, where {}° are demanded",
+                summary.p95_deg.value, demands.error_deg
+            ));
+        }
+        if summary.wrong_poles > 0 {
+            objections.push(format!("{} wrong poles in {all}, rotor {state}", summary.wrong_poles));
+        }
+        if has_pole && summary.undetermined as f64 > demands.without_angle * all {
+            let count = summary.undetermined;
+            objections.push(format!("pole undetermined in {count} of {all}, rotor {state}"));
+        }
+    }
+    if free.max_moved_deg > demands.movement_deg {
+        objections.push(format!(
+            "a free rotor moves by {:.2}° where {}° are allowed",
+            free.max_moved_deg, demands.movement_deg
+        ));
+    }
+    objections
+}
