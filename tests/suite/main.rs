@@ -10,6 +10,7 @@ mod energy;
 mod error_sets;
 mod failures;
 mod magnetics;
+mod methods;
 mod pulse;
 mod random_gates;
 mod reference;
