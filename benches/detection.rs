@@ -5,7 +5,7 @@ use std::sync::atomic::AtomicBool;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
-use standstill_detect::Decay;
+use standstill_detect::{Decay, MethodName};
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate};
 use standstill_plant::{
@@ -75,6 +75,20 @@ fn one_detection(criterion: &mut Criterion) {
         let scenario = scenario(decay, rotor);
         let mut trial = 0;
         group.bench_function(name, |bencher| {
+            bencher.iter(|| {
+                trial += 1;
+                scenario.trial(black_box(trial))
+            });
+        });
+    }
+    for method in MethodName::ALL {
+        // A second and more of PWM: its right-hand sides are those of the injections.
+        if method == MethodName::DcAlignment {
+            continue;
+        }
+        let scenario = Scenario::of_method(method, motor(), ErrorSet::Default, RotorState::Locked, 1);
+        let mut trial = 0;
+        group.bench_function(method.name(), |bencher| {
             bencher.iter(|| {
                 trial += 1;
                 scenario.trial(black_box(trial))

@@ -45,9 +45,12 @@ fn counted(detector: &mut dyn Detector<f32>, readings: &[Reading<f32>]) -> bool 
     matches!(detector.step(readings), Step::Done(_))
 }
 
+/// A detector and its size in bytes.
+type Weighed = (Box<dyn Detector<f32>>, usize);
+
 /// The detector inside, which is as large as its own method needs.
-fn detector(settings: &Method<f32>) -> Result<(Box<dyn Detector<f32>>, usize), Box<dyn Error>> {
-    fn boxed<D: Detector<f32> + 'static>(detector: D) -> (Box<dyn Detector<f32>>, usize) {
+fn detector(settings: &Method<f32>) -> Result<Weighed, Box<dyn Error>> {
+    fn boxed<D: Detector<f32> + 'static>(detector: D) -> Weighed {
         let size = size_of_val(&detector);
         (Box::new(detector), size)
     }

@@ -94,6 +94,9 @@ pub struct Trace {
     /// Electrical rotor angle at the start, in degrees
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
     pub angle: f64,
+    /// Another method than the paper's, told of the motor's poles what its magnetics say
+    #[arg(long, value_name = "NAME", value_parser = methods(), conflicts_with = "decay")]
+    pub method: Option<MethodName>,
     #[command(flatten)]
     pub setup: Setup,
     /// Folder for the files; made if it does not exist

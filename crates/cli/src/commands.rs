@@ -10,6 +10,7 @@ pub mod trace;
 use std::path::Path;
 
 use standstill_campaign::{ErrorSet, Scenario};
+use standstill_detect::{LineInductanceSettings, Method, MethodName, Nameplate, Settings};
 use standstill_plant::{DataSheet, Motor};
 use standstill_sim::{Play, RotorState};
 
@@ -35,7 +36,7 @@ fn motor(name: &str) -> Result<Motor, Error> {
 }
 
 /// What was simulated, for the JSON files.
-fn setup_json(setup: &Setup, scenario: &Scenario) -> serde_json::Value {
+fn setup_json<S>(setup: &Setup, scenario: &Scenario<S>) -> serde_json::Value {
     serde_json::json!({
         "motor": scenario.motor.name,
         "motor_file": (setup.motor != scenario.motor.name).then_some(&setup.motor),
@@ -63,7 +64,20 @@ fn rotor(rotor: Rotor, motor: &Motor, name: &str) -> Result<RotorState, Error> {
     })
 }
 
+/// The paper's method.
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {
+    scenario_with(setup, |drive| LineInductanceSettings::paper(setup.decay.into(), drive))
+}
+
+/// Any other.
+fn scenario_of(setup: &Setup, method: MethodName) -> Result<Scenario<Method<f64>>, Error> {
+    scenario_with(setup, |drive| Method::suited(method, drive))
+}
+
+fn scenario_with<S: Settings<f64>>(
+    setup: &Setup,
+    settings: impl FnOnce(&Nameplate<f64>) -> S,
+) -> Result<Scenario<S>, Error> {
     let motor = motor(&setup.motor)?;
     if setup.load != 0.0 && setup.rotor == Rotor::Locked {
         return Err(Error::Arguments(format!(
@@ -74,6 +88,6 @@ fn scenario(setup: &Setup) -> Result<Scenario, Error> {
     let rotor = rotor(setup.rotor, &motor, &setup.motor)?;
     let hot = motor.at_temperature(setup.temperature.into())?;
     // The drive is set up for the motor of the data sheet, whatever the motor's temperature is.
-    let scenario = Scenario::paper(motor, setup.errors.into(), setup.decay.into(), rotor, setup.seed);
+    let scenario = Scenario::new(motor, setup.errors.into(), rotor, setup.seed, settings);
     Ok(Scenario { motor: hot, load_torque: setup.load, ..scenario })
 }

@@ -4,14 +4,14 @@ mod verify;
 
 use serde_json::json;
 use standstill_campaign::{Record, Scenario, Specimen, Verdict};
-use standstill_detect::LineInductance;
+use standstill_detect::{MethodName, Settings};
 use standstill_interface::Abc;
 use standstill_sim::{Ended, Run, Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Trace as Options;
 use crate::columns;
-use crate::commands::scenario;
+use crate::commands::{scenario, scenario_of};
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
@@ -22,12 +22,18 @@ const RESOLUTION: f64 = 5e-6;
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
-    let scenario = scenario(&options.setup)?;
+    match options.method {
+        None => trace(options, &scenario(&options.setup)?),
+        Some(method) => trace(options, &scenario_of(&options.setup, method)?),
+    }
+}
+
+fn trace<S: Settings<f64>>(options: &Options, scenario: &Scenario<S>) -> Result<Report, Error> {
     let mut names = vec!["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
     names.extend(options.verify.then_some("verify.csv"));
     let mut output = Output::create(&options.out, &names)?;
 
-    let mut detector = LineInductance::new(scenario.detector)?;
+    let mut detector = scenario.detector.detector()?;
     let case = scenario.case_at(options.angle.to_radians(), Specimen { drive: 0, noise: 0 });
     let mut trace = Trace::new(RESOLUTION);
     let run = simulate(&case, &mut detector, true, &mut trace);
@@ -41,8 +47,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         write(&trace, &mut file).map_err(Error::writing(&options.out.join(name)))?;
         output.close(name, file)?;
     }
-    let verified = options.verify.then(|| verify::numerical_error(&scenario, options.angle)).transpose()?;
-    let mut result = result(options, &scenario, &record);
+    let verified = options.verify.then(|| verify::numerical_error(scenario, options.angle)).transpose()?;
+    let mut result = result(options, scenario, &record);
     if let Some(error) = &verified {
         result["numerical_error"] = error.json();
         output.file("verify.csv", error.csv().as_bytes())?;
@@ -80,7 +86,7 @@ fn summary(record: &Record) -> String {
     )
 }
 
-fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json::Value {
+fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serde_json::Value {
     let run: &Run<f64> = &record.run;
     let lines = |abc: Abc<f64>, factor: f64| {
         let Abc([ab, bc, ca]) = abc;
@@ -92,6 +98,7 @@ fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json
     };
     json!({
         "setup": super::setup_json(&options.setup, scenario),
+        "method": options.method.map(MethodName::name),
         "start_angle_deg": record.start_angle_deg(),
         "true_angle_deg": record.true_angle_deg(),
         "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),
@@ -110,6 +117,9 @@ fn result(options: &Options, scenario: &Scenario, record: &Record) -> serde_json
         "L_B_mH": findings.and_then(|f| f.saliency).map(|l| l * 1e3),
         "i_d_along_A": findings.and_then(|f| f.polarity).map(|p| p.along),
         "i_d_against_A": findings.and_then(|f| f.polarity).map(|p| p.against),
+        "angle_deviation_deg": findings.and_then(|f| f.angle_deviation).map(f64::to_degrees),
+        "pole_error_probability": findings.and_then(|f| f.pole_error),
+        "sensor_gain": findings.and_then(|f| f.sensor_gain).map(|g| g.0),
         "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
         "energy_J": run.ledger.map(|e| json!({
             "source": e.source,

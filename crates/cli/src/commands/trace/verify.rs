@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::json;
 use standstill_campaign::{Record, Scenario, Specimen};
-use standstill_detect::{LineInductance, SettingsError};
+use standstill_detect::{Settings, SettingsError};
 use standstill_interface::Outcome;
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, run};
 
@@ -38,7 +38,10 @@ type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 /// Runs the detection at the scenario's tolerance and at a tighter one, both with the same draws.
 ///
 /// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
-pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalError, SettingsError> {
+pub fn numerical_error<S: Settings<f64>>(
+    scenario: &Scenario<S>,
+    angle_deg: f64,
+) -> Result<NumericalError, SettingsError> {
     let attempt = |tolerance: Tolerance| -> Result<Attempt, SettingsError> {
         let mut case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: 0 });
         case.tolerance = tolerance;
@@ -46,7 +49,7 @@ pub fn numerical_error(scenario: &Scenario, angle_deg: f64) -> Result<NumericalE
         case.sensors.settings.dc_link.adc = None;
         // Of the trace only the samples are wanted.
         let mut trace = Trace::new(f64::INFINITY);
-        let run = run(&case, &mut LineInductance::new(scenario.detector)?, false, &mut trace);
+        let run = run(&case, &mut scenario.detector.detector()?, false, &mut trace);
         let samples = trace.events.iter().filter_map(|(time, event)| match event {
             Event::Sample(current, _) => Some((*time, *current)),
             _ => None,
