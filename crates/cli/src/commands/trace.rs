@@ -54,7 +54,9 @@ fn trace<S: Settings<f64>>(options: &Options, scenario: &Scenario<S>) -> Result<
         output.file("verify.csv", error.csv().as_bytes())?;
     }
     output.file("result.json", format!("{result:#}\n").as_bytes())?;
-    let figure = figures::detection(&trace, &format!("{} at θ = {}°", scenario.motor.name, options.angle));
+    let method = options.method.map_or_else(String::new, |method| format!(", {method}"));
+    let title = format!("{} at θ = {}°{method}", scenario.motor.name, options.angle);
+    let figure = figures::detection(&trace, &title);
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;

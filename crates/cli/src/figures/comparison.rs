@@ -14,6 +14,14 @@ struct Row {
     style: Style,
 }
 
+/// The same conditions of all methods: markers, and lines from rms to 95th percentile with a gap after each.
+struct Series {
+    label: String,
+    style: Style,
+    points: Vec<(f64, f64)>,
+    ways: Vec<(f64, f64)>,
+}
+
 /// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
 /// Cramér–Rao limit of its samples.
 pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
@@ -55,20 +63,19 @@ pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
     let x = x.range(low - 0.1, high + 0.1);
     let mut panel = Panel::new(x, y.range(-0.6, methods.len() as f64 - 0.4));
     let mut limits = Vec::new();
-    let mut conditioned: Vec<(String, Style, Vec<(f64, f64)>, Vec<(f64, f64)>)> = Vec::new();
+    let mut series: Vec<Series> = Vec::new();
     for (entry, rotor) in entries {
         let Row { y, label, style } = row(entry, *rotor);
         let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
-        let known = conditioned.iter().position(|(known, ..)| *known == label).unwrap_or_else(|| {
-            conditioned.push((label, style, Vec::new(), Vec::new()));
-            conditioned.len() - 1
+        let known = series.iter().position(|known| known.label == label).unwrap_or_else(|| {
+            series.push(Series { label, style, points: Vec::new(), ways: Vec::new() });
+            series.len() - 1
         });
-        let (_, _, points, ways) = &mut conditioned[known];
-        points.push((rms, y));
-        ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
+        series[known].points.push((rms, y));
+        series[known].ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
         limits.extend(entry.bound.map(|bound| (log(bound.scheme_deg), y)));
     }
-    for (label, style, points, ways) in conditioned {
+    for Series { label, style, points, ways } in series {
         panel = panel.with(Layer::Line { label: None, points: ways, style }).with(Layer::Points {
             label: Some(label),
             points,
