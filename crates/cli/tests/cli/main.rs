@@ -1,6 +1,7 @@
 //! The command as its users meet it: what it prints and writes, and what it says to mistakes.
 
 mod maps;
+mod methods;
 
 use std::fs;
 use std::path::Path;
@@ -286,7 +287,7 @@ fn an_interrupt_keeps_what_is_done() {
     assert!(text.contains("Interrupted:"), "{text}");
     let trials = fs::read_to_string(folder.path().join("out/trials.csv")).expect("trials.csv");
     let done = trials.lines().count() - 1;
-    assert!(done > 0 && done.is_multiple_of(512) && done < 1_000_000 && trials.ends_with('\n'), "{done}");
+    assert!(done > 0 && done < 1_000_000 && trials.ends_with('\n'), "{done}");
 }
 
 #[test]

@@ -1,0 +1,206 @@
+//! `compare`, `check`, and other methods in `trace`.
+
+use std::fs;
+use std::process::{Command, Stdio};
+
+use serde_json::Value;
+
+use crate::{folder, mistake, names, standstill};
+
+fn json(arguments: &[&str]) -> (Value, Option<i32>) {
+    let output = standstill(arguments, folder().path());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    (serde_json::from_str(&text).unwrap_or_else(|error| panic!("{error}: {text}")), output.status.code())
+}
+
+#[test]
+fn compare_prints_a_list_with_common_random_numbers() {
+    let arguments = [
+        "compare",
+        "--method",
+        "bipolar,line-inductance-fast",
+        "--rotor",
+        "locked,free",
+        "--errors",
+        "default",
+        "--trials",
+        "16",
+        "--json",
+    ];
+    let (list, code) = json(&arguments);
+    assert_eq!(code, Some(0));
+    let rows = list.as_array().expect("a list");
+    assert_eq!(rows.len(), 4);
+    let keys = [
+        "method",
+        "rotor",
+        "errors",
+        "trials",
+        "rms_deg",
+        "p95_deg",
+        "max_deg",
+        "wrong_poles",
+        "undetermined",
+        "failed",
+        "duration_ms",
+        "peak_current_A",
+        "energy_J",
+        "moved_deg",
+        "bound_deg",
+        "efficiency",
+    ];
+    for row in rows {
+        for key in keys {
+            assert!(!row[key].is_null(), "{key}: {row}");
+        }
+        let number = |key: &str| row[key].as_f64().expect("a number");
+        assert!(number("rms_deg") < 2.0 && number("wrong_poles") == 0.0, "{row}");
+        // Nobody beats the limit, beyond what 16 trials leave to chance.
+        assert!(number("efficiency") < 1.4, "{row}");
+        assert!((number("bound_deg") / number("rms_deg") - number("efficiency")).abs() < 1e-9, "{row}");
+    }
+    let (again, _) = json(&[&arguments[..], &["--threads", "1"]].concat());
+    assert_eq!(list, again, "the same on any number of threads");
+}
+
+#[test]
+fn compare_writes_a_table_a_csv_and_a_figure() {
+    let folder = folder();
+    let arguments = ["compare", "--method", "bipolar", "--rotor", "locked", "--trials", "12", "--out", "c"];
+    let output = standstill(&arguments, folder.path());
+    assert!(output.status.success() && output.stderr.is_empty());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    for part in ["bipolar", "default", "harsh", "Cramér–Rao", "comparison.csv"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    assert_eq!(names(&folder.path().join("c")), ["comparison.csv", "comparison.png", "comparison.svg"]);
+    let csv = fs::read_to_string(folder.path().join("c/comparison.csv")).expect("written");
+    assert!(csv.starts_with("method,rotor,errors,trials,rms_deg,") && csv.lines().count() == 3, "{csv}");
+}
+
+#[test]
+fn compare_told_wrongly_names_the_wrong_pole() {
+    let (list, _) = json(&[
+        "compare",
+        "--method",
+        "maximum-likelihood",
+        "--rotor",
+        "locked",
+        "--errors",
+        "default",
+        "--trials",
+        "8",
+        "--signature",
+        "inverted",
+        "--json",
+    ]);
+    assert_eq!(list[0]["wrong_poles"], 8, "{list}");
+    let (list, _) = json(&[
+        "compare",
+        "--method",
+        "line-inductance-fast",
+        "--rotor",
+        "locked",
+        "--errors",
+        "noise",
+        "--trials",
+        "8",
+        "--polarity",
+        "sequential",
+        "--pulse",
+        "120",
+        "--json",
+    ]);
+    assert_eq!((&list[0]["wrong_poles"], &list[0]["failed"]), (&0.into(), &0.into()), "{list}");
+}
+
+#[test]
+fn check_gives_a_verdict_with_reasons_and_its_code() {
+    let (suited, code) = json(&["check", "paper-5k5", "--json"]);
+    assert_eq!((code, &suited["suited"]), (Some(0), &Value::Bool(true)), "{suited}");
+    assert_eq!(suited["recommended"]["settings"]["train.pulse"], "200 µs", "{suited}");
+    assert!(suited["recommended"]["margin"].as_f64().expect("a number") > 10.0, "{suited}");
+    // Too light a rotor: every pulse turns it.
+    let (light, code) = json(&["check", "low-inertia", "--json"]);
+    assert_eq!((code, &light["suited"]), (Some(1), &Value::Bool(false)), "{light}");
+    let objections = light["candidates"][0]["objections"].to_string();
+    assert!(objections.contains("a free rotor moves by"), "{objections}");
+    let folder = folder();
+    let output = standstill(&["check", "reluctance-6k7"], folder.path());
+    let text = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    assert!(
+        text.contains("suited") && text.contains("Poles: none") && text.contains("Recommended"),
+        "{text}"
+    );
+    assert!(!text.contains("signature"), "of a motor without poles: {text}");
+    assert!(names(folder.path()).is_empty());
+}
+
+#[test]
+fn trace_shows_another_method() {
+    let folder = folder();
+    let arguments = ["trace", "--angle", "43.2", "--method", "maximum-likelihood-adaptive", "--out", "t"];
+    let output = standstill(&arguments, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let result = fs::read_to_string(folder.path().join("t/result.json")).expect("written");
+    let result: Value = serde_json::from_str(&result).expect("JSON");
+    assert_eq!(result["method"], "maximum-likelihood-adaptive");
+    assert!(result["error_deg"].as_f64().expect("an angle").abs() < 0.4, "{result}");
+    assert!(result["pole_error_probability"].as_f64().expect("a number") <= 1e-6, "{result}");
+}
+
+#[test]
+fn mistakes_of_methods_are_named() {
+    let folder = folder();
+    let at = folder.path();
+    let cases: [(&[&str], &[&str]); 10] = [
+        (
+            &["compare", "--method", "maximum"],
+            &["'maximum'", "--method", "maximum-likelihood", "dc-alignment"],
+        ),
+        (&["compare", "--errors", "big"], &["'big'", "none, noise, default, harsh"]),
+        (&["compare", "--trials", "0"], &["'0'", "--trials", "from 1 to"]),
+        (&["compare", "--pulse", "5"], &["'5'", "--pulse", "from 20 to 1000"]),
+        (&["compare", "--method", "hfi-rotating", "--pulse", "100"], &["--pulse", "hfi-rotating"]),
+        (&["compare", "--method", "bipolar", "--polarity", "sequential"], &["--polarity", "bipolar"]),
+        (&["compare", "--rotor", "brake"], &["--rotor brake", "paper-5k5"]),
+        (&["check", "nosuch"], &["unknown motor `nosuch`"]),
+        (&["check", "paper-5k5", "--tolerance", "0"], &["'0'", "--tolerance", "from 0.001 to 90"]),
+        (
+            &["trace", "--angle", "1", "--method", "bipolar", "--decay", "fast", "--out", "t"],
+            &["--method", "--decay"],
+        ),
+    ];
+    for (arguments, parts) in cases {
+        let message = mistake(arguments, at);
+        for part in parts {
+            assert!(message.contains(part), "{arguments:?} says: {message}");
+        }
+        assert!(names(at).is_empty(), "{arguments:?} left something behind");
+    }
+}
+
+#[test]
+fn an_interrupted_comparison_keeps_its_finished_rows() {
+    let folder = folder();
+    let child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(["compare", "--method", "bipolar,dc-alignment", "--rotor", "locked", "--errors", "default"])
+        .args(["--trials", "600", "--out", "c"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    // The first row takes a second or so, the second minutes.
+    std::thread::sleep(std::time::Duration::from_secs(5));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(killed.expect("kill").success());
+    let output = child.wait_with_output().expect("it ends");
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(130), "{text}");
+    assert!(text.contains("Interrupted: 1 of 2 rows"), "{text}");
+    let csv = fs::read_to_string(folder.path().join("c/comparison.csv")).expect("written");
+    assert_eq!(csv.lines().count(), 2, "{csv}");
+}
