@@ -7,7 +7,7 @@ use standstill_campaign::{
     Adjustment, Campaign, CampaignError, ErrorSet, PoleRule, Scenario, Statistics, Summary,
 };
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
-use standstill_interface::{Abc, Angle, Detector, Nanos, Outcome, Reading, Real, Step};
+use standstill_interface::{Abc, Angle, Detector, Outcome, Reading, Real, Step};
 use standstill_plant::built_in;
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
@@ -85,12 +85,13 @@ fn analytic_injection_is_exact_but_for_the_drive() {
 
 #[test]
 fn law_the_dead_time_turns_an_injections_axis_until_it_is_compensated() {
-    let mut scenario = scenario(HfiRotating, "paper-5k5", ErrorSet::Default, Locked);
-    let compensated = statistics(&scenario, 16);
-    let Method::HfiRotating(settings) = &mut scenario.detector else { panic!("another method") };
-    settings.0.modulation.dead_time = Nanos::ZERO;
-    settings.0.modulation.drop = 0.0;
-    let plain = statistics(&scenario, 16);
+    let measure = |uncompensated| {
+        let adjustment = Adjustment { uncompensated, ..Adjustment::default() };
+        let motor = built_in("paper-5k5").expect("built in");
+        let scenario = adjustment.scenario(HfiRotating, motor, ErrorSet::Default, Locked, 1);
+        statistics(&scenario.expect("it compensates"), 16)
+    };
+    let (compensated, plain) = (measure(false), measure(true));
     // A voltage of 2/T t_d U_dc = 22 V peak to peak in phase with the current, a third of the injected one, is a
     // resistance that the formula does not know.
     assert!((-4.6..-3.2).contains(&plain.bias_deg.value), "{plain:?}");

@@ -29,6 +29,8 @@ pub struct Adjustment {
     pub signature: Option<Signature>,
     /// Length of the line pulses.
     pub pulse: Option<Nanos>,
+    /// Whether injections and alignment leave the dead time and the drops of the devices uncompensated.
+    pub uncompensated: bool,
 }
 
 impl Adjustment {
@@ -51,6 +53,12 @@ impl Adjustment {
             if let Some(rule) = self.rule {
                 match settings.polarity_mut() {
                     Some(polarity) => polarity.rule = rule.settings(drive.polarity_difference),
+                    None => applies = false,
+                }
+            }
+            if self.uncompensated {
+                match settings.modulation_mut() {
+                    Some(modulation) => (modulation.dead_time, modulation.drop) = (Nanos::ZERO, 0.0),
                     None => applies = false,
                 }
             }

@@ -133,6 +133,9 @@ pub struct Compare {
     /// Length of the line pulses in µs [default: by the motor's inductances]
     #[arg(long, value_name = "US", value_parser = microseconds, allow_hyphen_values = true)]
     pub pulse: Option<u64>,
+    /// Injections and alignment without compensation of the dead time and of the devices' drops
+    #[arg(long)]
+    pub uncompensated: bool,
     /// Torque in N·m that a load exerts against forward motion, also at standstill
     #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
     pub load: f64,

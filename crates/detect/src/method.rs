@@ -8,6 +8,7 @@ use crate::alignment::{Alignment, AlignmentSettings};
 use crate::bipolar::{Bipolar, BipolarSettings};
 use crate::line_inductance::{LineInductance, LineInductanceSettings};
 use crate::maximum_likelihood::{MaximumLikelihood, MaximumLikelihoodSettings};
+use crate::modulation::ModulationSettings;
 use crate::nameplate::Nameplate;
 use crate::polarity::PolaritySettings;
 use crate::pulsating::{PulsatingInjection, PulsatingInjectionSettings};
@@ -148,6 +149,16 @@ impl<T: Real> Method<T> {
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
             Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) => None,
+        }
+    }
+
+    /// The PWM of an injection or an alignment.
+    pub fn modulation_mut(&mut self) -> Option<&mut ModulationSettings<T>> {
+        match self {
+            Self::HfiRotating(settings) => Some(&mut settings.0.modulation),
+            Self::HfiPulsating(settings) => Some(&mut settings.0.modulation),
+            Self::DcAlignment(settings) => Some(&mut settings.modulation),
+            _ => None,
         }
     }
 

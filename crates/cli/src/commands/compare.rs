@@ -125,7 +125,7 @@ impl Row {
             number(self.energy, 2),
             number(Some(self.moved_deg), 2),
             number(self.bound_deg, 3),
-            number(self.efficiency, 2),
+            number(self.efficiency, 3),
         ]
     }
 }
@@ -155,6 +155,7 @@ fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
         rule: options.polarity.map(Into::into),
         signature: options.signature.map(Into::into),
         pulse: options.pulse.map(Nanos::from_micros),
+        uncompensated: options.uncompensated,
     };
     let methods = if options.method.is_empty() { &MethodName::ALL[..] } else { &options.method };
     let mut cells = Vec::new();
@@ -169,9 +170,16 @@ fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
                     if options.method.is_empty() {
                         continue;
                     }
-                    let option = if options.pulse.is_some() { "--pulse" } else { "--polarity" };
+                    let given = [
+                        ("--pulse", options.pulse.is_some()),
+                        ("--polarity", options.polarity.is_some()),
+                        ("--uncompensated", options.uncompensated),
+                    ];
+                    let given: Vec<&str> =
+                        given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect();
                     return Err(Error::Arguments(format!(
-                        "{option} has no meaning for --method {method}, which has nothing of that kind"
+                        "--method {method}: found with {}, needed: a method that all of this concerns",
+                        given.join(", ")
                     )));
                 };
                 scenario.check()?;
