@@ -12,8 +12,9 @@ impl<T: Real> Angle<T> {
     pub fn from_radians(radians: T) -> Self {
         let turn = T::TAU();
         let wrapped = radians - turn * (radians / turn).floor();
-        // Rounding can lift a tiny negative angle to a whole turn.
-        Self(if wrapped >= turn { T::zero() } else { wrapped })
+        // Rounding can lift a tiny negative angle to a whole turn, and push one just below some turns under zero. Of very
+        // many turns it leaves nothing.
+        Self(if wrapped >= turn || wrapped < T::zero() { T::zero() } else { wrapped })
     }
 
     /// From degrees, any number of turns.
@@ -57,6 +58,24 @@ mod tests {
         assert_eq!(way(180.0, 0.0), 180.0);
         assert_eq!(way(0.0, 180.0), 180.0);
         assert_eq!(way(725.0, 0.0), 5.0);
+    }
+
+    #[test]
+    fn law_an_angle_is_within_its_turn() {
+        let turn = core::f32::consts::TAU;
+        let mut below = 0;
+        for k in 0..20_000_u16 {
+            let turns = turn * f32::from(k);
+            for radians in [turns.next_down(), turns, -turns, -turns.next_down(), turns * 1e20, turns * -1e30]
+            {
+                let angle = Angle::from_radians(radians).radians();
+                assert!((0.0..turn).contains(&angle), "{radians:e}: {angle:e}");
+                below += u32::from(radians - turn * (radians / turn).floor() < 0.0);
+            }
+        }
+        assert!(below > 100);
+        assert!(Angle::from_radians(f32::NAN).radians().is_nan());
+        assert!(Angle::from_radians(f32::INFINITY).radians().is_nan());
     }
 
     #[test]
