@@ -14,7 +14,7 @@ use crate::lines::SaliencySign;
 use crate::modulation::ModulationSettings;
 use crate::nameplate::Nameplate;
 use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, SequentialSettings};
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
 use crate::settle::{SettleSettings, Settler, all_seen, link};
 
 /// Settings of an injection.
@@ -94,13 +94,15 @@ impl<T: Real> InjectionSettings<T> {
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         self.modulation.check()?;
         require_positive(self.voltage, "voltage")?;
-        require(self.periods >= 6, "periods", "at least 6 a cycle")?;
-        require(self.cycles > 0, "cycles", "at least 1")?;
+        // Half periods of a cycle and cycles of a measurement are counted in 16 bits.
+        require((6..=10_000).contains(&self.periods), "periods", "from 6 to 10,000 a cycle")?;
+        require((1..=30_000).contains(&self.cycles), "cycles", "from 1 to 30,000")?;
+        require(self.ramp <= 30_000, "ramp", "at most 30,000")?;
         require(self.iterations > 0, "iterations", "at least 1")?;
-        require(self.resistance >= T::zero(), "resistance", "zero or more")?;
+        require_zero_or_more(self.resistance, "resistance")?;
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
         require_positive(self.q_axis_inductance, "q_axis_inductance")?;
-        require_positive(self.least_saliency, "least_saliency")?;
+        require_share(self.least_saliency, "least_saliency")?;
         require_positive(self.least_current, "least_current")?;
         require(
             self.polarity.carrier_period == self.modulation.carrier_period,

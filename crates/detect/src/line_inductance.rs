@@ -16,7 +16,7 @@ use standstill_interface::{
 use crate::lines::{Interval, Saliency, SaliencySign, line_impedance};
 use crate::nameplate::Nameplate;
 use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, Signature};
-use crate::settings::{Decay, Settings, SettingsError, require, require_positive};
+use crate::settings::{Decay, LONGEST, Settings, SettingsError, require, require_positive, require_share};
 use crate::settle::{SettleSettings, Settler, link, seen};
 
 /// Settings of the paper's method.
@@ -99,14 +99,11 @@ impl<T: Real> LineInductanceSettings<T> {
         require(self.period > decay_needs, "period", "longer than two pulses and settle.wait")?;
         require(self.period <= LONGEST, "period", "at most a minute")?;
         require_positive(self.least_current, "least_current")?;
-        require_positive(self.least_saliency, "least_saliency")?;
+        require_share(self.least_saliency, "least_saliency")?;
         self.settle.check()?;
         self.polarity.check()
     }
 }
-
-/// No detection waits longer for a single thing.
-const LONGEST: Nanos = Nanos(60_000_000_000);
 
 /// The lines in the paper's order: from the first phase to the second.
 const LINES: [(Phase, Phase); 3] = [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];

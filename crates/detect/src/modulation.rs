@@ -3,7 +3,7 @@
 use standstill_interface::{Abc, AlphaBeta, Command, Leg, Nanos, Real, Sampling, Stage};
 
 use crate::nameplate::Nameplate;
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// What PWM needs to know of the drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,10 +33,15 @@ impl<T: Real> ModulationSettings<T> {
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        require(self.carrier_period > Nanos::ZERO, "modulation.carrier_period", "positive")?;
+        let period = Nanos(1)..=Nanos(100_000_000);
+        require(
+            period.contains(&self.carrier_period),
+            "modulation.carrier_period",
+            "positive, at most 0.1 s",
+        )?;
         let quarter = "less than a quarter of the carrier period";
         require(self.dead_time * 4 < self.carrier_period, "modulation.dead_time", quarter)?;
-        require(self.drop >= T::zero(), "modulation.drop", "zero or more")?;
+        require_zero_or_more(self.drop, "modulation.drop")?;
         require_positive(self.inductance, "modulation.inductance")?;
         require_positive(self.fade, "modulation.fade")
     }

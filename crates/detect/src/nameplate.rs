@@ -4,7 +4,7 @@ use standstill_interface::{Nanos, Real};
 
 use crate::lines::SaliencySign;
 use crate::polarity::Signature;
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -97,7 +97,16 @@ impl<T: Real> Nameplate<T> {
         require_positive(self.q_axis_inductance, "q_axis_inductance")?;
         require(self.rated_pulse > Nanos::ZERO, "rated_pulse", "positive")?;
         require_positive(self.dc_link, "dc_link")?;
-        require(self.resistance >= T::zero(), "resistance", "zero or more")?;
-        require(self.carrier_period > Nanos::ZERO, "carrier_period", "positive")
+        require_zero_or_more(self.resistance, "resistance")?;
+        require_zero_or_more(self.magnet_flux, "magnet_flux")?;
+        require(self.polarity_difference.is_finite(), "polarity_difference", "finite")?;
+        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
+        require(self.gain_tolerance < T::one(), "gain_tolerance", "below 1")?;
+        for drop in self.switch_drop.into_iter().chain(self.diode_drop) {
+            require_zero_or_more(drop, "switch_drop and diode_drop")?;
+        }
+        require(self.carrier_period > Nanos::ZERO, "carrier_period", "positive")?;
+        let quarter = "less than a quarter of the carrier period";
+        require(self.dead_time * 4 < self.carrier_period, "dead_time", quarter)
     }
 }

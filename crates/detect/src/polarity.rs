@@ -17,7 +17,9 @@ use standstill_interface::{
 };
 
 use crate::nameplate::Nameplate;
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{
+    LONGEST, SettingsError, require, require_error, require_positive, require_zero_or_more,
+};
 use crate::settle::{Settler, all_seen, link};
 
 /// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
@@ -76,11 +78,7 @@ impl<T: Real> SequentialSettings<T> {
     }
 
     fn check(&self) -> Result<(), SettingsError> {
-        require(
-            self.error > T::zero() && self.error < T::of(0.5),
-            "polarity.error",
-            "a probability above 0 and below 0.5",
-        )?;
+        require_error(self.error, "polarity.error")?;
         require_positive(self.effect, "polarity.effect")?;
         require_positive(self.floor, "polarity.floor")?;
         require(self.most_pairs >= 2, "polarity.most_pairs", "at least 2")
@@ -148,17 +146,16 @@ impl<T: Real> PolaritySettings<T> {
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require(self.carrier_period > Nanos::ZERO, "polarity.carrier_period", "positive")?;
         require(self.periods > 0, "polarity.periods", "at least 1")?;
-        let longest = Nanos(60_000_000_000);
-        require(self.duration() <= longest, "polarity.periods", "such that a vector lasts a minute at most")?;
+        require(self.duration() <= LONGEST, "polarity.periods", "such that a vector lasts a minute at most")?;
         require_positive(self.current, "polarity.current")?;
-        require(self.resistance >= T::zero(), "polarity.resistance", "zero or more")?;
+        require_zero_or_more(self.resistance, "polarity.resistance")?;
         require(
             self.dead_time * 4 < self.carrier_period,
             "polarity.dead_time",
             "less than a quarter of the carrier period",
         )?;
         require_positive(self.least_current, "polarity.least_current")?;
-        require(self.least_margin >= T::zero(), "polarity.least_margin", "zero or more")?;
+        require_zero_or_more(self.least_margin, "polarity.least_margin")?;
         match &self.rule {
             PolarityRule::TwoVectors => Ok(()),
             PolarityRule::Sequential(settings) => settings.check(),
@@ -236,6 +233,7 @@ impl<T: Real> Pole<T> {
         let findings =
             Findings { polarity: self.polarity.or(findings.polarity), pole_error: self.error, ..findings };
         match self.undetermined {
+            _ if !self.angle.radians().is_finite() => Outcome::Failed { fault: Fault::NotANumber, findings },
             None => Outcome::Found { angle: self.angle, findings },
             Some(reason) => Outcome::Axis { angle: self.angle, reason, findings },
         }
@@ -267,7 +265,7 @@ pub(crate) struct PolarityTest<T> {
     axis: Angle<T>,
     amplitude: T,
     /// Vectors given so far.
-    vectors: u8,
+    vectors: u16,
     /// Responses in A and in A/V, north candidate first, of the pair in the making.
     current: [T; 2],
     response: [T; 2],
@@ -339,7 +337,7 @@ impl<T: Real> PolarityTest<T> {
                     && match self.settings.rule {
                         PolarityRule::TwoVectors => true,
                         PolarityRule::Sequential(sequential) => {
-                            self.pairs() >= sequential.most_pairs
+                            self.pairs() >= u16::from(sequential.most_pairs)
                                 || self.pairs() >= 2 && self.error(&sequential) <= sequential.error
                         }
                     };
@@ -348,7 +346,7 @@ impl<T: Real> PolarityTest<T> {
         })
     }
 
-    fn pairs(&self) -> u8 {
+    fn pairs(&self) -> u16 {
         self.vectors / 2
     }
 
@@ -367,8 +365,9 @@ impl<T: Real> PolarityTest<T> {
             // What the sensors read without current is their offset.
             current = current - PolaritySettings::direct_current(self.settler.residual, direction);
         }
-        if current < self.settings.least_current {
-            return Err(Fault::NoCurrent { peak: current, needed: self.settings.least_current });
+        let needed = self.settings.least_current;
+        if current < needed || !current.is_finite() {
+            return Err(Fault::NoCurrent { peak: current, needed });
         }
         let mut volts = T::zero();
         for reading in readings {
@@ -416,12 +415,14 @@ impl<T: Real> PolarityTest<T> {
             PolarityRule::TwoVectors => {
                 let margin = (along - against).abs();
                 let needed = self.settings.needed_margin(self.settler.noise.deviation());
-                let reason = (margin < needed).then_some(Undetermined::MarginBelowNoise { margin, needed });
+                let reason = (margin < needed || !margin.is_finite())
+                    .then_some(Undetermined::MarginBelowNoise { margin, needed });
                 (along - against, reason, None)
             }
             PolarityRule::Sequential(sequential) => {
                 let (error, allowed) = (self.error(&sequential), sequential.error);
-                let reason = (error > allowed).then_some(Undetermined::NotDecided { error, allowed });
+                let reason = (error > allowed || error.is_nan())
+                    .then_some(Undetermined::NotDecided { error, allowed });
                 (self.sum, reason, Some(error))
             }
         };

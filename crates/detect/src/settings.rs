@@ -41,6 +41,26 @@ pub(crate) fn require_positive<T: Real>(value: T, setting: &'static str) -> Resu
     require(value.is_finite() && value > T::zero(), setting, "positive and finite")
 }
 
+/// Zero or more, and finite.
+pub(crate) fn require_zero_or_more<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
+    require(value.is_finite() && value >= T::zero(), setting, "zero or more and finite")
+}
+
+/// Above zero and below one.
+pub(crate) fn require_share<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
+    require(value > T::zero() && value < T::one(), setting, "above 0 and below 1")
+}
+
+/// A probability of error that a decision can keep.
+pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<(), SettingsError> {
+    // Below it the exponential of a single-precision number is no longer a number with all its digits.
+    let least = T::of(1e-30);
+    require(value >= least && value < T::of(0.5), setting, "a probability from 1e-30 to below 0.5")
+}
+
+/// No detection waits longer for a single thing.
+pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
+
 /// What a detector is made from.
 pub trait Settings<T: Real> {
     /// The detector.

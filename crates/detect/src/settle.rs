@@ -2,7 +2,7 @@
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{LONGEST, SettingsError, require, require_positive};
 
 /// How to wait for the current of the last pulse to be gone: wait, look, and wait again.
 ///
@@ -22,7 +22,7 @@ pub struct SettleSettings<T> {
 
 impl<T: Real> SettleSettings<T> {
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        require(self.wait.0 >= 5, "settle.wait", "at least 5 ns")?;
+        require(self.wait.0 >= 5 && self.wait <= LONGEST, "settle.wait", "from 5 ns to a minute")?;
         require_positive(self.threshold, "settle.threshold")?;
         require(self.attempts > 0, "settle.attempts", "at least 1")
     }
@@ -38,25 +38,39 @@ impl<T: Real> SettleSettings<T> {
     /// After a wait: the residual currents if they are gone, or else the largest.
     fn judge(&self, readings: &[Reading<T>]) -> Result<Result<Abc<T>, T>, Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
+        // What no sensor sees has no offset that anyone knew.
+        let residual = Abc(core::array::from_fn(|k| match last.sensed.0[k] {
+            Sensed::Hidden => T::zero(),
+            _ => last.current.0[k],
+        }));
         let mut most = T::zero();
         for reading in readings {
             most = most.max(largest(reading)?);
             link(reading)?;
         }
-        Ok(if most <= self.threshold { Ok(last.current) } else { Err(most) })
+        Ok(if most <= self.threshold { Ok(residual) } else { Err(most) })
     }
+}
+
+/// A current in A or a voltage in V beyond which no sensor reads: it and its square keep their digits in sums.
+const MOST: f64 = 1e9;
+
+/// A number that a sensor can have read.
+fn is_reading<T: Real>(value: T) -> bool {
+    value.abs() <= T::of(MOST)
 }
 
 /// Largest phase current in A of those that a sensor saw.
 pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     let mut largest = T::zero();
     for (current, sensed) in reading.current.0.into_iter().zip(reading.sensed.0) {
-        if !current.is_finite() {
+        if sensed == Sensed::Hidden {
+            continue;
+        }
+        if !is_reading(current) {
             return Err(Fault::NotANumber);
         }
-        if sensed != Sensed::Hidden {
-            largest = largest.max(current.abs());
-        }
+        largest = largest.max(current.abs());
     }
     Ok(largest)
 }
@@ -65,7 +79,7 @@ pub(crate) fn largest<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
 pub(crate) fn link<T: Real>(reading: &Reading<T>) -> Result<T, Fault<T>> {
     if reading.dc_link_clipped {
         Err(Fault::DcLinkClipped)
-    } else if reading.dc_link.is_finite() && reading.dc_link > T::zero() {
+    } else if is_reading(reading.dc_link) && reading.dc_link > T::zero() {
         Ok(reading.dc_link)
     } else {
         Err(Fault::NotANumber)
@@ -77,7 +91,7 @@ pub(crate) fn seen<T: Real>(reading: &Reading<T>, phase: Phase) -> Result<T, Fau
     match reading.sensed[phase] {
         Sensed::Clipped => Err(Fault::Clipped(phase)),
         Sensed::Hidden => Err(Fault::Hidden(phase)),
-        Sensed::Measured | Sensed::Derived if !reading.current[phase].is_finite() => Err(Fault::NotANumber),
+        Sensed::Measured | Sensed::Derived if !is_reading(reading.current[phase]) => Err(Fault::NotANumber),
         Sensed::Measured | Sensed::Derived => Ok(reading.current[phase]),
     }
 }
@@ -159,6 +173,9 @@ impl<T: Real> Noise<T> {
     fn add(&mut self, readings: &[Reading<T>]) {
         let [first, second] = readings else { return };
         for phase in Phase::ALL {
+            if first.sensed[phase] == Sensed::Hidden || second.sensed[phase] == Sensed::Hidden {
+                continue;
+            }
             let difference = second.current[phase] - first.current[phase];
             self.squares = self.squares + difference * difference;
             self.pairs = self.pairs + T::one();

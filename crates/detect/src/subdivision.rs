@@ -15,7 +15,7 @@ use standstill_interface::{
 use crate::lines::SaliencySign;
 use crate::nameplate::Nameplate;
 use crate::polarity::{PolarityRule, PolaritySettings, PolarityStep, PolarityTest, SequentialSettings};
-use crate::settings::{Settings, SettingsError, require_positive};
+use crate::settings::{Settings, SettingsError, require, require_positive, require_share};
 use crate::settle::{SettleSettings, Settler, all_seen, link};
 
 /// Settings of the pulse subdivision.
@@ -58,7 +58,8 @@ impl<T: Real> SubdivisionSettings<T> {
 
     fn check(&self) -> Result<(), SettingsError> {
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
-        require_positive(self.least_saliency, "least_saliency")?;
+        require_share(self.least_saliency, "least_saliency")?;
+        require(self.halvings <= 20, "halvings", "at most 20: finer than any sensor")?;
         self.settle.check()?;
         self.vector.check()
     }
@@ -129,7 +130,7 @@ impl<T: Real> Subdivision<T> {
         let angle = Angle::from_radians(direction);
         let current = PolaritySettings::direct_current(all_seen(reading)?, angle);
         let needed = self.settings.vector.least_current;
-        if current < needed {
+        if current < needed || !current.is_finite() {
             return Err(Fault::NoCurrent { peak: current, needed });
         }
         let answer = current / link(reading)?;
