@@ -16,7 +16,9 @@ use standstill_interface::{
 
 use crate::modulation::ModulationSettings;
 use crate::nameplate::Nameplate;
-use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::settings::{
+    LONGEST, Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+};
 use crate::settle::{SettleSettings, Settler, all_seen, link};
 
 /// Settings of the alignment.
@@ -68,15 +70,14 @@ impl<T: Real> AlignmentSettings<T> {
         self.modulation.check()?;
         require_positive(self.current, "current")?;
         require_positive(self.resistance, "resistance")?;
-        require(self.magnet_flux >= T::zero(), "magnet_flux", "zero or more")?;
-        require(
-            self.least_sweep > T::zero() && self.least_sweep < T::one(),
-            "least_sweep",
-            "a share between 0 and 1",
-        )?;
+        require_zero_or_more(self.magnet_flux, "magnet_flux")?;
+        require_share(self.least_sweep, "least_sweep")?;
         require(self.periods > 0, "periods", "at least 1")?;
-        require(self.ramp > 0, "ramp", "at least 1")?;
-        require(self.hold > 0, "hold", "at least 1")?;
+        let command = self.modulation.carrier_period * u64::from(self.periods);
+        require(command <= LONGEST, "periods", "such that a command lasts a minute at most")?;
+        // Commands are counted in 16 bits.
+        require((1..=30_000).contains(&self.ramp), "ramp", "from 1 to 30,000")?;
+        require((1..=30_000).contains(&self.hold), "hold", "from 1 to 30,000")?;
         self.settle.check()
     }
 
@@ -193,10 +194,16 @@ impl<T: Real> Alignment<T> {
     fn answer(&self) -> Result<Step<T>, Fault<T>> {
         let s = &self.settings;
         let commands = T::of(f64::from(s.ramp) + f64::from(s.hold));
-        let steady = self.steady / T::of(f64::from(self.late()));
-        let swept = ((self.total - steady * commands) * s.resistance * s.seconds()).abs();
-        let needed = s.least_sweep * s.magnet_flux;
-        if needed <= T::zero() || swept < needed {
+        let late = T::of(f64::from(self.late()));
+        let seconds = s.seconds() * s.resistance;
+        let swept = ((self.total - self.steady / late * commands) * seconds).abs();
+        // Noise makes a sum of what is no flux: total − steady N/m has the variance σ² N (N − m)/m, and the current across
+        // up to 4/3 of a reading's noise, with two sensors.
+        let noise = self.settler.noise.deviation() * T::of(4.0 / 3.0);
+        let noise = noise * (commands * (commands - late) / late).sqrt() * seconds;
+        let needed = (s.least_sweep * s.magnet_flux).max(T::of(5.0) * noise);
+        let most = (T::of(2.0) - s.least_sweep) * s.magnet_flux;
+        if s.magnet_flux <= T::zero() || swept < needed || swept > most || !swept.is_finite() {
             return Err(Fault::DidNotFollow { swept, needed });
         }
         let angle = Self::direction(true);

@@ -10,7 +10,7 @@ use crate::commissioning::Correction;
 use crate::lines::{SaliencySign, line_directions};
 use crate::nameplate::Nameplate;
 use crate::polarity::{Pointer, Pole, Signature};
-use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::settings::{Settings, SettingsError, require, require_error, require_share};
 use crate::settle::link;
 use crate::train::{GainComparison, PulseTrainSettings, Slot, Train, pole_variance};
 
@@ -56,22 +56,31 @@ impl<T: Real> BipolarSettings<T> {
     fn check(&self) -> Result<(), SettingsError> {
         self.train.check()?;
         require(self.train.rounds >= 2, "rounds", "at least 2, to see how the pulses scatter")?;
-        require_positive(self.least_saliency, "least_saliency")?;
-        require(self.gain_tolerance >= T::zero(), "gain_tolerance", "zero or more")?;
-        require(
-            self.pole_error > T::zero() && self.pole_error < T::of(0.5),
-            "pole_error",
-            "a probability above 0 and below 0.5",
-        )?;
-        require_positive(self.pole_floor, "pole_floor")
+        require_share(self.least_saliency, "least_saliency")?;
+        let tolerance = self.gain_tolerance;
+        require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
+        require_error(self.pole_error, "pole_error")?;
+        require_share(self.pole_floor, "pole_floor")
     }
 }
 
-/// Sums over the pulses of one line in one direction.
+/// The pulses of one line in one direction.
 #[derive(Clone, Copy, Debug)]
 struct Sums<T> {
-    inductance: T,
+    pulses: T,
+    /// Mean inductance in H, and the sum of the squares of what is away from it in H².
+    mean: T,
     squares: T,
+}
+
+impl<T: Real> Sums<T> {
+    /// In this way the squares keep their digits in single precision.
+    fn add(&mut self, inductance: T) {
+        self.pulses = self.pulses + T::one();
+        let apart = inductance - self.mean;
+        self.mean = self.mean + apart / self.pulses;
+        self.squares = self.squares + apart * (inductance - self.mean);
+    }
 }
 
 /// The bipolar detector.
@@ -92,7 +101,7 @@ impl<T: Real> Bipolar<T> {
     /// A setting with which the method cannot work.
     pub fn new(settings: BipolarSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
-        let none = Sums { inductance: T::zero(), squares: T::zero() };
+        let none = Sums { pulses: T::zero(), mean: T::zero(), squares: T::zero() };
         Ok(Self {
             settings,
             train: Train::new(settings.train),
@@ -112,9 +121,11 @@ impl<T: Real> Bipolar<T> {
         let current = self.train.current(slot, end)?;
         let seconds = T::of((s.pulse - s.dead_time).seconds());
         let inductance = (link(end)? - s.on_drop) * seconds / current;
-        let sums = &mut self.sums[slot.line][usize::from(slot.forward)];
-        sums.inductance = sums.inductance + inductance;
-        sums.squares = sums.squares + inductance * inductance;
+        // As with a link below the drops of the switches.
+        if inductance <= T::zero() || !inductance.is_finite() {
+            return Err(Fault::NotInductive(slot.phases().0));
+        }
+        self.sums[slot.line][usize::from(slot.forward)].add(inductance);
         Ok(())
     }
 
@@ -122,21 +133,22 @@ impl<T: Real> Bipolar<T> {
         let s = &self.settings;
         let n = T::of(f64::from(s.train.rounds));
         // With equal gains assumed to within a percent the noise of the comparison does not matter.
-        let (ratios, _) = self.gains.ratios(T::zero(), s.gain_tolerance);
+        let (ratios, noise) = self.gains.measured(T::zero());
+        let (ratios, _) = GainComparison::known(ratios, noise, s.gain_tolerance);
         let gains = GainComparison::line_gains(ratios, self.train.derived);
         let half = T::of(0.5);
         let mut lines = [T::zero(); 3];
         let mut pointer = AlphaBeta::new(T::zero(), T::zero());
         let mut scatter = T::zero();
         for (k, (line, direction)) in self.sums.iter().zip(line_directions()).enumerate() {
-            let [back, forward] = line.map(|sums| sums.inductance / n);
+            let [back, forward] = line.map(|sums| sums.mean);
             let mean = (forward + back) * half;
             lines[k] = mean * gains[k].exp();
             // Less inductance forward than backward: forward leads towards the pole that draws more.
             let difference = (back - forward) / mean;
             pointer = pointer + direction * difference;
-            for (sums, mean_of) in line.iter().zip([back, forward]) {
-                scatter = scatter + ((sums.squares / n - mean_of * mean_of) / (mean * mean)).max(T::zero());
+            for sums in line {
+                scatter = scatter + sums.squares / (mean * mean);
             }
         }
         // Pulses both ways leave nothing of saturation that depends on the pole.
@@ -146,12 +158,12 @@ impl<T: Real> Bipolar<T> {
         self.findings.saliency = Some(saliency.amplitude);
         self.findings.sensor_gain = Some(GainComparison::gains(ratios));
         let (ratio, needed) = (saliency.ratio(), s.least_saliency);
-        if ratio < needed {
+        if ratio < needed || !ratio.is_finite() {
             return Err(Fault::NoSaliency { ratio, needed });
         }
-        // Variance of one pulse's relative inductance, pooled; each mean is over n of them.
+        // Variance of a mean over n pulses' relative inductances, pooled.
         let freedom = (n - T::one()).max(T::one()) * T::of(6.0);
-        let one = scatter * n / freedom / n;
+        let one = scatter / freedom / n;
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         self.findings.angle_deviation = Some((one * half).sqrt() * T::of(1.0 / 6.0).sqrt() / ratio);
         // Of a difference of two means, in each component of the sum over three directions.

@@ -183,7 +183,9 @@ pub(crate) fn fit<T: Real>(
             return None;
         }
         let trial = accumulate(curves, model, &next, units);
-        if trial.squares <= normal.squares {
+        // A line without inductance answers with no current at all and has no residuals either.
+        let such_a_line = next.iter().all(|line| line.inductance > T::zero());
+        if such_a_line && trial.squares <= normal.squares {
             (at, normal) = (next, trial);
             damping = damping / T::of(10.0);
         } else {

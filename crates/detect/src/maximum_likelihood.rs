@@ -9,24 +9,24 @@
 //! With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough: a motor that shows
 //! its rotor well is hardly disturbed.
 
-use standstill_interface::{
-    Abc, AlphaBeta, Angle, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
-};
+mod combination;
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{Abc, AlphaBeta, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
 use crate::commissioning::Correction;
 use crate::likelihood::{Curves, Fit, PulseModel, fit};
 use crate::lines::{Saliency, SaliencySign, line_directions};
 use crate::nameplate::Nameplate;
-use crate::polarity::{Pointer, Pole, Signature};
-use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::polarity::{Pole, Signature};
+use crate::settings::{Settings, SettingsError, require, require_error, require_positive, require_share};
 use crate::settle::link;
-use crate::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, pole_variance};
+use crate::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, pole_variance, rest_after};
+use combination::{Combined, Said};
 
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
-
-/// Angle in rad, 1.1°, by which the axes that trains of different length see may differ: saturation turns them a little.
-const MOST_MOVEMENT: f64 = 0.02;
 
 /// When to stop lengthening the pulses.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +68,9 @@ pub struct MaximumLikelihoodSettings<T> {
 impl<T: Real> MaximumLikelihoodSettings<T> {
     /// For this motor and drive, sampled every 10 µs.
     pub fn suited(drive: &Nameplate<T>) -> Self {
-        let mut train = PulseTrainSettings::suited(drive, Nanos::from_micros(10));
+        // Short pulses have more samples.
+        let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
+        let mut train = PulseTrainSettings::suited(drive, interval);
         if train.samples() > MOST_SAMPLES {
             train.interval = Nanos(train.pulse.0 / 40);
         }
@@ -96,7 +98,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             most_current: drive.rated_current,
             most_trains: 8,
         };
-        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000));
+        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000)).min(adaptive.longest);
         // What holds at half of the rated current and at all of it.
         let signature =
             if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
@@ -136,14 +138,11 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
             require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
-        require_positive(self.least_saliency, "least_saliency")?;
-        require(self.gain_tolerance >= T::zero(), "gain_tolerance", "zero or more")?;
-        require(
-            self.pole_error > T::zero() && self.pole_error < T::of(0.5),
-            "pole_error",
-            "a probability above 0 and below 0.5",
-        )?;
-        require_positive(self.pole_floor, "pole_floor")
+        require_share(self.least_saliency, "least_saliency")?;
+        let tolerance = self.gain_tolerance;
+        require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
+        require_error(self.pole_error, "pole_error")?;
+        require_share(self.pole_floor, "pole_floor")
     }
 }
 
@@ -156,53 +155,7 @@ fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -
     let parts = (pulse.0 / 10_000).clamp(LEAST_PARTS, 40);
     let interval = Nanos(pulse.0 / parts / 100 * 100);
     let pulse = interval * parts;
-    PulseTrainSettings { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), rounds, ..train }
-}
-
-/// D in H/A of several trains, each weighted by the inverse of its variance. What noise does to them averages out, what
-/// the floor stands for does not.
-#[derive(Clone, Copy, Debug)]
-struct Weighted<T> {
-    sum: AlphaBeta<T>,
-    weight: T,
-    /// Sum of weight times |D|².
-    squares: T,
-    trains: T,
-    /// Sum of weight² times the variance by noise.
-    noise: T,
-    /// Sum of weight times the floor.
-    floor: T,
-}
-
-impl<T: Real> Weighted<T> {
-    fn add(&mut self, direction: AlphaBeta<T>, noise: T, floor: T) {
-        let weight = T::one() / (noise + floor * floor);
-        self.sum = self.sum + direction * weight;
-        self.weight = self.weight + weight;
-        self.squares = self.squares + weight * direction.dot(direction);
-        self.trains = self.trains + T::one();
-        self.noise = self.noise + weight * weight * noise;
-        self.floor = self.floor + weight * floor;
-    }
-
-    fn pointer(&self) -> Pointer<T> {
-        let one = T::one();
-        let chi_square = self.squares - self.sum.dot(self.sum) / self.weight;
-        // Trains that contradict each other are all less certain than they say (Birge's ratio).
-        let scale = (chi_square / (T::of(2.0) * (self.trains - one)).max(one)).max(one);
-        let variance = (self.noise + self.floor * self.floor) * scale;
-        Pointer { direction: self.sum * (one / self.weight), deviation: variance.sqrt() / self.weight }
-    }
-}
-
-/// What all trains so far say, each weighted by its information.
-#[derive(Clone, Copy, Debug)]
-struct Combined<T> {
-    lines: [T; 3],
-    weight: T,
-    pointer: Weighted<T>,
-    ratios: [T; 3],
-    ratio_weights: [T; 3],
+    PulseTrainSettings { pulse, interval, rest: rest_after(pulse), rounds, ..train }
 }
 
 /// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.
@@ -216,8 +169,7 @@ pub struct MaximumLikelihood<T> {
     /// Link in V to which the currents are scaled, and the sum of the links over the pulses' decays.
     dc_link: T,
     combined: Combined<T>,
-    /// Trains given, and the largest current in A of the last.
-    trains: u8,
+    /// The largest current in A of the last train.
     peak: T,
     findings: Findings<T>,
 }
@@ -236,21 +188,7 @@ impl<T: Real> MaximumLikelihood<T> {
             curves: [[[zero; MOST_SAMPLES]; 2]; 3],
             gains: GainComparison::new(),
             dc_link: zero,
-            combined: Combined {
-                lines: [zero; 3],
-                weight: zero,
-                pointer: Weighted {
-                    sum: AlphaBeta::new(zero, zero),
-                    weight: zero,
-                    squares: zero,
-                    trains: zero,
-                    noise: zero,
-                    floor: zero,
-                },
-                ratios: [zero; 3],
-                ratio_weights: [zero; 3],
-            },
-            trains: 0,
+            combined: Combined::new(),
             peak: zero,
             findings: Findings::default(),
         })
@@ -316,7 +254,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let rounds = T::of(f64::from(self.train.settings.rounds));
         let (one, two) = (T::one(), T::of(2.0));
         // The fitted current is the mean of two sensors over the rounds; the comparison is of single readings.
-        let (ratios, variances) = self.gains.ratios(fit.variance * rounds * two, s.gain_tolerance);
+        let (ratios, ratio_noise) = self.gains.measured(fit.variance * rounds * two);
 
         let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
         let slopes = plain.slopes(s.saliency);
@@ -342,67 +280,47 @@ impl<T: Real> MaximumLikelihood<T> {
         let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
         let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
 
-        self.check_movement(plain.axis, variance)?;
-        let c = &mut self.combined;
-        let weight = one / variance;
-        for k in 0..3 {
-            c.lines[k] = c.lines[k] + fit.inductance[k] * weight;
-            // Where the gains are known to be equal the comparison has no weight of its own.
-            let ratio_weight = if variances[k] > T::zero() { one / variances[k] } else { T::zero() };
-            c.ratios[k] = c.ratios[k] + ratios[k] * ratio_weight;
-            c.ratio_weights[k] = c.ratio_weights[k] + ratio_weight;
-        }
-        c.weight = c.weight + weight;
-        c.pointer.add(pointer, pointer_variance, floor);
-        self.trains = self.trains.saturating_add(1);
+        self.combined.check_movement(plain.axis, variance, s.saliency)?;
+        self.combined.add(&Said {
+            lines: fit.inductance,
+            variance,
+            ratios,
+            ratio_noise,
+            direction: pointer,
+            noise: pointer_variance,
+            floor,
+        });
 
         let (pole, deviation) = self.answer()?;
-        let growth = s.adaptive.filter(|adaptive| self.trains < adaptive.most_trains).and_then(|adaptive| {
-            // The angle's deviation falls with the length to the power of 3/2, the pole's share of it at least with the
-            // length itself: the current on the one hand, the samples on the other.
-            let angle = (deviation / adaptive.deviation).powf(T::of(2.0 / 3.0));
-            let sure = pole.undetermined.is_none() || s.signature == Signature::None;
-            let certainty = pole.error.map_or(one, |error| (two * error.max(T::min_positive_value())).ln());
-            let pole = if sure { one } else { (two * s.pole_error).ln() / certainty };
-            (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
-        });
+        let growth =
+            s.adaptive.filter(|adaptive| self.combined.trains < adaptive.most_trains).and_then(|adaptive| {
+                // The angle's deviation falls with the length to the power of 3/2, the pole's share of it at least with the
+                // length itself: the current on the one hand, the samples on the other.
+                let angle = (deviation / adaptive.deviation).powf(T::of(2.0 / 3.0));
+                let sure = pole.undetermined.is_none() || s.signature == Signature::None;
+                let certainty =
+                    pole.error.map_or(one, |error| (two * error.max(T::min_positive_value())).ln());
+                let pole = if sure { one } else { (two * s.pole_error).ln() / certainty };
+                (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
+            });
         Ok((pole, growth))
-    }
-
-    /// Whether a train sees the same axis as those before it.
-    fn check_movement(&self, axis: Angle<T>, variance: T) -> Result<(), Fault<T>> {
-        let c = &self.combined;
-        if self.trains == 0 {
-            return Ok(());
-        }
-        let before = Saliency::from_lines(Abc(c.lines.map(|line| line / c.weight)), self.settings.saliency);
-        let two = T::of(2.0);
-        let twice = |angle: Angle<T>| Angle::from_radians(two * angle.radians());
-        let angle = (twice(axis).difference(twice(before.axis)) / two).abs();
-        let allowed = T::of(MOST_MOVEMENT) + T::of(5.0) * (variance + T::one() / c.weight).sqrt();
-        if angle <= allowed { Ok(()) } else { Err(Fault::RotorMoves { angle, allowed }) }
     }
 
     /// From all trains so far.
     fn answer(&mut self) -> Result<(Pole<T>, T), Fault<T>> {
         let s = &self.settings;
         let c = &self.combined;
-        let one = T::one();
-        let ratios = core::array::from_fn(|k| {
-            if c.ratio_weights[k] > T::zero() { c.ratios[k] / c.ratio_weights[k] } else { T::zero() }
-        });
+        let (ratios, variances) = c.ratios(s.gain_tolerance);
         let gains = GainComparison::line_gains(ratios, self.train.derived);
-        let lines: [T; 3] = core::array::from_fn(|k| c.lines[k] / c.weight * gains[k].exp());
+        let lines: [T; 3] = core::array::from_fn(|k| c.lines[k] * gains[k].exp());
         // Pulses both ways leave nothing of saturation that depends on the pole.
         let saliency = s.correction.apply(Abc(lines), s.saliency, None);
         let slopes = saliency.slopes(s.saliency);
-        let mut variance = one / c.weight;
-        for k in 0..3 {
-            if c.ratio_weights[k] > T::zero() {
-                let gain = GainComparison::line_gain_slopes(k, self.train.derived);
-                let change = (0..3).fold(T::zero(), |sum, l| sum + slopes[l] * lines[l] * gain[l]);
-                variance = variance + change * change / c.ratio_weights[k];
-            }
+        let mut variance = c.variance();
+        for (k, of_ratio) in variances.into_iter().enumerate() {
+            let gain = GainComparison::line_gain_slopes(k, self.train.derived);
+            let change = (0..3).fold(T::zero(), |sum, l| sum + slopes[l] * lines[l] * gain[l]);
+            variance = variance + change * change * of_ratio;
         }
         let deviation = variance.sqrt();
         self.findings.line_inductance = Some(Abc(lines));
@@ -411,10 +329,10 @@ impl<T: Real> MaximumLikelihood<T> {
         self.findings.sensor_gain = Some(GainComparison::gains(ratios));
         self.findings.angle_deviation = Some(deviation);
         let (ratio, needed) = (saliency.ratio(), s.least_saliency);
-        if ratio < needed {
+        if ratio < needed || !ratio.is_finite() {
             return Err(Fault::NoSaliency { ratio, needed });
         }
-        Ok((c.pointer.pointer().read(saliency.axis, s.signature, s.pole_error), deviation))
+        Ok((c.pointer().read(saliency.axis, s.signature, s.pole_error), deviation))
     }
 
     /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.
@@ -426,7 +344,10 @@ impl<T: Real> MaximumLikelihood<T> {
         let percent = percent.min(T::of(100.0) * adaptive.most_current / self.peak).max(T::of(100.0));
         self.peak = T::zero();
         let grown = Nanos(train.pulse.0 / 100 * percent.to_u64().unwrap_or(100));
-        self.train.restart(lengthened(train, grown.min(adaptive.longest), train.rounds));
+        let longer = lengthened(train, grown.min(adaptive.longest), train.rounds);
+        // Pulses of a few nanoseconds, or with a rest of their own, are rounded to others.
+        let works = longer.pulse >= train.pulse && longer.check().is_ok();
+        self.train.restart(if works { longer } else { train });
         self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
         self.gains = GainComparison::new();
     }

@@ -13,7 +13,7 @@
 use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
 use crate::nameplate::Nameplate;
-use crate::settings::{SettingsError, require, require_positive};
+use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 use crate::settle::{all_seen, largest, link};
 
 /// The lines: from the first phase to the second.
@@ -61,7 +61,7 @@ impl<T: Real> PulseTrainSettings<T> {
         let parts = (pulse.0 / interval.0.max(1)).max(1);
         Self {
             pulse,
-            rest: Nanos(pulse.0 / 10 * 16),
+            rest: rest_after(pulse),
             rounds: 3,
             interval: Nanos(pulse.0 / parts),
             zeroing: 30,
@@ -80,14 +80,14 @@ impl<T: Real> PulseTrainSettings<T> {
     pub fn with_pulse(self, pulse: Nanos) -> Self {
         let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
         let pulse = interval * self.samples_on() as u64;
-        Self { pulse, interval, rest: Nanos(pulse.0 / 10 * 16), ..self }
+        Self { pulse, interval, rest: rest_after(pulse), ..self }
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
         require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
         require(self.rest > self.pulse, "rest", "longer than the pulse: the current needs as long to decay")?;
-        require(self.period() <= Nanos(60_000_000_000), "rest", "such that a pulse takes a minute at most")?;
+        require(self.period() <= LONGEST, "rest", "such that a pulse takes a minute at most")?;
         require(self.rounds > 0, "rounds", "at least 1")?;
         require(self.interval > Nanos::ZERO, "interval", "positive")?;
         require(
@@ -95,13 +95,15 @@ impl<T: Real> PulseTrainSettings<T> {
             "interval",
             "a whole fraction of the pulse",
         )?;
+        let few = u16::try_from(self.samples()).is_ok();
+        require(few, "interval", "such that a pulse has 65,535 samples at most")?;
         require(self.zeroing > 0, "zeroing", "at least 1")?;
         require_positive(self.threshold, "threshold")?;
         require(self.attempts > 0, "attempts", "at least 1")?;
         require_positive(self.least_current, "least_current")?;
-        require(self.resistance >= T::zero(), "resistance", "zero or more")?;
-        require(self.on_drop >= T::zero(), "on_drop", "zero or more")?;
-        require(self.off_drop >= T::zero(), "off_drop", "zero or more")
+        require_zero_or_more(self.resistance, "resistance")?;
+        require_zero_or_more(self.on_drop, "on_drop")?;
+        require_zero_or_more(self.off_drop, "off_drop")
     }
 
     /// From one pulse to the next.
@@ -118,6 +120,11 @@ impl<T: Real> PulseTrainSettings<T> {
     pub(crate) fn samples_on(&self) -> usize {
         usize::try_from(self.pulse.0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
     }
+}
+
+/// The rest that a pulse of this length needs: 1.6 times as long.
+pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
+    Nanos(pulse.0 / 10) * 16
 }
 
 /// Which pulse.
@@ -209,8 +216,9 @@ impl<T: Real> Train<T> {
                 return Err(Fault::UnexpectedReadings);
             }
             let peak = self.current(slot, &readings[self.settings.samples_on() - 1])?;
-            if peak < self.settings.least_current {
-                return Err(Fault::NoCurrent { peak, needed: self.settings.least_current });
+            let needed = self.settings.least_current;
+            if peak < needed || !peak.is_finite() {
+                return Err(Fault::NoCurrent { peak, needed });
             }
             self.derived = readings.iter().fold(self.derived, Derived::with);
             let left = match readings.last() {
@@ -336,18 +344,31 @@ impl<T: Real> GainComparison<T> {
         *b = *b + second * second;
     }
 
-    /// r of each line and its variance, when a reading's noise has this variance in A² and the gains themselves are
-    /// known to this standard deviation: what is more likely noise than gain is left out.
-    pub fn ratios(&self, variance: T, tolerance: T) -> ([T; 3], [T; 3]) {
-        let two = T::of(2.0);
-        let prior = two * tolerance * tolerance;
+    /// r of each line and the variance that noise gives it, when a reading's has this variance in A². Infinite where a
+    /// sensor showed nothing.
+    pub fn measured(&self, variance: T) -> ([T; 3], [T; 3]) {
+        let zero = T::zero();
         let of = |[first, second]: [T; 2]| {
-            let noise = variance * (T::one() / first + T::one() / second);
-            let share = if prior > T::zero() { prior / (prior + noise) } else { T::zero() };
-            ((first / second).ln() / two * share, share * noise)
+            if first > zero && second > zero {
+                let noise = variance * (first.recip() + second.recip());
+                ((first / second).ln() / T::of(2.0), noise)
+            } else {
+                (zero, T::infinity())
+            }
         };
         let [ab, bc, ca] = self.squares.map(of);
         ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
+    }
+
+    /// The most likely r and its variance, from r as measured with this noise and gains that are known to this standard
+    /// deviation: what is more likely noise than gain is left out.
+    pub fn known(ratios: [T; 3], noise: [T; 3], tolerance: T) -> ([T; 3], [T; 3]) {
+        let prior = T::of(2.0) * tolerance * tolerance;
+        let share = noise.map(|noise| if prior > T::zero() { prior / (prior + noise) } else { T::zero() });
+        (
+            core::array::from_fn(|k| ratios[k] * share[k]),
+            core::array::from_fn(|k| (T::one() - share[k]) * prior),
+        )
     }
 
     /// Gains of the phases' sensors relative to their mean, from the lines' r.
@@ -412,7 +433,8 @@ mod tests {
                 }
             }
         }
-        let (ratios, variances) = comparison.ratios(0.0, 0.01);
+        let (ratios, variances) =
+            GainComparison::known(comparison.measured(0.0).0, comparison.measured(0.0).1, 0.01);
         assert_eq!(variances, [0.0; 3]);
         let Abc(found) = GainComparison::gains(ratios);
         let mean = (gain[0] * gain[1] * gain[2]).cbrt();
@@ -429,6 +451,7 @@ mod tests {
             (two[1] - (gain[1] / mean).ln()).abs() < 1e-12 && (two[2] - (gain[0] / mean).ln()).abs() < 1e-12
         );
         // Sensors known to be equal are not corrected.
-        assert_eq!(comparison.ratios(1e-4, 0.0).0, [0.0; 3]);
+        let (ratios, noise) = comparison.measured(1e-4);
+        assert_eq!(GainComparison::known(ratios, noise, 0.0).0, [0.0; 3]);
     }
 }
