@@ -22,6 +22,8 @@ mod rotating;
 mod settings;
 mod settle;
 mod subdivision;
+#[cfg(test)]
+mod testing;
 mod train;
 
 pub use alignment::{Alignment, AlignmentSettings};

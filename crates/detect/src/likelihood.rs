@@ -9,6 +9,9 @@
 //! slopes ∂i/∂p are integrated along with i. Each line's pair (L_k, c_k) meets the others only in t_s, which is
 //! eliminated: three 2×2 systems and one number.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::Real;
 
 /// What is known of a pulse and its samples.
@@ -52,7 +55,7 @@ impl<T: Real> Flow<T> {
 
 impl<T: Real> PulseModel<T> {
     /// Calls `sample` with number, current and slopes of each sample while the current flows.
-    fn follow(
+    pub fn follow(
         &self,
         p: &LineParameters<T>,
         forward: bool,
@@ -303,78 +306,4 @@ fn solve<T: Real>(n: &Normal<T>, damping: T) -> Option<([[T; 2]; 3], T, Inverse<
     let inductance = core::array::from_fn(|k| core::array::from_fn(|l| of(0, 0, k, l)));
     let slope = core::array::from_fn(|k| of(1, 2, k, k));
     Some((step, shift, Inverse { inductance, slope }))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    const MODEL: PulseModel<f64> =
-        PulseModel { on: 548.0, off: 552.0, resistance: 2.4, pulse: 200e-6, interval: 10e-6 };
-
-    const TRUE: [LineParameters<f64>; 3] = [
-        LineParameters { inductance: 32.8e-3, slope: 1.2e-4, delay: 2.2e-6 },
-        LineParameters { inductance: 28.0e-3, slope: -0.4e-4, delay: 2.2e-6 },
-        LineParameters { inductance: 22.0e-3, slope: 0.0, delay: 2.2e-6 },
-    ];
-
-    fn curve(p: &LineParameters<f64>, forward: bool) -> Vec<f64> {
-        let mut curve = vec![0.0; 52];
-        MODEL.follow(p, forward, 52, |k, current, _| curve[k] = current);
-        curve
-    }
-
-    extern crate std;
-    use std::vec;
-    use std::vec::Vec;
-
-    #[test]
-    fn analytic_without_saturation_the_current_is_exponential() {
-        let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6 };
-        let on = |t: f64| MODEL.on / MODEL.resistance * (1.0 - (-MODEL.resistance * t / p.inductance).exp());
-        let mut seen = 0;
-        MODEL.follow(&p, true, 52, |k, current, slopes| {
-            let t = 10e-6 * (k + 1) as f64;
-            if t <= 200e-6 {
-                assert!((current - on(t - 2e-6)).abs() < 1e-9, "{k}");
-                let slope = (on(t - 2.001e-6) - on(t - 1.999e-6)) / 2e-9;
-                assert!((slopes[2] - slope).abs() < 1e-2 * slope.abs(), "{k}");
-            }
-            seen += 1;
-        });
-        // Up for 198 µs and down a little faster.
-        assert!((38..=40).contains(&seen), "{seen}");
-    }
-
-    #[test]
-    fn analytic_slopes_are_differences() {
-        let p = TRUE[0];
-        let moved = |l: f64, c: f64, t: f64| LineParameters {
-            inductance: p.inductance + l,
-            slope: p.slope + c,
-            delay: p.delay + t,
-        };
-        for (n, step) in [(0, (1e-9, 0.0, 0.0)), (1, (0.0, 1e-9, 0.0)), (2, (0.0, 0.0, 1e-11))] {
-            let (l, c, t) = step;
-            let up = curve(&moved(l, c, t), true);
-            let down = curve(&moved(-l, -c, -t), true);
-            MODEL.follow(&p, true, 52, |k, _, slopes| {
-                let difference = (up[k] - down[k]) / (2.0 * (l + c + t));
-                assert!((slopes[n] - difference).abs() < 1e-4 * difference.abs() + 1e-3, "{n} {k}");
-            });
-        }
-    }
-
-    #[test]
-    fn analytic_a_fit_recovers_what_made_its_curves() {
-        let all: Vec<[Vec<f64>; 2]> = TRUE.iter().map(|p| [curve(p, false), curve(p, true)]).collect();
-        let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
-        let found = fit(&curves, &MODEL, [26e-3; 3], 1e-6).expect("determined");
-        for (k, line) in TRUE.iter().enumerate() {
-            assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-9, "{found:?}");
-            assert!((found.slope[k] - line.slope).abs() < 1e-10);
-        }
-        // Which tells that t_s is right too.
-        assert!(found.variance < 1e-15);
-    }
 }

@@ -81,3 +81,99 @@ impl<T: Real> ModulationSettings<T> {
         Command::hold(Stage { legs: legs.map(Leg::Duty), duration }, Sampling::once(duration))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PWM: ModulationSettings<f64> = ModulationSettings {
+        carrier_period: Nanos::from_micros(100),
+        dead_time: Nanos(2000),
+        drop: 1.5,
+        inductance: 10e-3,
+        fade: 1e-6,
+    };
+
+    fn duties(volts: f64, [start, end]: [[f64; 3]; 2]) -> [f64; 3] {
+        let command = PWM.command(AlphaBeta::new(volts, 0.0), 500.0, [Abc(start), Abc(end)], 3);
+        assert_eq!(command.duration(), PWM.carrier_period * 3);
+        assert_eq!(command.sampling, Sampling::once(command.duration()));
+        command.stage.legs.0.map(|leg| if let Leg::Duty(duty) = leg { duty } else { panic!("no PWM") })
+    }
+
+    /// With these signs of the leg's current, summed over its rise and its fall.
+    fn expected(volts: f64, signs: f64) -> f64 {
+        // 2 µs of 100 µs, 1.5 V of 500 V, half of it at each instant.
+        0.5 + volts / 500.0 + signs / 2.0 * (0.02 + 0.003)
+    }
+
+    fn assert_duties(found: [f64; 3], expected: [f64; 3]) {
+        for k in 0..3 {
+            assert!((found[k] - expected[k]).abs() < 1e-12, "{found:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn analytic_large_currents_keep_their_sign() {
+        let current = [3.0, -2.0, -1.0];
+        let found = duties(50.0, [current; 2]);
+        assert_duties(found, [expected(50.0, 2.0), expected(-25.0, -2.0), expected(-25.0, -2.0)]);
+        let current = [-3.0, 2.0, 1.0];
+        let found = duties(50.0, [current; 2]);
+        assert_duties(found, [expected(50.0, -2.0), expected(-25.0, 2.0), expected(-25.0, 2.0)]);
+        // A current that changes its sign within the period is lost at one instant and gained at the other.
+        let found = duties(50.0, [[-3.0, 2.0, 1.0], [3.0, -2.0, -1.0]]);
+        assert_duties(found, [expected(50.0, 0.0), expected(-25.0, 0.0), expected(-25.0, 0.0)]);
+    }
+
+    #[test]
+    fn analytic_the_ripple_decides_over_small_currents() {
+        // Leg a rises first, 7.5 µs before b and c: 75 V of 500 V apart, half of the difference at each end. Until then it
+        // drives their current down by 500 V/(3 · 10 mH) 7.5 µs = 0.125 A, its own not at all.
+        for (small, signs) in [(0.12, 0.0), (-0.12, 0.0), (0.13, 2.0), (-0.13, -2.0)] {
+            let found = duties(50.0, [[-1e-3, small, small]; 2]);
+            assert_duties(found, [expected(50.0, -2.0), expected(-25.0, signs), expected(-25.0, signs)]);
+        }
+        // Rise by the current at the start, fall by the one at the end.
+        let found = duties(50.0, [[1e-3, -1.0, 1.0], [1e-3, 0.12, -0.12]]);
+        assert_duties(found, [expected(50.0, 2.0), expected(-25.0, 0.0), expected(-25.0, 2.0)]);
+        // Two legs before the third add up.
+        let found = duties(-50.0, [[0.24, 1e-3, -1e-3]; 2]);
+        assert_duties(found, [expected(-50.0, 0.0), expected(25.0, 2.0), expected(25.0, -2.0)]);
+        let found = duties(-50.0, [[0.26, 1e-3, -1e-3]; 2]);
+        assert_duties(found, [expected(-50.0, 2.0), expected(25.0, 2.0), expected(25.0, -2.0)]);
+    }
+
+    #[test]
+    fn law_a_compensation_fades_out_and_a_duty_has_its_limits() {
+        let soft = ModulationSettings { fade: 0.1, inductance: 1e9, ..PWM };
+        let duty = |current: f64, volts: f64| {
+            let current = Abc([current, 0.0, 0.0]);
+            let Leg::Duty(duty) =
+                soft.command(AlphaBeta::new(volts, 0.0), 500.0, [current; 2], 1).stage.legs.0[0]
+            else {
+                panic!("no PWM")
+            };
+            duty
+        };
+        assert!((duty(0.04, 0.0) - expected(0.0, 0.8)).abs() < 1e-9);
+        assert!((duty(-0.02, 0.0) - expected(0.0, -0.4)).abs() < 1e-9);
+        assert!((duty(9.0, 0.0) - expected(0.0, 2.0)).abs() < 1e-9);
+        assert_eq!((duty(1.0, 250.0), duty(-1.0, -250.0), duty(1.0, f64::NAN)), (1.0, 0.0, 0.0));
+    }
+
+    #[test]
+    fn law_settings_that_cannot_work_are_refused() {
+        assert!(PWM.check().is_ok());
+        let broken = [
+            ModulationSettings { carrier_period: Nanos::ZERO, ..PWM },
+            ModulationSettings { carrier_period: Nanos(200_000_000), ..PWM },
+            ModulationSettings { dead_time: Nanos::from_micros(25), ..PWM },
+            ModulationSettings { drop: f64::INFINITY, ..PWM },
+            ModulationSettings { drop: -1.0, ..PWM },
+            ModulationSettings { inductance: 0.0, ..PWM },
+            ModulationSettings { fade: f64::NAN, ..PWM },
+        ];
+        assert!(broken.iter().all(|settings| settings.check().is_err()));
+    }
+}

@@ -11,16 +11,21 @@
 //! ```
 //! Order ABBA: what drifts linearly in time does not tell the poles apart.
 
+mod pointer;
+mod sequential;
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Outcome, Polarity, Reading, Real, Sampling,
     Stage, Undetermined,
 };
 
 use crate::nameplate::Nameplate;
-use crate::settings::{
-    LONGEST, SettingsError, require, require_error, require_positive, require_zero_or_more,
-};
+use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 use crate::settle::{Settler, all_seen, link};
+pub(crate) use pointer::Pointer;
+pub use sequential::SequentialSettings;
 
 /// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
 /// magnetics, and the one thing about the poles that no measurement at standstill can tell.
@@ -43,59 +48,11 @@ pub enum PolarityRule<T> {
     Sequential(SequentialSettings<T>),
 }
 
-/// Settings of the sequential test.
-///
-/// Each pair of vectors gives the relative difference of the two responses, `S = (i₊/U₊ − i₋/U₋) / mean`. With its
-/// mean S̄ over n pairs and the variance `v = σ²/n + floor²` of that mean, the test stops when both
-/// ```text
-/// 2 Δ₀ |S̄| / v ≥ ln((1 − α)/α)      Wald: a difference of +Δ₀ against one of −Δ₀
-/// S̄² / v ≥ 2 ln(1/(2α))             a difference against none; Q(z) ≤ exp(−z²/2)/2
-/// ```
-/// hold. The second keeps a motor without any difference from being given a pole by what the sensors get wrong.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SequentialSettings<T> {
-    /// α: probability of a wrong pole that is allowed.
-    pub error: T,
-    /// Δ₀: relative difference of the currents that the motor shows at least.
-    pub effect: T,
-    /// Standard deviation of what repetition does not reveal, relative: the DC link between the pulses, residual
-    /// currents.
-    pub floor: T,
-    /// Pairs of vectors after which the answer is "undetermined".
-    pub most_pairs: u8,
-}
-
-impl<T: Real> SequentialSettings<T> {
-    /// For a motor whose currents differ by this share: the effect is half of it, the probability of a wrong pole one
-    /// in a million.
-    pub fn new(difference: T) -> Self {
-        Self {
-            error: T::of(1e-6),
-            effect: (difference.abs() / T::of(2.0)).max(T::of(1e-3)),
-            floor: T::of(0.003),
-            most_pairs: 8,
-        }
-    }
-
-    fn check(&self) -> Result<(), SettingsError> {
-        require_error(self.error, "polarity.error")?;
-        require_positive(self.effect, "polarity.effect")?;
-        require_positive(self.floor, "polarity.floor")?;
-        require(self.most_pairs >= 2, "polarity.most_pairs", "at least 2")
-    }
-
-    /// The probability of a wrong pole when the differences have this mean and this variance of the mean.
-    fn error_of(&self, mean: T, variance: T) -> T {
-        let one = T::one();
-        let wald = one / (one + (T::of(2.0) * self.effect * mean.abs() / variance).exp());
-        wald.max(tail(mean * mean / variance))
-    }
-}
-
-/// An upper bound of the normal distribution's tail beyond z, from z²: `exp(−z²/2)/2`.
-pub(crate) fn tail<T: Real>(z_squared: T) -> T {
-    (-z_squared / T::of(2.0)).exp() / T::of(2.0)
-}
+/// Pairs before the sequential test may stop; and where they scatter by more than so many times the variance that the
+/// sensors' noise gives them, which few pairs do by chance.
+const LEAST_PAIRS: u16 = 2;
+const SCATTERED_PAIRS: u16 = 4;
+const BY_CHANCE: f64 = 4.0;
 
 /// Settings of the polarity test.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -336,10 +293,7 @@ impl<T: Real> PolarityTest<T> {
                 let enough = self.vectors.is_multiple_of(2)
                     && match self.settings.rule {
                         PolarityRule::TwoVectors => true,
-                        PolarityRule::Sequential(sequential) => {
-                            self.pairs() >= u16::from(sequential.most_pairs)
-                                || self.pairs() >= 2 && self.error(&sequential) <= sequential.error
-                        }
+                        PolarityRule::Sequential(sequential) => self.is_enough(&sequential),
                     };
                 PolarityStep::Drive(self.wait(enough))
             }
@@ -387,21 +341,38 @@ impl<T: Real> PolarityTest<T> {
         Ok(())
     }
 
-    /// Mean of the relative differences, and the variance of that mean.
-    fn mean_and_variance(&self, floor: T) -> (T, T) {
+    /// Mean of the relative differences, the variance of one of them, and what of that is the sensors' noise.
+    fn differences(&self) -> (T, T, T) {
         let n = T::of(f64::from(self.pairs()));
         let mean = self.sum / n;
-        // Never less than what the sensors' noise alone makes of it: two currents, their offsets removed.
+        // Two i_d of three sensors, each with √(2/3) of a reading's noise, and their two offsets.
         let noise = self.settler.noise.deviation() * n * T::of(2.0) / (self.along + self.against);
-        let least = T::of(2.0) * noise * noise;
+        let least = T::of(8.0 / 3.0) * noise * noise;
         let scatter = (self.squares - self.sum * mean) / (n - T::one());
-        let variance = if scatter > least { scatter } else { least };
-        (mean, variance / n + floor * floor)
+        // A few pairs may agree by chance.
+        (mean, if scatter > least { scatter } else { least }, least)
     }
 
+    /// The probability of a wrong pole.
     fn error(&self, sequential: &SequentialSettings<T>) -> T {
-        let (mean, variance) = self.mean_and_variance(sequential.floor);
-        sequential.error_of(mean, variance)
+        let (mean, variance, _) = self.differences();
+        let n = T::of(f64::from(self.pairs()));
+        sequential.error_of(mean, variance / n + sequential.floor * sequential.floor)
+    }
+
+    /// Whether no more pairs are needed, or allowed.
+    fn is_enough(&self, sequential: &SequentialSettings<T>) -> bool {
+        let pairs = self.pairs();
+        if pairs >= u16::from(sequential.most_pairs) {
+            return true;
+        }
+        if pairs < LEAST_PAIRS {
+            return false;
+        }
+        let (_, variance, least) = self.differences();
+        // More than the sensors' noise makes of it is known from the pairs alone.
+        let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
+        known && self.error(sequential) <= sequential.error
     }
 
     fn answer(&self) -> Pole<T> {
@@ -429,44 +400,5 @@ impl<T: Real> PolarityTest<T> {
         let towards = (more > T::zero()) == (self.settings.signature == Signature::Normal);
         let angle = if towards || undetermined.is_some() { self.axis } else { self.axis.opposite() };
         Pole { angle, undetermined, polarity: Some(Polarity { along, against }), error }
-    }
-}
-
-/// Reads the pole from a direction that points along the magnet, measured together with the axis: the part of `D` that
-/// lies on the axis, in units of its own uncertainty, decides; a `D` that points elsewhere is no evidence.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Pointer<T> {
-    /// D in any unit: towards the pole that draws more current.
-    pub direction: AlphaBeta<T>,
-    /// Standard deviation of each of its components in the same unit, noise and all.
-    pub deviation: T,
-}
-
-impl<T: Real> Pointer<T> {
-    /// Angle in rad between D and the axis beyond which the two contradict each other.
-    pub fn most_off_axis() -> T {
-        T::FRAC_PI_4()
-    }
-
-    /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.
-    pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
-        let on = self.direction.park(axis);
-        let z = on.d / self.deviation;
-        let error = tail(z * z);
-        let off_axis = on.q.abs().atan2(on.d.abs());
-        // A direction is only as well known as its noise lets it be.
-        let most = Self::most_off_axis() + self.deviation / on.d.abs();
-        let undetermined = if signature == Signature::None {
-            Some(Undetermined::NoSignature)
-        } else if error > allowed || !error.is_finite() {
-            Some(Undetermined::NotDecided { error, allowed })
-        } else if off_axis > most {
-            Some(Undetermined::OffAxis { angle: off_axis, allowed: most })
-        } else {
-            None
-        };
-        let towards = (on.d > T::zero()) == (signature == Signature::Normal);
-        let angle = if towards || undetermined.is_some() { axis } else { axis.opposite() };
-        Pole { angle, undetermined, polarity: None, error: Some(error) }
     }
 }

@@ -10,11 +10,16 @@
 //! order, moves a free rotor back to where it was, and tells the two effects apart. Even rounds go backwards, so that a
 //! slow drift does not look like a difference of the lines.
 
+mod gains;
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
 use crate::nameplate::Nameplate;
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 use crate::settle::{all_seen, largest, link};
+pub(crate) use gains::GainComparison;
 
 /// The lines: from the first phase to the second.
 pub(crate) const LINES: [(Phase, Phase); 3] =
@@ -320,138 +325,4 @@ impl<T: Real> Train<T> {
 pub(crate) fn pole_variance<T: Real>(floor: T, gain_tolerance: T, derived: Derived) -> T {
     let changing = if derived == Derived::Several { gain_tolerance } else { T::zero() };
     floor * floor + T::of(2.0) * changing * changing
-}
-
-/// Compares the current sensors: what flows into one phase flows out of another.
-///
-/// `r_AB = ln(rms i_A / rms i_B) = ln g_A − ln g_B`, likewise for the other lines, give
-/// `ln g_A = (r_AB − r_CA)/3` and so on: the gains relative to their mean, for nothing.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct GainComparison<T> {
-    /// Σ i² of each line's first and second phase, in A².
-    squares: [[T; 2]; 3],
-}
-
-impl<T: Real> GainComparison<T> {
-    pub fn new() -> Self {
-        Self { squares: [[T::zero(); 2]; 3] }
-    }
-
-    pub fn add(&mut self, slot: Slot, (from, to): (T, T)) {
-        let (first, second) = if slot.forward { (from, to) } else { (to, from) };
-        let [a, b] = &mut self.squares[slot.line];
-        *a = *a + first * first;
-        *b = *b + second * second;
-    }
-
-    /// r of each line and the variance that noise gives it, when a reading's has this variance in A². Infinite where a
-    /// sensor showed nothing.
-    pub fn measured(&self, variance: T) -> ([T; 3], [T; 3]) {
-        let zero = T::zero();
-        let of = |[first, second]: [T; 2]| {
-            if first > zero && second > zero {
-                let noise = variance * (first.recip() + second.recip());
-                ((first / second).ln() / T::of(2.0), noise)
-            } else {
-                (zero, T::infinity())
-            }
-        };
-        let [ab, bc, ca] = self.squares.map(of);
-        ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
-    }
-
-    /// The most likely r and its variance, from r as measured with this noise and gains that are known to this standard
-    /// deviation: what is more likely noise than gain is left out.
-    pub fn known(ratios: [T; 3], noise: [T; 3], tolerance: T) -> ([T; 3], [T; 3]) {
-        let prior = T::of(2.0) * tolerance * tolerance;
-        let share = noise.map(|noise| if prior > T::zero() { prior / (prior + noise) } else { T::zero() });
-        (
-            core::array::from_fn(|k| ratios[k] * share[k]),
-            core::array::from_fn(|k| (T::one() - share[k]) * prior),
-        )
-    }
-
-    /// Gains of the phases' sensors relative to their mean, from the lines' r.
-    pub fn gains([ab, bc, ca]: [T; 3]) -> Abc<T> {
-        let third = T::of(3.0);
-        Abc::new(((ab - ca) / third).exp(), ((bc - ab) / third).exp(), ((ca - bc) / third).exp())
-    }
-
-    /// Logarithm of the mean gain of each line's two sensors.
-    ///
-    /// A phase without a sensor shows what the other one of its line does; then the one line between two sensors tells
-    /// their gains apart, and the other two lines have one each.
-    pub fn line_gains(ratios: [T; 3], derived: Derived) -> [T; 3] {
-        let [ab, bc, ca] = ratios;
-        if let Derived::One(phase) = derived {
-            let between = (phase as usize + 1) % 3;
-            let half = ratios[between] / T::of(2.0);
-            let mut gains = [T::zero(); 3];
-            gains[(between + 1) % 3] = -half;
-            gains[(between + 2) % 3] = half;
-            return gains;
-        }
-        let six = T::of(6.0);
-        [(bc - ca) / six, (ca - ab) / six, (ab - bc) / six]
-    }
-
-    /// The slope of each line's mean gain over the r of one line.
-    pub fn line_gain_slopes(line: usize, derived: Derived) -> [T; 3] {
-        let mut ratios = [T::zero(); 3];
-        ratios[line] = T::one();
-        Self::line_gains(ratios, derived)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_every_round_has_all_six_pulses_and_odd_ones_go_back() {
-        for round in 0..4_u16 {
-            let mut slots: [Slot; 6] =
-                core::array::from_fn(|k| Slot::of(6 * round + u16::try_from(k).expect("small")));
-            assert_eq!(slots[0].line, if round.is_multiple_of(2) { 0 } else { 2 });
-            slots.sort_by_key(|slot| (slot.line, slot.forward));
-            for (k, slot) in slots.iter().enumerate() {
-                assert_eq!(*slot, Slot { line: k / 2, forward: k % 2 == 1 });
-            }
-        }
-    }
-
-    #[test]
-    fn analytic_gains_from_the_lines() {
-        let gain = [1.01_f64, 0.995, 0.998];
-        let mut comparison = GainComparison::new();
-        for (line, (first, second)) in LINES.into_iter().enumerate() {
-            for forward in [true, false] {
-                for current in [0.5, 1.0, 2.0] {
-                    let (first, second) = (gain[first as usize] * current, gain[second as usize] * current);
-                    let pair = if forward { (first, second) } else { (second, first) };
-                    comparison.add(Slot { line, forward }, pair);
-                }
-            }
-        }
-        let (ratios, variances) =
-            GainComparison::known(comparison.measured(0.0).0, comparison.measured(0.0).1, 0.01);
-        assert_eq!(variances, [0.0; 3]);
-        let Abc(found) = GainComparison::gains(ratios);
-        let mean = (gain[0] * gain[1] * gain[2]).cbrt();
-        for k in 0..3 {
-            assert!((found[k] - gain[k] / mean).abs() < 1e-12);
-        }
-        let lines = GainComparison::line_gains(ratios, Derived::None);
-        assert!((lines[0] - ((gain[0] * gain[1]).sqrt() / mean).ln()).abs() < 1e-12);
-        // Without a sensor in c, line BC shows b's gain and line CA a's.
-        let two = GainComparison::line_gains([(gain[0] / gain[1]).ln(), 0.0, 0.0], Derived::One(Phase::C));
-        let mean = (gain[0] * gain[1]).sqrt();
-        assert_eq!(two[0], 0.0);
-        assert!(
-            (two[1] - (gain[1] / mean).ln()).abs() < 1e-12 && (two[2] - (gain[0] / mean).ln()).abs() < 1e-12
-        );
-        // Sensors known to be equal are not corrected.
-        let (ratios, noise) = comparison.measured(1e-4);
-        assert_eq!(GainComparison::known(ratios, noise, 0.0).0, [0.0; 3]);
-    }
 }

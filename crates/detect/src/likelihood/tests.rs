@@ -1,0 +1,156 @@
+extern crate std;
+use std::vec;
+use std::vec::Vec;
+
+use super::*;
+use crate::testing::Noise;
+
+const MODEL: PulseModel<f64> =
+    PulseModel { on: 548.0, off: 552.0, resistance: 2.4, pulse: 200e-6, interval: 10e-6 };
+
+const TRUE: [LineParameters<f64>; 3] = [
+    LineParameters { inductance: 32.8e-3, slope: 1.2e-4, delay: 2.2e-6 },
+    LineParameters { inductance: 28.0e-3, slope: -0.4e-4, delay: 2.2e-6 },
+    LineParameters { inductance: 22.0e-3, slope: 0.0, delay: 2.2e-6 },
+];
+
+fn curve(p: &LineParameters<f64>, forward: bool) -> Vec<f64> {
+    let mut curve = vec![0.0; 52];
+    MODEL.follow(p, forward, 52, |k, current, _| curve[k] = current);
+    curve
+}
+
+#[test]
+fn analytic_without_saturation_the_current_is_exponential() {
+    let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6 };
+    let on = |t: f64| MODEL.on / MODEL.resistance * (1.0 - (-MODEL.resistance * t / p.inductance).exp());
+    let mut seen = 0;
+    MODEL.follow(&p, true, 52, |k, current, slopes| {
+        let t = 10e-6 * (k + 1) as f64;
+        if t <= 200e-6 {
+            assert!((current - on(t - 2e-6)).abs() < 1e-9, "{k}");
+            let slope = (on(t - 2.001e-6) - on(t - 1.999e-6)) / 2e-9;
+            assert!((slopes[2] - slope).abs() < 1e-2 * slope.abs(), "{k}");
+        }
+        seen += 1;
+    });
+    // Up for 198 µs and down a little faster.
+    assert!((38..=40).contains(&seen), "{seen}");
+}
+
+#[test]
+fn analytic_slopes_are_differences() {
+    let p = TRUE[0];
+    let moved = |l: f64, c: f64, t: f64| LineParameters {
+        inductance: p.inductance + l,
+        slope: p.slope + c,
+        delay: p.delay + t,
+    };
+    for (n, step) in [(0, (1e-9, 0.0, 0.0)), (1, (0.0, 1e-9, 0.0)), (2, (0.0, 0.0, 1e-11))] {
+        let (l, c, t) = step;
+        let up = curve(&moved(l, c, t), true);
+        let down = curve(&moved(-l, -c, -t), true);
+        MODEL.follow(&p, true, 52, |k, _, slopes| {
+            let difference = (up[k] - down[k]) / (2.0 * (l + c + t));
+            assert!((slopes[n] - difference).abs() < 1e-4 * difference.abs() + 1e-3, "{n} {k}");
+        });
+    }
+}
+
+#[test]
+fn analytic_a_fit_recovers_what_made_its_curves() {
+    let all: Vec<[Vec<f64>; 2]> = TRUE.iter().map(|p| [curve(p, false), curve(p, true)]).collect();
+    let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
+    let found = fit(&curves, &MODEL, [26e-3; 3], 1e-6).expect("determined");
+    for (k, line) in TRUE.iter().enumerate() {
+        assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-9, "{found:?}");
+        assert!((found.slope[k] - line.slope).abs() < 1e-10);
+    }
+    // Which tells that t_s is right too.
+    assert!(found.variance < 1e-15);
+}
+
+/// Curves with noise of this deviation in A, and the fit of them.
+fn fit_with(noise: &mut Noise, deviation: f64, bend: f64, start: f64) -> Option<Fit<f64>> {
+    let mut all: Vec<[Vec<f64>; 2]> = TRUE.iter().map(|p| [curve(p, false), curve(p, true)]).collect();
+    for curve in all.iter_mut().flatten() {
+        for (k, current) in curve.iter_mut().enumerate() {
+            *current += deviation * noise.gauss() + bend * (k as f64 * 0.5).sin();
+        }
+    }
+    let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
+    fit(&curves, &MODEL, [start; 3], 1e-6)
+}
+
+#[test]
+fn regress_a_step_to_a_negative_inductance_is_no_solution_but_is_taken_back() {
+    let found = fit_with(&mut Noise::new(1), 0.0, 0.0, 75e-3).expect("determined");
+    for (k, line) in TRUE.iter().enumerate() {
+        assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-6, "{found:?}");
+    }
+}
+
+#[test]
+fn law_a_fit_scatters_as_its_covariance_says_and_knows_its_noise() {
+    let (trials, deviation) = (400, 0.02);
+    let mut noise = Noise::new(5);
+    let (mut products, mut stated) = ([[0.0; 3]; 3], [[0.0; 3]; 3]);
+    let (mut slopes, mut slopes_stated, mut variance, mut misfit) = (0.0, 0.0, 0.0, 0.0);
+    for _ in 0..trials {
+        let found = fit_with(&mut noise, deviation, 0.0, 28e-3).expect("determined");
+        let off: [f64; 3] = core::array::from_fn(|k| found.inductance[k] - TRUE[k].inductance);
+        for k in 0..3 {
+            for l in 0..3 {
+                products[k][l] += off[k] * off[l] / f64::from(trials);
+                stated[k][l] += found.inductance_covariance[k][l] / f64::from(trials);
+            }
+            slopes += (found.slope[k] - TRUE[k].slope).powi(2);
+            slopes_stated += found.slope_variance[k];
+        }
+        variance += found.variance / f64::from(trials);
+        misfit += found.misfit / f64::from(trials);
+    }
+    for k in 0..3 {
+        for l in 0..3 {
+            let scale = (stated[k][k] * stated[l][l]).sqrt();
+            assert!((products[k][l] - stated[k][l]).abs() < 0.25 * scale, "{products:?} {stated:?}");
+        }
+    }
+    assert!((slopes / slopes_stated - 1.0).abs() < 0.15, "{slopes} {slopes_stated}");
+    assert!((variance.sqrt() / deviation - 1.0).abs() < 0.02, "{variance}");
+    // Neighbours of white noise have nothing in common.
+    assert!(misfit < 0.01 * variance, "{misfit} {variance}");
+}
+
+#[test]
+fn law_what_the_model_does_not_explain_is_seen() {
+    let found = fit_with(&mut Noise::new(9), 0.01, 0.05, 28e-3).expect("determined");
+    // A wave has a mean square of 0.05²/2, of which neighbours at 0.5 rad share cos 0.5.
+    let expected = 0.05 * 0.05 / 2.0 * 0.5_f64.cos();
+    assert!((0.6..1.05).contains(&(found.misfit / expected)), "{} {expected}", found.misfit);
+}
+
+#[test]
+fn law_curves_without_information_have_no_fit() {
+    let nothing = [0.0_f64; 52];
+    let curves: Curves<'_, f64> = [[&nothing; 2]; 3];
+    for start in [28e-3, -1.0, 0.0, f64::NAN, f64::INFINITY] {
+        let found = fit(&curves, &MODEL, [start; 3], 1e-6);
+        assert!(found.is_none_or(|fit| !fit.inductance.iter().all(|l| (0.0..0.1).contains(l))), "{start}");
+    }
+    let few = [1.0_f64; 1];
+    assert!(fit(&[[&few; 2]; 3], &MODEL, [28e-3; 3], 1e-6).is_none());
+    // A beginning after many samples, or before the first.
+    for delay in [-3e-5, 3.5e-5] {
+        let p = LineParameters { inductance: 28e-3, slope: 0.0, delay };
+        let mut first = None;
+        MODEL.follow(&p, true, 52, |k, current, _| {
+            assert!(current >= 0.0);
+            first.get_or_insert((k, current));
+        });
+        let (k, current) = first.expect("samples");
+        let since = 10e-6 * (k + 1) as f64 - delay;
+        assert_eq!(k, if delay < 0.0 { 0 } else { 3 });
+        assert!((current / (MODEL.on * since / p.inductance) - 1.0).abs() < 0.01);
+    }
+}

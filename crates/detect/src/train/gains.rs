@@ -1,0 +1,86 @@
+//! What a train tells of the current sensors.
+
+use standstill_interface::{Abc, Real};
+
+use super::{Derived, Slot};
+
+/// Compares the current sensors: what flows into one phase flows out of another.
+///
+/// `r_AB = ln(rms i_A / rms i_B) = ln g_A − ln g_B`, likewise for the other lines, give
+/// `ln g_A = (r_AB − r_CA)/3` and so on: the gains relative to their mean, for nothing.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GainComparison<T> {
+    /// Σ i² of each line's first and second phase, in A².
+    squares: [[T; 2]; 3],
+}
+
+impl<T: Real> GainComparison<T> {
+    pub fn new() -> Self {
+        Self { squares: [[T::zero(); 2]; 3] }
+    }
+
+    pub fn add(&mut self, slot: Slot, (from, to): (T, T)) {
+        let (first, second) = if slot.forward { (from, to) } else { (to, from) };
+        let [a, b] = &mut self.squares[slot.line];
+        *a = *a + first * first;
+        *b = *b + second * second;
+    }
+
+    /// r of each line and the variance that noise gives it, when a reading's has this variance in A². Infinite where a
+    /// sensor showed nothing.
+    pub fn measured(&self, variance: T) -> ([T; 3], [T; 3]) {
+        let zero = T::zero();
+        let of = |[first, second]: [T; 2]| {
+            if first > zero && second > zero {
+                let noise = variance * (first.recip() + second.recip());
+                ((first / second).ln() / T::of(2.0), noise)
+            } else {
+                (zero, T::infinity())
+            }
+        };
+        let [ab, bc, ca] = self.squares.map(of);
+        ([ab.0, bc.0, ca.0], [ab.1, bc.1, ca.1])
+    }
+
+    /// The most likely r and its variance, from r as measured with this noise and gains that are known to this standard
+    /// deviation: what is more likely noise than gain is left out.
+    pub fn known(ratios: [T; 3], noise: [T; 3], tolerance: T) -> ([T; 3], [T; 3]) {
+        let prior = T::of(2.0) * tolerance * tolerance;
+        let share = noise.map(|noise| if prior > T::zero() { prior / (prior + noise) } else { T::zero() });
+        (
+            core::array::from_fn(|k| ratios[k] * share[k]),
+            core::array::from_fn(|k| (T::one() - share[k]) * prior),
+        )
+    }
+
+    /// Gains of the phases' sensors relative to their mean, from the lines' r.
+    pub fn gains([ab, bc, ca]: [T; 3]) -> Abc<T> {
+        let third = T::of(3.0);
+        Abc::new(((ab - ca) / third).exp(), ((bc - ab) / third).exp(), ((ca - bc) / third).exp())
+    }
+
+    /// Logarithm of the mean gain of each line's two sensors.
+    ///
+    /// A phase without a sensor shows what the other one of its line does; then the one line between two sensors tells
+    /// their gains apart, and the other two lines have one each.
+    pub fn line_gains(ratios: [T; 3], derived: Derived) -> [T; 3] {
+        let [ab, bc, ca] = ratios;
+        if let Derived::One(phase) = derived {
+            let between = (phase as usize + 1) % 3;
+            let half = ratios[between] / T::of(2.0);
+            let mut gains = [T::zero(); 3];
+            gains[(between + 1) % 3] = -half;
+            gains[(between + 2) % 3] = half;
+            return gains;
+        }
+        let six = T::of(6.0);
+        [(bc - ca) / six, (ca - ab) / six, (ab - bc) / six]
+    }
+
+    /// The slope of each line's mean gain over the r of one line.
+    pub fn line_gain_slopes(line: usize, derived: Derived) -> [T; 3] {
+        let mut ratios = [T::zero(); 3];
+        ratios[line] = T::one();
+        Self::line_gains(ratios, derived)
+    }
+}
