@@ -10,6 +10,9 @@
 //! leave of their compensation, a steady current in the end. Where the flux swept is far from ψ, the rotor did not follow
 //! and there is no angle.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };

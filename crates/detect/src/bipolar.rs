@@ -4,6 +4,9 @@
 //! sensors is measured (see [`crate::train`]) and divided out; then equations (5)–(7). The difference of the forward and
 //! the backward inductance of each line points along the magnet: the pole comes from the same pulses.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{Abc, AlphaBeta, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
 use crate::commissioning::Correction;

@@ -6,6 +6,9 @@
 //!           └─────────────────────────────────────────────────────────────────────────┘
 //! ```
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };

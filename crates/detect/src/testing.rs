@@ -1,5 +1,14 @@
 //! What several tests need.
 
+extern crate std;
+use std::vec::Vec;
+
+use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Phase, Reading, Real, Sensed};
+
+use crate::likelihood::{LineParameters, PulseModel};
+use crate::lines::line_directions;
+use crate::train::LINES;
+
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);
 
@@ -20,5 +29,100 @@ impl Noise {
     pub fn gauss(&mut self) -> f64 {
         let radius = (-2.0 * self.uniform().ln()).sqrt();
         radius * (core::f64::consts::TAU * self.uniform()).cos()
+    }
+}
+
+/// A motor whose lines answer as equation (5) says and saturate along its magnet, and the sensors that see it.
+pub(crate) struct LineMotor {
+    /// Angle in rad of the north pole.
+    pub angle: f64,
+    /// L_A and L_B in H, and c in H/A of a line along the magnet.
+    pub mean: f64,
+    pub saliency: f64,
+    pub slope: f64,
+    pub dc_link: f64,
+    /// Noise in A rms, offsets in A and gains of the sensors.
+    pub deviation: f64,
+    pub offset: [f64; 3],
+    pub gain: [f64; 3],
+    pub noise: Noise,
+    /// Length in s and peak current in A of each pulse so far.
+    pub pulses: Vec<(f64, f64)>,
+}
+
+impl LineMotor {
+    pub const DEAD_TIME: f64 = 2e-6;
+    pub const RESISTANCE: f64 = 1.2;
+    /// Of two devices in V.
+    pub const DROP: f64 = 2.0;
+
+    /// Like the paper's.
+    pub fn at(degrees: f64) -> Self {
+        Self {
+            angle: degrees.to_radians(),
+            mean: 9.2e-3,
+            saliency: -2.1e-3,
+            slope: 1e-4,
+            dc_link: 540.0,
+            deviation: 0.0,
+            offset: [0.0; 3],
+            gain: [1.0; 3],
+            noise: Noise::new(7),
+            pulses: Vec::new(),
+        }
+    }
+
+    pub fn line(&self, line: usize) -> LineParameters<f64> {
+        let third = core::f64::consts::TAU / 3.0;
+        let shift = [-third, 0.0, third][line];
+        let north = AlphaBeta::new(self.angle.cos(), self.angle.sin());
+        LineParameters {
+            inductance: 3.0 * self.mean - 3.0 * self.saliency * (2.0 * self.angle + shift).cos(),
+            slope: self.slope * line_directions::<f64>()[line].dot(north),
+            delay: Self::DEAD_TIME,
+        }
+    }
+
+    /// What the sensors read during a command of line pulses.
+    pub fn readings<T: Real>(&mut self, command: &Command<T>) -> Vec<Reading<T>> {
+        let count = usize::try_from(command.sampling.count).expect("few");
+        let mut currents = std::vec![[0.0; 3]; count];
+        let leg = |wanted: Leg<T>| Phase::ALL.into_iter().find(|phase| command.stage.legs[*phase] == wanted);
+        if let (Some(from), Some(to)) = (leg(Leg::High), leg(Leg::Low)) {
+            let forward = LINES.contains(&(from, to));
+            let pair = if forward { (from, to) } else { (to, from) };
+            let line = LINES.into_iter().position(|line| line == pair).expect("a line");
+            let model = PulseModel {
+                on: self.dc_link - Self::DROP,
+                off: self.dc_link + Self::DROP,
+                resistance: 2.0 * Self::RESISTANCE,
+                pulse: command.stage.duration.seconds(),
+                interval: command.sampling.interval.seconds(),
+            };
+            let mut peak: f64 = 0.0;
+            model.follow(&self.line(line), forward, count, |k, current, _| {
+                currents[k][from as usize] = current;
+                currents[k][to as usize] = -current;
+                peak = peak.max(current);
+            });
+            self.pulses.push((model.pulse, peak));
+        }
+        let mut read = |k: usize, current: f64| {
+            T::of(current * self.gain[k] + self.offset[k] + self.deviation * self.noise.gauss())
+        };
+        let reading = |(n, currents): (usize, [f64; 3])| Reading {
+            at: command.sampling.trigger(u32::try_from(n).expect("few")),
+            current: Abc(core::array::from_fn(|k| read(k, currents[k]))),
+            sensed: Abc([Sensed::Measured; 3]),
+            dc_link: T::of(self.dc_link),
+            dc_link_clipped: false,
+        };
+        currents.into_iter().enumerate().map(reading).collect()
+    }
+
+    /// Way in degrees from the motor's angle to this one.
+    pub fn error<T: Real>(&self, found: Angle<T>) -> f64 {
+        let found = Angle::from_radians(found.radians().to_double());
+        found.difference(Angle::from_radians(self.angle)).to_degrees()
     }
 }

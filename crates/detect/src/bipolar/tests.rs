@@ -1,0 +1,107 @@
+extern crate std;
+use std::vec::Vec;
+
+use standstill_interface::Angle;
+
+use super::*;
+use crate::testing::{LineMotor, Noise};
+
+fn settings<T: Real>() -> BipolarSettings<T> {
+    BipolarSettings {
+        train: PulseTrainSettings {
+            pulse: Nanos::from_micros(200),
+            rest: Nanos::from_micros(320),
+            rounds: 3,
+            interval: Nanos::from_micros(50),
+            zeroing: 30,
+            threshold: T::of(0.2),
+            attempts: 3,
+            least_current: T::of(0.3),
+            dead_time: Nanos(2000),
+            resistance: T::zero(),
+            on_drop: T::of(LineMotor::DROP),
+            off_drop: T::of(LineMotor::DROP),
+        },
+        saliency: SaliencySign::Negative,
+        least_saliency: T::of(0.005),
+        gain_tolerance: T::of(0.005),
+        correction: Correction::none(),
+        signature: Signature::Normal,
+        pole_error: T::of(1e-6),
+        pole_floor: T::of(0.0015),
+    }
+}
+
+fn detect<T: Real>(settings: BipolarSettings<T>, motor: &mut LineMotor) -> Outcome<T> {
+    let mut detector = Bipolar::new(settings).expect("settings");
+    let mut readings = Vec::new();
+    loop {
+        match detector.step(&readings) {
+            Step::Drive(command) => readings = motor.readings(&command),
+            Step::Done(outcome) => return outcome,
+        }
+    }
+}
+
+fn found<T: Real>(outcome: Outcome<T>) -> (Angle<T>, Findings<T>) {
+    match outcome {
+        Outcome::Found { angle, findings } => (angle, findings),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn analytic_offsets_gains_and_saturation_cancel() {
+    for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0] {
+        let mut motor = LineMotor { slope: 3e-4, ..LineMotor::at(degrees) };
+        (motor.offset, motor.gain) = ([0.1, -0.05, 0.02], [1.004, 0.997, 1.001]);
+        let (angle, findings) = found(detect(settings::<f64>(), &mut motor));
+        // The resistance is in each line's inductance, as much as the line is small.
+        assert!(motor.error(angle).abs() < 0.1, "{degrees}: {}", motor.error(angle));
+        let Abc(gains) = findings.sensor_gain.expect("compared");
+        let mean = motor.gain.iter().sum::<f64>() / 3.0;
+        assert!((0..3).all(|k| (gains[k] - motor.gain[k] / mean).abs() < 1e-4), "{gains:?}");
+        let inverted = BipolarSettings { signature: Signature::Inverted, ..settings::<f64>() };
+        let (other, _) = found(detect(inverted, &mut motor));
+        assert!((motor.error(other).abs() - 180.0).abs() < 0.1);
+    }
+}
+
+#[test]
+fn law_the_stated_deviation_is_the_scatter_in_both_precisions() {
+    let (mut squares, mut stated) = (0.0_f64, 0.0_f64);
+    for trial in 0..200_u32 {
+        let motor = |scale: f64| LineMotor {
+            deviation: 0.02 * scale,
+            slope: 3e-4,
+            noise: Noise::new(u64::from(trial) + 1),
+            ..LineMotor::at(40.0)
+        };
+        let mut noisy = motor(1.0);
+        let without = BipolarSettings { gain_tolerance: 0.0, ..settings::<f64>() };
+        let (angle, findings) = found(detect(without, &mut noisy));
+        let none = found(detect(without, &mut motor(0.0))).0;
+        squares += (angle.difference(none)).powi(2);
+        stated += findings.angle_deviation.expect("stated").powi(2);
+        // A quiet drive scatters by less than what squares of inductances keep in single precision.
+        let (_, double) = found(detect(settings::<f64>(), &mut motor(0.02)));
+        let (_, single) = found(detect(settings::<f32>(), &mut motor(0.02)));
+        let single = f64::from(single.angle_deviation.expect("stated"));
+        let ratio = single / double.angle_deviation.expect("stated");
+        assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    }
+    let ratio = (squares / stated).sqrt();
+    assert!((0.85..1.15).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn law_a_link_below_the_drops_is_a_fault() {
+    // It would turn every inductance around, and the axis by a quarter turn.
+    let mut settings = settings::<f64>();
+    settings.train.on_drop = 600.0;
+    let outcome = detect(settings, &mut LineMotor::at(33.0));
+    assert!(matches!(outcome, Outcome::Failed { fault: Fault::NotInductive(_), .. }), "{outcome:?}");
+    let round = &mut LineMotor { saliency: 0.0, slope: 0.0, ..LineMotor::at(33.0) };
+    let outcome = detect(self::settings::<f64>(), round);
+    assert!(matches!(outcome, Outcome::Failed { fault: Fault::NoSaliency { .. }, .. }), "{outcome:?}");
+}
