@@ -110,3 +110,62 @@ impl<T: Real> Nameplate<T> {
         require(self.dead_time * 4 < self.carrier_period, "dead_time", quarter)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PLATE: Nameplate<f64> = Nameplate {
+        rated_current: 7.0,
+        resistance: 1.2,
+        d_axis_inductance: 10e-3,
+        q_axis_inductance: 18e-3,
+        magnet_flux: 0.5,
+        signature: Signature::Normal,
+        pulse_signature: Signature::Normal,
+        polarity_difference: 0.1,
+        rated_pulse: Nanos::from_micros(300),
+        gain_tolerance: 0.005,
+        dc_link: 540.0,
+        dead_time: Nanos(2000),
+        carrier_period: Nanos::from_micros(100),
+        switch_drop: [1.0, 0.01],
+        diode_drop: [1.0, 0.01],
+    };
+
+    #[test]
+    fn analytic_a_pulse_raises_its_share_of_the_rated_current() {
+        // 0.5 · 7 A · 28 mH / 540 V = 181 µs on average, 0.5 · 1.5 · 300 µs = 225 µs where the core saturates most.
+        assert_eq!(PLATE.line_pulse(0.5), Nanos::from_micros(180));
+        let saturating = Nameplate { rated_pulse: Nanos::from_micros(200), ..PLATE };
+        assert_eq!(saturating.line_pulse(0.5), Nanos::from_micros(150));
+        assert_eq!((PLATE.line_pulse(1e-3), PLATE.line_pulse(1.5)), (Nanos(20_000), Nanos(540_000)));
+        assert_eq!(Nameplate { rated_pulse: Nanos(10_000_000), ..PLATE }.line_pulse(9.0), Nanos(600_000));
+        assert_eq!(PLATE.line_pulse(f64::NAN), Nanos(20_000));
+        assert_eq!(PLATE.cast::<f32>().line_pulse(0.5), Nanos::from_micros(180));
+        assert_eq!(PLATE.saliency(), SaliencySign::Negative);
+        assert_eq!(Nameplate { q_axis_inductance: 9e-3, ..PLATE }.saliency(), SaliencySign::Positive);
+    }
+
+    #[test]
+    fn law_values_that_cannot_be_are_refused() {
+        assert!(PLATE.check().is_ok());
+        let broken = [
+            Nameplate { rated_current: f64::NAN, ..PLATE },
+            Nameplate { resistance: f64::INFINITY, ..PLATE },
+            Nameplate { d_axis_inductance: 0.0, ..PLATE },
+            Nameplate { q_axis_inductance: -1.0, ..PLATE },
+            Nameplate { magnet_flux: -0.1, ..PLATE },
+            Nameplate { polarity_difference: f64::NAN, ..PLATE },
+            Nameplate { rated_pulse: Nanos::ZERO, ..PLATE },
+            Nameplate { gain_tolerance: 1.0, ..PLATE },
+            Nameplate { gain_tolerance: f64::NAN, ..PLATE },
+            Nameplate { dc_link: 0.0, ..PLATE },
+            Nameplate { dead_time: Nanos::from_micros(25), ..PLATE },
+            Nameplate { carrier_period: Nanos::ZERO, ..PLATE },
+            Nameplate { switch_drop: [0.0, f64::INFINITY], ..PLATE },
+            Nameplate { diode_drop: [-1.0, 0.0], ..PLATE },
+        ];
+        assert!(broken.iter().all(|plate| plate.check().is_err()));
+    }
+}

@@ -1,5 +1,8 @@
 //! Waiting until the current is gone.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
 use crate::settings::{LONGEST, SettingsError, require, require_positive};

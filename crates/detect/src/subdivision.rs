@@ -8,6 +8,9 @@
 //! ends of the axis the search finds the one that answers more; but a free rotor moves by degrees meanwhile, so the
 //! polarity test follows.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{
     AlphaBeta, Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };

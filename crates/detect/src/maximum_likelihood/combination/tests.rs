@@ -17,7 +17,9 @@ fn said(degrees: f64, deviation: f64) -> Said<f64> {
 
 fn combined(trains: &[Said<f64>]) -> Combined<f64> {
     let mut combined = Combined::new();
-    trains.iter().for_each(|train| combined.add(train));
+    for train in trains {
+        combined.add(train);
+    }
     combined
 }
 

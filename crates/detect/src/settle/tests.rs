@@ -1,0 +1,79 @@
+use super::*;
+
+const SETTINGS: SettleSettings<f64> = SettleSettings { wait: Nanos(1000), threshold: 0.2, attempts: 2 };
+
+fn reading(current: [f64; 3]) -> Reading<f64> {
+    Reading {
+        at: Nanos::ZERO,
+        current: Abc(current),
+        sensed: Abc([Sensed::Measured; 3]),
+        dc_link: 540.0,
+        dc_link_clipped: false,
+    }
+}
+
+#[test]
+fn analytic_the_noise_is_that_of_one_reading() {
+    let mut noise = Noise::new();
+    assert_eq!(noise.deviation(), 0.0);
+    // Differences of ±√2 σ, whatever the offsets.
+    for sign in [1.0, -1.0, 1.0] {
+        let d = sign * 0.1 * 2.0_f64.sqrt();
+        noise.add(&[reading([0.5, -0.2, 0.1]), reading([0.5 + d, -0.2 - d, 0.1 + d])]);
+    }
+    assert!((noise.deviation() - 0.1).abs() < 1e-12);
+}
+
+#[test]
+fn law_waits_end_when_the_current_is_gone_and_slow_ones_are_released() {
+    for fast in [true, false] {
+        let mut settler = Settler::new(SETTINGS, fast);
+        let leg = |command: &Command<f64>| command.stage.legs.0[0];
+        let first = settler.begin();
+        assert_eq!(leg(&first), if fast { Leg::Off } else { Leg::Low });
+        assert_eq!((first.sampling.trigger(0), first.sampling.trigger(1)), (Nanos(800), Nanos(1000)));
+        assert_eq!(settler.step(&[reading([0.3, 0.0, 0.0]), reading([0.0; 3])]), Ok(Some(first)));
+        let end = [reading([0.1, 0.0, 0.0]), reading([0.19, -0.1, -0.09])];
+        if !fast {
+            let released = settler.step(&end).expect("quiet").expect("released");
+            assert_eq!(leg(&released), Leg::Off);
+        }
+        assert_eq!(settler.step(&end), Ok(None));
+        assert_eq!((settler.residual.0, settler.dc_link), ([0.19, -0.1, -0.09], 540.0));
+    }
+    let mut settler = Settler::new(SETTINGS, true);
+    let _ = settler.begin();
+    let loud = [reading([0.0, 0.3, 0.0]); 2];
+    assert!(settler.step(&loud).is_ok());
+    assert_eq!(settler.step(&loud), Err(Fault::CurrentPersists(0.3)));
+}
+
+#[test]
+fn law_what_no_sensor_sees_is_neither_current_nor_offset_nor_noise() {
+    let mut settler = Settler::new(SETTINGS, true);
+    let _ = settler.begin();
+    let hidden = |value: f64| {
+        let mut reading = reading([0.1, value, -0.1]);
+        reading.sensed.0[1] = Sensed::Hidden;
+        reading
+    };
+    assert_eq!(settler.step(&[hidden(f64::NAN), hidden(77.0)]), Ok(None));
+    assert_eq!(settler.residual.0, [0.1, 0.0, -0.1]);
+    assert_eq!(settler.noise.deviation(), 0.0);
+}
+
+#[test]
+fn law_readings_of_no_sensor_are_refused() {
+    for value in [f64::NAN, f64::INFINITY, -2e9] {
+        assert_eq!(seen(&reading([0.0, value, 0.0]), Phase::B), Err(Fault::NotANumber));
+        assert_eq!(largest(&reading([0.0, 0.0, value])), Err(Fault::NotANumber));
+        assert_eq!(link(&Reading { dc_link: value, ..reading([0.0; 3]) }), Err(Fault::NotANumber));
+    }
+    assert_eq!(link(&Reading { dc_link: 0.0, ..reading([0.0; 3]) }), Err(Fault::NotANumber));
+    assert_eq!(link(&Reading { dc_link_clipped: true, ..reading([0.0; 3]) }), Err(Fault::DcLinkClipped));
+    assert_eq!(seen(&reading([1.0, 2.0, 3.0]), Phase::B), Ok(2.0));
+    assert!(SETTINGS.check().is_ok());
+    assert!(SettleSettings { wait: Nanos(u64::MAX), ..SETTINGS }.check().is_err());
+    assert!(SettleSettings { threshold: f64::INFINITY, ..SETTINGS }.check().is_err());
+    assert!(SettleSettings { attempts: 0, ..SETTINGS }.check().is_err());
+}
