@@ -9,6 +9,9 @@
 //! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at
 //! its end and i3 in the decay give R and L of the line by equation (10).
 
+#[cfg(test)]
+mod tests;
+
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Real, Sampling, Stage, Step,
 };

@@ -32,12 +32,13 @@ struct Motor {
     sensor: f64,
     scatter: f64,
     drift: f64,
+    offset: [f64; 3],
     vectors: u32,
 }
 
 impl Motor {
     fn of(seed: u64, effect: f64, sensor: f64, scatter: f64) -> Self {
-        Self { noise: Noise::new(seed), effect, sensor, scatter, drift: 0.0, vectors: 0 }
+        Self { noise: Noise::new(seed), effect, sensor, scatter, drift: 0.0, offset: [0.0; 3], vectors: 0 }
     }
 
     fn readings(&mut self, test: &PolarityTest<f64>, command: &Command<f64>) -> Vec<Reading<f64>> {
@@ -54,7 +55,9 @@ impl Motor {
         (0..command.sampling.count)
             .map(|k| Reading {
                 at: command.sampling.trigger(k),
-                current: vector.phases().map(|phase| phase + self.sensor * self.noise.gauss()),
+                current: Abc(core::array::from_fn(|phase| {
+                    vector.phases().0[phase] + self.offset[phase] + self.sensor * self.noise.gauss()
+                })),
                 sensed: Abc([Sensed::Measured; 3]),
                 dc_link: 540.0,
                 dc_link_clipped: false,
@@ -243,4 +246,57 @@ fn law_the_tail_is_bounded_from_above() {
         let bound = tail(z * z);
         assert!(bound >= tail_of_normal && bound < 15.0 * tail_of_normal, "{z}: {bound}");
     }
+}
+
+#[test]
+fn analytic_a_vector_has_the_voltage_that_its_current_needs_and_its_dead_time_back() {
+    let settings =
+        PolaritySettings { resistance: 2.0, periods: 10, dead_time: Nanos(2000), ..settings(LOOSE) };
+    // 10 A through 5 mH in 1 ms, and half of them on average through 2 Ω.
+    assert!((settings.amplitude(5e-3) - 60.0).abs() < 1e-9);
+    let command = settings.command(Angle::from_degrees(0.0), 60.0, 600.0);
+    let duties =
+        command.stage.legs.0.map(|leg| if let Leg::Duty(duty) = leg { duty } else { panic!("no PWM") });
+    // 2 µs of 100 µs are lost against the current.
+    for (duty, expected) in duties.into_iter().zip([0.5 + 0.1 + 0.02, 0.5 - 0.05 - 0.02, 0.5 - 0.05 - 0.02]) {
+        assert!((duty - expected).abs() < 1e-12, "{duties:?}");
+    }
+    assert_eq!((command.sampling.count, command.sampling.last()), (10, Some(command.duration())));
+    let two = PolaritySettings { rule: PolarityRule::TwoVectors, ..settings };
+    let command = two.command(Angle::from_degrees(90.0), 60.0, 600.0);
+    assert_eq!(command.sampling, Sampling::once(Nanos(1_000_000)));
+    // Leg a without voltage has no direction of its current.
+    assert!(matches!(command.stage.legs.0[0], Leg::Duty(duty) if (duty - 0.5).abs() < 1e-12));
+}
+
+#[test]
+fn law_offsets_of_the_sensors_name_no_pole() {
+    let mut motor = Motor::of(1, 0.0, 1e-4, 0.0);
+    motor.offset = [0.4, -0.2, 0.1];
+    let (pole, test) = motor.decide(settings(SequentialSettings { floor: 1e-3, ..LOOSE }));
+    let (mean, _, _) = test.differences();
+    assert!(mean.abs() < 1e-4 && pole.undetermined.is_some(), "{mean} {pole:?}");
+}
+
+#[test]
+fn law_settings_that_cannot_work_are_refused() {
+    let good = settings(LOOSE);
+    assert!(good.check().is_ok());
+    let rule = |sequential| PolaritySettings { rule: PolarityRule::Sequential(sequential), ..good };
+    let broken = [
+        PolaritySettings { carrier_period: Nanos::ZERO, ..good },
+        PolaritySettings { periods: 0, ..good },
+        PolaritySettings { carrier_period: Nanos(10_000_000_000), periods: 7, ..good },
+        PolaritySettings { current: f64::INFINITY, ..good },
+        PolaritySettings { resistance: f64::NAN, ..good },
+        PolaritySettings { dead_time: Nanos::from_micros(25), ..good },
+        PolaritySettings { least_current: 0.0, ..good },
+        PolaritySettings { least_margin: f64::INFINITY, ..good },
+        rule(SequentialSettings { error: 0.5, ..LOOSE }),
+        rule(SequentialSettings { error: 1e-40, ..LOOSE }),
+        rule(SequentialSettings { effect: f64::NAN, ..LOOSE }),
+        rule(SequentialSettings { floor: 0.0, ..LOOSE }),
+        rule(SequentialSettings { most_pairs: 1, ..LOOSE }),
+    ];
+    assert!(broken.iter().all(|settings| settings.check().is_err()));
 }
