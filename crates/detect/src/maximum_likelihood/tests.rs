@@ -239,3 +239,95 @@ fn law_settings_that_cannot_work_are_refused() {
     }
     assert!(good.with_pulse(Nanos::from_micros(90)).check().is_ok());
 }
+
+/// A detector after it has ended.
+fn after(settings: MaximumLikelihoodSettings<f64>, motor: &mut LineMotor) -> MaximumLikelihood<f64> {
+    let mut detector = MaximumLikelihood::new(settings).expect("settings");
+    let mut readings = Vec::new();
+    while let Step::Drive(command) = detector.step(&readings) {
+        readings = motor.readings(&command);
+    }
+    detector
+}
+
+#[test]
+fn law_a_direction_and_a_comparison_scatter_as_stated() {
+    // Nothing but noise of the pulses, not of the offsets either, and nothing known of the gains.
+    let mut settings = MaximumLikelihoodSettings {
+        pole_floor: 1e-6,
+        gain_tolerance: 0.1,
+        ..MaximumLikelihoodSettings::suited(&nameplate())
+    };
+    settings.train.zeroing = 3000;
+    let run = |deviation: f64, trial: u64| {
+        let mut motor = LineMotor { deviation, slope: 4e-4, ..LineMotor::at(40.0) };
+        motor.noise = crate::testing::Noise::new(trial);
+        after(settings, &mut motor).combined
+    };
+    let exact = run(0.0, 1).pointer().direction;
+    let (mut squares, mut stated, mut ratios, mut ratios_stated) = (0.0, 0.0, 0.0, 0.0);
+    for trial in 1..=150 {
+        let combined = run(0.03, trial);
+        let off = combined.pointer().direction - exact;
+        squares += off.dot(off) / 2.0;
+        stated += combined.pointer().deviation.powi(2);
+        let (found, variances) = combined.ratios(0.1);
+        for k in 0..3 {
+            ratios += found[k] * found[k];
+            ratios_stated += variances[k];
+        }
+    }
+    let [direction, ratio] = [squares / stated, ratios / ratios_stated].map(f64::sqrt);
+    assert!((0.85..1.15).contains(&direction), "{direction}");
+    assert!((0.85..1.15).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn analytic_the_floor_of_a_direction_is_a_share_of_the_inductance_at_the_peak() {
+    let settings =
+        MaximumLikelihoodSettings { pole_floor: 0.01, ..MaximumLikelihoodSettings::suited(&nameplate()) };
+    let mut motor = LineMotor { slope: 1e-5, ..LineMotor::at(40.0) };
+    let pointer = after(settings, &mut motor).combined.pointer();
+    // c of which the peak U t/L makes 1 % of L, in each component of a sum over three directions.
+    let (line, pulse) = (3.0 * motor.mean, settings.train.pulse.seconds());
+    let expected = 1.5_f64.sqrt() * 0.01 * line * line / (motor.dc_link * pulse);
+    assert!((pointer.deviation / expected - 1.0).abs() < 1e-3, "{} {expected}", pointer.deviation);
+}
+
+#[test]
+fn analytic_what_the_comparison_leaves_uncertain_is_in_the_deviation() {
+    let settings =
+        MaximumLikelihoodSettings { gain_tolerance: 0.1, ..MaximumLikelihoodSettings::suited(&nameplate()) };
+    let mut motor = LineMotor { deviation: 0.03, ..LineMotor::at(40.0) };
+    let detector = after(settings, &mut motor);
+    let (ratios, variances) = detector.combined.ratios(0.1);
+    let axis = |ratios: [f64; 3]| {
+        let gains = GainComparison::line_gains(ratios, detector.train.derived);
+        let lines = core::array::from_fn(|k| detector.combined.lines[k] * gains[k].exp());
+        Saliency::from_lines(Abc(lines), settings.saliency).axis
+    };
+    let mut expected = detector.combined.variance();
+    for k in 0..3 {
+        let mut moved = ratios;
+        moved[k] += 1e-6;
+        expected += (axis(moved).difference(axis(ratios)) / 1e-6).powi(2) * variances[k];
+    }
+    let stated = detector.findings.angle_deviation.expect("stated");
+    assert!((stated * stated / expected - 1.0).abs() < 1e-4);
+    assert!(expected > 1.02 * detector.combined.variance());
+}
+
+#[test]
+fn law_each_train_compares_the_sensors_anew() {
+    let mut settings = MaximumLikelihoodSettings::<f64>::adaptive(&nameplate());
+    if let Some(adaptive) = &mut settings.adaptive {
+        *adaptive = Adaptive { most_trains: 3, deviation: 1e-6, ..*adaptive };
+    }
+    let mut motor = LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) };
+    let grown = after(settings, &mut motor);
+    assert_eq!(motor.pulses.len(), 18);
+    let last = MaximumLikelihoodSettings { train: grown.train.settings, adaptive: None, ..settings };
+    let alone = after(last, &mut LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) });
+    let [grown, alone] = [grown, alone].map(|detector| detector.gains.measured(1.0).1);
+    assert!((0..3).all(|k| (grown[k] / alone[k] - 1.0).abs() < 1e-2), "{grown:?} {alone:?}");
+}
