@@ -1,8 +1,8 @@
 //! No reading, setting or nameplate makes a detector panic, run for ever or name an angle that is none.
 
 use standstill_detect::{
-    Adaptive, Correction, Method, MethodName, ModulationSettings, Nameplate, PolarityRule, PolaritySettings,
-    PulseTrainSettings, SequentialSettings, Settings, SettleSettings, Signature,
+    Adaptive, Correction, Decay, Method, MethodName, ModulationSettings, Nameplate, PolarityRule,
+    PolaritySettings, PulseTrainSettings, SequentialSettings, Settings, SettleSettings, Signature,
 };
 use standstill_interface::{Abc, Command, Detector, Leg, Nanos, Outcome, Reading, Real, Sensed, Step};
 
@@ -432,5 +432,28 @@ fn law_settings_that_suit_a_motor_work() {
             assert!(settings.detector().is_ok(), "{name}: {:?}, {plate:?}", settings.detector().err());
             assert!(Method::suited(name, &plate.cast::<f32>()).detector().is_ok(), "{name} {plate:?}");
         }
+    }
+}
+
+#[test]
+fn law_each_name_is_its_method() {
+    let plate = plausible::<f64>(&mut Random(5));
+    for name in MethodName::ALL {
+        let settings = Method::suited(name, &plate);
+        let is = match (name, settings) {
+            (MethodName::LineInductance, Method::LineInductance(s)) => s.decay == Decay::Slow,
+            (MethodName::LineInductanceFast, Method::LineInductance(s)) => s.decay == Decay::Fast,
+            (MethodName::MaximumLikelihood, Method::MaximumLikelihood(s)) => s.adaptive.is_none(),
+            (MethodName::MaximumLikelihoodAdaptive, Method::MaximumLikelihood(s)) => s.adaptive.is_some(),
+            (MethodName::Subdivision, Method::Subdivision(_))
+            | (MethodName::HfiRotating, Method::HfiRotating(_))
+            | (MethodName::HfiPulsating, Method::HfiPulsating(_))
+            | (MethodName::DcAlignment, Method::DcAlignment(_))
+            | (MethodName::Bipolar, Method::Bipolar(_)) => true,
+            _ => false,
+        };
+        assert!(is, "{name}");
+        assert_eq!(settings.turns_rotor(), name == MethodName::DcAlignment);
+        assert_eq!(settings.has_line_pulses(), settings.with_pulse(Nanos::from_micros(200)).is_some());
     }
 }

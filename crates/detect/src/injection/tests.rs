@@ -187,3 +187,62 @@ fn analytic_voltages_turn_grow_and_pulsate_as_told() {
     let expected = Dq::new(s.voltage * (7.0 * half).cos(), 0.0).unpark(Angle::from_radians(0.0));
     assert!((voltage - expected).norm() < 1e-9);
 }
+
+/// Counts what it is given.
+#[derive(Clone, Debug)]
+struct Probe {
+    currents: u32,
+    most: f64,
+    first: Option<Clock>,
+}
+
+impl Demodulator<f64> for Probe {
+    fn new() -> Self {
+        Self { currents: 0, most: 0.0, first: None }
+    }
+
+    fn voltage(&self, s: &InjectionSettings<f64>, _: Clock) -> AlphaBeta<f64> {
+        AlphaBeta::new(s.voltage, 0.0)
+    }
+
+    fn add(&mut self, _: &InjectionSettings<f64>, clock: Clock, current: AlphaBeta<f64>) {
+        self.currents += 1;
+        self.most = self.most.max(current.norm());
+        self.first.get_or_insert(clock);
+    }
+
+    fn conclude(
+        &mut self,
+        _: &InjectionSettings<f64>,
+        _: f64,
+        _: &mut Findings<f64>,
+    ) -> Result<Option<Angle<f64>>, Fault<f64>> {
+        Ok(Some(Angle::from_radians(0.0)))
+    }
+}
+
+#[test]
+fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
+    let s = InjectionSettings { ramp: 3, cycles: 4, ..InjectionSettings::rotating(&nameplate(10e-3, 17e-3)) };
+    let mut detector = Injection::<f64, Probe>::of(s).expect("settings");
+    let reading = Reading {
+        at: Nanos::ZERO,
+        current: Abc::new(0.1, -0.05, 0.02),
+        sensed: Abc([standstill_interface::Sensed::Measured; 3]),
+        dc_link: 540.0,
+        dc_link_clipped: false,
+    };
+    let mut count = 0;
+    let mut periods = 0;
+    while !matches!(detector.state, State::Testing(_)) {
+        let Step::Drive(command) = detector.step(&[reading; 2][..count]) else { panic!("ended") };
+        count = usize::try_from(command.sampling.count).expect("few");
+        if matches!(detector.state, State::Injecting(_)) {
+            assert_eq!(command.duration(), s.modulation.carrier_period);
+            periods += 1;
+        }
+    }
+    assert_eq!((periods, detector.demodulator.currents), (7 * 20, 4 * 20));
+    assert_eq!(detector.demodulator.first, Some(Clock { period: 0, cycle: 3 }));
+    assert!(detector.demodulator.most < 1e-12);
+}

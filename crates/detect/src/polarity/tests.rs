@@ -300,3 +300,12 @@ fn law_settings_that_cannot_work_are_refused() {
     ];
     assert!(broken.iter().all(|settings| settings.check().is_err()));
 }
+
+#[test]
+fn analytic_the_mean_of_n_pairs_has_an_nth_of_their_variance() {
+    let sequential = SequentialSettings { error: 1e-30, floor: 1e-3, most_pairs: 8, effect: 1.0 };
+    let (pole, test) = Motor::of(1, 0.02, 0.2, 0.0).decide(settings(sequential));
+    let (mean, variance, _) = test.differences();
+    let expected = (-mean * mean / (variance / 8.0 + 1e-6) / 2.0).exp() / 2.0;
+    assert!((pole.error.expect("known") / expected - 1.0).abs() < 1e-9);
+}
