@@ -206,7 +206,7 @@ pub(crate) fn fit<T: Real>(
     }
     let variance = normal.squares / freedom;
     // Products of white noise have a mean of zero with the standard deviation variance/√n.
-    let chance = T::of(2.0) * variance * normal.count.sqrt();
+    let chance = T::of(4.0) * variance * normal.count.sqrt();
     let misfit = ((normal.products - chance) / normal.count).max(T::zero());
     let inductance_covariance =
         inverse.inductance.map(|row| row.map(|entry| entry * variance * units[0] * units[0]));

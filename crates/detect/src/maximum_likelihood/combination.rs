@@ -9,8 +9,8 @@ use crate::train::GainComparison;
 #[cfg(test)]
 mod tests;
 
-/// Angle in rad, 1.1°, by which the axes that trains of different length see may differ: saturation turns them a little.
-const MOST_MOVEMENT: f64 = 0.02;
+/// Angle in rad, 0.6°, by which the axes that trains of different length see may differ: saturation turns them a little.
+const MOST_MOVEMENT: f64 = 0.01;
 
 /// Standard deviation in rad, and relative of a gain, that no train goes below: without noise a weight would be infinite.
 const LEAST_DEVIATION: f64 = 1e-6;
@@ -107,7 +107,7 @@ impl<T: Real> Combined<T> {
         let two = T::of(2.0);
         let twice = |angle: Angle<T>| Angle::from_radians(two * angle.radians());
         let angle = (twice(axis).difference(twice(before)) / two).abs();
-        let allowed = T::of(MOST_MOVEMENT) + T::of(5.0) * (variance + self.variance()).sqrt();
+        let allowed = T::of(MOST_MOVEMENT) + T::of(4.0) * (variance + self.variance()).sqrt();
         if angle <= allowed { Ok(()) } else { Err(Fault::RotorMoves { angle, allowed }) }
     }
 }
