@@ -97,9 +97,9 @@ impl ErrorSet {
         }
     }
 
-    /// The sensors of a drive for motors of this rated current in A: 2.5 times as much is their range, in proportion to
-    /// which they err.
-    pub fn sensors(self, rated_current: f64) -> SensorSettings {
+    /// The sensors of a drive for motors of this rated current in A on a DC link of this many volts: 2.5 times that
+    /// current and 1.8 times that voltage are their ranges, in proportion to which they err.
+    pub fn sensors(self, rated_current: f64, dc_link: f64) -> SensorSettings {
         let scale = rated_current / 8.0;
         let default = SensorSettings {
             arrangement: Arrangement::ThreeInLine,
@@ -115,7 +115,7 @@ impl ErrorSet {
                 offset: 0.0,
                 noise: 0.0,
                 bandwidth: None,
-                adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 }),
+                adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * (dc_link / 550.0) }),
             },
             resolver: Resolver { error: 0.2_f64.to_radians() },
         };

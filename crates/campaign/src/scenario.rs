@@ -141,8 +141,9 @@ impl<S: Settings<f64>> Scenario<S> {
         seed: u64,
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
-        let drive = errors.drive(motor.dc_link.unwrap_or(DC_LINK));
-        let sensors = errors.sensors(motor.rated_current);
+        let dc_link = motor.dc_link.unwrap_or(DC_LINK);
+        let drive = errors.drive(dc_link);
+        let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {
             motor,
