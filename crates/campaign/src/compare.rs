@@ -72,6 +72,14 @@ impl Adjustment {
         });
         applies.then_some(scenario)
     }
+
+    /// The methods that have what is to be adjusted.
+    pub fn concerned(&self, motor: &Motor) -> Vec<MethodName> {
+        let concerned = |name: &MethodName| {
+            self.scenario(*name, motor.clone(), ErrorSet::None, RotorState::Locked, 0).is_some()
+        };
+        MethodName::ALL.into_iter().filter(concerned).collect()
+    }
 }
 
 impl PoleRule {
@@ -100,11 +108,24 @@ pub struct Entry {
     pub bound: Option<Bound>,
 }
 
+/// The rms error in degrees of an axis drawn at random.
+const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
+
+/// A limit in degrees; none if it says nothing, being no number or larger than the error of a guess. It is the one of small
+/// errors, and grows without bounds where a detection gives up before its readings tell the angle.
+pub fn told(limit: f64) -> Option<f64> {
+    (limit <= RANDOM_AXIS).then_some(limit)
+}
+
 impl Entry {
-    /// The limit that the scheme's own samples set, over the measured rms error: 1 is all that they tell. None without a
-    /// limit or without noise.
+    /// The limit that the scheme's own samples set, in degrees.
+    pub fn limit(&self) -> Option<f64> {
+        told(self.bound?.scheme_deg)
+    }
+
+    /// That limit over the measured rms error: 1 is all that they tell. None without a limit or without noise.
     pub fn efficiency(&self) -> Option<f64> {
-        let efficiency = self.bound?.scheme_deg / self.summary.rms_deg.value;
+        let efficiency = self.limit()? / self.summary.rms_deg.value;
         (efficiency.is_finite() && efficiency > 0.0).then_some(efficiency)
     }
 }
@@ -145,5 +166,20 @@ impl Scenario<Method<f64>> {
         let noise = self.detector.is_adaptive().then_some(0);
         let bounds = Bounds { counted, noise, threads, ..Bounds::new(self) };
         Ok(bounds.over(angles)?.map(|bounds| Bound::rms(&bounds)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_a_limit_beyond_a_guess_says_nothing() {
+        // Uniform from -90° to 90°.
+        assert!((RANDOM_AXIS - 90.0 / 3.0_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(told(0.05), Some(0.05));
+        for limit in [52.0, f64::INFINITY, f64::NAN] {
+            assert_eq!(told(limit), None);
+        }
     }
 }

@@ -19,7 +19,7 @@ mod suitability;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
-pub use compare::{Adjustment, Entry, PoleRule};
+pub use compare::{Adjustment, Entry, PoleRule, told};
 pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};
 pub use scenario::{Scenario, Specimen};

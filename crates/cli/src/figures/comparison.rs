@@ -1,6 +1,6 @@
 //! Methods compared.
 
-use standstill_campaign::Entry;
+use standstill_campaign::{Entry, ErrorSet};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 
 use super::WIDTH;
@@ -22,20 +22,79 @@ struct Series {
     ways: Vec<(f64, f64)>,
 }
 
-/// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
-/// Cramér–Rao limit of its samples.
-pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
-    let mut methods: Vec<&str> = Vec::new();
-    let mut conditions: Vec<String> = Vec::new();
-    let condition =
-        |entry: &Entry, rotor: Rotor| format!("{} rotor, {} errors", rotor.name(), entry.errors.name());
+/// Conditions that one panel can tell apart: black crosses are the limits.
+const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
+
+fn condition(entry: &Entry, rotor: Rotor) -> String {
+    let errors = match entry.errors {
+        ErrorSet::None => "no errors".to_owned(),
+        ErrorSet::Noise => "noise alone".to_owned(),
+        ErrorSet::Default | ErrorSet::Harsh => format!("{} errors", entry.errors.name()),
+    };
+    format!("{} rotor, {errors}", rotor.name())
+}
+
+fn conditions(entries: &[&(Entry, Rotor)]) -> Vec<String> {
+    let mut conditions = Vec::new();
     for (entry, rotor) in entries {
-        if !methods.contains(&entry.method.name()) {
-            methods.push(entry.method.name());
-        }
         let condition = condition(entry, *rotor);
         if !conditions.contains(&condition) {
             conditions.push(condition);
+        }
+    }
+    conditions
+}
+
+fn log(degrees: f64) -> f64 {
+    if degrees > 0.0 { degrees.log10() } else { f64::NAN }
+}
+
+fn limit(entry: &Entry) -> f64 {
+    entry.limit().map_or(f64::NAN, log)
+}
+
+/// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
+/// Cramér–Rao limit of its samples. In one panel, or in one for each state of the rotor where there would be more
+/// conditions than styles.
+pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
+    let values = entries.iter().flat_map(|(entry, _)| {
+        [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]
+    });
+    let (low, high) = values
+        .filter(|value| value.is_finite())
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
+    let ends = if low <= high { (low, high) } else { (-2.0, 1.0) };
+    let mut groups: Vec<Vec<&(Entry, Rotor)>> = vec![entries.iter().collect()];
+    if conditions(&groups[0]).len() > STYLES.len() {
+        groups.clear();
+        for entry in entries {
+            match groups.iter_mut().find(|group| group[0].1 == entry.1) {
+                Some(group) => group.push(entry),
+                None => groups.push(vec![entry]),
+            }
+        }
+    }
+    let panels: Vec<Panel> = groups.iter().map(|group| panel(group, ends)).collect();
+    let heights: f64 = panels.iter().map(|panel| panel.weight).sum();
+    // Of some hundred pixels.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let height = (120.0 + 50.0 * panels.len() as f64 + heights).min(4000.0) as u32;
+    Figure {
+        title: "Methods compared: marker at the rms error, line to the 95th percentile".to_owned(),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height,
+        panels,
+    }
+}
+
+/// Its weight is the height that it should have, in pixels.
+fn panel(entries: &[&(Entry, Rotor)], (low, high): (f64, f64)) -> Panel {
+    let conditions = conditions(entries);
+    let mut methods: Vec<&str> = Vec::new();
+    for (entry, _) in entries {
+        if !methods.contains(&entry.method.name()) {
+            methods.push(entry.method.name());
         }
     }
     let row = |entry: &Entry, rotor: Rotor| {
@@ -44,24 +103,14 @@ pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
         let place = conditions.iter().position(|known| *known == label).unwrap_or(0);
         let within = (place as f64 + 0.5) / conditions.len() as f64 - 0.5;
         let y = (methods.len() - 1 - method) as f64 - 0.7 * within;
-        // Black crosses are the limits.
-        let style = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple][place % 5];
-        Row { y, label, style }
+        Row { y, label, style: STYLES[place % STYLES.len()] }
     };
-    let log = |degrees: f64| if degrees > 0.0 { degrees.log10() } else { f64::NAN };
-    let values = entries.iter().flat_map(|(entry, _)| {
-        let limit = entry.bound.map_or(f64::NAN, |bound| bound.scheme_deg);
-        [entry.summary.rms_deg.value, entry.summary.p95_deg.value, limit].map(log)
-    });
-    let (low, high) = values
-        .filter(|value| value.is_finite())
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
-    let (low, high) = if low <= high { (low, high) } else { (-2.0, 1.0) };
     let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect();
     let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
     let y = Axis { ticks: Ticks::Named(names), ..Axis::new("") };
     let x = x.range(low - 0.1, high + 0.1);
     let mut panel = Panel::new(x, y.range(-0.6, methods.len() as f64 - 0.4));
+    panel.weight = (methods.len() * (24 + 13 * conditions.len())) as f64;
     let mut limits = Vec::new();
     let mut series: Vec<Series> = Vec::new();
     for (entry, rotor) in entries {
@@ -73,7 +122,7 @@ pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
         });
         series[known].points.push((rms, y));
         series[known].ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
-        limits.extend(entry.bound.map(|bound| (log(bound.scheme_deg), y)));
+        limits.push((limit(entry), y));
     }
     for Series { label, style, points, ways } in series {
         panel = panel.with(Layer::Line { label: None, points: ways, style }).with(Layer::Points {
@@ -82,17 +131,11 @@ pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
             style,
         });
     }
-    if !limits.is_empty() {
+    if limits.iter().any(|(limit, _)| limit.is_finite()) {
         let label = Some("Cramér–Rao limit of its samples".to_owned());
         panel = panel.with(Layer::Points { label, points: limits, style: Style::Black });
     }
-    Figure {
-        title: "Methods compared: marker at the rms error, line to the 95th percentile".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: u32::try_from(170 + methods.len() * (24 + 13 * conditions.len())).unwrap_or(4000).min(4000),
-        panels: vec![panel],
-    }
+    panel
 }
 
 /// 1, 2 and 5 times the powers of ten between two exponents.
