@@ -53,16 +53,18 @@ pub struct Candidate {
     pub free: Summary,
     /// Why it does not suit the motor; empty: it does.
     pub objections: Vec<String>,
-    /// How many times better than demanded, in error and in movement, whichever is less; 1 is just enough.
+    /// How many times better than demanded, in error and in movement, whichever is less; 1 is just enough, 0 without any
+    /// angle.
     pub margin: f64,
 }
 
 /// All that is known of a motor's suitability.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Suitability {
-    /// |L_B| / L_A without current.
+    /// |L_B| / L_A without current, from the data sheet.
     pub saliency_ratio: f64,
-    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, rms over the angles.
+    /// The Cramér–Rao limit of the maximum-likelihood method's pulses on this drive, rms over the angles. None if they
+    /// cannot be set up.
     pub limit: Option<Bound>,
     /// Whether the motor has poles to tell apart.
     pub has_magnet: bool,
@@ -139,23 +141,18 @@ impl Suitability {
         let mut candidates = Vec::new();
         for method in CANDIDATES {
             progress(method);
-            let locked = summary(&scenario(method, RotorState::Locked), method)?;
-            let free = summary(&scenario(method, RotorState::Free), method)?;
-            let settings = scenario(method, RotorState::Free).detector;
-            let has_pole = motor.has_magnet();
-            let objections = objections(&locked, &free, demands, has_pole);
-            let worst = locked.p95_deg.value.max(free.p95_deg.value);
-            let margin = (demands.error_deg / worst).min(demands.movement_deg / free.max_moved_deg);
-            candidates.push(Candidate { method, settings, locked, free, objections, margin });
+            let [locked, free] = [RotorState::Locked, RotorState::Free].map(|rotor| scenario(method, rotor));
+            candidates.push(Candidate::of(method, &locked, &free, demands)?);
         }
-        let first = Scenario::of_method(CANDIDATES[0], motor.clone(), errors, RotorState::Locked, seed);
-        let drive = first.nameplate();
+        // What the trials met, not what the drive was told.
+        let tried = scenario(CANDIDATES[0], RotorState::Locked);
+        let known = tried.nameplate();
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
-            limit: first.bound(ANGLES, None)?,
+            limit: if tried.check().is_ok() { tried.bound(ANGLES, None)? } else { None },
             has_magnet: motor.has_magnet(),
-            signature: [drive.signature, drive.pulse_signature],
-            polarity_difference: drive.polarity_difference,
+            signature: [known.signature, known.pulse_signature],
+            polarity_difference: known.polarity_difference,
             candidates,
         })
     }
@@ -164,6 +161,33 @@ impl Suitability {
     pub fn recommended(&self) -> Option<&Candidate> {
         let suited = self.candidates.iter().filter(|candidate| candidate.objections.is_empty());
         suited.max_by(|a, b| a.margin.total_cmp(&b.margin))
+    }
+}
+
+impl Candidate {
+    /// Tries a method. One whose settings cannot work for this motor is no reason to give up on the others.
+    fn of(
+        method: MethodName,
+        locked: &Scenario<Method<f64>>,
+        free: &Scenario<Method<f64>>,
+        demands: &Demands,
+    ) -> Result<Self, CampaignError> {
+        let settings = free.detector;
+        if let Err(error) = free.check() {
+            let none = Statistics::default().summary();
+            let objections = vec![format!("it cannot be set up: {error}")];
+            return Ok(Self { method, settings, locked: none.clone(), free: none, objections, margin: 0.0 });
+        }
+        let has_pole = free.motor.has_magnet();
+        let (locked, free) = (summary(locked, method)?, summary(free, method)?);
+        let objections = objections(&locked, &free, demands, has_pole);
+        let worst = locked.p95_deg.value.max(free.p95_deg.value);
+        let margin = if worst.is_nan() {
+            0.0
+        } else {
+            (demands.error_deg / worst).min(demands.movement_deg / free.max_moved_deg)
+        };
+        Ok(Self { method, settings, locked, free, objections, margin })
     }
 }
 

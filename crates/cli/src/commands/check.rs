@@ -3,15 +3,17 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability};
-use standstill_detect::{Method, PolarityRule, PolaritySettings, PulseTrainSettings, Signature};
+use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability, told};
+use standstill_detect::{
+    Method, PolarityRule, PolaritySettings, PulseTrainSettings, SequentialSettings, Signature,
+};
 
 use crate::Report;
 use crate::arguments::Check;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress;
-use crate::text::{fill, table};
+use crate::text::{self, fill, table};
 
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
@@ -49,8 +51,9 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     if let Some(candidate) = recommended {
         let _ = writeln!(
             text,
-            "\nRecommended: {}, with {:.0} times what is demanded",
-            candidate.method, candidate.margin
+            "\nRecommended: {}, {} times better than demanded in error and in movement",
+            candidate.method,
+            factor(candidate.margin)
         );
         for (name, value) in settings(&candidate.settings, suitability.has_magnet) {
             let _ = writeln!(text, "  {name:<24} {value}");
@@ -65,6 +68,16 @@ fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
 }
 
+/// How many times, with a digit after the point where that matters.
+fn factor(value: f64) -> String {
+    if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
+/// A current in A, of motors of milliamperes as well.
+fn amperes(value: f64) -> String {
+    if value > 0.0 { text::number(1, value) } else { "–".to_owned() }
+}
+
 fn cells(candidate: &Candidate) -> Vec<String> {
     let (locked, free) = (&candidate.locked, &candidate.free);
     let verdict =
@@ -74,8 +87,8 @@ fn cells(candidate: &Candidate) -> Vec<String> {
         number(locked.p95_deg.value, 2),
         number(free.p95_deg.value, 2),
         number(free.mean_duration_s * 1e3, 1),
-        number(locked.peak_current_a.max(free.peak_current_a), 1),
-        number(free.max_moved_deg, 2),
+        amperes(locked.peak_current_a.max(free.peak_current_a)),
+        if free.trials > 0 { number(free.max_moved_deg, 2) } else { "–".to_owned() },
         verdict,
     ]
 }
@@ -95,14 +108,16 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     if let Some(bound) = suitability.limit {
         // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
         let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
-        if limit.is_infinite() {
-            saliency += " The currents of line pulses do not depend on the rotor's angle.";
+        if told(limit).is_none() {
+            saliency += " The currents of line pulses do not tell the rotor's angle.";
         } else if limit > 0.0 {
             let margin = demands.error_deg / (1.96 * limit);
             let _ = write!(
                 saliency,
-                " With {} errors no method can know the axis better than {limit:.3}° rms from line pulses (Cramér–Rao), {margin:.0} times better than the {}° demanded in 95 of 100.",
+                " With {} errors no method can know the axis better than {limit:.3}° rms from these line pulses (Cramér–Rao), {} times {} than the {}° demanded in 95 of 100.",
                 errors.name(),
+                factor(if margin < 1.0 { 1.0 / margin } else { margin }),
+                if margin < 1.0 { "worse" } else { "better" },
                 demands.error_deg
             );
         }
@@ -110,6 +125,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     reasons.push(saliency);
     let [rated, pulses] = suitability.signature;
     let difference = suitability.polarity_difference.abs();
+    let floor = SequentialSettings::<f64>::new(difference).floor;
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
     } else if rated == Signature::None && pulses == Signature::None {
@@ -119,22 +135,24 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         )
     } else {
         format!(
-            "Poles: {} near rated current, by {:.1} %, {:.0} times what drive and sensors get wrong between two vectors (0.3 %); {} in pulses of half of it.",
+            "Poles: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it.",
             words(rated),
             100.0 * difference,
-            difference / 0.003,
+            factor(difference / floor),
+            100.0 * floor,
             words(pulses)
         )
     });
     let pulse = suitability
         .candidates
         .first()
+        .filter(|candidate| candidate.free.trials > 0)
         .and_then(|candidate| train(&candidate.settings).map(|t| (candidate, t)));
     if let Some((candidate, train)) = pulse {
         reasons.push(format!(
-            "Line pulses of {:.0} µs raise {:.1} A at most; they move a free rotor by {:.3}°.",
+            "Line pulses of {:.0} µs raise {} A at most; they move a free rotor by {:.3}°.",
             train.pulse.seconds() * 1e6,
-            candidate.locked.peak_current_a,
+            amperes(candidate.locked.peak_current_a),
             candidate.free.max_moved_deg
         ));
     }
@@ -203,8 +221,12 @@ fn all_settings(method: &Method<f64>) -> Vec<(&'static str, String)> {
             all
         }
         Method::HfiRotating(s) => {
-            let mut all =
-                vec![("voltage", format!("{:.1} V", s.0.voltage)), ("cycles", s.0.cycles.to_string())];
+            let mut all = vec![
+                ("voltage", format!("{:.1} V", s.0.voltage)),
+                ("cycle", microseconds(s.0.modulation.carrier_period * u64::from(s.0.periods))),
+                ("ramp", format!("{} cycles", s.0.ramp)),
+                ("cycles", s.0.cycles.to_string()),
+            ];
             all.extend(of_polarity(&s.0.polarity));
             all
         }
