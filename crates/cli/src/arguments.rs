@@ -124,7 +124,7 @@ pub struct Compare {
     /// Trials of each method under each set of conditions [default: 500, of dc-alignment 20]
     #[arg(long, value_parser = trials, allow_hyphen_values = true)]
     pub trials: Option<u64>,
-    /// How methods with a polarity test of its own decide [default: each its own way]
+    /// How methods with a polarity test of their own decide [default: each its own way]
     #[arg(long, value_enum)]
     pub polarity: Option<PoleRuleName>,
     /// Tell the methods that this pole draws more current, right or wrong [default: as the motor's magnetics say]
@@ -136,7 +136,7 @@ pub struct Compare {
     /// Injections and alignment without compensation of the dead time and of the devices' drops
     #[arg(long)]
     pub uncompensated: bool,
-    /// Torque in N·m that a load exerts against forward motion, also at standstill
+    /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move
     #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
     pub load: f64,
     #[command(flatten)]
@@ -271,7 +271,7 @@ fn celsius(text: &str) -> Result<f64, String> {
 }
 
 /// [`ErrorSet`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Errors {
     None,
     Noise,

@@ -64,6 +64,12 @@ fn rotor(rotor: Rotor, motor: &Motor, name: &str) -> Result<RotorState, Error> {
     })
 }
 
+fn load_on_locked_rotor(load: f64) -> Error {
+    Error::Arguments(format!(
+        "--load {load}: found --rotor locked, which no load moves; needed: --rotor free or --rotor brake"
+    ))
+}
+
 /// The paper's method.
 fn scenario(setup: &Setup) -> Result<Scenario, Error> {
     scenario_with(setup, |drive| LineInductanceSettings::paper(setup.decay.into(), drive))
@@ -80,10 +86,7 @@ fn scenario_with<S: Settings<f64>>(
 ) -> Result<Scenario<S>, Error> {
     let motor = motor(&setup.motor)?;
     if setup.load != 0.0 && setup.rotor == Rotor::Locked {
-        return Err(Error::Arguments(format!(
-            "--load {}: found --rotor locked, which no load moves; needed: --rotor free or --rotor brake",
-            setup.load
-        )));
+        return Err(load_on_locked_rotor(setup.load));
     }
     let rotor = rotor(setup.rotor, &motor, &setup.motor)?;
     let hot = motor.at_temperature(setup.temperature.into())?;

@@ -2,10 +2,9 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::sync::atomic::Ordering;
 
 use serde::Serialize;
-use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Scenario, Statistics};
+use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Scenario, Statistics, told};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
@@ -20,7 +19,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
-use crate::text::wide_table;
+use crate::text::{decimals, wide_table};
 
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;
@@ -92,16 +91,17 @@ impl Row {
             peak_current: s.peak_current_a,
             energy: finite(entry.energy_j),
             moved_deg: s.max_moved_deg,
-            bound_deg: entry.bound.and_then(|bound| finite(bound.scheme_deg)),
-            bound_all_deg: entry.bound.and_then(|bound| finite(bound.all_deg)),
-            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(finite),
+            bound_deg: entry.bound.and_then(|bound| told(bound.scheme_deg)),
+            bound_all_deg: entry.bound.and_then(|bound| told(bound.all_deg)),
+            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(told),
             efficiency: entry.efficiency(),
             reasons: reasons(&s.reasons),
         }
     }
 
-    /// Of the table. The method is named where it is another one than in the row before.
-    fn cells(&self, before: Option<&Self>) -> Vec<String> {
+    /// Of the table, with so many decimals of currents and energies. The method is named where it is another one than in
+    /// the row before.
+    fn cells(&self, before: Option<&Self>, digits: [usize; 2]) -> Vec<String> {
         let number = |value: Option<f64>, digits: usize| {
             value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
         };
@@ -121,8 +121,8 @@ impl Row {
             self.undetermined.to_string(),
             (self.failed + self.simulation_errors).to_string(),
             number(Some(self.duration_ms), 1),
-            number(Some(self.peak_current), 1),
-            number(self.energy, 2),
+            number(Some(self.peak_current), digits[0]),
+            number(self.energy, digits[1]),
             number(Some(self.moved_deg), 2),
             number(self.bound_deg, 3),
             number(self.efficiency, 3),
@@ -149,7 +149,66 @@ struct Cell {
     scenario: Scenario<Method<f64>>,
 }
 
+/// Each once, in the order in which they were first given.
+fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
+    let mut once = Vec::new();
+    for item in given {
+        if !once.contains(item) {
+            once.push(*item);
+        }
+    }
+    once
+}
+
+/// An option was given that this method has no use for, or options were that no method has a use for.
+fn no_use(options: &Compare, method: Option<MethodName>, motor: &Motor) -> Option<Error> {
+    let pulse = options.pulse.map(Nanos::from_micros);
+    let given = [
+        ("--pulse", pulse.is_some(), Adjustment { pulse, ..Adjustment::default() }),
+        (
+            "--polarity",
+            options.polarity.is_some(),
+            Adjustment { rule: options.polarity.map(Into::into), ..Adjustment::default() },
+        ),
+        (
+            "--uncompensated",
+            options.uncompensated,
+            Adjustment { uncompensated: options.uncompensated, ..Adjustment::default() },
+        ),
+    ];
+    let given: Vec<(&str, Vec<MethodName>)> = given
+        .into_iter()
+        .filter(|(_, is, _)| *is)
+        .map(|(option, _, adjustment)| (option, adjustment.concerned(motor)))
+        .collect();
+    let needless = given.iter().find(|(_, concerned)| method.is_some_and(|name| !concerned.contains(&name)));
+    match (method, needless) {
+        (Some(method), Some((option, concerned))) => Some(Error::Arguments(format!(
+            "{option}: found with --method {method}, which has no use for it; allowed: {}",
+            listed(concerned)
+        ))),
+        (Some(_), None) => None,
+        (None, _) => {
+            let options: Vec<&str> = given.iter().map(|(option, _)| *option).collect();
+            let each: Vec<String> =
+                given.iter().map(|(option, concerned)| format!("{option}: {}", listed(concerned))).collect();
+            Some(Error::Arguments(format!(
+                "{}: found together, but no method has a use for all of them; allowed: {}",
+                options.join(", "),
+                each.join("; ")
+            )))
+        }
+    }
+}
+
+fn listed(methods: &[MethodName]) -> String {
+    methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", ")
+}
+
 fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
+    if options.load != 0.0 && options.rotor.iter().all(|rotor| *rotor == Rotor::Locked) {
+        return Err(super::load_on_locked_rotor(options.load));
+    }
     let hot = motor.at_temperature(options.temperature.into())?;
     let adjustment = Adjustment {
         rule: options.polarity.map(Into::into),
@@ -157,31 +216,22 @@ fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
         pulse: options.pulse.map(Nanos::from_micros),
         uncompensated: options.uncompensated,
     };
-    let methods = if options.method.is_empty() { &MethodName::ALL[..] } else { &options.method };
+    // Of all methods, those that have no use for an option are left out; one that was asked for is a mistake.
+    let methods = if options.method.is_empty() {
+        adjustment.concerned(motor)
+    } else {
+        let methods = each_once(&options.method);
+        let mistake = methods.iter().find_map(|method| no_use(options, Some(*method), motor));
+        mistake.map_or(Ok(methods), Err)?
+    };
     let mut cells = Vec::new();
-    for &method in methods {
-        for &rotor in &options.rotor {
-            for &errors in &options.errors {
+    for &method in &methods {
+        for rotor in each_once(&options.rotor) {
+            for errors in each_once(&options.errors) {
                 let state = super::rotor(rotor, motor, &options.motor)?;
                 let errors = errors.into();
                 let scenario = adjustment.scenario(method, motor.clone(), errors, state, options.seed);
-                // Of all methods, those that are not concerned are left out; one that was asked for is a mistake.
-                let Some(scenario) = scenario else {
-                    if options.method.is_empty() {
-                        continue;
-                    }
-                    let given = [
-                        ("--pulse", options.pulse.is_some()),
-                        ("--polarity", options.polarity.is_some()),
-                        ("--uncompensated", options.uncompensated),
-                    ];
-                    let given: Vec<&str> =
-                        given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect();
-                    return Err(Error::Arguments(format!(
-                        "--method {method}: found with {}, needed: a method that all of this concerns",
-                        given.join(", ")
-                    )));
-                };
+                let Some(scenario) = scenario else { continue };
                 scenario.check()?;
                 let usual = if method == MethodName::DcAlignment { 20 } else { 500 };
                 let trials = options.trials.unwrap_or(usual);
@@ -192,7 +242,7 @@ fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
             }
         }
     }
-    Ok(cells)
+    if cells.is_empty() { no_use(options, None, motor).map_or(Ok(cells), Err) } else { Ok(cells) }
 }
 
 /// The cells one after the other, as far as nobody interrupts.
@@ -204,12 +254,13 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<(Entry, Rotor)>
         bar.set_message(format!("{}, {}, {}", cell.method, cell.rotor.name(), cell.errors.name()));
         let mut statistics = Statistics::default();
         let campaign = Campaign { scenario: &cell.scenario, trials: cell.trials, threads };
-        campaign.run(&stop, |record| {
+        let done = campaign.run(&stop, |record| {
             statistics.add(record);
             bar.inc(1);
             Ok::<(), Error>(())
         })?;
-        if stop.load(Ordering::Relaxed) {
+        // A row whose trials are all done is kept even if the interruption came with its last ones.
+        if done < cell.trials {
             break;
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
@@ -253,7 +304,12 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     output.file("comparison.png", &figure.png()?)?;
     let files = output.finish()?;
     let mut text = format!("Methods on {}, seed {}\n\n", motor.name, options.seed);
-    let lines = (0..rows.len()).map(|k| rows[k].cells(k.checked_sub(1).map(|before| &rows[before])));
+    let largest = |of: fn(&Row) -> f64| rows.iter().map(of).fold(0.0, f64::max);
+    let digits = [
+        decimals(1, largest(|row| row.peak_current)),
+        decimals(2, largest(|row| row.energy.unwrap_or_default())),
+    ];
+    let lines = (0..rows.len()).map(|k| rows[k].cells(k.checked_sub(1).map(|before| &rows[before]), digits));
     text += &wide_table(&HEADER, lines);
     text += LEGEND;
     for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
@@ -269,5 +325,5 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
 const LEGEND: &str = "
 rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole; failed: no angle.
 ms, peak A, J: time, largest current and mean energy of a detection. moved: furthest that a rotor moved.
-limit: Cramér–Rao, from the samples that the method takes for its axis; eff.: limit / rms.
+limit: Cramér–Rao, from the method's samples (line pulses without the polarity test that follows); eff.: limit / rms.
 ";
