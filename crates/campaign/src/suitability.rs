@@ -7,7 +7,7 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_detect::{Method, MethodName, Signature};
-use standstill_plant::{Motor, Temperature, TemperatureError};
+use standstill_plant::{Motor, PolarityPoint, Temperature, TemperatureError};
 use standstill_sim::RotorState;
 
 use crate::bound::{Bound, BoundError};
@@ -72,6 +72,8 @@ pub struct Suitability {
     pub signature: [Signature; 2],
     /// By what share, near rated current.
     pub polarity_difference: f64,
+    /// The same at half of it.
+    pub pulse_difference: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
 }
@@ -153,6 +155,9 @@ impl Suitability {
             has_magnet: motor.has_magnet(),
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
+            // Where a map ends before, nothing is known.
+            pulse_difference: PolarityPoint::of(&hot.magnetics, 0.5 * hot.rated_current)
+                .map_or(0.0, |point| point.difference()),
             candidates,
         })
     }

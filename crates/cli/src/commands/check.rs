@@ -37,7 +37,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     }
     let verdict = if recommended.is_some() { "suited" } else { "NOT suited" };
     let mut text = format!(
-        "{}: {verdict} to detection of the rotor position at standstill ({} errors)\n\n",
+        "{}: {verdict} to detection of the rotor position at standstill (error set {})\n\n",
         motor.name,
         errors.name()
     );
@@ -114,7 +114,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
             let margin = demands.error_deg / (1.96 * limit);
             let _ = write!(
                 saliency,
-                " With {} errors no method can know the axis better than {limit:.3}° rms from these line pulses (Cramér–Rao), {} times {} than the {}° demanded in 95 of 100.",
+                " With error set {} no method can know the axis better than {limit:.3}° rms from these line pulses (Cramér–Rao), {} times {} than the {}° demanded in 95 of 100.",
                 errors.name(),
                 factor(if margin < 1.0 { 1.0 / margin } else { margin }),
                 if margin < 1.0 { "worse" } else { "better" },
@@ -135,12 +135,13 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         )
     } else {
         format!(
-            "Poles: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it.",
+            "Poles: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
             words(rated),
             100.0 * difference,
             factor(difference / floor),
             100.0 * floor,
-            words(pulses)
+            words(pulses),
+            100.0 * suitability.pulse_difference.abs()
         )
     });
     let pulse = suitability
@@ -272,6 +273,7 @@ fn json(
         "limit_deg": suitability.limit.map(|bound| bound.scheme_deg),
         "limit_on_a_specimen_deg": suitability.limit.and_then(|bound| bound.hybrid_deg),
         "polarity_difference": suitability.polarity_difference,
+        "pulse_polarity_difference": suitability.pulse_difference,
         "candidates": candidates,
         "recommended": recommended,
     })
