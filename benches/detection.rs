@@ -39,7 +39,7 @@ fn scenario(decay: Decay, rotor: RotorState) -> Scenario {
 fn right_hand_side(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("right-hand side");
     group.throughput(Throughput::Elements(1));
-    let drive = ErrorSet::Default.drive(550.0);
+    let drive = ErrorSet::Default.drive(8.0, 550.0);
     let saturated = motor();
     let slotted = built_in("slot-harmonics").unwrap_or_else(|| unreachable!("a built-in motor"));
     let kinds = [

@@ -66,8 +66,10 @@ impl ErrorSet {
         }
     }
 
-    /// The drive, on a DC link of this many volts.
-    pub fn drive(self, dc_link: f64) -> DriveSettings {
+    /// The drive for motors of this rated current in A, on a DC link of this many volts. Devices are sized to the current:
+    /// their slopes drop as much at rated current in every drive.
+    pub fn drive(self, rated_current: f64, dc_link: f64) -> DriveSettings {
+        let slope = 8.0 / rated_current;
         let ideal = DriveSettings {
             bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Open },
             dead_time: Nanos::ZERO,
@@ -84,9 +86,9 @@ impl ErrorSet {
             bridge: Bridge {
                 devices: Devices {
                     switch_drop: 0.9,
-                    switch_resistance: 50e-3,
+                    switch_resistance: 50e-3 * slope,
                     diode_drop: 1.0,
-                    diode_resistance: 30e-3,
+                    diode_resistance: 30e-3 * slope,
                 },
                 open_leg: OpenLeg::Diodes,
             },

@@ -142,7 +142,7 @@ impl<S: Settings<f64>> Scenario<S> {
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
         let dc_link = motor.dc_link.unwrap_or(DC_LINK);
-        let drive = errors.drive(dc_link);
+        let drive = errors.drive(motor.rated_current, dc_link);
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {

@@ -57,10 +57,12 @@ impl<T: Real> LineInductanceSettings<T> {
     /// other motors pulses that raise as much of the rated current as 80 µs do on the paper's, and vectors long enough
     /// for the link. As in the paper the larger current is taken for north.
     pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
+        // A fifth of the rated current into the mean line inductance, equation (4).
+        let pulse = drive.line_pulse(T::of(0.2));
         Self {
-            // A fifth of the rated current into the mean line inductance, equation (4).
-            pulse: drive.line_pulse(T::of(0.2)),
-            period: Nanos::from_micros(2400),
+            pulse,
+            // Or as long as the current of a longer pulse needs.
+            period: Nanos::from_micros(2400).max(pulse * 4),
             pulses: 3,
             decay,
             sample_lead: Nanos::ZERO,

@@ -58,12 +58,12 @@ impl<T: Real> Nameplate<T> {
     }
 
     /// A pulse that raises this share of the rated current in a line on average, and at most half more in any, in steps of
-    /// 10 µs, from 20 to 600 µs.
+    /// 10 µs, from 20 µs to 3 ms.
     pub fn line_pulse(&self, share: T) -> Nanos {
         let step = T::of(10e-6);
         let pulse = share * self.rated_current * self.line_inductance() / self.dc_link;
         let pulse = pulse.min(share * T::of(1.5 * self.rated_pulse.seconds()));
-        let steps = (pulse / step).round().max(T::of(2.0)).min(T::of(60.0));
+        let steps = (pulse / step).round().max(T::of(2.0)).min(T::of(300.0));
         Nanos::from_seconds((steps * step).to_double())
     }
 
@@ -140,7 +140,7 @@ mod tests {
         let saturating = Nameplate { rated_pulse: Nanos::from_micros(200), ..PLATE };
         assert_eq!(saturating.line_pulse(0.5), Nanos::from_micros(150));
         assert_eq!((PLATE.line_pulse(1e-3), PLATE.line_pulse(1.5)), (Nanos(20_000), Nanos(540_000)));
-        assert_eq!(Nameplate { rated_pulse: Nanos(10_000_000), ..PLATE }.line_pulse(9.0), Nanos(600_000));
+        assert_eq!(Nameplate { rated_pulse: Nanos(10_000_000), ..PLATE }.line_pulse(9.0), Nanos(3_000_000));
         assert_eq!(PLATE.line_pulse(f64::NAN), Nanos(20_000));
         assert_eq!(PLATE.cast::<f32>().line_pulse(0.5), Nanos::from_micros(180));
         assert_eq!(PLATE.saliency(), SaliencySign::Negative);
