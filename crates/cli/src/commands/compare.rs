@@ -136,7 +136,7 @@ const HEADER: [&str; 16] = [
 ];
 
 fn reasons(counts: &BTreeMap<String, u64>) -> String {
-    let all: Vec<String> = counts.iter().map(|(reason, count)| format!("{count} times: {reason}")).collect();
+    let all: Vec<String> = counts.iter().map(|(reason, count)| format!("{count} × {reason}")).collect();
     all.join("; ")
 }
 
