@@ -11,6 +11,7 @@ mod bound;
 mod campaign;
 mod compare;
 mod errors;
+pub mod file;
 pub mod paper;
 mod record;
 mod scenario;

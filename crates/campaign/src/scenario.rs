@@ -21,6 +21,8 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub motor: Motor,
     /// Whether it can move. Where a brake lets it play, each trial stands somewhere else within the same play.
     pub rotor: RotorState,
+    /// Electrical angle in rad at the start of every trial; none: each draws its own.
+    pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
     /// The drive.
@@ -148,6 +150,7 @@ impl<S: Settings<f64>> Scenario<S> {
         Self {
             motor,
             rotor,
+            start_angle: None,
             load_torque: 0.0,
             drive,
             sensors,
@@ -173,7 +176,8 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
-        let angle = Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU);
+        let drawn = Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU);
+        let angle = self.start_angle.unwrap_or(drawn);
         self.case_at(angle, Specimen { drive: trial, noise: trial })
     }
 

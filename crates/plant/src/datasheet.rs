@@ -6,7 +6,8 @@ mod extras;
 use std::fmt;
 use std::path::Path;
 
-use serde::Deserialize;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer};
 
 use crate::quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
@@ -24,7 +25,7 @@ fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
 }
 
 /// Where a number comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Source {
     /// Printed in the source that the data sheet names.
@@ -54,6 +55,30 @@ pub struct Sourced<U> {
     reason: String,
 }
 
+impl<U: Unit> JsonSchema for Sourced<U> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        format!("Number in {}", U::SYMBOL).into()
+    }
+
+    /// A scenario may leave the source out.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let quantity = Quantity::<U>::json_schema(generator);
+        let source = Source::json_schema(generator);
+        json_schema!({
+            "anyOf": [quantity, {
+                "type": "object",
+                "properties": { "value": quantity, "source": source, "reason": { "type": "string" } },
+                "required": ["value", "source", "reason"],
+                "additionalProperties": false
+            }]
+        })
+    }
+}
+
 /// One number of a data sheet, ready to print.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Entry {
@@ -67,7 +92,7 @@ pub struct Entry {
     pub reason: String,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RatingTable {
     power: Option<Sourced<Watt>>,
@@ -75,7 +100,7 @@ struct RatingTable {
     dc_link: Option<Sourced<Volt>>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct WindingTable {
     pole_pairs: Sourced<One>,
@@ -86,7 +111,7 @@ struct WindingTable {
     magnet_flux: Option<Sourced<Weber>>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SaturationTable {
     a_d0: Sourced<One>,
@@ -101,7 +126,7 @@ struct SaturationTable {
     i_f: Sourced<Ampere>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct BridgeTable {
     a_b: Sourced<One>,
@@ -111,7 +136,7 @@ struct BridgeTable {
     w: Sourced<One>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct RotorTable {
     inertia: Sourced<KilogramSquareMetre>,
@@ -124,7 +149,7 @@ struct RotorTable {
 }
 
 /// The name of a file, with its source.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct SourcedFile {
     value: String,
@@ -132,13 +157,13 @@ struct SourcedFile {
     reason: String,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct MapTable {
     file: SourcedFile,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct HarmonicsTable {
     inductance_4: Option<Sourced<Henry>>,
@@ -147,7 +172,7 @@ struct HarmonicsTable {
     flux_7: Option<Sourced<Weber>>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct EddyTable {
     time_constant: Sourced<Second>,
@@ -155,7 +180,7 @@ struct EddyTable {
     q_depth: Sourced<One>,
 }
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct ThermalTable {
     reference: Sourced<Celsius>,
@@ -167,7 +192,7 @@ struct ThermalTable {
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
 /// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
 /// phase.
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
     /// The file, or the built-in's name.
@@ -241,13 +266,25 @@ impl DataSheet {
             let message = error.message().replace('\n', " ");
             MotorError::Format { file: file.to_owned(), message: place + &message }
         })?;
+        sheet.of_file(file)
+    }
+
+    /// From what a file or a scenario says; `file` is where it is said, and beside which its map is looked for.
+    pub fn read<'de, D: Deserializer<'de>>(
+        file: &str,
+        from: D,
+    ) -> Result<Result<Self, MotorError>, D::Error> {
+        Ok(Self::deserialize(from)?.of_file(file))
+    }
+
+    fn of_file(self, file: &str) -> Result<Self, MotorError> {
         let printable = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
-        if sheet.name.is_empty() || sheet.name.len() > 60 || !sheet.name.chars().all(printable) {
-            let found = format!("{:?}", sheet.name.chars().take(60).collect::<String>());
+        if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(printable) {
+            let found = format!("{:?}", self.name.chars().take(60).collect::<String>());
             let needed = "1 to 60 letters, digits, spaces, dots, dashes or underscores".to_owned();
             return Err(MotorError::Value { file: file.to_owned(), key: "name", found, needed });
         }
-        Ok(Self { file: file.to_owned(), ..sheet })
+        Ok(Self { file: file.to_owned(), ..self })
     }
 
     /// What the motor is.

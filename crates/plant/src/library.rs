@@ -28,6 +28,11 @@ fn built_in_sheet(name: &str) -> Option<Result<DataSheet, MotorError>> {
 }
 
 impl DataSheet {
+    /// The text of a built-in motor's data sheet; `None` if there is none of that name.
+    pub fn built_in_text(name: &str) -> Option<&'static str> {
+        FILES.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
+    }
+
     /// The data sheet of a built-in motor; `None` if there is none of that name.
     pub fn built_in(name: &str) -> Option<Self> {
         built_in_sheet(name)?.ok()

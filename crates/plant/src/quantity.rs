@@ -12,12 +12,14 @@ pub trait Unit: Copy + fmt::Debug + PartialEq {
     const SYMBOL: &'static str;
     /// Other ways to write it.
     const ALIASES: &'static [&'static str] = &[];
+    /// Whether it is a share, which may be written in per cent.
+    const SHARE: bool = false;
     /// A prefix in use for it, and its power of ten: how the field writes such values.
     const USUAL: (&'static str, i32) = ("", 0);
 }
 
 macro_rules! units {
-    ($($(#[$doc:meta])* $name:ident = $symbol:literal $(or $alias:literal)* $(in $prefix:literal $power:literal)?;)*) => {
+    ($($(#[$doc:meta])* $name:ident = $symbol:literal $(or $alias:literal)* $(in $prefix:literal $power:literal)? $(share $share:literal)?;)*) => {
         $(
             $(#[$doc])*
             #[derive(Clone, Copy, Debug, PartialEq)]
@@ -26,6 +28,7 @@ macro_rules! units {
                 const SYMBOL: &'static str = $symbol;
                 const ALIASES: &'static [&'static str] = &[$($alias),*];
                 $(const USUAL: (&'static str, i32) = ($prefix, $power);)?
+                $(const SHARE: bool = $share;)?
             }
         )*
     };
@@ -63,8 +66,12 @@ pub mod unit {
         Celsius = "°C" or "degC";
         /// Change with temperature.
         PerKelvin = "1/K" or "/K";
+        /// Frequency.
+        Hertz = "Hz" in "k" 3;
         /// A pure number.
         One = "";
+        /// A pure number that is a share of something: `0.005` or `"0.5 %"`.
+        Share = "" share true;
     }
 }
 
@@ -89,12 +96,15 @@ impl<U: Unit> Quantity<U> {
 pub struct QuantityError {
     found: String,
     symbol: &'static str,
+    share: bool,
 }
 
 impl fmt::Display for QuantityError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { found, symbol } = self;
-        if symbol.is_empty() {
+        let Self { found, symbol, share } = self;
+        if *share {
+            write!(f, "`{found}` is not a share, such as 0.005 or \"0.5 %\"")
+        } else if symbol.is_empty() {
             write!(f, "`{found}` is not a finite number without unit")
         } else {
             write!(
@@ -114,7 +124,7 @@ impl<U: Unit> FromStr for Quantity<U> {
     type Err = QuantityError;
 
     fn from_str(text: &str) -> Result<Self, QuantityError> {
-        let error = || QuantityError { found: text.to_owned(), symbol: U::SYMBOL };
+        let error = || QuantityError { found: text.to_owned(), symbol: U::SYMBOL, share: U::SHARE };
         let text = text.trim();
         // The number is what is left when the longest unit that fits is taken off the end; "1e-3 m" cannot be
         // mistaken for an exponent because units have letters.
@@ -123,6 +133,8 @@ impl<U: Unit> FromStr for Quantity<U> {
         let unit = unit.trim();
         let power = if unit.is_empty() {
             0
+        } else if U::SHARE && unit == "%" {
+            -2
         } else {
             std::iter::once(&U::SYMBOL)
                 .chain(U::ALIASES)
@@ -152,6 +164,7 @@ impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
                 match U::SYMBOL {
+                    "" if U::SHARE => write!(f, "a share such as 0.005 or \"0.5 %\""),
                     "" => write!(f, "a number without unit"),
                     symbol => write!(f, "a number in {symbol}, or a text such as \"1.5 {symbol}\""),
                 }
@@ -177,6 +190,43 @@ impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
     }
 }
 
+impl<U: Unit> serde::Serialize for Quantity<U> {
+    /// As a number in SI, which is exact.
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_f64(self.0)
+    }
+}
+
+impl<U: Unit> schemars::JsonSchema for Quantity<U> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        format!("Quantity in {}", U::SYMBOL).into()
+    }
+
+    fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        let number = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*";
+        let units = std::iter::once(&U::SYMBOL).chain(U::ALIASES).filter(|unit| !unit.is_empty());
+        let units: Vec<String> = units.map(|unit| unit.replace('^', r"\^")).collect();
+        let unit = match &units[..] {
+            [] if U::SHARE => "%?".to_owned(),
+            [] => String::new(),
+            units => format!("([pnuµμmkM]?({}))?", units.join("|")),
+        };
+        let what = match U::SYMBOL {
+            "" if U::SHARE => "a share: a number, or a text in per cent".to_owned(),
+            "" => "a number".to_owned(),
+            symbol => format!("a number in {symbol}, or a text with a unit"),
+        };
+        schemars::json_schema!({
+            "description": what,
+            "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("{number}{unit}\\s*$") }]
+        })
+    }
+}
+
 impl<U: Unit> fmt::Display for Quantity<U> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (prefix, power) = U::USUAL;
@@ -193,7 +243,7 @@ impl<U: Unit> fmt::Display for Quantity<U> {
 
 #[cfg(test)]
 mod tests {
-    use super::unit::{Henry, KilogramSquareMetre, NewtonMetre, Ohm, One};
+    use super::unit::{Henry, Hertz, KilogramSquareMetre, NewtonMetre, Ohm, One, Share};
     use super::*;
 
     fn parse<U: Unit>(text: &str) -> Option<f64> {
@@ -211,6 +261,9 @@ mod tests {
         assert_eq!(parse::<NewtonMetre>("3.5 N m"), Some(3.5));
         assert_eq!(parse::<KilogramSquareMetre>("0.02 kg m²"), Some(0.02));
         assert_eq!(parse::<One>("4"), Some(4.0));
+        assert_eq!(parse::<Share>("0.5 %"), Some(0.005));
+        assert_eq!(parse::<Share>("0.005"), Some(0.005));
+        assert_eq!(parse::<Hertz>("20 kHz"), Some(20e3));
         assert_eq!(parse::<Henry>("1.5e-3 H"), Some(1.5e-3));
     }
 
@@ -220,6 +273,8 @@ mod tests {
             assert_eq!(parse::<Henry>(text), None, "{text}");
         }
         assert_eq!(parse::<One>("4 H"), None);
+        assert_eq!(parse::<One>("4 %"), None);
+        assert_eq!(parse::<Share>("4 m"), None);
     }
 
     #[test]

@@ -1,0 +1,23 @@
+//! Scenario files: what an engineer writes down and sweeps.
+//!
+//! ```text
+//!   text ─► Document ─► (overrides: -s, a point of the axes) ─► ScenarioFile ─► Scenario
+//!           TOML with                                            typed tables     ready to run
+//!           the lines of its keys
+//! ```
+//! Overrides change the document, not the scenario. So every key that a file can have can be set from the command line
+//! and can be an axis, and one place tells what is wrong with it.
+
+mod build;
+mod document;
+mod motor;
+mod tables;
+#[cfg(test)]
+mod tests;
+
+pub use document::{Document, FileError, Origin};
+pub use motor::MotorSpec;
+pub use tables::{
+    Decide, DetectorTable, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName,
+    RotorTable, ScenarioFile, SensorArrangement, SensorsTable,
+};

@@ -1,0 +1,333 @@
+//! From the tables to a scenario.
+
+use std::path::Path;
+
+use standstill_detect::{
+    LineInductanceSettings, MaximumLikelihoodSettings, Method, PolarityRule, SequentialSettings, Settings,
+    Signature,
+};
+use standstill_interface::Nanos;
+use standstill_inverter::OpenLeg;
+use standstill_plant::{Quantity, Temperature, Unit};
+use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
+
+use super::document::FileError;
+use super::tables::{
+    Decide, DetectorTable, ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile,
+    SensorArrangement, SensorsTable,
+};
+use crate::{DriveSettings, ErrorSet, Scenario};
+
+impl From<ErrorsName> for ErrorSet {
+    fn from(name: ErrorsName) -> Self {
+        match name {
+            ErrorsName::None => Self::None,
+            ErrorsName::Noise => Self::Noise,
+            ErrorsName::Default => Self::Default,
+            ErrorsName::Harsh => Self::Harsh,
+        }
+    }
+}
+
+impl ScenarioFile {
+    /// The scenario. Paths in the file are from `folder`.
+    ///
+    /// # Errors
+    /// A value that cannot be, with its key.
+    pub fn scenario(&self, folder: &Path) -> Result<Scenario<Method<f64>>, FileError> {
+        if self.trials == 0 {
+            return Err(FileError::key("trials", "0", "at least 1"));
+        }
+        let sheet = self.motor.sheet(folder)?;
+        let motor = sheet.motor().map_err(FileError::Motor)?;
+        let errors: ErrorSet = self.errors.into();
+        let mut drive =
+            errors.drive(self.inverter.dc_link.map_or(motor.dc_link.unwrap_or(DC_LINK), Quantity::value));
+        self.inverter.apply(&mut drive)?;
+        let mut sensors = errors.sensors(motor.rated_current);
+        self.sensors.apply(&mut sensors)?;
+        let temperature = Temperature {
+            winding: self.rotor.winding_temperature.map(Quantity::value),
+            magnet: self.rotor.magnet_temperature.map(Quantity::value),
+        };
+        let hot = motor.at_temperature(temperature).map_err(|error| FileError::temperature(&error))?;
+        let rotor = match self.rotor.state {
+            RotorStateName::Locked => RotorState::Locked,
+            RotorStateName::Free => RotorState::Free,
+            RotorStateName::Brake if motor.rotor.backlash == 0.0 => {
+                let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
+                return Err(FileError::key("rotor.state", "\"brake\"", needed));
+            }
+            RotorStateName::Brake => RotorState::Braked(Play::of(&motor)),
+        };
+        let load_torque = self.rotor.load.map_or(0.0, Quantity::value);
+        if load_torque != 0.0 && rotor == RotorState::Locked {
+            return Err(FileError::key(
+                "rotor.load",
+                "a load on a locked rotor, which it cannot move",
+                "`rotor.state` \"free\" or \"brake\"",
+            ));
+        }
+        // The drive is told of the motor of the data sheet, whatever its temperature is.
+        let told = Scenario {
+            rotor,
+            load_torque,
+            drive,
+            sensors,
+            start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
+            ..Scenario::of_method(self.detector.method.0, motor, errors, rotor, self.seed)
+        };
+        let mut nameplate = told.nameplate();
+        if let Some(poles) = self.detector.signature {
+            let signature = poles.into();
+            (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
+        }
+        if let Some(tolerance) = self.detector.gain_tolerance {
+            nameplate.gain_tolerance = at_least_zero("detector.gain_tolerance", tolerance)?;
+        }
+        if let Some(dead_time) = self.detector.dead_time {
+            nameplate.dead_time = time("detector.dead_time", dead_time)?;
+        }
+        let mut detector = Method::suited(self.detector.method.0, &nameplate);
+        self.detector.apply(&mut detector, nameplate.polarity_difference)?;
+        detector.detector().map_err(|error| FileError::settings(&error))?;
+        Ok(Scenario { motor: hot, detector, ..told })
+    }
+}
+
+/// DC-link voltage in V where neither scenario nor motor name one: the paper's.
+const DC_LINK: f64 = 550.0;
+
+fn in_range<U: Unit>(key: &str, value: Quantity<U>, range: [f64; 2], needed: &str) -> Result<f64, FileError> {
+    let [low, high] = range;
+    if (low..=high).contains(&value.value()) {
+        Ok(value.value())
+    } else {
+        Err(FileError::key(key, &value.to_string(), needed))
+    }
+}
+
+fn at_least_zero<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    in_range(key, value, [0.0, 1e12], "zero or more")
+}
+
+fn positive<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    in_range(key, value, [f64::MIN_POSITIVE, 1e12], "more than zero")
+}
+
+fn share<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    in_range(key, value, [0.0, 1.0], "a share from 0 to 1")
+}
+
+/// Up to a second, in whole nanoseconds.
+fn time<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
+    in_range(key, value, [0.0, 1.0], "from 0 to 1 s").map(Nanos::from_seconds)
+}
+
+fn count<U: Unit>(key: &str, value: Quantity<U>, most: f64) -> Result<u8, FileError> {
+    let needed = format!("a whole number from 0 to {most}");
+    let value = in_range(key, value, [0.0, most], &needed).and_then(|number| {
+        if number.fract() == 0.0 { Ok(number) } else { Err(FileError::key(key, &value.to_string(), &needed)) }
+    })?;
+    // Whole and from 0 to at most 255.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    Ok(value as u8)
+}
+
+/// Sets what the table has.
+macro_rules! set {
+    ($table:literal, $self:ident, $($key:ident => $to:expr, $with:expr;)*) => {
+        $(if let Some(value) = $self.$key {
+            $to = $with(concat!($table, ".", stringify!($key)), value)?;
+        })*
+    };
+}
+
+impl InverterTable {
+    fn apply(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
+        set!("inverter", self,
+            dc_link => drive.link.voltage, positive;
+            ripple => drive.link.ripple, share;
+            ripple_frequency => drive.link.ripple_frequency, positive;
+            dead_time => drive.dead_time, time;
+            delay_mismatch => drive.delay_mismatch, at_least_zero;
+            switch_drop => drive.bridge.devices.switch_drop, at_least_zero;
+            switch_resistance => drive.bridge.devices.switch_resistance, at_least_zero;
+            diode_drop => drive.bridge.devices.diode_drop, at_least_zero;
+            diode_resistance => drive.bridge.devices.diode_resistance, at_least_zero;
+        );
+        if let Some(carrier) = self.carrier {
+            let needed = "from 10 Hz to 1 MHz";
+            let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
+            drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
+        }
+        if let Some(open_leg) = self.open_leg {
+            drive.bridge.open_leg = match open_leg {
+                OpenLegName::Diodes => OpenLeg::Diodes,
+                OpenLegName::Open => OpenLeg::Open,
+            };
+        }
+        Ok(())
+    }
+}
+
+impl SensorsTable {
+    fn apply(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
+        set!("sensors", self,
+            gain_error => sensors.gain_error, share;
+            offset => sensors.offset, at_least_zero;
+            noise => sensors.noise, at_least_zero;
+            jitter => sensors.jitter, time;
+            sample_delay => sensors.sample_delay, time;
+            dc_link_gain_error => sensors.dc_link.gain_error, share;
+            dc_link_offset => sensors.dc_link.offset, at_least_zero;
+            dc_link_noise => sensors.dc_link.noise, at_least_zero;
+        );
+        if let Some(bandwidth) = self.bandwidth {
+            sensors.bandwidth = Some(positive("sensors.bandwidth", bandwidth)?);
+        }
+        if let Some(error) = self.resolver_error {
+            sensors.resolver.error = at_least_zero("sensors.resolver_error", error)?.to_radians();
+        }
+        if let Some(arrangement) = self.arrangement {
+            sensors.arrangement = match arrangement {
+                SensorArrangement::ThreeInLine => Arrangement::ThreeInLine,
+                SensorArrangement::TwoInLine => Arrangement::TwoInLine,
+                SensorArrangement::LowSideShunts => Arrangement::LowSideShunts,
+            };
+        }
+        let range = self.range.map(|range| positive("sensors.range", range)).transpose()?;
+        let bits = self.bits.map(|bits| count("sensors.bits", bits, 24.0)).transpose()?;
+        sensors.adc = converter("sensors", sensors.adc, range.map(|range| [-range, range]), bits)?;
+        let range = self.dc_link_range.map(|range| positive("sensors.dc_link_range", range)).transpose()?;
+        let bits = self.dc_link_bits.map(|bits| count("sensors.dc_link_bits", bits, 24.0)).transpose()?;
+        sensors.dc_link.adc =
+            converter("sensors.dc_link", sensors.dc_link.adc, range.map(|range| [0.0, range]), bits)?;
+        Ok(())
+    }
+}
+
+/// A converter with what was changed; of one that was none, both must be told.
+fn converter(
+    key: &str,
+    adc: Option<Adc>,
+    range: Option<[f64; 2]>,
+    bits: Option<u8>,
+) -> Result<Option<Adc>, FileError> {
+    match (adc, range, bits) {
+        (_, _, Some(0)) | (None, None, None) => Ok(None),
+        (None, Some([low, high]), Some(bits)) => Ok(Some(Adc { bits, low, high })),
+        (None, ..) => {
+            let needed = "range and bits, where the error set has no converter";
+            Err(FileError::key(key, "one of range and bits", needed))
+        }
+        (Some(adc), range, bits) => {
+            let [low, high] = range.unwrap_or([adc.low, adc.high]);
+            Ok(Some(Adc { bits: bits.unwrap_or(adc.bits), low, high }))
+        }
+    }
+}
+
+impl From<Poles> for Signature {
+    fn from(poles: Poles) -> Self {
+        match poles {
+            Poles::Normal => Self::Normal,
+            Poles::Inverted => Self::Inverted,
+            Poles::None => Self::None,
+        }
+    }
+}
+
+impl DetectorTable {
+    /// Sets what the table has in the settings of a method, for a motor whose poles' currents differ by `difference`.
+    fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
+        let name = self.method.0;
+        let foreign = |key: &str| {
+            let key = format!("detector.{key}");
+            FileError::key(&key, &format!("with method \"{name}\""), "a method that has such a setting")
+        };
+        if let Some(pulse) = self.pulse {
+            let needed = "from 1 µs to 10 ms";
+            let pulse = in_range("detector.pulse", pulse, [1e-6, 10e-3], needed)?;
+            *method = method.with_pulse(Nanos::from_seconds(pulse)).ok_or_else(|| foreign("pulse"))?;
+        }
+        if let Some(rounds) = self.rounds {
+            let rounds = count("detector.rounds", rounds, 255.0)?;
+            match method {
+                Method::LineInductance(LineInductanceSettings { pulses, .. }) => *pulses = rounds,
+                Method::Bipolar(settings) => settings.train.rounds = rounds,
+                Method::MaximumLikelihood(settings) => settings.train.rounds = rounds,
+                _ => return Err(foreign("rounds")),
+            }
+        }
+        if let Some(least) = self.least_saliency {
+            let least = share("detector.least_saliency", least)?;
+            match method {
+                Method::LineInductance(settings) => settings.least_saliency = least,
+                Method::Subdivision(settings) => settings.least_saliency = least,
+                Method::HfiRotating(settings) => settings.0.least_saliency = least,
+                Method::HfiPulsating(settings) => settings.0.least_saliency = least,
+                Method::Bipolar(settings) => settings.least_saliency = least,
+                Method::MaximumLikelihood(settings) => settings.least_saliency = least,
+                Method::DcAlignment(_) => return Err(foreign("least_saliency")),
+            }
+        }
+        if let Some(decide) = self.polarity {
+            let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
+            polarity.rule = match decide {
+                Decide::TwoVectors => PolarityRule::TwoVectors,
+                Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
+            };
+        }
+        if let Some(current) = self.vector_current {
+            let current = positive("detector.vector_current", current)?;
+            method.polarity_mut().ok_or_else(|| foreign("vector_current"))?.current = current;
+        }
+        if let Some(error) = self.pole_error {
+            let error =
+                in_range("detector.pole_error", error, [1e-30, 0.5], "a probability from 1e-30 to 0.5")?;
+            self.set_pole_error(method, error).ok_or_else(|| foreign("pole_error"))?;
+        }
+        if self.gain_tolerance.is_some()
+            && !matches!(method, Method::Bipolar(_) | Method::MaximumLikelihood(_))
+        {
+            return Err(foreign("gain_tolerance"));
+        }
+        if let Some(deviation) = self.deviation {
+            let deviation = positive("detector.deviation", deviation)?.to_radians();
+            match method {
+                Method::MaximumLikelihood(MaximumLikelihoodSettings { adaptive: Some(adaptive), .. }) => {
+                    adaptive.deviation = deviation;
+                }
+                _ => return Err(foreign("deviation")),
+            }
+        }
+        if let Some(voltage) = self.voltage {
+            let voltage = positive("detector.voltage", voltage)?;
+            match method {
+                Method::HfiRotating(settings) => settings.0.voltage = voltage,
+                Method::HfiPulsating(settings) => settings.0.voltage = voltage,
+                _ => return Err(foreign("voltage")),
+            }
+        }
+        if let Some(compensation) = self.compensation {
+            let modulation = method.modulation_mut().ok_or_else(|| foreign("compensation"))?;
+            if !compensation {
+                (modulation.dead_time, modulation.drop) = (Nanos::ZERO, 0.0);
+            }
+        }
+        Ok(())
+    }
+
+    fn set_pole_error(&self, method: &mut Method<f64>, error: f64) -> Option<()> {
+        match method {
+            Method::Bipolar(settings) => settings.pole_error = error,
+            Method::MaximumLikelihood(settings) => settings.pole_error = error,
+            other => match &mut other.polarity_mut()?.rule {
+                PolarityRule::Sequential(sequential) => sequential.error = error,
+                PolarityRule::TwoVectors => return None,
+            },
+        }
+        Some(())
+    }
+}

@@ -1,0 +1,289 @@
+//! A scenario as text: what stands where, what was changed, and what is wrong with it.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use serde::Deserialize;
+use standstill_detect::SettingsError;
+use standstill_plant::{MotorError, TemperatureError};
+use toml::de::{DeTable, DeValue};
+use toml::{Table, Value};
+
+use super::tables::ScenarioFile;
+
+/// Where the value of a key was set, if not in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// On the command line.
+    CommandLine,
+    /// As a point of the axes.
+    Axis,
+    /// As a tolerance.
+    Tolerance,
+}
+
+impl fmt::Display for Origin {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::CommandLine => "set with -s",
+            Self::Axis => "set as an axis",
+            Self::Tolerance => "drawn as a tolerance",
+        })
+    }
+}
+
+/// What is wrong with a scenario.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FileError {
+    /// Not TOML.
+    Syntax {
+        /// The file.
+        file: PathBuf,
+        /// The line, from 1.
+        line: usize,
+        /// What the parser says.
+        message: String,
+    },
+    /// A key, or its value.
+    Key {
+        /// The file, its line from 1 or who set the key, as far as they are known.
+        place: String,
+        /// Its path, such as `sensors.noise`.
+        key: String,
+        /// What is wrong, and what would be right.
+        message: String,
+    },
+    /// The motor's data sheet.
+    Motor(MotorError),
+}
+
+impl fmt::Display for FileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Syntax { file, line, message } => write!(f, "{}: line {line}: {message}", file.display()),
+            Self::Key { place, key, message } if place.is_empty() => write!(f, "`{key}`: {message}"),
+            Self::Key { place, key, message } => write!(f, "{place}: `{key}`: {message}"),
+            Self::Motor(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for FileError {}
+
+impl FileError {
+    /// A value that cannot be.
+    pub(super) fn key(key: &str, found: &str, needed: &str) -> Self {
+        let message = format!("found {found}, needed {needed}");
+        Self::Key { place: String::new(), key: key.to_owned(), message }
+    }
+
+    /// What serde says at a path.
+    pub(super) fn serde(path: &str, message: &str) -> Self {
+        let message = message.trim().replace('\n', " ");
+        let (key, message) = match unknown(&message) {
+            Some((word, known)) => {
+                // Serde's path ends at the table for some formats and at the key for others.
+                let table = path.strip_suffix(&word).unwrap_or(path).trim_end_matches(['.', '?']);
+                let key = if table.is_empty() { word.clone() } else { format!("{table}.{word}") };
+                let key = if message.starts_with("unknown variant") { table.to_owned() } else { key };
+                (key, suggest(&message, &word, &known))
+            }
+            None => (path.trim_end_matches(['.', '?']).to_owned(), message),
+        };
+        Self::Key { place: String::new(), key, message }
+    }
+
+    /// A temperature that no motor has.
+    pub(super) fn temperature(error: &TemperatureError) -> Self {
+        let message = error.to_string();
+        Self::Key { place: String::new(), key: "rotor".to_owned(), message }
+    }
+
+    /// A setting with which the method cannot work.
+    pub(super) fn settings(error: &SettingsError) -> Self {
+        let SettingsError { setting, needed } = error;
+        let message = format!("the detector's setting {setting} must be {needed}");
+        Self::Key { place: String::new(), key: "detector".to_owned(), message }
+    }
+}
+
+/// The word that serde does not know, and those that it does.
+fn unknown(message: &str) -> Option<(String, Vec<String>)> {
+    if !(message.starts_with("unknown field") || message.starts_with("unknown variant")) {
+        return None;
+    }
+    let mut quoted = message.split('`').skip(1).step_by(2).map(str::to_owned);
+    Some((quoted.next()?, quoted.collect()))
+}
+
+/// The message with the nearest known word, if one is near.
+fn suggest(message: &str, word: &str, known: &[String]) -> String {
+    let nearest =
+        known.iter().max_by(|a, b| strsim::jaro_winkler(a, word).total_cmp(&strsim::jaro_winkler(b, word)));
+    match nearest {
+        Some(nearest) if strsim::jaro_winkler(nearest, word) > 0.75 => {
+            format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "))
+        }
+        Some(_) => format!("unknown; known: {}", known.join(", ")),
+        None => message.to_owned(),
+    }
+}
+
+/// A scenario file with what was changed of it.
+#[derive(Clone, Debug)]
+pub struct Document {
+    file: PathBuf,
+    text: String,
+    table: Table,
+    changed: Vec<(String, Origin)>,
+}
+
+impl Document {
+    /// The scenario of a file's text; `file` is for messages, and paths in it are from its folder.
+    pub fn parse(file: &Path, text: &str) -> Result<Self, FileError> {
+        let table = text.parse::<Table>().map_err(|error| FileError::Syntax {
+            file: file.to_owned(),
+            line: line_of(text, error.span().map_or(0, |span| span.start)),
+            message: error.message().replace('\n', " "),
+        })?;
+        Ok(Self { file: file.to_owned(), text: text.to_owned(), table, changed: Vec::new() })
+    }
+
+    /// Sets a key, such as `sensors.noise`, to a value as it would stand in the file; a text needs no quotes.
+    pub fn set(&mut self, key: &str, value: &str, origin: Origin) -> Result<(), FileError> {
+        let parsed =
+            format!("value = {value}").parse::<Table>().ok().and_then(|mut table| table.remove("value"));
+        self.set_value(key, parsed.unwrap_or_else(|| value.into()), origin)
+    }
+
+    /// Sets a key to a value.
+    pub fn set_value(&mut self, key: &str, value: Value, origin: Origin) -> Result<(), FileError> {
+        let mut parts: Vec<&str> = key.split('.').collect();
+        let last = parts.pop().filter(|last| !last.is_empty());
+        let Some(last) = last.filter(|_| parts.iter().all(|part| !part.is_empty())) else {
+            return Err(FileError::Key {
+                place: origin.to_string(),
+                key: key.to_owned(),
+                message: "not a key such as `sensors.noise`".to_owned(),
+            });
+        };
+        let mut table = &mut self.table;
+        for (depth, part) in parts.iter().enumerate() {
+            let entry = table.entry(*part).or_insert_with(|| Value::Table(Table::new()));
+            // A motor by name becomes one that differs from it.
+            if depth == 0
+                && *part == "motor"
+                && let Value::String(name) = entry
+            {
+                let base = Value::String(std::mem::take(name));
+                *entry = Value::Table(std::iter::once(("base".to_owned(), base)).collect());
+            }
+            let Value::Table(below) = entry else {
+                return Err(FileError::Key {
+                    place: origin.to_string(),
+                    key: key.to_owned(),
+                    message: format!("`{part}` is {entry}, not a table"),
+                });
+            };
+            table = below;
+        }
+        if parts.first() == Some(&"motor") && !self.table_has_motor() {
+            self.base_of_default();
+        }
+        let table = parts.iter().try_fold(&mut self.table, |table, part| match table.get_mut(*part) {
+            Some(Value::Table(below)) => Some(below),
+            _ => None,
+        });
+        if let Some(table) = table {
+            table.insert(last.to_owned(), value);
+        }
+        self.changed.push((key.to_owned(), origin));
+        Ok(())
+    }
+
+    /// Whether the motor is more than what was just opened for a change.
+    fn table_has_motor(&self) -> bool {
+        match self.table.get("motor") {
+            Some(Value::Table(motor)) => motor.values().any(|value| !is_empty(value)),
+            _ => false,
+        }
+    }
+
+    /// A change of a motor that the file does not name is one of the default motor.
+    fn base_of_default(&mut self) {
+        if let Some(Value::Table(motor)) = self.table.get_mut("motor") {
+            motor.insert("base".to_owned(), "paper-5k5".into());
+        }
+    }
+
+    /// The folder of the file.
+    pub fn folder(&self) -> &Path {
+        self.file.parent().unwrap_or_else(|| Path::new(""))
+    }
+
+    /// The value of a key, as it is set.
+    pub fn get(&self, key: &str) -> Option<&Value> {
+        let (first, rest) = match key.split_once('.') {
+            Some((first, rest)) => (first, Some(rest)),
+            None => (key, None),
+        };
+        rest.into_iter()
+            .flat_map(|rest| rest.split('.'))
+            .try_fold(self.table.get(first)?, |value, part| value.as_table()?.get(part))
+    }
+
+    /// The typed tables.
+    pub fn load(&self) -> Result<ScenarioFile, FileError> {
+        let mut track = serde_path_to_error::Track::new();
+        let table = Value::Table(self.table.clone());
+        let deserializer = serde_path_to_error::Deserializer::new(table, &mut track);
+        ScenarioFile::deserialize(deserializer)
+            .map_err(|error| FileError::serde(&track.path().to_string(), &error.to_string()))
+            .map_err(|error| self.locate(error))
+    }
+
+    /// The same error with where its key stands.
+    pub fn locate(&self, error: FileError) -> FileError {
+        let FileError::Key { place, key, message } = error else { return error };
+        if !place.is_empty() {
+            return FileError::Key { place, key, message };
+        }
+        let by_change = self.changed.iter().rev().find(|(changed, _)| {
+            key == *changed
+                || changed.starts_with(&format!("{key}."))
+                || key.starts_with(&format!("{changed}."))
+        });
+        let file = self.file.display();
+        let place = match (by_change, self.span(&key)) {
+            (Some((_, origin)), _) => origin.to_string(),
+            (None, Some(span)) => format!("{file}: line {}", line_of(&self.text, span.start)),
+            (None, None) => file.to_string(),
+        };
+        FileError::Key { place, key, message }
+    }
+
+    /// Where in the text the longest known part of a key's path stands.
+    fn span(&self, key: &str) -> Option<Range<usize>> {
+        let root = DeTable::parse(&self.text).ok()?;
+        let mut table = root.get_ref();
+        let mut found = None;
+        for part in key.split('.') {
+            let Some((name, value)) = table.iter().find(|(name, _)| name.get_ref().as_ref() == part) else {
+                break;
+            };
+            found = Some(name.span());
+            let DeValue::Table(below) = value.get_ref() else { break };
+            table = below;
+        }
+        found
+    }
+}
+
+fn is_empty(value: &Value) -> bool {
+    matches!(value, Value::Table(table) if table.values().all(is_empty))
+}
+
+fn line_of(text: &str, position: usize) -> usize {
+    text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1
+}

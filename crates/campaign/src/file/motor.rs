@@ -1,0 +1,178 @@
+//! The motor of a scenario: a name, a path, or a data sheet in place.
+
+use std::path::Path;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::MapAccessDeserializer;
+use serde::de::{MapAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_plant::{DataSheet, built_in_names};
+use toml::{Table, Value};
+
+use super::document::FileError;
+
+/// A built-in name, a path, or a table of a data sheet, with `base` for what it leaves out.
+#[derive(Clone, Debug, PartialEq)]
+pub enum MotorSpec {
+    /// A built-in motor's name or a path.
+    Named(String),
+    /// In place.
+    Table(Table),
+}
+
+impl Default for MotorSpec {
+    fn default() -> Self {
+        Self::Named("paper-5k5".to_owned())
+    }
+}
+
+impl<'de> Deserialize<'de> for MotorSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = MotorSpec;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                write!(f, "a motor's name, the path of a data sheet, or a table")
+            }
+
+            fn visit_str<E: serde::de::Error>(self, name: &str) -> Result<MotorSpec, E> {
+                Ok(MotorSpec::Named(name.to_owned()))
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, map: M) -> Result<MotorSpec, M::Error> {
+                Table::deserialize(MapAccessDeserializer::new(map)).map(MotorSpec::Table)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Serialize for MotorSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Named(name) => serializer.serialize_str(name),
+            Self::Table(table) => table.serialize(serializer),
+        }
+    }
+}
+
+impl JsonSchema for MotorSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Motor".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut sheet = DataSheet::json_schema(generator);
+        // With a base nothing else is needed.
+        sheet.remove("required");
+        if let Some(properties) =
+            sheet.get_mut("properties").and_then(|properties| properties.as_object_mut())
+        {
+            let base = serde_json::json!({ "type": "string", "description": "The motor that this one differs from: a built-in name or a path." });
+            properties.insert("base".to_owned(), base);
+        }
+        let names: Vec<&str> = built_in_names().collect();
+        json_schema!({
+            "anyOf": [
+                { "type": "string", "enum": names },
+                { "type": "string", "pattern": "\\.toml$", "description": "Path of a data sheet, from the scenario's folder." },
+                sheet
+            ]
+        })
+    }
+}
+
+impl MotorSpec {
+    /// The data sheet. Paths are from `folder`.
+    pub fn sheet(&self, folder: &Path) -> Result<DataSheet, FileError> {
+        match self {
+            Self::Named(name) => named(name, folder, "motor"),
+            Self::Table(table) => in_place(table, folder),
+        }
+    }
+}
+
+/// The text of a named data sheet, and the name of its file.
+fn text(name: &str, folder: &Path, key: &str) -> Result<(String, String), FileError> {
+    if let Some(text) = DataSheet::built_in_text(name) {
+        return Ok((name.to_owned(), text.to_owned()));
+    }
+    let path = folder.join(name);
+    if path.extension().is_none_or(|extension| extension != "toml") {
+        let known: Vec<&str> = built_in_names().collect();
+        let needed = format!("a built-in motor ({}) or the path of a data sheet (.toml)", known.join(", "));
+        return Err(FileError::key(key, &format!("`{name}`"), &needed));
+    }
+    let text = std::fs::read_to_string(&path).map_err(|error| {
+        FileError::key(key, &path.display().to_string(), &format!("a readable file: {error}"))
+    })?;
+    Ok((path.display().to_string(), text))
+}
+
+fn named(name: &str, folder: &Path, key: &str) -> Result<DataSheet, FileError> {
+    let (file, text) = text(name, folder, key)?;
+    DataSheet::parse(&file, &text).map_err(FileError::Motor)
+}
+
+/// Lays `changes` over `sheet`; a plain number takes the place of the value of a number with its source.
+fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
+    for (key, value) in changes {
+        match (sheet.get_mut(key), value) {
+            (Some(Value::Table(below)), Value::Table(changes)) if depth == 0 => lay_over(below, changes, 1),
+            (None, Value::Table(changes)) if depth == 0 => {
+                let mut below = Table::new();
+                lay_over(&mut below, changes, 1);
+                sheet.insert(key.clone(), Value::Table(below));
+            }
+            (_, Value::Table(_)) => {
+                sheet.insert(key.clone(), value.clone());
+            }
+            (_, value) if depth == 1 => {
+                let sourced = [
+                    ("value", value.clone()),
+                    ("source", "assumed".into()),
+                    ("reason", "set in the scenario".into()),
+                ];
+                let sourced = sourced.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+                sheet.insert(key.clone(), Value::Table(sourced));
+            }
+            (_, value) => {
+                sheet.insert(key.clone(), value.clone());
+            }
+        }
+    }
+}
+
+fn in_place(table: &Table, folder: &Path) -> Result<DataSheet, FileError> {
+    let mut changes = table.clone();
+    let base = match changes.remove("base") {
+        None => None,
+        Some(Value::String(name)) => Some(name),
+        Some(other) => {
+            return Err(FileError::key("motor.base", &other.to_string(), "a motor's name or path"));
+        }
+    };
+    let (file, mut sheet) = match base {
+        Some(name) => {
+            let (file, text) = text(&name, folder, "motor.base")?;
+            // It must be a data sheet by itself, or messages would blame the scenario for it.
+            DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
+            let sheet = text.parse::<Table>().map_err(|error| {
+                FileError::key("motor.base", &name, &format!("a data sheet: {}", error.message()))
+            })?;
+            (file, sheet)
+        }
+        None => (folder.join("scenario").display().to_string(), Table::new()),
+    };
+    for (key, text) in [("name", "scenario"), ("title", "A motor of a scenario"), ("notes", "")] {
+        sheet.entry(key).or_insert_with(|| text.into());
+    }
+    lay_over(&mut sheet, &changes, 0);
+    let mut track = serde_path_to_error::Track::new();
+    let deserializer = serde_path_to_error::Deserializer::new(Value::Table(sheet), &mut track);
+    match DataSheet::read(&file, deserializer) {
+        Ok(sheet) => sheet.map_err(FileError::Motor),
+        Err(error) => Err(FileError::serde(&format!("motor.{}", track.path()), &error.to_string())),
+    }
+}

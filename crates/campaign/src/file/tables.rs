@@ -1,0 +1,319 @@
+//! The tables of a scenario file. What is left out is as the error set has it, or as the method suits the motor.
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Serialize};
+use standstill_detect::MethodName;
+use standstill_plant::Quantity;
+use standstill_plant::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
+
+use super::motor::MotorSpec;
+
+/// A scenario: motor, drive, sensors, rotor, detector, how many trials.
+#[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ScenarioFile {
+    /// A built-in motor's name, the path of a data sheet (.toml), or a table: a data sheet in place, or what differs from
+    /// the motor that its key `base` names.
+    #[serde(default)]
+    pub motor: MotorSpec,
+    /// How good drive and sensors are, as far as the tables below do not say otherwise.
+    #[serde(default)]
+    pub errors: ErrorsName,
+    /// How many trials, or how many at each point of the axes.
+    #[serde(default = "trials")]
+    pub trials: u64,
+    /// Seed of all random numbers.
+    #[serde(default = "seed")]
+    pub seed: u64,
+    /// The rotor and what pulls at it.
+    #[serde(default)]
+    pub rotor: RotorTable,
+    /// The inverter and its DC link.
+    #[serde(default)]
+    pub inverter: InverterTable,
+    /// The sensors.
+    #[serde(default)]
+    pub sensors: SensorsTable,
+    /// The method and its settings.
+    #[serde(default)]
+    pub detector: DetectorTable,
+}
+
+const fn trials() -> u64 {
+    1000
+}
+
+const fn seed() -> u64 {
+    1
+}
+
+/// How good drive and sensors are.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum ErrorsName {
+    /// Exact.
+    None,
+    /// Exact but for white noise of the current sensors.
+    Noise,
+    /// A good industrial drive.
+    #[default]
+    Default,
+    /// A poor one.
+    Harsh,
+}
+
+/// Whether the rotor can move.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum RotorStateName {
+    /// Held.
+    #[default]
+    Locked,
+    /// Free but for its friction.
+    Free,
+    /// Held by a brake that lets it play.
+    Brake,
+}
+
+/// The rotor and what pulls at it.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct RotorTable {
+    /// Whether it can move.
+    pub state: RotorStateName,
+    /// Electrical angle at the start, the same in all trials. Without it each trial draws its own, uniformly.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub angle: Option<Quantity<Degree>>,
+    /// Torque that a load exerts against forward motion, also at standstill.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub load: Option<Quantity<NewtonMetre>>,
+    /// Temperature of the winding. The drive is not told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub winding_temperature: Option<Quantity<Celsius>>,
+    /// Temperature of the magnets. The drive is not told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub magnet_temperature: Option<Quantity<Celsius>>,
+}
+
+/// What a leg with both switches off does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum OpenLegName {
+    /// Its diodes conduct beyond the rails.
+    Diodes,
+    /// It stays without current.
+    Open,
+}
+
+/// The inverter and its DC link.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct InverterTable {
+    /// Voltage of the DC link. Without it, the motor's.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link: Option<Quantity<Volt>>,
+    /// Amplitude of its ripple, a share of the voltage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple: Option<Quantity<Share>>,
+    /// Frequency of the ripple.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub ripple_frequency: Option<Quantity<Hertz>>,
+    /// Dead time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dead_time: Option<Quantity<Second>>,
+    /// Standard deviation of the legs' switching delays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub delay_mismatch: Option<Quantity<Second>>,
+    /// Frequency of the PWM carrier.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub carrier: Option<Quantity<Hertz>>,
+    /// Voltage across a conducting switch.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub switch_drop: Option<Quantity<Volt>>,
+    /// Its slope.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub switch_resistance: Option<Quantity<Ohm>>,
+    /// Voltage across a conducting diode.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diode_drop: Option<Quantity<Volt>>,
+    /// Its slope.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub diode_resistance: Option<Quantity<Ohm>>,
+    /// What a leg with both switches off does.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub open_leg: Option<OpenLegName>,
+}
+
+/// Where the current sensors sit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SensorArrangement {
+    /// One in each phase.
+    ThreeInLine,
+    /// In phases a and b.
+    TwoInLine,
+    /// A shunt below each leg.
+    LowSideShunts,
+}
+
+/// The sensors. Deviations are those between specimens, of which each trial draws one.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SensorsTable {
+    /// Where the current sensors sit.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub arrangement: Option<SensorArrangement>,
+    /// Standard deviation of each phase's gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_error: Option<Quantity<Share>>,
+    /// Standard deviation of each phase's offset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub offset: Option<Quantity<Ampere>>,
+    /// Noise of each sample, rms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub noise: Option<Quantity<Ampere>>,
+    /// Corner frequency of the current sensors' first-order filters.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth: Option<Quantity<Hertz>>,
+    /// Range of the current converters, either way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub range: Option<Quantity<Ampere>>,
+    /// Bits of the current converters; 0: no converter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bits: Option<Quantity<One>>,
+    /// A trigger is off by up to this much, uniformly, either way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub jitter: Option<Quantity<Second>>,
+    /// All triggers are late by this much.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sample_delay: Option<Quantity<Second>>,
+    /// Standard deviation of the DC-link sensor's gain.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link_gain_error: Option<Quantity<Share>>,
+    /// Standard deviation of its offset.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link_offset: Option<Quantity<Volt>>,
+    /// Noise of its samples, rms.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link_noise: Option<Quantity<Volt>>,
+    /// Range of its converter, from zero.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link_range: Option<Quantity<Volt>>,
+    /// Bits of its converter; 0: no converter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dc_link_bits: Option<Quantity<One>>,
+    /// Standard deviation of the resolver that stands for "measured angle" in traces.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub resolver_error: Option<Quantity<Degree>>,
+}
+
+/// The name of a method.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct MethodSpec(pub MethodName);
+
+impl Default for MethodSpec {
+    fn default() -> Self {
+        Self(MethodName::LineInductanceFast)
+    }
+}
+
+impl<'de> Deserialize<'de> for MethodSpec {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let name = String::deserialize(deserializer)?;
+        let known = MethodName::ALL.into_iter().find(|method| method.name() == name);
+        known.map(Self).ok_or_else(|| serde::de::Error::unknown_variant(&name, NAMES))
+    }
+}
+
+/// For messages: [`MethodName::ALL`] by name.
+const NAMES: &[&str] = &{
+    let mut names = [""; MethodName::ALL.len()];
+    let mut k = 0;
+    while k < names.len() {
+        names[k] = MethodName::ALL[k].name();
+        k += 1;
+    }
+    names
+};
+
+impl Serialize for MethodSpec {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.serialize_str(self.0.name())
+    }
+}
+
+impl JsonSchema for MethodSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Method".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({ "type": "string", "enum": NAMES })
+    }
+}
+
+/// How poles are decided, where a polarity test of its own follows the axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Decide {
+    /// By one vector each way.
+    TwoVectors,
+    /// By as many as it takes.
+    Sequential,
+}
+
+/// Which pole draws more current.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Poles {
+    /// North.
+    Normal,
+    /// South.
+    Inverted,
+    /// Neither.
+    None,
+}
+
+/// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
+#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DetectorTable {
+    /// The method.
+    pub method: MethodSpec,
+    /// Length of the line pulses.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pulse: Option<Quantity<Second>>,
+    /// Times that all lines are pulsed, or pulses per line.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rounds: Option<Quantity<One>>,
+    /// |L_B| / L_A below which no angle is named.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub least_saliency: Option<Quantity<Share>>,
+    /// Which pole draws more current: what the detector is told, right or wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub signature: Option<Poles>,
+    /// How poles are decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub polarity: Option<Decide>,
+    /// Probability of a wrong pole that is allowed.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pole_error: Option<Quantity<Share>>,
+    /// Current of a polarity test's vectors.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub vector_current: Option<Quantity<Ampere>>,
+    /// Standard deviation of the current sensors' gains that the detector is told; 0: equal.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain_tolerance: Option<Quantity<Share>>,
+    /// Standard deviation of the angle at which an adaptive method is content.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub deviation: Option<Quantity<Degree>>,
+    /// Amplitude of an injected voltage.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub voltage: Option<Quantity<Volt>>,
+    /// Whether an injection compensates dead time and drops.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub compensation: Option<bool>,
+    /// Dead time that the detector is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub dead_time: Option<Quantity<Second>>,
+}
