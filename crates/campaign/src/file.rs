@@ -8,16 +8,23 @@
 //! Overrides change the document, not the scenario. So every key that a file can have can be set from the command line
 //! and can be an axis, and one place tells what is wrong with it.
 
+mod axes;
 mod build;
 mod document;
 mod motor;
+mod number;
+mod plan;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod tolerances;
 
+pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
 pub use document::{Document, FileError, Origin};
 pub use motor::MotorSpec;
+pub use plan::Plan;
 pub use tables::{
     Decide, DetectorTable, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName,
     RotorTable, ScenarioFile, SensorArrangement, SensorsTable,
 };
+pub use tolerances::Tolerance;

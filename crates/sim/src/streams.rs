@@ -29,6 +29,10 @@ pub enum Purpose {
     Resolver = 9,
     /// Where within the play of its brake the rotor stands.
     Backlash = 10,
+    /// What a tolerance draws.
+    Tolerance = 11,
+    /// The order of a Latin hypercube.
+    Design = 12,
 }
 
 /// The random streams of one trial.

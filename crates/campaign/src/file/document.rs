@@ -10,6 +10,7 @@ use standstill_plant::{MotorError, TemperatureError};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
+use super::axes::AxisSpec;
 use super::tables::ScenarioFile;
 
 /// Where the value of a key was set, if not in the file.
@@ -217,6 +218,17 @@ impl Document {
         }
     }
 
+    /// Makes a key an axis, in place of what the file has of it.
+    pub fn vary(&mut self, key: &str, axis: &AxisSpec) -> Result<(), FileError> {
+        let value =
+            Value::try_from(axis).map_err(|error| FileError::key(key, &error.to_string(), "an axis"))?;
+        let axes = self.table.entry("axes").or_insert_with(|| Value::Table(Table::new()));
+        let Value::Table(axes) = axes else { return Err(FileError::key("axes", "no table", "a table")) };
+        axes.insert(key.to_owned(), value);
+        self.changed.push((format!("axes.{key}"), Origin::CommandLine));
+        Ok(())
+    }
+
     /// The folder of the file.
     pub fn folder(&self) -> &Path {
         self.file.parent().unwrap_or_else(|| Path::new(""))
@@ -268,10 +280,13 @@ impl Document {
         let root = DeTable::parse(&self.text).ok()?;
         let mut table = root.get_ref();
         let mut found = None;
-        for part in key.split('.') {
-            let Some((name, value)) = table.iter().find(|(name, _)| name.get_ref().as_ref() == part) else {
-                break;
-            };
+        let mut rest = key;
+        while !rest.is_empty() {
+            // The keys of axes and tolerances have dots in them.
+            let (part, after) = rest.split_once('.').unwrap_or((rest, ""));
+            let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
+            let Some((name, value)) = named(rest).or_else(|| named(part)) else { break };
+            rest = if name.get_ref().as_ref() == rest { "" } else { after };
             found = Some(name.span());
             let DeValue::Table(below) = value.get_ref() else { break };
             table = below;

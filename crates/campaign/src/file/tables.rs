@@ -1,12 +1,15 @@
 //! The tables of a scenario file. What is left out is as the error set has it, or as the method suits the motor.
 
+use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use standstill_detect::MethodName;
 use standstill_plant::Quantity;
 use standstill_plant::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
 
+use super::axes::{AxisSpec, DesignTable};
 use super::motor::MotorSpec;
+use super::tolerances::Tolerance;
 
 /// A scenario: motor, drive, sensors, rotor, detector, how many trials.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -37,6 +40,15 @@ pub struct ScenarioFile {
     /// The method and its settings.
     #[serde(default)]
     pub detector: DetectorTable,
+    /// Keys that are varied, such as `"sensors.noise"`.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub axes: IndexMap<String, AxisSpec>,
+    /// Which points of the axes are run.
+    #[serde(default)]
+    pub design: DesignTable,
+    /// Keys whose value each trial draws.
+    #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
+    pub tolerances: IndexMap<String, Tolerance>,
 }
 
 const fn trials() -> u64 {

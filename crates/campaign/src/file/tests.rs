@@ -5,7 +5,7 @@ use standstill_interface::Nanos;
 use standstill_plant::built_in;
 use standstill_sim::{Arrangement, RotorState};
 
-use super::{Document, Origin, ScenarioFile};
+use super::{AxisSpec, Document, Origin, Plan, ScenarioFile};
 use crate::{ErrorSet, Scenario};
 
 fn document(text: &str) -> Document {
@@ -144,4 +144,138 @@ fn law_a_written_scenario_is_the_one_that_was_read() {
     let file: ScenarioFile = document(text).load().expect("valid");
     let written = toml::to_string(&file).expect("serialisable");
     assert_eq!(scenario(&written), scenario(text));
+}
+
+fn plan(text: &str) -> Plan {
+    Plan::new(document(text)).unwrap_or_else(|error| panic!("{error}"))
+}
+
+fn values(plan: &Plan) -> Vec<Vec<String>> {
+    let text =
+        |(_, value): &(String, toml::Value)| value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+    plan.points().iter().map(|point| point.values.iter().map(text).collect()).collect()
+}
+
+#[test]
+fn analytic_a_grid_is_all_combinations_the_last_axis_first() {
+    let plan = plan(
+        r#"
+        [axes]
+        "sensors.noise" = { from = "0 mA", to = "20 mA", points = 3 }
+        "detector.method" = ["bipolar", "maximum-likelihood"]
+        "inverter.dead_time" = { from = "1 us", to = "4 us", points = 3, log = true }
+        "#,
+    );
+    let all = values(&plan);
+    assert_eq!(all.len(), 18);
+    assert_eq!(all[0], ["0 mA", "bipolar", "1 us"]);
+    assert_eq!(all[1], ["0 mA", "bipolar", "2 us"]);
+    assert_eq!(all[3], ["0 mA", "maximum-likelihood", "1 us"]);
+    assert_eq!(all[17], ["20 mA", "maximum-likelihood", "4 us"]);
+    let last = plan.scenario(17).expect("valid");
+    assert_eq!((last.sensors.noise, last.drive.dead_time), (20e-3, Nanos(4000)));
+}
+
+#[test]
+fn law_points_of_a_design_fill_each_axis_evenly() {
+    for kind in ["latin-hypercube", "sobol"] {
+        let axes = "[axes]\n\"sensors.noise\" = { from = 0, to = 1 }\n\"sensors.gain_error\" = { from = 0.0, to = 0.5 }";
+        let text = format!("{axes}\n[design]\nkind = \"{kind}\"\npoints = 64");
+        let plan = plan(&text);
+        for axis in 0..2 {
+            let mut bins = [0; 16];
+            for point in plan.points() {
+                let value = &point.values[axis].1;
+                let number = value.as_float().or(value.as_integer().map(|x| x as f64)).expect("a number");
+                let share = number / [1.0, 0.5][axis];
+                bins[((share * 16.0) as usize).min(15)] += 1;
+            }
+            assert_eq!(bins, [4; 16], "{kind}, axis {axis}");
+        }
+        // Another seed gives other points, the same seed the same.
+        assert_eq!(values(&plan), values(&self::plan(&text)));
+        assert_ne!(values(&plan), values(&self::plan(&format!("seed = 2\n{text}"))));
+    }
+}
+
+#[test]
+fn law_tolerances_have_the_spread_that_is_stated() {
+    let plan = plan(
+        r#"
+        [tolerances]
+        "motor.winding.resistance" = { normal = "5 %" }
+        "sensors.noise" = { uniform = "4 mA", mean = "10 mA" }
+        "inverter.dead_time" = { normal = "200 ns", mean = "2000 ns", truncated = 1 }
+        "#,
+    );
+    let drawn: Vec<_> = (0..2000).map(|trial| plan.drawn(0, trial).expect("valid")).collect();
+    let moments = |value: &dyn Fn(&Scenario<Method<f64>>) -> f64| {
+        let n = drawn.len() as f64;
+        let mean = drawn.iter().map(value).sum::<f64>() / n;
+        (mean, (drawn.iter().map(|s| (value(s) - mean).powi(2)).sum::<f64>() / n).sqrt())
+    };
+    let (mean, deviation) = moments(&|s| s.motor.resistance);
+    assert!((mean / 1.2 - 1.0).abs() < 0.005 && (deviation / 0.06 - 1.0).abs() < 0.06, "{mean} {deviation}");
+    let (mean, deviation) = moments(&|s| s.sensors.noise);
+    let expected = 4e-3 / 3.0_f64.sqrt();
+    assert!((mean / 10e-3 - 1.0).abs() < 0.02 && (deviation / expected - 1.0).abs() < 0.05);
+    assert!(drawn.iter().all(|s| s.drive.dead_time >= Nanos(1800) && s.drive.dead_time <= Nanos(2200)));
+    // The motor is another one, and the drive is told of it as of any motor.
+    let one = plan.trial(0, &plan.scenario(0).expect("valid"), 3).expect("valid");
+    assert_eq!(one, drawn[3].trial(3).expect("settings"));
+    // A further tolerance shifts none of the others.
+    let other = self::plan(
+        "[tolerances]\n\"sensors.offset\" = { normal = \"1 mA\", mean = \"9 mA\" }\n\"motor.winding.resistance\" = { normal = \"5 %\" }",
+    );
+    assert_eq!(other.drawn(0, 7).expect("valid").motor.resistance, drawn[7].motor.resistance);
+}
+
+#[test]
+fn regress_mistakes_of_axes_and_tolerances_are_named() {
+    let cases: [(&str, &[&str]); 10] = [
+        (
+            "[axes]\n\"sensors.noize\" = [1, 2]",
+            &["set as an axis", "`sensors.noize`", "did you mean `noise`"],
+        ),
+        (
+            "[axes]\n\"sensors.noise\" = { from = \"0 mA\", to = \"1 A\", points = 3 }",
+            &["line 2", "0 mA", "same unit"],
+        ),
+        (
+            "[axes]\n\"sensors.noise\" = { from = \"0 A\", to = \"1 A\", points = 3, log = true }",
+            &["line 2", "positive"],
+        ),
+        ("[axes]\n\"sensors.noise\" = { from = \"0 A\", to = \"1 A\" }", &["line 2", "points"]),
+        ("[axes]\n\"sensors.noise\" = []", &["line 2", "empty list"]),
+        (
+            "[axes]\n\"sensors.noise\" = { from = \"1 V\", to = \"2 V\", points = 2 }",
+            &["set as an axis", "`sensors.noise`", "1 V"],
+        ),
+        ("[design]\nkind = \"sobol\"", &["design.points", "from 1 to"]),
+        ("[tolerances]\n\"sensors.noise\" = { normal = \"5 %\" }", &["line 2", "`mean`"]),
+        ("[tolerances]\n\"sensors.noise\" = { mean = \"1 A\", normal = \"5 V\" }", &["line 2", "same unit"]),
+        ("[tolerances]\n\"sensors.noise\" = { mean = \"1 A\" }", &["line 2", "`normal` and `uniform`"]),
+    ];
+    for (text, parts) in cases {
+        let message = Plan::new(document(text)).expect_err("must be refused").to_string();
+        for part in parts {
+            assert!(message.contains(part), "{text:?} says: {message}");
+        }
+    }
+}
+
+#[test]
+fn analytic_axes_of_the_command_line() {
+    let mut document = document("[axes]\n\"sensors.noise\" = [1]");
+    let axis = AxisSpec::parse("0 mA:50 mA:6").expect("a range");
+    document.vary("sensors.noise", &axis).expect("an axis");
+    document
+        .vary("detector.method", &AxisSpec::parse("bipolar,line-inductance").expect("a list"))
+        .expect("an axis");
+    let plan = Plan::new(document).expect("valid");
+    assert_eq!(plan.points().len(), 12);
+    assert_eq!(values(&plan)[3], ["10 mA", "line-inductance"]);
+    for text in ["0:1", "0:1:x", "0:1:3:lin"] {
+        assert!(AxisSpec::parse(text).is_err(), "{text}");
+    }
 }

@@ -1,0 +1,296 @@
+//! Axes: which keys are varied, and the points that this makes.
+
+use std::f64::consts::LN_10;
+
+use rand::seq::SliceRandom;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
+use serde::de::{MapAccess, SeqAccess, Visitor};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_sim::{Purpose, Streams};
+use toml::Value;
+
+use super::document::FileError;
+use super::number::Number;
+
+/// What one key is varied over.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AxisSpec {
+    /// These values, one after the other.
+    List(Vec<Value>),
+    /// From one number to another.
+    Range(RangeSpec),
+}
+
+/// A range of numbers.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RangeSpec {
+    /// The first value, such as `"0 mA"` or `5`.
+    #[schemars(with = "NumberOrText")]
+    pub from: Value,
+    /// The last, in the same unit.
+    #[schemars(with = "NumberOrText")]
+    pub to: Value,
+    /// How many values a grid takes, both ends included. Other designs spread all their points over the range.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
+    /// Whether neighbours have the same ratio instead of the same difference.
+    #[serde(default)]
+    pub log: bool,
+}
+
+/// For the schema alone.
+#[derive(JsonSchema)]
+#[schemars(untagged)]
+#[expect(dead_code, reason = "it describes what a TOML value may be here")]
+enum NumberOrText {
+    Number(f64),
+    Text(String),
+}
+
+impl<'de> Deserialize<'de> for AxisSpec {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Either;
+        impl<'de> Visitor<'de> for Either {
+            type Value = AxisSpec;
+
+            fn expecting(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+                write!(f, "a list of values, or a table {{ from = …, to = …, points = … }}")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, seq: A) -> Result<AxisSpec, A::Error> {
+                Vec::deserialize(SeqAccessDeserializer::new(seq)).map(AxisSpec::List)
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<AxisSpec, A::Error> {
+                RangeSpec::deserialize(MapAccessDeserializer::new(map)).map(AxisSpec::Range)
+            }
+        }
+        deserializer.deserialize_any(Either)
+    }
+}
+
+impl Serialize for AxisSpec {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::List(values) => values.serialize(serializer),
+            Self::Range(range) => range.serialize(serializer),
+        }
+    }
+}
+
+impl JsonSchema for AxisSpec {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Axis".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let range = RangeSpec::json_schema(generator);
+        json_schema!({ "anyOf": [{ "type": "array", "minItems": 1 }, range] })
+    }
+}
+
+impl AxisSpec {
+    /// As on a command line: `from:to:points`, with `:log` at the end, or values separated by commas.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let parts: Vec<&str> = text.split(':').map(str::trim).collect();
+        let value = |text: &str| {
+            let parsed = format!("value = {text}").parse::<toml::Table>().ok();
+            parsed.and_then(|mut table| table.remove("value")).unwrap_or_else(|| text.into())
+        };
+        match parts[..] {
+            [list] => {
+                let values: Vec<Value> = list.split(',').map(|text| value(text.trim())).collect();
+                Ok(Self::List(values))
+            }
+            [from, to, points] | [from, to, points, "log"] => {
+                let points = points
+                    .parse()
+                    .map_err(|_| format!("found `{points}` points, needed a whole number, as in 0:50:11"))?;
+                let log = parts.len() == 4;
+                Ok(Self::Range(RangeSpec { from: value(from), to: value(to), points: Some(points), log }))
+            }
+            _ => Err(format!("found `{text}`, needed from:to:points, from:to:points:log or a,b,c")),
+        }
+    }
+}
+
+/// How points are chosen from the axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum DesignKind {
+    /// All combinations.
+    #[default]
+    Grid,
+    /// Each axis cut into as many equal parts as there are points, each part taken once.
+    LatinHypercube,
+    /// A scrambled Sobol sequence: the points fill the space evenly, and the first of them do too.
+    Sobol,
+}
+
+/// Which points of the axes are run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct DesignTable {
+    /// How they are chosen.
+    pub kind: DesignKind,
+    /// How many; a grid's follow from its axes.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub points: Option<usize>,
+}
+
+/// One point of the axes: its keys with their values, in the order of the axes.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Point {
+    /// Keys and values.
+    pub values: Vec<(String, Value)>,
+}
+
+/// Most points of a design.
+const MOST_POINTS: usize = 10_000_000;
+
+/// An axis that can be walked along.
+enum Axis<'a> {
+    List(&'a [Value]),
+    Range { from: Number, to: Number, points: Option<usize>, log: bool },
+}
+
+impl<'a> Axis<'a> {
+    fn new(key: &str, spec: &'a AxisSpec) -> Result<Self, FileError> {
+        let key = format!("axes.{key}");
+        match spec {
+            AxisSpec::List(values) if values.is_empty() => {
+                Err(FileError::key(&key, "an empty list", "at least one value"))
+            }
+            AxisSpec::List(values) => Ok(Self::List(values)),
+            AxisSpec::Range(range) => {
+                let of = |value: &Value| {
+                    Number::of(value).ok_or_else(|| {
+                        FileError::key(&key, &format!("{value}"), "a number, with its unit if it has one")
+                    })
+                };
+                let (from, to) = (of(&range.from)?, of(&range.to)?);
+                if from.unit != to.unit {
+                    let found = format!("{} and {}", range.from, range.to);
+                    return Err(FileError::key(&key, &found, "both ends in the same unit"));
+                }
+                if range.log && !(from.value > 0.0 && to.value > 0.0) {
+                    let found = format!("{} and {}", range.from, range.to);
+                    return Err(FileError::key(&key, &found, "positive ends of a logarithmic axis"));
+                }
+                if range.points == Some(0) {
+                    return Err(FileError::key(&key, "0 points", "at least 1"));
+                }
+                Ok(Self::Range { from, to, points: range.points, log: range.log })
+            }
+        }
+    }
+
+    /// Values of a grid.
+    fn count(&self, key: &str) -> Result<usize, FileError> {
+        match self {
+            Self::List(values) => Ok(values.len()),
+            Self::Range { points, .. } => points.ok_or_else(|| {
+                FileError::key(&format!("axes.{key}"), "no `points`", "how many values a grid takes")
+            }),
+        }
+    }
+
+    /// The value with this number on a grid.
+    fn on_grid(&self, number: usize, count: usize) -> Value {
+        match self {
+            Self::List(values) => values[number].clone(),
+            Self::Range { .. } if count == 1 => self.at(0.0),
+            Self::Range { .. } => self.at(number as f64 / (count - 1) as f64),
+        }
+    }
+
+    /// The value at a share of the axis, from 0 to 1.
+    fn at(&self, share: f64) -> Value {
+        match self {
+            Self::List(values) => {
+                // A share of a length is an index.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                let place = ((share * values.len() as f64) as usize).min(values.len() - 1);
+                values[place].clone()
+            }
+            Self::Range { from, to, log, .. } => {
+                let value = if *log {
+                    let [a, b] = [from.value, to.value].map(f64::log10);
+                    ((a + (b - a) * share) * LN_10).exp()
+                } else {
+                    from.value + (to.value - from.value) * share
+                };
+                // The ends are as they were written.
+                if share == 0.0 {
+                    from.to_value()
+                } else if share == 1.0 {
+                    to.to_value()
+                } else {
+                    Number { value, ..from.clone() }.to_value()
+                }
+            }
+        }
+    }
+}
+
+/// The points of a design; without axes a single one without values. `seed` moves what is random in it.
+pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Result<Vec<Point>, FileError> {
+    let walked: Vec<(&str, Axis<'_>)> = axes
+        .iter()
+        .map(|(key, spec)| Ok((key.as_str(), Axis::new(key, spec)?)))
+        .collect::<Result<_, FileError>>()?;
+    let point = |value: &dyn Fn(usize, &Axis<'_>) -> Value| Point {
+        values: walked
+            .iter()
+            .enumerate()
+            .map(|(k, (key, axis))| ((*key).to_owned(), value(k, axis)))
+            .collect(),
+    };
+    if design.kind == DesignKind::Grid {
+        if design.points.is_some() {
+            let needed = "no `points` for a grid, whose axes have their own";
+            return Err(FileError::key("design.points", "points", needed));
+        }
+        let counts = walked.iter().map(|(key, axis)| axis.count(key)).collect::<Result<Vec<_>, _>>()?;
+        let all = counts.iter().try_fold(1_usize, |all, count| all.checked_mul(*count));
+        let all = all
+            .filter(|all| *all <= MOST_POINTS)
+            .ok_or_else(|| FileError::key("axes", "too many points", &format!("at most {MOST_POINTS}")))?;
+        // The last axis is walked along first.
+        let place = |number: usize, k: usize| number / counts[k + 1..].iter().product::<usize>() % counts[k];
+        return Ok((0..all).map(|n| point(&|k, axis| axis.on_grid(place(n, k), counts[k]))).collect());
+    }
+    let count = design.points.filter(|count| (1..=MOST_POINTS).contains(count)).ok_or_else(|| {
+        FileError::key("design.points", &format!("{:?}", design.points), &format!("from 1 to {MOST_POINTS}"))
+    })?;
+    match design.kind {
+        DesignKind::Grid => unreachable!("returned above"),
+        DesignKind::LatinHypercube => {
+            let orders: Vec<Vec<usize>> = (0..walked.len())
+                .map(|k| {
+                    let mut order: Vec<usize> = (0..count).collect();
+                    order.shuffle(&mut Streams::new(seed, k as u64).open(Purpose::Design));
+                    order
+                })
+                .collect();
+            let share = |n: usize, k: usize| (orders[k][n] as f64 + 0.5) / count as f64;
+            Ok((0..count).map(|n| point(&|k, axis| axis.at(share(n, k)))).collect())
+        }
+        DesignKind::Sobol => {
+            if count > 1 << 16 || walked.len() > 256 {
+                let found = format!("{count} points of {} axes", walked.len());
+                return Err(FileError::key("design", &found, "at most 65536 points of 256 axes"));
+            }
+            // Only its low half is used.
+            #[allow(clippy::cast_possible_truncation)]
+            let key = seed as u32;
+            let share = |n: usize, k: usize| {
+                let [n, k] = [n, k].map(|x| u32::try_from(x).unwrap_or(u32::MAX));
+                f64::from(sobol_burley::sample(n, k, key))
+            };
+            Ok((0..count).map(|n| point(&|k, axis| axis.at(share(n, k)))).collect())
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! What a scenario file asks for: its points, and a scenario at each.
+
+use standstill_detect::Method;
+use standstill_plant::DataSheet;
+use toml::{Table, Value};
+
+use super::axes::{Point, points};
+use super::document::{Document, FileError, Origin};
+use super::motor::MotorSpec;
+use super::tables::ScenarioFile;
+use super::tolerances::Drawn;
+use crate::{Record, Scenario};
+
+/// Points of the axes, each with a scenario.
+#[derive(Clone, Debug)]
+pub struct Plan {
+    document: Document,
+    file: ScenarioFile,
+    points: Vec<Point>,
+    tolerances: Vec<Drawn>,
+}
+
+impl Plan {
+    /// The plan of a document. Every point is checked: what is wrong with one shows before the first trial.
+    pub fn new(document: Document) -> Result<Self, FileError> {
+        let file = document.load()?;
+        let axes: Vec<_> = file.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
+        let points = points(&axes, file.design, file.seed).map_err(|error| document.locate(error))?;
+        let tolerances = file
+            .tolerances
+            .iter()
+            .map(|(key, tolerance)| Drawn::new(key, tolerance, nominal(&document, &file, key).as_ref()))
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(|error| document.locate(error))?;
+        if let Some(drawn) = tolerances.iter().find(|drawn| file.axes.contains_key(drawn.key())) {
+            let key = format!("tolerances.{}", drawn.key());
+            return Err(document.locate(FileError::key(&key, "an axis too", "one of both")));
+        }
+        let plan = Self { document, file, points, tolerances };
+        for number in 0..plan.points.len() {
+            plan.scenario(number)?;
+            if !plan.tolerances.is_empty() {
+                plan.drawn(number, 0)?;
+            }
+        }
+        Ok(plan)
+    }
+
+    /// The tables of the file.
+    pub fn file(&self) -> &ScenarioFile {
+        &self.file
+    }
+
+    /// The points of the axes.
+    pub fn points(&self) -> &[Point] {
+        &self.points
+    }
+
+    /// Whether each trial draws values of its own.
+    pub fn has_tolerances(&self) -> bool {
+        !self.tolerances.is_empty()
+    }
+
+    /// The scenario at a point, without what its trials draw.
+    pub fn scenario(&self, point: usize) -> Result<Scenario<Method<f64>>, FileError> {
+        self.at(point, &[])
+    }
+
+    /// The scenario of one trial at a point, with what it draws.
+    pub(super) fn drawn(&self, point: usize, trial: u64) -> Result<Scenario<Method<f64>>, FileError> {
+        let drawn: Vec<(String, Value)> = self
+            .tolerances
+            .iter()
+            .map(|drawn| (drawn.key().to_owned(), drawn.draw(self.file.seed, trial)))
+            .collect();
+        self.at(point, &drawn)
+    }
+
+    fn at(&self, point: usize, drawn: &[(String, Value)]) -> Result<Scenario<Method<f64>>, FileError> {
+        let mut document = self.document.clone();
+        for (values, origin) in [(&self.points[point].values[..], Origin::Axis), (drawn, Origin::Tolerance)] {
+            for (key, value) in values {
+                document.set_value(key, value.clone(), origin)?;
+            }
+        }
+        let file = document.load()?;
+        file.scenario(document.folder()).map_err(|error| document.locate(error))
+    }
+
+    /// A trial at a point whose scenario is `scenario`.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trial(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        trial: u64,
+    ) -> Result<Record, FileError> {
+        let run = |scenario: &Scenario<Method<f64>>| {
+            scenario.trial(trial).map_err(|error| FileError::settings(&error))
+        };
+        if self.has_tolerances() { run(&self.drawn(point, trial)?) } else { run(scenario) }
+    }
+}
+
+/// The value of a key: of the scenario, or for a motor's that of its data sheet.
+fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Option<Value> {
+    if let Some(value) = document.get(key) {
+        return Some(value.clone());
+    }
+    let rest = key.strip_prefix("motor.")?;
+    let name = match &file.motor {
+        MotorSpec::Named(name) => name.as_str(),
+        MotorSpec::Table(table) => table.get("base")?.as_str()?,
+    };
+    let text = match DataSheet::built_in_text(name) {
+        Some(text) => text.to_owned(),
+        None => std::fs::read_to_string(document.folder().join(name)).ok()?,
+    };
+    let sheet = Value::Table(text.parse::<Table>().ok()?);
+    let number = rest.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
+    number.as_table()?.get("value").cloned()
+}

@@ -1,0 +1,102 @@
+//! Tolerances: keys whose value each trial draws.
+
+use rand::RngExt;
+use rand_distr::{Distribution as _, StandardNormal};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use standstill_sim::{Purpose, Streams};
+use toml::Value;
+
+use super::document::FileError;
+use super::number::Number;
+
+/// How a key's value is distributed. Widths in per cent are shares of the value in the scenario, others are in its unit.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Tolerance {
+    /// Standard deviation of a normal distribution, such as `"5 %"` or `"2 mA"`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub normal: Option<String>,
+    /// Half the width of a uniform distribution.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub uniform: Option<String>,
+    /// Standard deviations beyond which a normal distribution is cut off.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truncated: Option<f64>,
+    /// The middle, where it is not the value in the scenario.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean: Option<String>,
+}
+
+/// A tolerance, ready to be drawn.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Drawn {
+    key: String,
+    mean: Number,
+    /// Standard deviation, or half the width, in the unit of the mean.
+    width: f64,
+    /// Of a normal distribution; none: uniform.
+    cut: Option<f64>,
+}
+
+impl Drawn {
+    /// The tolerance of a key whose value is `nominal`.
+    pub(super) fn new(key: &str, tolerance: &Tolerance, nominal: Option<&Value>) -> Result<Self, FileError> {
+        let path = format!("tolerances.{key}");
+        let mean = match (&tolerance.mean, nominal) {
+            (Some(mean), _) => Number::of(&Value::String(mean.clone())),
+            (None, Some(value)) => Number::of(value),
+            (None, None) => {
+                let needed = "`mean`, or the key itself in the scenario";
+                return Err(FileError::key(&path, "no value to spread about", needed));
+            }
+        };
+        let mean = mean.ok_or_else(|| FileError::key(&path, "a value that is no number", "a number"))?;
+        let (text, cut) = match (&tolerance.normal, &tolerance.uniform) {
+            (Some(text), None) => (text, Some(tolerance.truncated.unwrap_or(f64::INFINITY))),
+            (None, Some(text)) if tolerance.truncated.is_none() => (text, None),
+            _ => {
+                let needed = "one of `normal` and `uniform`; `truncated` only with `normal`";
+                return Err(FileError::key(&path, "another combination", needed));
+            }
+        };
+        let width = Number::of(&Value::String(text.clone())).filter(|width| width.value >= 0.0);
+        let width =
+            width.ok_or_else(|| FileError::key(&path, &format!("`{text}`"), "a width of zero or more"))?;
+        let width = match width.unit.as_str() {
+            "%" if mean.unit != "%" => mean.value.abs() * width.value / 100.0,
+            unit if unit == mean.unit => width.value,
+            _ => {
+                let found = format!("`{text}` about {}", mean.to_value());
+                return Err(FileError::key(&path, &found, "a width in per cent or in the same unit"));
+            }
+        };
+        // Below a tenth of a deviation nearly every draw would be thrown away.
+        if cut.is_some_and(|cut| cut.is_nan() || cut < 0.1) {
+            return Err(FileError::key(&path, "`truncated` below 0.1", "at least 0.1 standard deviations"));
+        }
+        Ok(Self { key: key.to_owned(), mean, width, cut })
+    }
+
+    pub(super) fn key(&self) -> &str {
+        &self.key
+    }
+
+    /// The value in a trial. Each key has its own stream: another tolerance does not shift it.
+    pub(super) fn draw(&self, seed: u64, trial: u64) -> Value {
+        let seed = self.key.bytes().fold(seed ^ 0xcbf2_9ce4_8422_2325, |hash, byte| {
+            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+        });
+        let mut rng = Streams::new(seed, trial).open(Purpose::Tolerance);
+        let off = match self.cut {
+            None => rng.random_range(-1.0..=1.0),
+            Some(cut) => loop {
+                let normal: f64 = StandardNormal.sample(&mut rng);
+                if normal.abs() <= cut {
+                    break normal;
+                }
+            },
+        };
+        Number { value: self.mean.value + self.width * off, ..self.mean.clone() }.to_value()
+    }
+}
