@@ -16,6 +16,7 @@ pub mod paper;
 mod record;
 mod scenario;
 mod statistics;
+pub mod store;
 mod suitability;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};

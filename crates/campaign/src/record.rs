@@ -1,5 +1,6 @@
 //! What is kept of a trial.
 
+use serde::{Deserialize, Serialize};
 use standstill_interface::{Angle, Outcome};
 use standstill_sim::{Ended, Run};
 
@@ -13,7 +14,7 @@ pub struct Record {
 }
 
 /// How a trial ended, in a word.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Verdict {
     /// An angle with its pole.
     Found,

@@ -241,6 +241,37 @@ impl<U: Unit> fmt::Display for Quantity<U> {
     }
 }
 
+/// The value of a number with whatever unit: in SI, temperatures in °C, angles in degrees, shares as such. `None` of a text
+/// that is no quantity of any dimension known here.
+pub fn si_value(text: &str) -> Option<f64> {
+    use unit::{
+        Ampere, Celsius, Degree, Henry, Hertz, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm,
+        PerKelvin, Second, Share, Volt, Watt, Weber,
+    };
+    fn of<U: Unit>(text: &str) -> Option<f64> {
+        text.parse::<Quantity<U>>().ok().map(Quantity::value)
+    }
+    // A text without unit is the same number in all of them.
+    let all = [
+        of::<Share>,
+        of::<Henry>,
+        of::<Ohm>,
+        of::<Weber>,
+        of::<Ampere>,
+        of::<Volt>,
+        of::<Watt>,
+        of::<NewtonMetre>,
+        of::<NewtonMetreSecond>,
+        of::<KilogramSquareMetre>,
+        of::<Second>,
+        of::<Degree>,
+        of::<Celsius>,
+        of::<PerKelvin>,
+        of::<Hertz>,
+    ];
+    all.into_iter().find_map(|of| of(text))
+}
+
 #[cfg(test)]
 mod tests {
     use super::unit::{Henry, Hertz, KilogramSquareMetre, NewtonMetre, Ohm, One, Share};
@@ -275,6 +306,17 @@ mod tests {
         assert_eq!(parse::<One>("4 H"), None);
         assert_eq!(parse::<One>("4 %"), None);
         assert_eq!(parse::<Share>("4 m"), None);
+    }
+
+    #[test]
+    fn analytic_a_number_with_any_unit_has_one_value() {
+        assert_eq!(si_value("12.5 mA"), Some(0.0125));
+        assert_eq!(si_value("0.5 %"), Some(0.005));
+        assert_eq!(si_value("43.2 deg"), Some(43.2));
+        assert_eq!(si_value("2 Nm"), Some(2.0));
+        assert_eq!(si_value("7"), Some(7.0));
+        assert_eq!(si_value("bipolar"), None);
+        assert_eq!(si_value("3 apples"), None);
     }
 
     #[test]

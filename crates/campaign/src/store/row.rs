@@ -1,0 +1,59 @@
+//! What is kept of a trial.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Record, Verdict};
+
+/// A trial as it is stored: plain values, without the run that they came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Row {
+    /// Its number.
+    pub trial: u64,
+    /// See [`Record::true_angle_deg`].
+    pub true_angle_deg: f64,
+    /// See [`Record::start_angle_deg`].
+    pub start_angle_deg: f64,
+    /// See [`Record::estimated_angle_deg`].
+    pub estimated_angle_deg: Option<f64>,
+    /// See [`Record::error_deg`].
+    pub error_deg: Option<f64>,
+    /// See [`Record::axis_deg`].
+    pub axis_deg: Option<f64>,
+    /// See [`Record::axis_error_deg`].
+    pub axis_error_deg: Option<f64>,
+    /// How it ended.
+    pub verdict: Verdict,
+    /// See [`Record::pole_correct`].
+    pub pole_correct: Option<bool>,
+    /// See [`Record::rotor_moved_deg`].
+    pub rotor_moved_deg: f64,
+    /// Time that the detection took, in s.
+    pub duration_s: f64,
+    /// Largest phase current in A.
+    pub peak_current_a: f64,
+    /// Why there is no angle; empty if there is one.
+    pub reason: String,
+    /// What kind of reason that is; empty if there is an angle.
+    pub kind: String,
+}
+
+impl From<&Record> for Row {
+    fn from(record: &Record) -> Self {
+        Self {
+            trial: record.trial,
+            true_angle_deg: record.true_angle_deg(),
+            start_angle_deg: record.start_angle_deg(),
+            estimated_angle_deg: record.estimated_angle_deg(),
+            error_deg: record.error_deg(),
+            axis_deg: record.axis_deg(),
+            axis_error_deg: record.axis_error_deg(),
+            verdict: record.verdict(),
+            pole_correct: record.pole_correct(),
+            rotor_moved_deg: record.rotor_moved_deg(),
+            duration_s: record.run.duration.seconds(),
+            peak_current_a: record.run.peak_current,
+            reason: record.reason(),
+            kind: record.reason_name().unwrap_or_default(),
+        }
+    }
+}
