@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use serde::Serialize;
 use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
+use crate::store::Row;
 use crate::{Record, Verdict};
 
 /// A value with its 95 % interval. An end that the sample is too small to give is not a number.
@@ -104,23 +105,28 @@ impl Statistics {
 
     /// Adds a record.
     pub fn add(&mut self, record: &Record) {
+        self.add_row(&Row::from(record));
+    }
+
+    /// Adds a record as it was stored.
+    pub fn add_row(&mut self, row: &Row) {
         self.trials += 1;
-        self.moved = self.moved.max(record.rotor_moved_deg());
-        self.duration += record.run.duration.seconds();
-        self.peak_current = self.peak_current.max(record.run.peak_current);
-        match record.verdict() {
+        self.moved = self.moved.max(row.rotor_moved_deg);
+        self.duration += row.duration_s;
+        self.peak_current = self.peak_current.max(row.peak_current_a);
+        match row.verdict {
             Verdict::Found => {}
             Verdict::Undetermined => self.undetermined += 1,
             Verdict::Failed => self.failed += 1,
             Verdict::Error => self.errors_of_simulation += 1,
         }
-        if let Some(reason) = record.reason_name() {
-            *self.reasons.entry(reason).or_default() += 1;
+        if !row.kind.is_empty() {
+            *self.reasons.entry(row.kind.clone()).or_default() += 1;
         }
-        self.wrong_poles += u64::from(record.pole_correct() == Some(false));
-        self.beyond_limit += u64::from(record.error_deg().is_some_and(|e| e.abs() > Self::LIMIT_DEG));
-        self.squares += record.axis_error_deg().map_or(0.0, |error| error * error);
-        self.errors.extend(record.axis_error_deg());
+        self.wrong_poles += u64::from(row.pole_correct == Some(false));
+        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > Self::LIMIT_DEG));
+        self.squares += row.axis_error_deg.map_or(0.0, |error| error * error);
+        self.errors.extend(row.axis_error_deg);
     }
 
     /// Trials so far.

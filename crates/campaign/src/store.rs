@@ -9,6 +9,8 @@
 
 mod journal;
 mod row;
+mod sweep;
 
 pub use journal::{Identity, Journal, JournalError, Rows, Shard};
 pub use row::Row;
+pub use sweep::{Sweep, SweepError};

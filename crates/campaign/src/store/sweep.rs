@@ -1,0 +1,207 @@
+//! Running a plan into a journal.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use rayon::prelude::*;
+use standstill_detect::Method;
+
+use super::journal::{Identity, Journal, JournalError, Shard};
+use super::row::Row;
+use crate::Scenario;
+use crate::file::{FileError, Plan};
+
+/// A plan, or a shard of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Sweep<'a> {
+    /// What each trial is.
+    pub plan: &'a Plan,
+    /// Which trials.
+    pub shard: Shard,
+    /// Threads; none: as many as there are cores. The rows do not depend on it.
+    pub threads: Option<usize>,
+}
+
+/// A sweep that could not go on.
+#[derive(Debug)]
+pub enum SweepError {
+    /// A value that cannot be, at a point or as drawn by a trial.
+    File(FileError),
+    /// The journal.
+    Journal(JournalError),
+    /// The operating system gave no threads.
+    Threads(rayon::ThreadPoolBuildError),
+}
+
+impl fmt::Display for SweepError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(error) => error.fmt(f),
+            Self::Journal(error) => error.fmt(f),
+            Self::Threads(error) => write!(f, "no worker threads: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for SweepError {}
+
+impl From<FileError> for SweepError {
+    fn from(error: FileError) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<JournalError> for SweepError {
+    fn from(error: JournalError) -> Self {
+        Self::Journal(error)
+    }
+}
+
+/// Rows computed at a time, at least and at most, and how long they may take and still be followed by more.
+const BLOCK: [u64; 2] = [8, 512];
+const SHORT: Duration = Duration::from_millis(100);
+
+impl Sweep<'_> {
+    /// What makes it this run; `scenario` is the file with all overrides.
+    pub fn identity(&self, version: &str, scenario: String) -> Identity {
+        let file = self.plan.file();
+        Identity {
+            version: version.to_owned(),
+            scenario,
+            seed: file.seed,
+            points: self.plan.points().len() as u64,
+            trials: file.trials,
+            shard: self.shard,
+        }
+    }
+
+    /// The rows that are its own, numbered through all points.
+    pub fn range(&self) -> Range<u64> {
+        let points = self.plan.points().len() as u64;
+        self.shard.range(points.saturating_mul(self.plan.file().trials))
+    }
+
+    /// Point and trial of a row.
+    pub fn place(&self, row: u64) -> (usize, u64) {
+        let trials = self.plan.file().trials;
+        (usize::try_from(row / trials).unwrap_or(usize::MAX), row % trials)
+    }
+
+    /// Runs what the journal does not have yet, block by block, until it is done or `stop` is set. `progress` sees each
+    /// block once the journal has it. True if all is done.
+    pub fn run(
+        &self,
+        journal: &mut Journal,
+        stop: &AtomicBool,
+        mut progress: impl FnMut(&[Row]),
+    ) -> Result<bool, SweepError> {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(self.threads.unwrap_or(0))
+            .build()
+            .map_err(SweepError::Threads)?;
+        let Range { start, end } = self.range();
+        let mut next = start + journal.rows();
+        let [mut size, largest] = BLOCK;
+        // Scenarios of the points that the last block touched; their neighbours come next.
+        let mut scenarios: Vec<(usize, Scenario<Method<f64>>)> = Vec::new();
+        while next < end && !stop.load(Ordering::Relaxed) {
+            let begun = Instant::now();
+            let block = next..(next + size).min(end);
+            let (first, last) = (self.place(block.start).0, self.place(block.end - 1).0);
+            scenarios.retain(|(point, _)| (first..=last).contains(point));
+            for point in first..=last {
+                if !scenarios.iter().any(|(known, _)| *known == point) {
+                    scenarios.push((point, self.plan.scenario(point)?));
+                }
+            }
+            scenarios.sort_by_key(|(point, _)| *point);
+            let rows: Result<Vec<Row>, FileError> = pool.install(|| {
+                block
+                    .clone()
+                    .into_par_iter()
+                    .map(|row| {
+                        let (point, trial) = self.place(row);
+                        let record = self.plan.trial(point, &scenarios[point - first].1, trial)?;
+                        Ok(Row::from(&record))
+                    })
+                    .collect()
+            });
+            let rows = rows?;
+            journal.append(&rows)?;
+            progress(&rows);
+            next = block.end;
+            // The rows are the same whatever the blocks are.
+            size = if begun.elapsed() < SHORT { (2 * size).min(largest) } else { (size / 2).max(BLOCK[0]) };
+        }
+        journal.sync()?;
+        Ok(next >= end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+    use crate::file::Document;
+    use crate::store::Rows;
+
+    const TEXT: &str = r#"
+        trials = 40
+        [detector]
+        method = "bipolar"
+        [axes]
+        "sensors.noise" = { from = "0 mA", to = "20 mA", points = 3 }
+        [tolerances]
+        "motor.winding.resistance" = { normal = "5 %" }
+        "#;
+
+    fn plan() -> Plan {
+        Plan::new(Document::parse(Path::new("s.toml"), TEXT).expect("TOML")).expect("valid")
+    }
+
+    fn rows(path: &Path) -> Vec<Row> {
+        let mut rows = Rows::open(path).expect("a journal");
+        std::iter::from_fn(|| rows.block().expect("readable")).flatten().collect()
+    }
+
+    #[test]
+    fn law_threads_interruptions_and_shards_change_no_row() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let plan = plan();
+        let sweep = Sweep { plan: &plan, shard: Shard::WHOLE, threads: Some(1) };
+        let identity = sweep.identity("1", TEXT.to_owned());
+        let never = AtomicBool::new(false);
+        let path = folder.path().join("whole");
+        let mut journal = Journal::create(&path, &identity).expect("writable");
+        assert!(sweep.run(&mut journal, &never, |_| {}).expect("runs"));
+        let whole = rows(&path);
+        assert_eq!(whole.len(), 120);
+        assert!(whole.iter().enumerate().all(|(k, row)| row.trial == k as u64 % 40));
+        // Stopped after each block, and resumed.
+        let path = folder.path().join("stopped");
+        drop(Journal::create(&path, &identity).expect("writable"));
+        let sweep = Sweep { threads: Some(2), ..sweep };
+        let mut done = false;
+        while !done {
+            let stop = AtomicBool::new(false);
+            let mut journal = Journal::resume(&path, &identity).expect("the same run");
+            done = sweep.run(&mut journal, &stop, |_| stop.store(true, Ordering::Relaxed)).expect("runs");
+        }
+        assert_eq!(rows(&path), whole);
+        let mut together = Vec::new();
+        for index in 1..=3 {
+            let sweep = Sweep { shard: Shard { index, count: 3 }, ..sweep };
+            let path = folder.path().join(format!("shard-{index}"));
+            let mut journal =
+                Journal::create(&path, &sweep.identity("1", TEXT.to_owned())).expect("writable");
+            sweep.run(&mut journal, &never, |_| {}).expect("runs");
+            together.extend(rows(&path));
+        }
+        assert_eq!(together, whole);
+        // The points have their own noise, and the trials their own draws.
+        assert!(whole[0].axis_error_deg != whole[40].axis_error_deg && whole[0] != whole[1]);
+    }
+}
