@@ -41,10 +41,10 @@ impl ScenarioFile {
         let sheet = self.motor.sheet(folder)?;
         let motor = sheet.motor().map_err(FileError::Motor)?;
         let errors: ErrorSet = self.errors.into();
-        let mut drive =
-            errors.drive(self.inverter.dc_link.map_or(motor.dc_link.unwrap_or(DC_LINK), Quantity::value));
+        let dc_link = self.inverter.dc_link.map_or(motor.dc_link.unwrap_or(DC_LINK), Quantity::value);
+        let mut drive = errors.drive(motor.rated_current, dc_link);
         self.inverter.apply(&mut drive)?;
-        let mut sensors = errors.sensors(motor.rated_current);
+        let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
         self.sensors.apply(&mut sensors)?;
         let temperature = Temperature {
             winding: self.rotor.winding_temperature.map(Quantity::value),
@@ -286,7 +286,7 @@ impl DetectorTable {
         if let Some(error) = self.pole_error {
             let error =
                 in_range("detector.pole_error", error, [1e-30, 0.5], "a probability from 1e-30 to 0.5")?;
-            self.set_pole_error(method, error).ok_or_else(|| foreign("pole_error"))?;
+            Self::set_pole_error(method, error).ok_or_else(|| foreign("pole_error"))?;
         }
         if self.gain_tolerance.is_some()
             && !matches!(method, Method::Bipolar(_) | Method::MaximumLikelihood(_))
@@ -319,7 +319,7 @@ impl DetectorTable {
         Ok(())
     }
 
-    fn set_pole_error(&self, method: &mut Method<f64>, error: f64) -> Option<()> {
+    fn set_pole_error(method: &mut Method<f64>, error: f64) -> Option<()> {
         match method {
             Method::Bipolar(settings) => settings.pole_error = error,
             Method::MaximumLikelihood(settings) => settings.pole_error = error,

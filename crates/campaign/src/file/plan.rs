@@ -24,8 +24,7 @@ impl Plan {
     /// The plan of a document. Every point is checked: what is wrong with one shows before the first trial.
     pub fn new(document: Document) -> Result<Self, FileError> {
         let file = document.load()?;
-        let axes: Vec<_> = file.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
-        let points = points(&axes, file.design, file.seed).map_err(|error| document.locate(error))?;
+        let points = file.points().map_err(|error| document.locate(error))?;
         let tolerances = file
             .tolerances
             .iter()
@@ -54,6 +53,23 @@ impl Plan {
     /// The points of the axes.
     pub fn points(&self) -> &[Point] {
         &self.points
+    }
+
+    /// The file with all overrides, as it would be written, with a digest of a motor's own file: what makes a run this run.
+    pub fn text(&self) -> Result<String, FileError> {
+        let text = toml::to_string(&self.file)
+            .map_err(|error| FileError::key("scenario", &error.to_string(), "values that TOML has"))?;
+        let name = match &self.file.motor {
+            MotorSpec::Named(name) => Some(name.as_str()),
+            MotorSpec::Table(table) => table.get("base").and_then(Value::as_str),
+        };
+        let Some(name) = name.filter(|name| DataSheet::built_in_text(name).is_none()) else {
+            return Ok(text);
+        };
+        let path = self.document.folder().join(name);
+        let bytes = std::fs::read(&path)
+            .map_err(|error| FileError::key("motor", &path.display().to_string(), &error.to_string()))?;
+        Ok(format!("{text}# {name} has the CRC-32 {:08x}\n", crc32fast::hash(&bytes)))
     }
 
     /// Whether each trial draws values of its own.
@@ -101,6 +117,17 @@ impl Plan {
             scenario.trial(trial).map_err(|error| FileError::settings(&error))
         };
         if self.has_tolerances() { run(&self.drawn(point, trial)?) } else { run(scenario) }
+    }
+}
+
+impl ScenarioFile {
+    /// The points of its axes.
+    ///
+    /// # Errors
+    /// Axes or a design that make none.
+    pub fn points(&self) -> Result<Vec<Point>, FileError> {
+        let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
+        points(&axes, self.design, self.seed)
     }
 }
 

@@ -188,7 +188,10 @@ fn law_points_of_a_design_fill_each_axis_evenly() {
                 let value = &point.values[axis].1;
                 let number = value.as_float().or(value.as_integer().map(|x| x as f64)).expect("a number");
                 let share = number / [1.0, 0.5][axis];
-                bins[((share * 16.0) as usize).min(15)] += 1;
+                // A share of sixteen is an index.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                let bin = ((share * 16.0) as usize).min(15);
+                bins[bin] += 1;
             }
             assert_eq!(bins, [4; 16], "{kind}, axis {axis}");
         }
