@@ -2,19 +2,13 @@
 
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::prelude::*;
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
+use crate::pace::Pace;
 use crate::{Record, Scenario};
-
-/// Trials computed at a time, at least and at most. Between blocks records are handed on and an interruption is looked
-/// for, several times a second as far as trials are that short.
-const BLOCK: [u64; 2] = [8, 512];
-
-/// How long a block may take and still be followed by a larger one.
-const SHORT: Duration = Duration::from_millis(100);
 
 /// A number of trials of a scenario.
 #[derive(Clone, Debug)]
@@ -61,18 +55,17 @@ impl<S: Settings<f64> + Sync> Campaign<'_, S> {
             .build()
             .map_err(CampaignError::Threads)?;
         let mut done = 0;
-        let [mut size, largest] = BLOCK;
+        let mut pace = Pace::START;
         while done < self.trials && !stop.load(Ordering::Relaxed) {
             let start = Instant::now();
-            let end = (done + size).min(self.trials);
+            let end = (done + pace.size()).min(self.trials);
             let block: Result<Vec<Record>, SettingsError> = pool
                 .install(|| (done..end).into_par_iter().map(|trial| self.scenario.trial(trial)).collect());
             for record in &block.map_err(CampaignError::Settings)? {
                 sink(record)?;
             }
             done = end;
-            // The records are the same whatever the blocks are.
-            size = if start.elapsed() < SHORT { (2 * size).min(largest) } else { (size / 2).max(BLOCK[0]) };
+            pace = pace.after(start);
         }
         Ok(done)
     }

@@ -12,6 +12,7 @@ mod campaign;
 mod compare;
 mod errors;
 pub mod file;
+mod pace;
 pub mod paper;
 mod record;
 mod scenario;

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use rayon::prelude::*;
 use standstill_detect::Method;
@@ -12,6 +12,7 @@ use super::journal::{Identity, Journal, JournalError, Shard};
 use super::row::Row;
 use crate::Scenario;
 use crate::file::{FileError, Plan};
+use crate::pace::Pace;
 
 /// A plan, or a shard of it.
 #[derive(Clone, Copy, Debug)]
@@ -59,10 +60,6 @@ impl From<JournalError> for SweepError {
     }
 }
 
-/// Rows computed at a time, at least and at most, and how long they may take and still be followed by more.
-const BLOCK: [u64; 2] = [8, 512];
-const SHORT: Duration = Duration::from_millis(100);
-
 impl Sweep<'_> {
     /// What makes it this run; `scenario` is the file with all overrides.
     pub fn identity(&self, version: &str, scenario: String) -> Identity {
@@ -103,12 +100,12 @@ impl Sweep<'_> {
             .map_err(SweepError::Threads)?;
         let Range { start, end } = self.range();
         let mut next = start + journal.rows();
-        let [mut size, largest] = BLOCK;
+        let mut pace = Pace::START;
         // Scenarios of the points that the last block touched; their neighbours come next.
         let mut scenarios: Vec<(usize, Scenario<Method<f64>>)> = Vec::new();
         while next < end && !stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
-            let block = next..(next + size).min(end);
+            let block = next..(next + pace.size()).min(end);
             let (first, last) = (self.place(block.start).0, self.place(block.end - 1).0);
             scenarios.retain(|(point, _)| (first..=last).contains(point));
             for point in first..=last {
@@ -132,8 +129,7 @@ impl Sweep<'_> {
             journal.append(&rows)?;
             progress(&rows);
             next = block.end;
-            // The rows are the same whatever the blocks are.
-            size = if begun.elapsed() < SHORT { (2 * size).min(largest) } else { (size / 2).max(BLOCK[0]) };
+            pace = pace.after(begun);
         }
         journal.sync()?;
         Ok(next >= end)
