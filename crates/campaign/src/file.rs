@@ -25,6 +25,6 @@ pub use motor::MotorSpec;
 pub use plan::Plan;
 pub use tables::{
     Decide, DetectorTable, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName,
-    RotorTable, ScenarioFile, SensorArrangement, SensorsTable,
+    RotorTable, ScenarioFile, SensorArrangement, SensorsTable, StopTable,
 };
 pub use tolerances::Tolerance;

@@ -3,23 +3,43 @@
 //! Errors are those of the axis, in (−90, 90]°; a wrong pole is counted by itself, because half a turn is not a
 //! large angle error but another kind of failure. All intervals are at 95 %.
 
+mod quantiles;
+
 use std::collections::BTreeMap;
 
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use statrs::distribution::{Beta, Binomial, ContinuousCDF, DiscreteCDF, StudentsT};
 
+use self::quantiles::Magnitudes;
 use crate::store::Row;
 use crate::{Record, Verdict};
 
 /// A value with its 95 % interval. An end that the sample is too small to give is not a number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The estimate.
+    #[serde(deserialize_with = "or_nan")]
     pub value: f64,
     /// Lower end.
+    #[serde(deserialize_with = "or_nan")]
     pub low: f64,
     /// Upper end.
+    #[serde(deserialize_with = "or_nan")]
     pub high: f64,
+}
+
+/// JSON has no word for what is not a number but `null`.
+fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
+}
+
+/// How often something happened.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Occurrence {
+    /// Trials in which it did.
+    pub count: u64,
+    /// Its probability.
+    pub probability: Estimate,
 }
 
 /// The exact (Clopper–Pearson) 95 % interval of a probability from `count` in `total`.
@@ -37,9 +57,10 @@ pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     }
 }
 
-/// Collects records.
-#[derive(Clone, Debug, Default)]
+/// Collects records, in memory that does not grow with their number.
+#[derive(Clone, Debug)]
 pub struct Statistics {
+    limit_deg: f64,
     trials: u64,
     undetermined: u64,
     failed: u64,
@@ -50,12 +71,19 @@ pub struct Statistics {
     moved: f64,
     duration: f64,
     peak_current: f64,
-    squares: f64,
-    errors: Vec<f64>,
+    /// Sums of the errors' first, second and fourth powers.
+    powers: [f64; 3],
+    magnitudes: Magnitudes,
+}
+
+impl Default for Statistics {
+    fn default() -> Self {
+        Self::with_limit(Self::LIMIT_DEG)
+    }
 }
 
 /// What a campaign says.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
     /// Trials in all.
     pub trials: u64,
@@ -68,21 +96,29 @@ pub struct Summary {
     /// That the simulation could not carry out.
     pub errors: u64,
     /// Why there was no angle, and how often.
-    pub reasons: BTreeMap<String, u64>,
+    pub reasons: BTreeMap<String, Occurrence>,
     /// Trials with an axis, of which the error statistics are: found and undetermined.
     pub axes: u64,
     /// Root mean square of the axis error in degrees. Its interval is the normal one of the mean square.
     pub rms_deg: Estimate,
     /// Mean axis error in degrees.
     pub bias_deg: Estimate,
-    /// 95th percentile of the axis error's magnitude in degrees, between order statistics.
+    /// Median of the axis error's magnitude in degrees, between order statistics. Of more than a hundred thousand
+    /// errors, quantiles are to four digits.
+    pub p50_deg: Estimate,
+    /// 95th percentile.
     pub p95_deg: Estimate,
+    /// 99th percentile.
+    pub p99_deg: Estimate,
     /// Largest axis error in degrees.
+    #[serde(deserialize_with = "or_nan")]
     pub max_deg: f64,
     /// The probability that a further detection exceeds it, as far as the trials tell.
     pub beyond_max: Estimate,
-    /// P(|e| > 2°) of the whole error, wrong poles included, among the trials with an angle.
-    pub beyond_2_deg: Estimate,
+    /// The error in degrees whose exceedance is counted.
+    pub limit_deg: f64,
+    /// P(|e| > limit) of the whole error, wrong poles included, among the trials with an angle.
+    pub beyond_limit: Estimate,
     /// Trials that named the wrong pole.
     pub wrong_poles: u64,
     /// Their probability among all trials.
@@ -94,14 +130,34 @@ pub struct Summary {
     /// Furthest that any rotor moved, in electrical degrees.
     pub max_moved_deg: f64,
     /// Mean duration of a detection in s.
+    #[serde(deserialize_with = "or_nan")]
     pub mean_duration_s: f64,
     /// Largest current in A.
     pub peak_current_a: f64,
 }
 
 impl Statistics {
-    /// The angle error in degrees whose exceedance is counted: the paper's "within ±2°".
+    /// The angle error in degrees whose exceedance is counted unless another is asked for: the paper's "within ±2°".
     pub const LIMIT_DEG: f64 = 2.0;
+
+    /// Of nothing yet; errors beyond `limit_deg` will be counted.
+    pub fn with_limit(limit_deg: f64) -> Self {
+        Self {
+            limit_deg,
+            trials: 0,
+            undetermined: 0,
+            failed: 0,
+            errors_of_simulation: 0,
+            reasons: BTreeMap::new(),
+            wrong_poles: 0,
+            beyond_limit: 0,
+            moved: 0.0,
+            duration: 0.0,
+            peak_current: 0.0,
+            powers: [0.0; 3],
+            magnitudes: Magnitudes::default(),
+        }
+    }
 
     /// Adds a record.
     pub fn add(&mut self, record: &Record) {
@@ -124,9 +180,14 @@ impl Statistics {
             *self.reasons.entry(row.kind.clone()).or_default() += 1;
         }
         self.wrong_poles += u64::from(row.pole_correct == Some(false));
-        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > Self::LIMIT_DEG));
-        self.squares += row.axis_error_deg.map_or(0.0, |error| error * error);
-        self.errors.extend(row.axis_error_deg);
+        self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > self.limit_deg));
+        if let Some(error) = row.axis_error_deg {
+            let square = error * error;
+            for (sum, power) in self.powers.iter_mut().zip([error, square, square * square]) {
+                *sum += power;
+            }
+            self.magnitudes.add(error.abs());
+        }
     }
 
     /// Trials so far.
@@ -136,46 +197,67 @@ impl Statistics {
 
     /// Root mean square of the axis error so far, in degrees.
     pub fn running_rms(&self) -> f64 {
-        (self.squares / self.errors.len() as f64).sqrt()
+        (self.powers[1] / self.magnitudes.count() as f64).sqrt()
     }
 
-    /// The summary of what was added.
-    pub fn summary(&self) -> Summary {
-        let n = self.errors.len() as f64;
-        let axes = self.errors.len() as u64;
-        let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
-        let moment = |power: i32| self.errors.iter().map(|e| e.powi(power)).sum::<f64>() / n;
-        let (mean, square, fourth) = (moment(1), moment(2), moment(4));
+    /// Mean and rms of the axis error in degrees.
+    fn moments(&self) -> [Estimate; 2] {
+        let n = self.magnitudes.count() as f64;
+        let [mean, square, fourth] = self.powers.map(|sum| sum / n);
         // Student's factor, which is 1.96 for many; one value alone has no interval.
         let student = StudentsT::new(0.0, 1.0, n - 1.0).map_or(f64::NAN, |t| t.inverse_cdf(0.975));
         let half = student * ((fourth - square * square).max(0.0) / (n - 1.0)).sqrt();
         let mean_half = student * ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt();
-        let mut magnitudes: Vec<f64> = self.errors.iter().map(|e| e.abs()).collect();
-        magnitudes.sort_unstable_by(f64::total_cmp);
-        let max_deg = magnitudes.last().copied().unwrap_or(f64::NAN);
+        let rms = Estimate {
+            value: square.sqrt(),
+            // `max` would make a number of what is none.
+            low: if half.is_nan() { half } else { (square - half).max(0.0).sqrt() },
+            high: (square + half).sqrt(),
+        };
+        [Estimate { value: mean, low: mean - mean_half, high: mean + mean_half }, rms]
+    }
+
+    /// Root mean square of the axis error in degrees. Its interval is the normal one of the mean square.
+    pub fn rms(&self) -> Estimate {
+        self.moments()[1]
+    }
+
+    /// The probability of a wrong pole.
+    pub fn wrong_pole_probability(&self) -> Estimate {
+        binomial_interval(self.wrong_poles, self.trials)
+    }
+
+    /// The summary of what was added.
+    pub fn summary(&self) -> Summary {
+        let axes = self.magnitudes.count();
+        let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
+        let [bias_deg, rms_deg] = self.moments();
+        let probability = |count: u64| binomial_interval(count, self.trials);
+        let reasons = self.reasons.iter().map(|(reason, count)| {
+            (reason.clone(), Occurrence { count: *count, probability: probability(*count) })
+        });
+        let [p50_deg, p95_deg, p99_deg] = [0.5, 0.95, 0.99].map(|p| quantile(&self.magnitudes, p));
         Summary {
             trials: self.trials,
             found,
             undetermined: self.undetermined,
             failed: self.failed,
             errors: self.errors_of_simulation,
-            reasons: self.reasons.clone(),
+            reasons: reasons.collect(),
             axes,
-            rms_deg: Estimate {
-                value: square.sqrt(),
-                // `max` would make a number of what is none.
-                low: if half.is_nan() { half } else { (square - half).max(0.0).sqrt() },
-                high: (square + half).sqrt(),
-            },
-            bias_deg: Estimate { value: mean, low: mean - mean_half, high: mean + mean_half },
-            p95_deg: quantile(&magnitudes, 0.95),
-            max_deg,
+            rms_deg,
+            bias_deg,
+            p50_deg,
+            p95_deg,
+            p99_deg,
+            max_deg: self.magnitudes.largest().unwrap_or(f64::NAN),
             beyond_max: binomial_interval(0, axes),
-            beyond_2_deg: binomial_interval(self.beyond_limit, found),
+            limit_deg: self.limit_deg,
+            beyond_limit: binomial_interval(self.beyond_limit, found),
             wrong_poles: self.wrong_poles,
-            wrong_pole_probability: binomial_interval(self.wrong_poles, self.trials),
-            undetermined_probability: binomial_interval(self.undetermined, self.trials),
-            failed_probability: binomial_interval(self.failed, self.trials),
+            wrong_pole_probability: self.wrong_pole_probability(),
+            undetermined_probability: probability(self.undetermined),
+            failed_probability: probability(self.failed),
             max_moved_deg: self.moved,
             mean_duration_s: self.duration / self.trials as f64,
             peak_current_a: self.peak_current,
@@ -184,9 +266,8 @@ impl Statistics {
 }
 
 /// A quantile with its distribution-free interval: the order statistics that enclose it with 95 %.
-fn quantile(sorted: &[f64], p: f64) -> Estimate {
-    let n = sorted.len() as u64;
-    let at = |rank: u64| usize::try_from(rank).ok().and_then(|rank| sorted.get(rank)).copied();
+fn quantile(values: &Magnitudes, p: f64) -> Estimate {
+    let n = values.count();
     let Some(last) = n.checked_sub(1) else {
         return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
     };
@@ -195,12 +276,9 @@ fn quantile(sorted: &[f64], p: f64) -> Estimate {
     // A share of a count is below it.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let middle = ((p * n as f64) as u64).min(last);
-    let value = |rank: Option<u64>| rank.and_then(at).unwrap_or(f64::NAN);
-    Estimate {
-        value: value(Some(middle)),
-        low: value(below(0.025).checked_sub(1)),
-        high: value(Some(below(0.975))),
-    }
+    let ranks = [Some(middle), below(0.025).checked_sub(1), Some(below(0.975))];
+    let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
+    Estimate { value, low, high }
 }
 
 #[cfg(test)]
@@ -218,9 +296,15 @@ mod tests {
         assert_eq!(binomial_interval(7, 7).high, 1.0);
     }
 
+    fn ramp(count: u32) -> Magnitudes {
+        let mut ramp = Magnitudes::default();
+        (0..count).for_each(|value| ramp.add(f64::from(value)));
+        ramp
+    }
+
     #[test]
     fn analytic_quantile_of_a_ramp() {
-        let ramp: Vec<f64> = (0..1000).map(f64::from).collect();
+        let ramp = ramp(1000);
         let q = quantile(&ramp, 0.95);
         assert_eq!(q.value, 950.0);
         // Normal approximation of the ranks: 950 ± 1.96 √(1000 · 0.95 · 0.05) = 950 ± 13.5.
@@ -230,17 +314,18 @@ mod tests {
     #[test]
     fn law_small_samples_have_no_bounds_that_they_cannot_give() {
         // Of 20 values the largest is below the 95 % quantile with a probability of 0.95^20 = 36 %.
-        let ramp: Vec<f64> = (0..20).map(f64::from).collect();
-        assert!(quantile(&ramp, 0.95).high.is_nan());
-        assert!(quantile(&ramp[..1], 0.95).low.is_nan());
+        assert!(quantile(&ramp(20), 0.95).high.is_nan());
+        assert!(quantile(&ramp(1), 0.95).low.is_nan());
         // From 73 values on, the largest is an upper bound: 0.95^73 < 2.5 %.
-        let ramp: Vec<f64> = (0..74).map(f64::from).collect();
-        assert_eq!(quantile(&ramp, 0.95).high, 73.0);
+        assert_eq!(quantile(&ramp(74), 0.95).high, 73.0);
     }
 
     #[test]
     fn law_no_trials_is_not_a_number_and_not_a_panic() {
         let summary = Statistics::default().summary();
         assert!(summary.rms_deg.value.is_nan() && summary.p95_deg.value.is_nan());
+        let text = serde_json::to_string(&summary).expect("serialisable");
+        let read: Summary = serde_json::from_str(&text).expect("readable");
+        assert!(read.rms_deg.low.is_nan() && read.trials == 0);
     }
 }

@@ -7,10 +7,16 @@
 //! The files are made from the journal alone. So they are the same however often the run was interrupted, and those of
 //! shards that were merged are those of a single run.
 
+mod identity;
 mod journal;
 mod row;
+mod shards;
 mod sweep;
+mod walk;
 
-pub use journal::{Identity, Journal, JournalError, Rows, Shard};
+pub use identity::{Identity, Shard};
+pub use journal::{Journal, JournalError, Rows};
 pub use row::Row;
+pub use shards::{Shards, ShardsError};
 pub use sweep::{Sweep, SweepError};
+pub use walk::Walk;

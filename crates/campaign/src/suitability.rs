@@ -218,7 +218,8 @@ fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: boo
         let all = summary.trials as f64;
         let unexpected = summary.failed + summary.errors;
         if unexpected as f64 > demands.without_angle * all {
-            let reason = summary.reasons.iter().max_by_key(|(_, count)| **count).map_or("", |(name, _)| name);
+            let reason =
+                summary.reasons.iter().max_by_key(|(_, times)| times.count).map_or("", |(name, _)| name);
             objections.push(format!("{unexpected} of {all} without an angle, rotor {state}: {reason}"));
             continue;
         }

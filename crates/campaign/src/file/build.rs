@@ -38,6 +38,16 @@ impl ScenarioFile {
         if self.trials == 0 {
             return Err(FileError::key("trials", "0", "at least 1"));
         }
+        if let Some(limit) = self.limit {
+            in_range("limit", limit, [0.0, 180.0], "from 0 to 180 degrees")?;
+        }
+        let precisions =
+            [("stop_at.rms", self.stop_at.rms), ("stop_at.wrong_poles", self.stop_at.wrong_poles)];
+        for (key, precision) in precisions {
+            if let Some(precision) = precision {
+                in_range(key, precision, [1e-6, 1.0], "from 1e-6 to 1, or 0.0001 % to 100 %")?;
+            }
+        }
         let sheet = self.motor.sheet(folder)?;
         let motor = sheet.motor().map_err(FileError::Motor)?;
         let errors: ErrorSet = self.errors.into();

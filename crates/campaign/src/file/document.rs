@@ -27,7 +27,7 @@ pub enum Origin {
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Self::CommandLine => "set with -s",
+            Self::CommandLine => "set on the command line",
             Self::Axis => "set as an axis",
             Self::Tolerance => "drawn as a tolerance",
         })

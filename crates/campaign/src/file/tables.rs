@@ -28,6 +28,12 @@ pub struct ScenarioFile {
     /// Seed of all random numbers.
     #[serde(default = "seed")]
     pub seed: u64,
+    /// How narrow the intervals must be for a point to end before all its trials are done.
+    #[serde(default, skip_serializing_if = "StopTable::is_empty")]
+    pub stop_at: StopTable,
+    /// The angle error whose exceedance is counted, wrong poles included. Without it, 2°.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub limit: Option<Quantity<Degree>>,
     /// The rotor and what pulls at it.
     #[serde(default)]
     pub rotor: RotorTable,
@@ -57,6 +63,26 @@ const fn trials() -> u64 {
 
 const fn seed() -> u64 {
     1
+}
+
+/// How narrow the 95 % intervals must be for a point to end; all that are given count. They are looked at when 100
+/// trials are done, and again each time a quarter more are, so that a run ends with the same trial on any machine.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct StopTable {
+    /// Half the interval of the rms error, as a share of the rms error.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub rms: Option<Quantity<Share>>,
+    /// Half the interval of the probability of a wrong pole.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wrong_poles: Option<Quantity<Share>>,
+}
+
+impl StopTable {
+    /// Whether nothing is asked for.
+    pub fn is_empty(&self) -> bool {
+        *self == Self::default()
+    }
 }
 
 /// How good drive and sensors are.

@@ -132,7 +132,7 @@ fn regress_mistakes_are_named_with_line_key_and_what_is_near() {
     let mut document = document("");
     document.set("sensors.noise", "-3 mA", Origin::CommandLine).expect("a key");
     let message = scenario_of(&document).expect_err("negative");
-    assert!(message.contains("set with -s") && message.contains("`sensors.noise`"), "{message}");
+    assert!(message.contains("set on the command line") && message.contains("`sensors.noise`"), "{message}");
     document.set("sensors.noise", "3 mA", Origin::CommandLine).expect("a key");
     scenario_of(&document).expect("mended");
     assert!(document.set("sensors..noise", "1", Origin::CommandLine).is_err());

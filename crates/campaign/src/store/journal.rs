@@ -8,88 +8,16 @@
 //! costs no more than that.
 
 use std::fmt;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use serde::{Deserialize, Serialize};
-
+use super::identity::{Identity, Shard};
 use super::row::Row;
+use super::walk::Walk;
 
 const MAGIC: &[u8; 8] = b"stdstil1";
-
-/// Which part of a run this is: trials of all points are numbered through, and shard `index` of `count` has an equal part.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Shard {
-    /// From 1.
-    pub index: u64,
-    /// How many there are.
-    pub count: u64,
-}
-
-impl Shard {
-    /// All of it.
-    pub const WHOLE: Self = Self { index: 1, count: 1 };
-
-    /// The rows of `all` that are its own.
-    pub fn range(&self, all: u64) -> std::ops::Range<u64> {
-        // In 128 bits, because a product of two counts may not fit in 64.
-        let end = |index: u64| {
-            u64::try_from(u128::from(all) * u128::from(index) / u128::from(self.count)).unwrap_or(all)
-        };
-        end(self.index - 1)..end(self.index)
-    }
-}
-
-/// What makes two runs the same.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Identity {
-    /// Version of the program.
-    pub version: String,
-    /// The scenario with all overrides, as a file would say it.
-    pub scenario: String,
-    /// Seed of all random numbers.
-    pub seed: u64,
-    /// Points of the axes.
-    pub points: u64,
-    /// Trials at each.
-    pub trials: u64,
-    /// Which part of them.
-    pub shard: Shard,
-}
-
-impl Identity {
-    /// Rows of all shards together.
-    pub fn rows(&self) -> u64 {
-        self.points.saturating_mul(self.trials)
-    }
-
-    /// The first difference from another run, in words; none: they are the same.
-    pub fn difference(&self, other: &Self) -> Option<String> {
-        let differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
-            Some(format!("{what} is {own} there and {other} here"))
-        };
-        if self.version != other.version {
-            return differ("the program's version", &self.version, &other.version);
-        }
-        if self.seed != other.seed {
-            return differ("the seed", &self.seed, &other.seed);
-        }
-        if self.trials != other.trials {
-            return differ("the number of trials", &self.trials, &other.trials);
-        }
-        if self.shard != other.shard {
-            let name = |shard: &Shard| format!("{}/{}", shard.index, shard.count);
-            return differ("the shard", &name(&self.shard), &name(&other.shard));
-        }
-        let mut lines = self.scenario.lines().zip(other.scenario.lines());
-        if let Some((own, other)) = lines.find(|(own, other)| own != other) {
-            return differ("the scenario", &format!("`{own}`"), &format!("`{other}`"));
-        }
-        (self != other).then(|| "one scenario says more than the other".to_owned())
-    }
-}
 
 /// A journal that cannot be used.
 #[derive(Debug)]
@@ -98,6 +26,8 @@ pub enum JournalError {
     Io(PathBuf, io::Error),
     /// Not a journal, or its header is damaged.
     Foreign(PathBuf),
+    /// Another process is writing it.
+    Busy(PathBuf),
     /// The journal of another run.
     Other {
         /// The journal.
@@ -112,6 +42,7 @@ impl fmt::Display for JournalError {
         match self {
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Foreign(path) => write!(f, "{} is no journal of a run", path.display()),
+            Self::Busy(path) => write!(f, "{} is being written by another process", path.display()),
             Self::Other { path, difference } => {
                 write!(f, "{} is the journal of another run: {difference}", path.display())
             }
@@ -124,12 +55,12 @@ impl std::error::Error for JournalError {}
 /// How long rows may wait before the disk has them.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// A journal that is being written.
+/// A journal that is being written, by this process alone.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
     file: BufWriter<File>,
-    rows: u64,
+    walk: Walk,
     synced: Instant,
 }
 
@@ -137,45 +68,72 @@ impl Journal {
     /// Begins a journal; one that is there is replaced.
     pub fn create(path: &Path, identity: &Identity) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
-        let file = File::create(path).map_err(io)?;
-        let mut journal =
-            Self { path: path.to_owned(), file: BufWriter::new(file), rows: 0, synced: Instant::now() };
-        let header = serde_json::to_vec(identity).map_err(|error| io(error.into()))?;
-        journal.file.write_all(MAGIC).map_err(io)?;
-        journal.write_block(&header)?;
+        // Not truncated before it is locked: another process may be writing it.
+        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(io)?;
+        lock(&file, path)?;
+        file.set_len(0).map_err(io)?;
+        let mut journal = Self {
+            path: path.to_owned(),
+            file: BufWriter::new(file),
+            walk: Walk::new(identity),
+            synced: Instant::now(),
+        };
+        journal.file.write_all(&beginning(identity).map_err(io)?).map_err(io)?;
         journal.sync()?;
         Ok(journal)
     }
 
-    /// Goes on with the journal of this very run, behind its last whole block.
-    pub fn resume(path: &Path, identity: &Identity) -> Result<Self, JournalError> {
+    /// Goes on with the journal of this very run, behind its last whole block; `seen` gets its rows with their points.
+    pub fn resume(
+        path: &Path,
+        identity: &Identity,
+        mut seen: impl FnMut(usize, &Row),
+    ) -> Result<Self, JournalError> {
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        lock(&file, path)?;
+        let beginning = beginning(identity).map_err(io)?;
+        if file.metadata().map_err(io)?.len() < beginning.len() as u64 {
+            let mut there = Vec::new();
+            file.read_to_end(&mut there).map_err(io)?;
+            // Killed before even the header was whole: nothing was done yet.
+            if beginning.starts_with(&there) {
+                drop(file);
+                return Self::create(path, identity);
+            }
+        }
         let mut rows = Rows::open(path)?;
         if let Some(difference) = rows.identity().difference(identity) {
             return Err(JournalError::Other { path: path.to_owned(), difference });
         }
-        let mut count = 0;
         while let Some(block) = rows.block()? {
-            count += block.len() as u64;
+            block.iter().for_each(|(point, row)| seen(*point, row));
         }
-        let whole = rows.whole;
-        let io = |error| JournalError::Io(path.to_owned(), error);
-        let mut file = OpenOptions::new().write(true).open(path).map_err(io)?;
-        file.set_len(whole).map_err(io)?;
+        file.set_len(rows.whole).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
-        Ok(Self { path: path.to_owned(), file: BufWriter::new(file), rows: count, synced: Instant::now() })
+        let file = BufWriter::new(file);
+        Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now() })
     }
 
-    /// Rows that it holds.
-    pub fn rows(&self) -> u64 {
-        self.rows
+    /// Where the run stands.
+    pub fn walk(&self) -> &Walk {
+        &self.walk
     }
 
-    /// Appends rows as one block.
+    /// Appends rows, which must be the next ones, as one block.
     pub fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
-        let bytes = postcard::to_stdvec(rows)
-            .map_err(|error| JournalError::Io(self.path.clone(), io::Error::other(error)))?;
-        self.write_block(&bytes)?;
-        self.rows += rows.len() as u64;
+        if rows.is_empty() {
+            return Ok(());
+        }
+        let wrong = |error: &str| JournalError::Io(self.path.clone(), io::Error::other(error.to_owned()));
+        let bytes = postcard::to_stdvec(rows).map_err(|error| wrong(&error.to_string()))?;
+        for row in rows {
+            self.walk.take(row).ok_or_else(|| wrong("rows out of order"))?;
+        }
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        self.file.write_all(&block(&bytes).map_err(io)?).map_err(io)?;
+        // The process may be killed at any time; what the system has, it keeps.
+        self.file.flush().map_err(io)?;
         if self.synced.elapsed() >= PATIENCE {
             self.sync()?;
         }
@@ -190,16 +148,25 @@ impl Journal {
         self.synced = Instant::now();
         Ok(())
     }
+}
 
-    fn write_block(&mut self, bytes: &[u8]) -> Result<(), JournalError> {
-        let io = |error| JournalError::Io(self.path.clone(), error);
-        let length = u32::try_from(bytes.len()).map_err(|_| io(io::ErrorKind::FileTooLarge.into()))?;
-        self.file.write_all(&length.to_le_bytes()).map_err(io)?;
-        self.file.write_all(bytes).map_err(io)?;
-        self.file.write_all(&crc32fast::hash(bytes).to_le_bytes()).map_err(io)?;
-        // The process may be killed at any time; what the system has, it keeps.
-        self.file.flush().map_err(io)
+/// Takes a journal for this process. Where the file system has no locks, nobody is kept out.
+fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
+    match file.try_lock() {
+        Err(TryLockError::WouldBlock) => Err(JournalError::Busy(path.to_owned())),
+        Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
     }
+}
+
+/// The bytes that a journal of this run begins with.
+fn beginning(identity: &Identity) -> io::Result<Vec<u8>> {
+    Ok([MAGIC.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
+}
+
+/// A block of these bytes.
+fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
+    let length = u32::try_from(bytes.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
+    Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
 }
 
 /// A journal that is being read, block by block.
@@ -208,6 +175,7 @@ pub struct Rows {
     path: PathBuf,
     file: BufReader<File>,
     identity: Identity,
+    walk: Walk,
     /// Bytes up to the end of the last whole block.
     whole: u64,
 }
@@ -225,8 +193,12 @@ impl Rows {
         }
         let mut whole = MAGIC.len() as u64;
         let header = read_block(&mut file, &mut whole).ok_or_else(foreign)?;
-        let identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
-        Ok(Self { path: path.to_owned(), file, identity, whole })
+        let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
+        let Shard { index, count } = identity.shard;
+        if identity.trials == 0 || !(1..=count).contains(&index) {
+            return Err(foreign());
+        }
+        Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole })
     }
 
     /// What run it is of.
@@ -234,11 +206,24 @@ impl Rows {
         &self.identity
     }
 
-    /// The next block; none at the end, or where a block is not whole.
-    pub fn block(&mut self) -> Result<Option<Vec<Row>>, JournalError> {
+    /// The next rows with their points; none at the end, or where a block is not whole.
+    pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
         let Some(bytes) = read_block(&mut self.file, &mut self.whole) else { return Ok(None) };
         // The checksum is right: only another version of the program writes what this one cannot read.
-        postcard::from_bytes(&bytes).map(Some).map_err(|_| JournalError::Foreign(self.path.clone()))
+        let foreign = || JournalError::Foreign(self.path.clone());
+        let rows: Vec<Row> = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
+        let place = |row: Row| Some((self.walk.take(&row)?, row));
+        rows.into_iter().map(place).collect::<Option<_>>().map(Some).ok_or_else(foreign)
+    }
+
+    /// Whether the blocks so far are all of the run, or of its shard.
+    pub fn is_done(&self) -> bool {
+        self.walk.is_done()
+    }
+
+    /// How many rows are missing, at most.
+    pub fn left(&self) -> u64 {
+        self.walk.left()
     }
 }
 
@@ -247,6 +232,10 @@ fn read_block(file: &mut impl Read, whole: &mut u64) -> Option<Vec<u8>> {
     let mut word = [0; 4];
     file.read_exact(&mut word).ok()?;
     let length = u32::from_le_bytes(word);
+    // After a power cut a file may end in zeros, which would pass for a block of nothing with its checksum.
+    if length == 0 {
+        return None;
+    }
     let mut bytes = Vec::new();
     // A damaged length must not ask for gigabytes that are not there.
     file.take(u64::from(length)).read_to_end(&mut bytes).ok()?;
@@ -263,42 +252,30 @@ fn read_block(file: &mut impl Read, whole: &mut u64) -> Option<Vec<u8>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::walk::tests::row;
     use super::*;
-    use crate::Verdict;
+    use crate::file::StopTable;
 
     fn identity() -> Identity {
         Identity {
             version: "1".to_owned(),
-            scenario: "seed = 1\ntrials = 100\n".to_owned(),
             seed: 1,
             points: 1,
             trials: 100,
+            stop_at: StopTable::default(),
             shard: Shard::WHOLE,
-        }
-    }
-
-    fn row(trial: u64) -> Row {
-        Row {
-            trial,
-            true_angle_deg: trial as f64 * 0.1,
-            start_angle_deg: 1.0 / 3.0,
-            estimated_angle_deg: (!trial.is_multiple_of(3)).then_some(0.1 + trial as f64),
-            error_deg: None,
-            axis_deg: Some(7.0),
-            axis_error_deg: Some(-0.25),
-            verdict: if trial.is_multiple_of(3) { Verdict::Undetermined } else { Verdict::Found },
-            pole_correct: Some(trial.is_multiple_of(2)),
-            rotor_moved_deg: 0.0,
-            duration_s: 1e-3,
-            peak_current_a: 5.0,
-            reason: if trial.is_multiple_of(3) { "so".to_owned() } else { String::new() },
-            kind: String::new(),
+            scenario: "seed = 1\ntrials = 100\n".to_owned(),
         }
     }
 
     fn all(path: &Path) -> Vec<Row> {
         let mut rows = Rows::open(path).expect("a journal");
-        std::iter::from_fn(|| rows.block().expect("readable")).flatten().collect()
+        let blocks = std::iter::from_fn(|| rows.block().expect("readable"));
+        blocks.flatten().map(|(_, row)| row).collect()
+    }
+
+    fn resume(path: &Path) -> Result<Journal, JournalError> {
+        Journal::resume(path, &identity(), |_, _| {})
     }
 
     #[test]
@@ -306,7 +283,8 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("journal");
         let mut journal = Journal::create(&path, &identity()).expect("writable");
-        let rows: Vec<Row> = (0..12).map(row).collect();
+        let rows: Vec<Row> = (0..12).map(|trial| row(trial, 0.1)).collect();
+        let header = std::fs::metadata(&path).expect("there").len();
         journal.append(&rows[..5]).expect("written");
         journal.sync().expect("written");
         let first = std::fs::metadata(&path).expect("there").len();
@@ -314,20 +292,32 @@ mod tests {
         drop(journal);
         assert_eq!(all(&path), rows);
         let bytes = std::fs::read(&path).expect("there");
-        for cut in usize::try_from(first).expect("small")..bytes.len() {
+        // From a file of no bytes on: a process may be killed while it writes the header.
+        for cut in 0..bytes.len() {
             std::fs::write(&path, &bytes[..cut]).expect("written");
-            let mut journal = Journal::resume(&path, &identity()).expect("the same run");
-            assert_eq!(journal.rows(), 5, "{cut}");
+            let mut seen = 0;
+            let mut journal =
+                Journal::resume(&path, &identity(), |_, row| seen += 1 + row.trial).expect("the same run");
+            let there = if (cut as u64) < first { 0 } else { 5 };
+            assert_eq!((journal.walk().left(), seen), (100 - there, there * (there + 1) / 2), "{cut}");
+            if there == 0 {
+                journal.append(&rows[..5]).expect("written");
+            }
             journal.append(&rows[5..]).expect("written");
             drop(journal);
             assert_eq!(std::fs::read(&path).expect("there"), bytes, "{cut}");
         }
-        // A block with a flipped bit is none, nor is what follows it.
-        let mut damaged = bytes.clone();
-        let place = usize::try_from(first).expect("small") + 20;
-        damaged[place] ^= 1;
-        std::fs::write(&path, damaged).expect("written");
-        assert_eq!(all(&path), rows[..5]);
+        // A block with a flipped bit is none, nor is what follows it, nor are zeros that a power cut left.
+        for place in [header, first] {
+            let place = usize::try_from(place).expect("small");
+            let mut damaged = bytes.clone();
+            damaged[place + 20] ^= 1;
+            let zeros = [&bytes[..place], &[0; 64]].concat();
+            for damaged in [damaged, zeros] {
+                std::fs::write(&path, damaged).expect("written");
+                assert_eq!(all(&path), rows[..if place as u64 == header { 0 } else { 5 }]);
+            }
+        }
     }
 
     #[test]
@@ -347,27 +337,31 @@ mod tests {
                 Identity { scenario: "seed = 1\ntrials = 100\nx = 1\n".to_owned(), ..identity() },
                 "says more than the other",
             ),
+            (
+                Identity { scenario: "seed = 1\ntrials = 101\n".to_owned(), ..identity() },
+                "is `trials = 100` there and `trials = 101` here",
+            ),
         ];
         for (identity, part) in other {
-            let error = Journal::resume(&path, &identity).expect_err("another run").to_string();
+            let error = Journal::resume(&path, &identity, |_, _| {}).expect_err("another run").to_string();
             assert!(error.contains(part), "{error}");
         }
         std::fs::write(&path, "something else").expect("written");
-        assert!(matches!(Journal::resume(&path, &identity()), Err(JournalError::Foreign(_))));
+        assert!(matches!(resume(&path), Err(JournalError::Foreign(_))));
     }
 
     #[test]
-    fn law_shards_are_all_rows_once() {
-        for all in [0, 1, 7, 1000, u64::MAX / 2] {
-            for count in [1, 2, 3, 10] {
-                let mut next = 0;
-                for index in 1..=count {
-                    let range = Shard { index, count }.range(all);
-                    assert_eq!(range.start, next);
-                    next = range.end;
-                }
-                assert_eq!(next, all);
-            }
-        }
+    fn law_a_journal_has_one_writer() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("journal");
+        let mut journal = Journal::create(&path, &identity()).expect("writable");
+        journal.append(&[row(0, 0.1)]).expect("written");
+        assert!(matches!(resume(&path), Err(JournalError::Busy(_))));
+        assert!(matches!(Journal::create(&path, &identity()), Err(JournalError::Busy(_))));
+        // Rows out of order are refused before they are written.
+        assert!(journal.append(&[row(2, 0.1)]).is_err());
+        drop(journal);
+        assert_eq!(all(&path).len(), 1);
+        resume(&path).expect("free again");
     }
 }

@@ -1,14 +1,14 @@
 //! Running a plan into a journal.
 
 use std::fmt;
-use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use rayon::prelude::*;
 use standstill_detect::Method;
 
-use super::journal::{Identity, Journal, JournalError, Shard};
+use super::identity::{Identity, Shard};
+use super::journal::{Journal, JournalError};
 use super::row::Row;
 use crate::Scenario;
 use crate::file::{FileError, Plan};
@@ -66,24 +66,13 @@ impl Sweep<'_> {
         let file = self.plan.file();
         Identity {
             version: version.to_owned(),
-            scenario,
             seed: file.seed,
             points: self.plan.points().len() as u64,
             trials: file.trials,
+            stop_at: file.stop_at,
             shard: self.shard,
+            scenario,
         }
-    }
-
-    /// The rows that are its own, numbered through all points.
-    pub fn range(&self) -> Range<u64> {
-        let points = self.plan.points().len() as u64;
-        self.shard.range(points.saturating_mul(self.plan.file().trials))
-    }
-
-    /// Point and trial of a row.
-    pub fn place(&self, row: u64) -> (usize, u64) {
-        let trials = self.plan.file().trials;
-        (usize::try_from(row / trials).unwrap_or(usize::MAX), row % trials)
     }
 
     /// Runs what the journal does not have yet, block by block, until it is done or `stop` is set. `progress` sees each
@@ -98,15 +87,13 @@ impl Sweep<'_> {
             .num_threads(self.threads.unwrap_or(0))
             .build()
             .map_err(SweepError::Threads)?;
-        let Range { start, end } = self.range();
-        let mut next = start + journal.rows();
         let mut pace = Pace::START;
         // Scenarios of the points that the last block touched; their neighbours come next.
         let mut scenarios: Vec<(usize, Scenario<Method<f64>>)> = Vec::new();
-        while next < end && !stop.load(Ordering::Relaxed) {
+        while !journal.walk().is_done() && !stop.load(Ordering::Relaxed) {
             let begun = Instant::now();
-            let block = next..(next + pace.size()).min(end);
-            let (first, last) = (self.place(block.start).0, self.place(block.end - 1).0);
+            let block = journal.walk().ahead(pace.size());
+            let (first, last) = (block[0].0, block[block.len() - 1].0);
             scenarios.retain(|(point, _)| (first..=last).contains(point));
             for point in first..=last {
                 if !scenarios.iter().any(|(known, _)| *known == point) {
@@ -114,25 +101,18 @@ impl Sweep<'_> {
                 }
             }
             scenarios.sort_by_key(|(point, _)| *point);
-            let rows: Result<Vec<Row>, FileError> = pool.install(|| {
-                block
-                    .clone()
-                    .into_par_iter()
-                    .map(|row| {
-                        let (point, trial) = self.place(row);
-                        let record = self.plan.trial(point, &scenarios[point - first].1, trial)?;
-                        Ok(Row::from(&record))
-                    })
-                    .collect()
-            });
+            let row = |&(point, trial): &(usize, u64)| {
+                let record = self.plan.trial(point, &scenarios[point - first].1, trial)?;
+                Ok(Row::from(&record))
+            };
+            let rows: Result<Vec<Row>, FileError> = pool.install(|| block.par_iter().map(row).collect());
             let rows = rows?;
             journal.append(&rows)?;
             progress(&rows);
-            next = block.end;
             pace = pace.after(begun);
         }
         journal.sync()?;
-        Ok(next >= end)
+        Ok(journal.walk().is_done())
     }
 }
 
@@ -160,7 +140,8 @@ mod tests {
 
     fn rows(path: &Path) -> Vec<Row> {
         let mut rows = Rows::open(path).expect("a journal");
-        std::iter::from_fn(|| rows.block().expect("readable")).flatten().collect()
+        let blocks = std::iter::from_fn(|| rows.block().expect("readable"));
+        blocks.flatten().map(|(_, row)| row).collect()
     }
 
     #[test]
@@ -183,7 +164,7 @@ mod tests {
         let mut done = false;
         while !done {
             let stop = AtomicBool::new(false);
-            let mut journal = Journal::resume(&path, &identity).expect("the same run");
+            let mut journal = Journal::resume(&path, &identity, |_, _| {}).expect("the same run");
             done = sweep.run(&mut journal, &stop, |_| stop.store(true, Ordering::Relaxed)).expect("runs");
         }
         assert_eq!(rows(&path), whole);

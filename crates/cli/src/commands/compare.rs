@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
-use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Scenario, Statistics, told};
+use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Occurrence, Scenario, Statistics, told};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
@@ -135,8 +135,9 @@ const HEADER: [&str; 16] = [
     "peak A", "J", "moved °", "limit °", "eff.",
 ];
 
-fn reasons(counts: &BTreeMap<String, u64>) -> String {
-    let all: Vec<String> = counts.iter().map(|(reason, count)| format!("{count} × {reason}")).collect();
+fn reasons(counts: &BTreeMap<String, Occurrence>) -> String {
+    let all: Vec<String> =
+        counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count)).collect();
     all.join("; ")
 }
 

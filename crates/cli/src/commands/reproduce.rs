@@ -172,7 +172,7 @@ fn summary_text(s: &Summary) -> String {
         ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
         ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        ("P(|e| > 2°)", format!("{} % of {} found", interval(&s.beyond_2_deg, 100.0, 2), s.found)),
+        ("P(|e| > 2°)", format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
         ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),
@@ -186,8 +186,8 @@ fn summary_text(s: &Summary) -> String {
     for (name, value) in lines {
         let _ = writeln!(text, "  {name:<20} {value}");
     }
-    for (reason, count) in &s.reasons {
-        let _ = writeln!(text, "    {count} times: {reason}");
+    for (reason, times) in &s.reasons {
+        let _ = writeln!(text, "    {} times: {reason}", times.count);
     }
     text
 }

@@ -1,0 +1,126 @@
+//! What run it is, and which part of it.
+
+use std::fmt;
+use std::ops::Range;
+
+use serde::{Deserialize, Serialize};
+
+use crate::file::StopTable;
+
+/// Which part of a run this is: all rows, or where points may end early all points, in equal parts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Shard {
+    /// From 1.
+    pub index: u64,
+    /// How many there are.
+    pub count: u64,
+}
+
+impl Shard {
+    /// All of it.
+    pub const WHOLE: Self = Self { index: 1, count: 1 };
+
+    /// What is its own of `all`.
+    pub fn range(&self, all: u64) -> Range<u64> {
+        // In 128 bits, because a product of two counts may not fit in 64.
+        let end = |index: u64| {
+            u64::try_from(u128::from(all) * u128::from(index) / u128::from(self.count)).unwrap_or(all)
+        };
+        end(self.index - 1)..end(self.index)
+    }
+
+    /// The name of its journal.
+    pub fn file_name(&self) -> String {
+        if *self == Self::WHOLE {
+            "run.journal".to_owned()
+        } else {
+            format!("shard-{}-of-{}.journal", self.index, self.count)
+        }
+    }
+}
+
+impl fmt::Display for Shard {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}/{}", self.index, self.count)
+    }
+}
+
+/// What makes two runs the same.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// Version of the program.
+    pub version: String,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Points of the axes.
+    pub points: u64,
+    /// Trials at each, or at most at each.
+    pub trials: u64,
+    /// When a point ends before.
+    #[serde(skip_serializing_if = "StopTable::is_empty", default)]
+    pub stop_at: StopTable,
+    /// Which part of them.
+    pub shard: Shard,
+    /// The scenario with all overrides, as a file would say it.
+    pub scenario: String,
+}
+
+impl Identity {
+    /// Rows of all shards together, at most.
+    pub fn rows(&self) -> u64 {
+        self.points.saturating_mul(self.trials)
+    }
+
+    /// The whole run of which it is a part.
+    #[must_use]
+    pub fn whole(&self) -> Self {
+        Self { shard: Shard::WHOLE, ..self.clone() }
+    }
+
+    /// The first difference from another run, in words; none: they are the same.
+    pub fn difference(&self, other: &Self) -> Option<String> {
+        let differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
+            Some(format!("{what} is {own} there and {other} here"))
+        };
+        if self.version != other.version {
+            return differ("the program's version", &self.version, &other.version);
+        }
+        if self.seed != other.seed {
+            return differ("the seed", &self.seed, &other.seed);
+        }
+        if self.trials != other.trials {
+            return differ("the number of trials", &self.trials, &other.trials);
+        }
+        if self.shard != other.shard {
+            return differ("the shard", &self.shard, &other.shard);
+        }
+        if self.scenario != other.scenario {
+            let mut lines = self.scenario.lines().zip(other.scenario.lines());
+            return match lines.find(|(own, other)| own != other) {
+                Some((own, other)) => differ("the scenario", &format!("`{own}`"), &format!("`{other}`")),
+                None => Some("one scenario says more than the other".to_owned()),
+            };
+        }
+        (self != other).then(|| "the points are others".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_shards_are_all_rows_once() {
+        for all in [0, 1, 7, 1000, u64::MAX / 2] {
+            for count in [1, 2, 3, 10] {
+                let mut next = 0;
+                for index in 1..=count {
+                    let range = Shard { index, count }.range(all);
+                    assert_eq!(range.start, next);
+                    next = range.end;
+                }
+                assert_eq!(next, all);
+            }
+        }
+    }
+}

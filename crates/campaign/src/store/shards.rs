@@ -1,0 +1,266 @@
+//! The shards of a run, put together again.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+
+use super::identity::{Identity, Shard};
+use super::journal::{JournalError, Rows};
+use super::row::Row;
+
+/// Journals that together are one run, in order.
+#[derive(Clone, Debug)]
+pub struct Shards {
+    identity: Identity,
+    journals: Vec<PathBuf>,
+}
+
+/// Why journals are not one run.
+#[derive(Debug)]
+pub enum ShardsError {
+    /// One cannot be read.
+    Journal(JournalError),
+    /// A folder has no journal.
+    None(PathBuf),
+    /// Two have the same part.
+    Overlap {
+        /// Which.
+        shard: Shard,
+        /// Where it is first.
+        first: PathBuf,
+        /// Where it is again.
+        second: PathBuf,
+    },
+    /// One is of another run.
+    Foreign {
+        /// The one.
+        path: PathBuf,
+        /// One of the run that the first belongs to.
+        first: PathBuf,
+        /// What is different.
+        difference: String,
+    },
+    /// These are not there.
+    Missing(Vec<Shard>),
+    /// One was interrupted.
+    Unfinished {
+        /// Where it is.
+        path: PathBuf,
+        /// Which.
+        shard: Shard,
+        /// How many rows are missing, at most.
+        left: u64,
+    },
+}
+
+impl fmt::Display for ShardsError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Journal(error) => error.fmt(f),
+            Self::None(folder) => write!(
+                f,
+                "{} has no journal of a shard (run.journal or shard-I-of-N.journal, as `--shard I/N` leaves it)",
+                folder.display()
+            ),
+            Self::Overlap { shard, first, second } => {
+                write!(f, "shard {shard} is there twice: {} and {}", first.display(), second.display())
+            }
+            Self::Foreign { path, first, difference } => {
+                write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
+            }
+            Self::Missing(shards) => {
+                let names: Vec<String> = shards.iter().map(Shard::to_string).collect();
+                write!(f, "missing: shard {}", names.join(", "))
+            }
+            Self::Unfinished { path, shard, left } => write!(
+                f,
+                "shard {shard} is not finished: {} lacks up to {left} trials; run it again with --resume",
+                path.display()
+            ),
+        }
+    }
+}
+
+impl std::error::Error for ShardsError {}
+
+impl From<JournalError> for ShardsError {
+    fn from(error: JournalError) -> Self {
+        Self::Journal(error)
+    }
+}
+
+impl Shards {
+    /// The journal of a whole run.
+    pub fn single(path: &Path) -> Result<Self, ShardsError> {
+        let identity = Rows::open(path)?.identity().whole();
+        Ok(Self { identity, journals: vec![path.to_owned()] })
+    }
+
+    /// All shards in these folders.
+    ///
+    /// # Errors
+    /// One that is missing, not finished, there twice or of another run, by its name.
+    pub fn collect(folders: &[PathBuf]) -> Result<Self, ShardsError> {
+        let mut found: BTreeMap<u64, (PathBuf, Identity)> = BTreeMap::new();
+        let mut run: Option<(PathBuf, Identity)> = None;
+        for path in journals(folders)? {
+            let identity = Rows::open(&path)?.identity().clone();
+            let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
+            let [count, counts] = [identity.shard.count, of.shard.count];
+            let difference = (count != counts)
+                .then(|| format!("it is one of {count} shards there and of {counts} here"))
+                .or_else(|| identity.whole().difference(&of.whole()));
+            if let Some(difference) = difference {
+                return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+            }
+            let shard = identity.shard;
+            if let Some((first, _)) = found.get(&shard.index) {
+                return Err(ShardsError::Overlap { shard, first: first.clone(), second: path });
+            }
+            found.insert(shard.index, (path, identity));
+        }
+        let Some((_, identity)) = run else {
+            return Err(ShardsError::None(folders.first().cloned().unwrap_or_default()));
+        };
+        let count = identity.shard.count;
+        // The first of them are enough: a damaged header could claim any number of shards.
+        let missing = (1..=count).filter(|index| !found.contains_key(index)).take(20);
+        let missing: Vec<Shard> = missing.map(|index| Shard { index, count }).collect();
+        if !missing.is_empty() {
+            return Err(ShardsError::Missing(missing));
+        }
+        for (path, identity) in found.values() {
+            let mut rows = Rows::open(path)?;
+            while rows.block()?.is_some() {}
+            if !rows.is_done() {
+                let (path, shard, left) = (path.clone(), identity.shard, rows.left());
+                return Err(ShardsError::Unfinished { path, shard, left });
+            }
+        }
+        Ok(Self { identity: identity.whole(), journals: found.into_values().map(|(path, _)| path).collect() })
+    }
+
+    /// The run that they are together.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// Hands over all rows with their points, in order.
+    pub fn rows<E: From<JournalError>>(
+        &self,
+        mut sink: impl FnMut(usize, &Row) -> Result<(), E>,
+    ) -> Result<(), E> {
+        for journal in &self.journals {
+            let mut rows = Rows::open(journal)?;
+            while let Some(block) = rows.block()? {
+                block.iter().try_for_each(|(point, row)| sink(*point, row))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The journals in these folders, each once.
+fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
+    let mut all: Vec<PathBuf> = Vec::new();
+    let mut seen: Vec<PathBuf> = Vec::new();
+    for folder in folders {
+        let io = |error| ShardsError::Journal(JournalError::Io(folder.clone(), error));
+        let real = folder.canonicalize().map_err(io)?;
+        // A folder named twice is no shard there twice.
+        if seen.contains(&real) {
+            continue;
+        }
+        seen.push(real);
+        let entries = std::fs::read_dir(folder).map_err(io)?;
+        let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
+        let mut paths = paths.map_err(io)?;
+        paths.retain(|path| path.extension().is_some_and(|extension| extension == "journal"));
+        if paths.is_empty() {
+            return Err(ShardsError::None(folder.clone()));
+        }
+        paths.sort();
+        all.extend(paths);
+    }
+    Ok(all)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::journal::Journal;
+    use super::super::walk::tests::row;
+    use super::*;
+    use crate::file::StopTable;
+
+    fn identity(index: u64, count: u64, seed: u64) -> Identity {
+        Identity {
+            version: "1".to_owned(),
+            seed,
+            points: 3,
+            trials: 10,
+            stop_at: StopTable::default(),
+            shard: Shard { index, count },
+            scenario: format!("seed = {seed}\n"),
+        }
+    }
+
+    /// Writes the journal of a shard, without its last `short` rows.
+    fn write(folder: &Path, identity: &Identity, short: usize) -> PathBuf {
+        std::fs::create_dir_all(folder).expect("made");
+        let path = folder.join(identity.shard.file_name());
+        let mut journal = Journal::create(&path, identity).expect("writable");
+        let ahead = journal.walk().ahead(u64::MAX);
+        let rows: Vec<Row> =
+            ahead.iter().take(ahead.len() - short).map(|(_, trial)| row(*trial, 1.0)).collect();
+        journal.append(&rows).expect("written");
+        folder.to_owned()
+    }
+
+    #[test]
+    fn law_shards_are_the_run_and_what_is_not_is_refused_by_name() {
+        let root = tempfile::tempdir().expect("a folder");
+        let at = |name: &str| root.path().join(name);
+        let parts: Vec<PathBuf> =
+            [2, 4, 1, 3].map(|k| write(&at(&format!("part{k}")), &identity(k, 4, 1), 0)).into();
+        let shards = Shards::collect(&parts).expect("complete");
+        assert_eq!(*shards.identity(), identity(1, 1, 1));
+        let mut places = Vec::new();
+        shards
+            .rows(|point, row| {
+                places.push((point, row.trial));
+                Ok::<(), JournalError>(())
+            })
+            .expect("readable");
+        let expected: Vec<_> = (0..3).flat_map(|point| (0..10).map(move |trial| (point, trial))).collect();
+        assert_eq!(places, expected);
+        // The same folder twice is no overlap.
+        Shards::collect(&[parts.clone(), parts.clone()].concat()).expect("complete");
+
+        let refused = |folders: &[PathBuf]| Shards::collect(folders).expect_err("refused").to_string();
+        assert_eq!(refused(&parts[..2]), "missing: shard 1/4, 3/4");
+        let copy = write(&at("copy"), &identity(2, 4, 1), 0);
+        let message = refused(&[parts.clone(), vec![copy]].concat());
+        assert!(message.starts_with("shard 2/4 is there twice: ") && message.contains("copy"), "{message}");
+        let foreign = write(&at("foreign"), &identity(3, 4, 2), 0);
+        let message = refused(&[parts[..3].to_vec(), vec![foreign]].concat());
+        assert!(
+            message.contains("foreign") && message.contains("the seed is 2 there and 1 here"),
+            "{message}"
+        );
+        let other = write(&at("thirds"), &identity(3, 3, 1), 0);
+        let message = refused(&[parts[..3].to_vec(), vec![other]].concat());
+        assert!(
+            message.contains("thirds") && message.contains("one of 3 shards there and of 4"),
+            "{message}"
+        );
+        let short = write(&at("short"), &identity(3, 4, 1), 2);
+        let message = refused(&[parts[..3].to_vec(), vec![short]].concat());
+        assert!(
+            message.contains("shard 3/4 is not finished") && message.contains("up to 2 trials"),
+            "{message}"
+        );
+        std::fs::create_dir(at("empty")).expect("made");
+        assert!(refused(&[at("empty")]).contains("has no journal"));
+        assert!(refused(&[at("nowhere")]).contains("nowhere"));
+    }
+}
