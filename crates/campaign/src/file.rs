@@ -18,6 +18,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 mod tolerances;
+mod units;
 
 pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
 pub use document::{Document, FileError, Origin};
@@ -28,3 +29,4 @@ pub use tables::{
     RotorTable, ScenarioFile, SensorArrangement, SensorsTable, StopTable,
 };
 pub use tolerances::Tolerance;
+pub use units::{schema, unit};

@@ -222,6 +222,7 @@ impl<U: Unit> schemars::JsonSchema for Quantity<U> {
         };
         schemars::json_schema!({
             "description": what,
+            "x-unit": U::SYMBOL,
             "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("{number}{unit}\\s*$") }]
         })
     }

@@ -160,7 +160,9 @@ impl Document {
 
     /// Sets a key to a value.
     pub fn set_value(&mut self, key: &str, value: Value, origin: Origin) -> Result<(), FileError> {
-        let mut parts: Vec<&str> = key.split('.').collect();
+        // The keys of axes and tolerances have dots in them.
+        let dotted = ["axes.", "tolerances."].iter().any(|table| key.starts_with(table));
+        let mut parts: Vec<&str> = key.splitn(if dotted { 2 } else { usize::MAX }, '.').collect();
         let last = parts.pop().filter(|last| !last.is_empty());
         let Some(last) = last.filter(|_| parts.iter().all(|part| !part.is_empty())) else {
             return Err(FileError::Key {

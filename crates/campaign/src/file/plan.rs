@@ -20,10 +20,22 @@ pub struct Plan {
     tolerances: Vec<Drawn>,
 }
 
+/// Keys that are of the run, not of what a trial is.
+const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
+
 impl Plan {
     /// The plan of a document. Every point is checked: what is wrong with one shows before the first trial.
     pub fn new(document: Document) -> Result<Self, FileError> {
         let file = document.load()?;
+        let keys = file.axes.keys().map(|key| ("axes", key));
+        for (table, key) in keys.chain(file.tolerances.keys().map(|key| ("tolerances", key))) {
+            let first = key.split('.').next().unwrap_or_default();
+            if FIXED.contains(&first) || (first == "seed" && table == "tolerances") {
+                let needed = "a key of the motor, the drive, the rotor or the detector";
+                let error = FileError::key(&format!("{table}.{key}"), "a key of the run itself", needed);
+                return Err(document.locate(error));
+            }
+        }
         let points = file.points().map_err(|error| document.locate(error))?;
         let tolerances = file
             .tolerances

@@ -1,0 +1,69 @@
+//! The unit of a key, as the schema has it.
+
+use serde_json::Value;
+
+use super::tables::ScenarioFile;
+
+/// JSON Schema of scenario files.
+///
+/// Quantities have their SI unit as `x-unit`.
+pub fn schema() -> Value {
+    let mut schema = schemars::schema_for!(ScenarioFile).to_value();
+    schema["title"] = "Standstill scenario".into();
+    schema
+}
+
+/// The SI unit of a key such as `sensors.noise`, or of a motor's such as `motor.winding.resistance`; empty for shares and
+/// pure numbers, none if the key's values have no unit.
+pub fn unit(key: &str) -> Option<String> {
+    let schema = schema();
+    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
+    find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
+}
+
+/// What a schema says of a property, in whichever of its alternatives has it.
+fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
+    let place = resolved(place, root);
+    place.get("properties").and_then(|properties| properties.get(name)).or_else(|| {
+        ["anyOf", "oneOf", "allOf"]
+            .iter()
+            .filter_map(|alternatives| place.get(alternatives)?.as_array())
+            .flatten()
+            .find_map(|alternative| property(alternative, name, root))
+    })
+}
+
+/// A word of a schema, in it or in one of its alternatives; of a number with its source, that of its value.
+fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> {
+    let place = resolved(place, root);
+    place.get(word).or_else(|| {
+        let value = place.get("properties").and_then(|properties| properties.get("value"));
+        let alternatives = ["anyOf", "oneOf", "allOf"].iter().filter_map(|name| place.get(name)?.as_array());
+        value.into_iter().chain(alternatives.flatten()).find_map(|alternative| find(alternative, word, root))
+    })
+}
+
+fn resolved<'a>(place: &'a Value, root: &'a Value) -> &'a Value {
+    let reference = place.get("$ref").and_then(Value::as_str).and_then(|reference| reference.strip_prefix('#'));
+    reference.and_then(|pointer| root.pointer(pointer)).unwrap_or(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_units_of_keys() {
+        for (key, expected) in [
+            ("sensors.noise", Some("A")),
+            ("inverter.dead_time", Some("s")),
+            ("rotor.angle", Some("deg")),
+            ("sensors.gain_error", Some("")),
+            ("motor.winding.resistance", Some("Ω")),
+            ("detector.method", None),
+            ("sensors.noize", None),
+        ] {
+            assert_eq!(unit(key).as_deref(), expected, "{key}");
+        }
+    }
+}

@@ -1,0 +1,68 @@
+//! Statistics in words.
+
+use std::fmt::Write as _;
+
+use standstill_campaign::{Estimate, Summary};
+
+/// A number with so many decimals; a dash for what is none.
+pub fn number(value: f64, digits: usize) -> String {
+    if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
+}
+
+/// A value with its interval.
+pub fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
+    let Estimate { value, low, high } = *estimate;
+    let [value, low, high] = [value, low, high].map(|x| number(x * factor, digits));
+    format!("{value} [{low}, {high}]")
+}
+
+/// A count among others, as a probability in per cent; of none, what it is at most.
+pub fn share(count: u64, probability: &Estimate) -> String {
+    let digits = |share: f64| if share < 1e-3 { 4 } else { 2 };
+    let Estimate { value, high, .. } = *probability;
+    if count == 0 {
+        format!("0 (< {:.*} %)", digits(high), 100.0 * high)
+    } else {
+        format!("{count} ({:.*} %)", digits(value), 100.0 * value)
+    }
+}
+
+/// Every figure with its interval, a line each.
+pub fn text(s: &Summary) -> String {
+    let trials = if s.trials == 1 { "trial" } else { "trials" };
+    let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
+    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", interval(of, 100.0, 3));
+    let largest = format!(
+        "{}°, exceeded by at most {:.2} % of detections (97.5 %)",
+        number(s.max_deg, 3),
+        // Rounded up: a bound must not look smaller than it is.
+        (1e4 * s.beyond_max.high).ceil() / 100.0
+    );
+    let beyond = format!("P(|e| > {}°)", s.limit_deg);
+    let mut lines = vec![
+        ("rms axis error", format!("{}° over {} axes", interval(&s.rms_deg, 1.0, 3), s.axes)),
+        ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
+        ("median", format!("{}°", interval(&s.p50_deg, 1.0, 3))),
+        ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
+        ("99th percentile", format!("{}°", interval(&s.p99_deg, 1.0, 3))),
+        ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
+        (beyond.as_str(), format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
+        ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
+        ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
+        ("failed", share(s.failed, &s.failed_probability)),
+        ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
+        ("detection takes", format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
+        ("largest current", format!("{:.2} A", s.peak_current_a)),
+    ];
+    if s.errors > 0 {
+        lines.push(("simulation errors", s.errors.to_string()));
+    }
+    for (name, value) in lines {
+        let _ = writeln!(text, "  {name:<20} {value}");
+    }
+    for (reason, times) in &s.reasons {
+        let probability = interval(&times.probability, 100.0, 3);
+        let _ = writeln!(text, "    {} times, probability {probability} %: {reason}", times.count);
+    }
+    text
+}
