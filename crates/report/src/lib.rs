@@ -1,3 +1,4 @@
 //! Tables and figures from records.
 
 pub mod figure;
+pub mod table;

@@ -1,0 +1,82 @@
+//! Rows as CSV.
+
+use std::io::{self, Write};
+
+use serde::ser::{Serialize, Serializer};
+
+use super::{Column, METADATA, TableError, Value};
+
+pub(super) struct Sink<W: Write> {
+    to: csv::Writer<W>,
+    /// What the next row has in the column of the metadata, if there is one.
+    run: Option<String>,
+}
+
+impl<W: Write> Sink<W> {
+    pub(super) fn new(to: W, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
+        let run = if metadata.is_empty() {
+            None
+        } else {
+            let text = serde_json::to_string(&Object(metadata))
+                .map_err(|error| TableError::Design(error.to_string()))?;
+            Some(text)
+        };
+        let mut to = csv::WriterBuilder::new().has_headers(false).from_writer(to);
+        let names = columns.iter().map(|column| column.name.as_str());
+        to.write_record(names.chain(run.is_some().then_some(METADATA))).map_err(failed)?;
+        Ok(Self { to, run })
+    }
+
+    pub(super) fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+        self.to.serialize(Row { values, run: self.run.as_deref() }).map_err(failed)?;
+        if let Some(run) = &mut self.run {
+            run.clear();
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<W, TableError> {
+        self.to.into_inner().map_err(|failure| TableError::Write(failure.into_error()))
+    }
+}
+
+fn failed(error: csv::Error) -> TableError {
+    TableError::Write(io::Error::from(error))
+}
+
+/// The metadata as a JSON object, in the order given.
+struct Object<'a>(&'a [(String, String)]);
+
+impl Serialize for Object<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_map(self.0.iter().map(|(key, value)| (key, value)))
+    }
+}
+
+/// Serialised as the rows of the project's other CSV files are, so that equal numbers are equal texts.
+struct Row<'a> {
+    values: &'a [Value<'a>],
+    run: Option<&'a str>,
+}
+
+impl Serialize for Row<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let run = self.run.map(|run| Value::Text(run.into()));
+        serializer.collect_seq(self.values.iter().chain(&run).map(Field))
+    }
+}
+
+struct Field<'a>(&'a Value<'a>);
+
+impl Serialize for Field<'_> {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self.0 {
+            empty if empty.is_empty() => serializer.serialize_none(),
+            Value::Empty => serializer.serialize_none(),
+            Value::Whole(whole) => serializer.serialize_u64(*whole),
+            Value::Number(number) => serializer.serialize_f64(*number),
+            Value::Flag(flag) => serializer.serialize_bool(*flag),
+            Value::Text(text) => serializer.serialize_str(text),
+        }
+    }
+}

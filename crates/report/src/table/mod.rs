@@ -1,0 +1,298 @@
+//! Tables: typed columns, streamed row by row to and from CSV and Parquet.
+//!
+//! A [`Writer`] and a [`Reader`] hold at most one row group (Parquet) or one row (CSV), however many rows there
+//! are; only a Parquet footer grows, by a few hundred bytes a column for each group. Equal tables give equal bytes.
+//!
+//! ```
+//! use standstill_report::table::{Column, Format, Kind, Value, Writer};
+//!
+//! let columns = vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)];
+//! let run = [("seed".to_owned(), "7".to_owned())];
+//! let mut table = Writer::new(Vec::new(), Format::Csv, columns, &run)?;
+//! table.row(&[Value::from(0), Value::from(0.25)])?;
+//! table.row(&[Value::from(1), Value::Empty])?;
+//! assert_eq!(table.finish()?, b"trial,error_deg,run\n0,0.25,\"{\"\"seed\"\":\"\"7\"\"}\"\n1,,\n");
+//! # Ok::<(), standstill_report::table::TableError>(())
+//! ```
+//!
+//! # What a cell holds
+//!
+//! Any cell may be empty. A number that is not finite and a text without characters are empty too, in both
+//! formats: what one of them could not tell apart, neither does, and a table can be converted from one to the
+//! other and back. Whole numbers end at `i64::MAX`, beyond which most readers would turn them into floats.
+//!
+//! # Metadata
+//!
+//! Pairs of texts about the whole table. Parquet keeps them in its footer. In CSV they are a JSON object in the
+//! first row of an additional last column named [`METADATA`], empty in all others, so that any program reads the
+//! file without options. A CSV table without rows has no place for them and loses them; one without metadata has no
+//! such column.
+
+mod csv;
+mod error;
+mod parquet;
+mod read;
+
+use std::borrow::Cow;
+use std::collections::HashSet;
+use std::io::Write;
+use std::path::Path;
+
+pub use error::{Place, TableError};
+pub use read::Reader;
+
+/// Name of the column that holds the metadata of a CSV table. No other column may have it.
+pub const METADATA: &str = "run";
+
+/// What the cells of a column hold, unless they are empty.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Whole numbers from 0 to `i64::MAX`.
+    Whole,
+    /// Finite `f64`; written in the fewest digits that give the same number back.
+    Number,
+    /// `true` or `false`.
+    Flag,
+    /// Text.
+    Text,
+}
+
+/// A column: its name, with the unit if it has one, and what it holds.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Column {
+    /// Unique in its table and not empty.
+    pub name: String,
+    /// What its cells hold.
+    pub kind: Kind,
+}
+
+/// What one cell holds.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Value<'a> {
+    /// Nothing.
+    Empty,
+    /// For [`Kind::Whole`].
+    Whole(u64),
+    /// For [`Kind::Number`]; empty unless finite.
+    Number(f64),
+    /// For [`Kind::Flag`].
+    Flag(bool),
+    /// For [`Kind::Text`]; empty without characters.
+    Text(Cow<'a, str>),
+}
+
+/// How a table is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// Text after RFC 4180 with `\n` at the end of lines and a header.
+    Csv,
+    /// Parquet, compressed with Snappy.
+    Parquet,
+}
+
+/// Writes a table row by row. Without [`Writer::finish`] the file is incomplete.
+pub struct Writer<W: Write + Send> {
+    columns: Vec<Column>,
+    rows: u64,
+    sink: Sink<W>,
+}
+
+enum Sink<W: Write + Send> {
+    Csv(Box<csv::Sink<W>>),
+    Parquet(Box<parquet::Sink<W>>),
+}
+
+impl Kind {
+    /// For messages: what a cell of this kind needs.
+    fn needed(self) -> &'static str {
+        match self {
+            Self::Whole => "a whole number from 0 to 2^63 - 1",
+            Self::Number => "a finite number",
+            Self::Flag => "`true` or `false`",
+            Self::Text => "a text",
+        }
+    }
+}
+
+impl Column {
+    /// A column of this name and kind.
+    pub fn new(name: impl Into<String>, kind: Kind) -> Self {
+        Self { name: name.into(), kind }
+    }
+}
+
+impl Format {
+    /// How the format is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Csv => "CSV",
+            Self::Parquet => "Parquet",
+        }
+    }
+
+    /// What files of this format end in, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Csv => "csv",
+            Self::Parquet => "parquet",
+        }
+    }
+
+    /// The format that a path's extension, in letters of any case, stands for.
+    pub fn of(path: &Path) -> Option<Self> {
+        let extension = path.extension()?;
+        [Self::Csv, Self::Parquet]
+            .into_iter()
+            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
+    }
+}
+
+impl Value<'_> {
+    /// Whether a table holds nothing for it: [`Value::Empty`], a number that is not finite, an empty text.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Empty => true,
+            Self::Number(number) => !number.is_finite(),
+            Self::Text(text) => text.is_empty(),
+            Self::Whole(_) | Self::Flag(_) => false,
+        }
+    }
+
+    fn fits(&self, kind: Kind) -> bool {
+        match self {
+            Self::Empty => true,
+            Self::Whole(whole) => kind == Kind::Whole && i64::try_from(*whole).is_ok(),
+            Self::Number(_) => kind == Kind::Number,
+            Self::Flag(_) => kind == Kind::Flag,
+            Self::Text(_) => kind == Kind::Text,
+        }
+    }
+
+    /// For messages.
+    fn shown(&self) -> String {
+        match self {
+            Self::Empty => "nothing".to_owned(),
+            Self::Whole(whole) => format!("the whole number {whole}"),
+            Self::Number(number) => format!("the number {number:?}"),
+            Self::Flag(flag) => format!("the flag `{flag}`"),
+            Self::Text(text) => format!("the text {}", error::quoted(text)),
+        }
+    }
+}
+
+impl From<u64> for Value<'_> {
+    fn from(whole: u64) -> Self {
+        Self::Whole(whole)
+    }
+}
+
+impl From<f64> for Value<'_> {
+    fn from(number: f64) -> Self {
+        Self::Number(number)
+    }
+}
+
+impl From<bool> for Value<'_> {
+    fn from(flag: bool) -> Self {
+        Self::Flag(flag)
+    }
+}
+
+impl<'a> From<&'a str> for Value<'a> {
+    fn from(text: &'a str) -> Self {
+        Self::Text(Cow::Borrowed(text))
+    }
+}
+
+impl From<String> for Value<'_> {
+    fn from(text: String) -> Self {
+        Self::Text(Cow::Owned(text))
+    }
+}
+
+impl<'a, T: Into<Value<'a>>> From<Option<T>> for Value<'a> {
+    fn from(value: Option<T>) -> Self {
+        value.map_or(Self::Empty, Into::into)
+    }
+}
+
+impl<W: Write + Send> Writer<W> {
+    /// Begins a table. `to` gets small writes in CSV, so a file is best buffered.
+    ///
+    /// There must be columns, with names that are unique and neither empty nor [`METADATA`], and the keys of the
+    /// metadata must be unique: [`TableError::Design`] otherwise.
+    pub fn new(
+        to: W,
+        format: Format,
+        columns: Vec<Column>,
+        metadata: &[(String, String)],
+    ) -> Result<Self, TableError> {
+        check(&columns, metadata)?;
+        let sink = match format {
+            Format::Csv => Sink::Csv(Box::new(csv::Sink::new(to, &columns, metadata)?)),
+            Format::Parquet => Sink::Parquet(Box::new(parquet::Sink::new(to, &columns, metadata)?)),
+        };
+        Ok(Self { columns, rows: 0, sink })
+    }
+
+    /// Adds a row of one value for each column, of its kind or empty.
+    ///
+    /// [`TableError::Row`] if it does not fit; then nothing of it is written and the table can go on. After a
+    /// [`TableError::Write`] it cannot.
+    pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+        let wrong = |column: Option<&Column>, found, needed| TableError::Row {
+            row: self.rows + 1,
+            column: column.map(|column| column.name.clone()),
+            found,
+            needed,
+        };
+        if values.len() != self.columns.len() {
+            let needed = format!("{}, one for each column", self.columns.len());
+            return Err(wrong(None, format!("{} value(s)", values.len()), needed));
+        }
+        for (column, value) in self.columns.iter().zip(values) {
+            if !value.fits(column.kind) {
+                return Err(wrong(Some(column), value.shown(), column.kind.needed().to_owned()));
+            }
+        }
+        match &mut self.sink {
+            Sink::Csv(sink) => sink.row(values)?,
+            Sink::Parquet(sink) => sink.row(values)?,
+        }
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// Completes the table, flushes `to` and gives it back.
+    pub fn finish(self) -> Result<W, TableError> {
+        let mut to = match self.sink {
+            Sink::Csv(sink) => sink.finish()?,
+            Sink::Parquet(sink) => sink.finish()?,
+        };
+        to.flush().map_err(TableError::Write)?;
+        Ok(to)
+    }
+}
+
+fn check(columns: &[Column], metadata: &[(String, String)]) -> Result<(), TableError> {
+    if columns.is_empty() {
+        return Err(TableError::Design("a table needs a column".to_owned()));
+    }
+    let mut names = HashSet::new();
+    for Column { name, .. } in columns {
+        if name.is_empty() {
+            return Err(TableError::Design("a column needs a name".to_owned()));
+        }
+        if name == METADATA {
+            return Err(TableError::Design(format!("`{METADATA}` is the name of the column for metadata")));
+        }
+        if !names.insert(name) {
+            return Err(TableError::Design(format!("the column {} is there twice", error::quoted(name))));
+        }
+    }
+    let mut keys = HashSet::new();
+    match metadata.iter().find(|(key, _)| !keys.insert(key)) {
+        Some((key, _)) => Err(TableError::Design(format!("the metadata have {} twice", error::quoted(key)))),
+        None => Ok(()),
+    }
+}
