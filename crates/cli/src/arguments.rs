@@ -1,5 +1,7 @@
 //! The command line.
 
+mod campaigns;
+
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
@@ -7,6 +9,8 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use standstill_campaign::{ErrorSet, PoleRule};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_plant::Temperature;
+
+pub use campaigns::{FormatName, Init, Merge, Results, Run, Sweep};
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
@@ -26,6 +30,16 @@ pub enum Command {
     Compare(Compare),
     /// Is this motor suited to detection at standstill, by which method, with what margin?
     Check(Check),
+    /// A scenario file's trials, at each point of its axes
+    Run(Run),
+    /// The same, with axes from the command line
+    Sweep(Sweep),
+    /// The shards of a run, put together
+    Merge(Merge),
+    /// An example of a scenario file, with every key
+    Init(Init),
+    /// JSON Schema of scenario files, for editors
+    Schema,
     /// A motor's inductances over current, and which pole draws more of it
     Magnetics(Magnetics),
     /// The built-in motors, and where each of their numbers comes from

@@ -3,43 +3,106 @@
 use std::io::Write;
 
 use serde::Serialize;
-use standstill_campaign::Record;
+use standstill_campaign::file::Point;
+use standstill_campaign::store::Row;
 use standstill_inverter::Conduction;
+use standstill_plant::si_value;
+use standstill_report::table::{Column, Kind, Value};
 use standstill_sim::{Event, Snapshot, Trace};
 
-/// A row of `trials.csv`.
-#[derive(Debug, Serialize)]
-pub struct TrialRow {
-    trial: u64,
-    true_angle_deg: f64,
-    estimated_angle_deg: Option<f64>,
-    error_deg: Option<f64>,
-    outcome: &'static str,
-    pole_correct: Option<bool>,
-    rotor_moved_deg: f64,
-    duration_s: f64,
-    axis_deg: Option<f64>,
-    start_angle_deg: f64,
-    peak_current_a: f64,
-    reason: String,
+/// Columns of a trial in files of trials.
+const TRIAL: [(&str, Kind); 12] = [
+    ("trial", Kind::Whole),
+    ("true_angle_deg", Kind::Number),
+    ("estimated_angle_deg", Kind::Number),
+    ("error_deg", Kind::Number),
+    ("outcome", Kind::Text),
+    ("pole_correct", Kind::Flag),
+    ("rotor_moved_deg", Kind::Number),
+    ("duration_s", Kind::Number),
+    ("axis_deg", Kind::Number),
+    ("start_angle_deg", Kind::Number),
+    ("peak_current_a", Kind::Number),
+    ("reason", Kind::Text),
+];
+
+/// See [`TRIAL`].
+pub fn trial_columns() -> impl Iterator<Item = Column> {
+    TRIAL.into_iter().map(|(name, kind)| Column::new(name, kind))
 }
 
-impl From<&Record> for TrialRow {
-    fn from(record: &Record) -> Self {
-        Self {
-            trial: record.trial,
-            true_angle_deg: record.true_angle_deg(),
-            estimated_angle_deg: record.estimated_angle_deg(),
-            error_deg: record.error_deg(),
-            outcome: record.verdict().name(),
-            pole_correct: record.pole_correct(),
-            rotor_moved_deg: record.rotor_moved_deg(),
-            duration_s: record.run.duration.seconds(),
-            axis_deg: record.axis_deg(),
-            start_angle_deg: record.start_angle_deg(),
-            peak_current_a: record.run.peak_current,
-            reason: record.reason(),
+/// What a trial has in its columns.
+pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
+    let number = |value: Option<f64>| value.map_or(Value::Empty, Value::Number);
+    [
+        Value::Whole(row.trial),
+        Value::Number(row.true_angle_deg),
+        number(row.estimated_angle_deg),
+        number(row.error_deg),
+        Value::Text(row.verdict.name().into()),
+        row.pole_correct.map_or(Value::Empty, Value::Flag),
+        Value::Number(row.rotor_moved_deg),
+        Value::Number(row.duration_s),
+        number(row.axis_deg),
+        Value::Number(row.start_angle_deg),
+        Value::Number(row.peak_current_a),
+        Value::Text(row.reason.as_str().into()),
+    ]
+}
+
+/// The column of an axis.
+#[derive(Debug)]
+pub struct AxisColumn {
+    pub column: Column,
+}
+
+impl AxisColumn {
+    /// Those of all axes. A column has numbers, in SI and angles in degrees, if all points have some there.
+    pub fn of(points: &[Point]) -> Vec<Self> {
+        let Some(first) = points.first() else { return Vec::new() };
+        let column = |k: usize| {
+            let all = |of: fn(&toml::Value) -> bool| points.iter().all(|point| of(&point.values[k].1));
+            let kind = if all(|value| si(value).is_some()) {
+                Kind::Number
+            } else if all(toml::Value::is_bool) {
+                Kind::Flag
+            } else {
+                Kind::Text
+            };
+            Self { column: Column::new(first.values[k].0.as_str(), kind) }
+        };
+        (0..first.values.len()).map(column).collect()
+    }
+
+    /// A point's value in it.
+    pub fn value(&self, value: &toml::Value) -> Value<'static> {
+        match (self.column.kind, value) {
+            (Kind::Number, value) => si(value).map_or(Value::Empty, Value::Number),
+            (_, toml::Value::Boolean(flag)) if self.column.kind == Kind::Flag => Value::Flag(*flag),
+            (_, toml::Value::String(text)) => Value::Text(text.clone().into()),
+            (_, value) => Value::Text(value.to_string().into()),
         }
+    }
+
+    /// The same in JSON.
+    pub fn json(&self, value: &toml::Value) -> serde_json::Value {
+        match self.value(value) {
+            Value::Number(number) => number.into(),
+            Value::Flag(flag) => flag.into(),
+            Value::Text(text) => text.into_owned().into(),
+            Value::Whole(whole) => whole.into(),
+            Value::Empty => serde_json::Value::Null,
+        }
+    }
+}
+
+/// A number, with a unit or without.
+fn si(value: &toml::Value) -> Option<f64> {
+    match value {
+        toml::Value::Integer(number) => Some(*number as f64),
+        toml::Value::Float(number) => Some(*number),
+        toml::Value::String(text) => si_value(text),
+        _ => None,
     }
 }
 

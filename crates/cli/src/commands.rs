@@ -2,9 +2,12 @@
 
 pub mod check;
 pub mod compare;
+pub mod init;
 pub mod magnetics;
+pub mod merge;
 pub mod motors;
 pub mod reproduce;
+pub mod run;
 pub mod trace;
 
 use std::path::Path;

@@ -3,10 +3,13 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use standstill_campaign::file::FileError;
+use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
+use standstill_report::table::TableError;
 
 #[derive(Debug)]
 pub enum Error {
@@ -28,6 +31,17 @@ pub enum Error {
     Magnetics(NoConvergence),
     Temperature(TemperatureError),
     Map(MapError),
+    Scenario(FileError),
+    Journal(JournalError),
+    Threads(String),
+    Shards(ShardsError),
+    Table(TableError),
+    /// Results that are already there, or that are of another run.
+    Results {
+        path: PathBuf,
+        found: String,
+        needed: String,
+    },
 }
 
 impl Error {
@@ -35,6 +49,14 @@ impl Error {
     pub fn writing(path: &Path) -> impl FnOnce(std::io::Error) -> Self + use<> {
         let path = path.to_owned();
         move |error| Self::Write(path, error)
+    }
+
+    /// A table that cannot be written; where the operating system refuses, the message names `path`.
+    pub fn table(path: &Path, error: TableError) -> Self {
+        match error {
+            TableError::Write(error) => Self::Write(path.to_owned(), error),
+            error => Self::Table(error),
+        }
     }
 }
 
@@ -59,9 +81,45 @@ impl fmt::Display for Error {
             Self::Bound(error) => write!(f, "no Cramér–Rao limit: {error}"),
             Self::Temperature(error) => error.fmt(f),
             Self::Map(error) => error.fmt(f),
+            Self::Scenario(error) => error.fmt(f),
+            Self::Journal(error) => error.fmt(f),
+            Self::Threads(error) => f.write_str(error),
+            Self::Shards(error) => error.fmt(f),
+            Self::Table(error) => error.fmt(f),
+            Self::Results { path, found, needed } => {
+                write!(f, "{}: found {found}, needed {needed}", path.display())
+            }
             Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
             Self::Figure(error) => write!(f, "cannot draw: {error}"),
         }
+    }
+}
+
+impl From<FileError> for Error {
+    fn from(error: FileError) -> Self {
+        Self::Scenario(error)
+    }
+}
+
+impl From<JournalError> for Error {
+    fn from(error: JournalError) -> Self {
+        Self::Journal(error)
+    }
+}
+
+impl From<SweepError> for Error {
+    fn from(error: SweepError) -> Self {
+        match error {
+            SweepError::File(error) => Self::Scenario(error),
+            SweepError::Journal(error) => Self::Journal(error),
+            SweepError::Threads(_) => Self::Threads(error.to_string()),
+        }
+    }
+}
+
+impl From<ShardsError> for Error {
+    fn from(error: ShardsError) -> Self {
+        Self::Shards(error)
     }
 }
 

@@ -9,6 +9,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod summary;
 mod text;
 
 use std::io::Write;
@@ -34,6 +35,11 @@ fn main() -> ExitCode {
         Command::Check(options) => commands::check::run(&options),
         Command::Magnetics(options) => commands::magnetics::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
+        Command::Run(options) => commands::run::run(&options),
+        Command::Sweep(options) => commands::run::sweep(&options),
+        Command::Merge(options) => commands::merge::run(&options),
+        Command::Init(options) => commands::init::run(&options),
+        Command::Schema => Ok(commands::init::schema()),
     });
     let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));
     ExitCode::from(outcome.unwrap_or_else(|error| {

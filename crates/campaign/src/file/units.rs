@@ -44,7 +44,8 @@ fn find<'a>(place: &'a Value, word: &str, root: &'a Value) -> Option<&'a Value> 
 }
 
 fn resolved<'a>(place: &'a Value, root: &'a Value) -> &'a Value {
-    let reference = place.get("$ref").and_then(Value::as_str).and_then(|reference| reference.strip_prefix('#'));
+    let reference =
+        place.get("$ref").and_then(Value::as_str).and_then(|reference| reference.strip_prefix('#'));
     reference.and_then(|pointer| root.pointer(pointer)).unwrap_or(place)
 }
 

@@ -125,9 +125,12 @@ fn assignment(text: &str) -> Result<(String, String), String> {
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
+    let parts =
+        text.split_once('/').and_then(|(index, count)| Some((index.parse().ok()?, count.parse().ok()?)));
     match parts {
-        Some((index, count)) if (1..=count).contains(&index) && count <= 1_000_000 => Ok(Shard { index, count }),
+        Some((index, count)) if (1..=count).contains(&index) && count <= 1_000_000 => {
+            Ok(Shard { index, count })
+        }
         _ => Err("not I/N with I from 1 to N and N up to 1000000, such as 3/8".to_owned()),
     }
 }

@@ -6,19 +6,21 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_campaign::paper::{self, Finding, TABLE_2};
-use standstill_campaign::{Campaign, ErrorSet, Estimate, Record, Scenario, Specimen, Statistics, Summary};
+use standstill_campaign::store::Row;
+use standstill_campaign::{Campaign, ErrorSet, Record, Scenario, Specimen, Statistics};
 use standstill_detect::LineInductance;
+use standstill_report::table::{Format, TableError, Writer};
 use standstill_sim::{Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Reproduce;
-use crate::columns::{self, TrialRow};
+use crate::columns::{self, trial_columns, trial_values};
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::log::Logged;
 use crate::output::Output;
-use crate::progress;
+use crate::{progress, summary};
 
 const FILES: [&str; 11] = [
     "audit.csv",
@@ -50,15 +52,18 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let mut statistics = Statistics::default();
     let mut points = Vec::new();
-    let mut trials = csv::Writer::from_writer(output.begin("trials.csv")?);
+    let file = output.begin("trials.csv")?;
     let bar = progress::bar(options.trials);
     let campaign =
         Campaign { scenario: &scenario, trials: options.trials, threads: options.threads.map(usize::from) };
     let path = options.out.join("trials.csv");
+    let failed = |error: TableError| Error::table(&path, error);
+    let mut trials = Writer::new(file, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
     let done = campaign.run(&stop, |record| {
-        statistics.add(record);
+        let row = Row::from(record);
+        statistics.add_row(&row);
         points.extend(figures::error_point(record));
-        trials.serialize(TrialRow::from(record)).map_err(|error| Error::Write(path.clone(), error.into()))?;
+        trials.row(&trial_values(&row)).map_err(failed)?;
         bar.inc(1);
         if record.trial % 512 == 511 {
             bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
@@ -73,17 +78,16 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
             code: INTERRUPTED,
         });
     }
-    let file = trials.into_inner().map_err(|error| Error::Write(path.clone(), error.into_error()))?;
-    output.close("trials.csv", file)?;
+    output.close("trials.csv", trials.finish().map_err(failed)?)?;
 
-    let summary = statistics.summary();
+    let figures = statistics.summary();
     let interrupted = done < options.trials;
-    text += &summary_text(&summary);
+    text += &summary::text(&figures);
     let json = serde_json::json!({
         "setup": super::setup_json(&options.setup, &scenario),
         "trials_asked_for": options.trials,
         "interrupted": interrupted,
-        "summary": summary,
+        "summary": figures,
     });
     output.file("summary.json", format!("{json:#}\n").as_bytes())?;
     draw(&mut output, options, &scenario, &points)?;
@@ -93,7 +97,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
         let _ = writeln!(text, "\nInterrupted: {done} of {} trials are in these files.", options.trials);
         return Ok(Report { text, code: INTERRUPTED });
     }
-    Ok(Report { text, code: u8::from(summary.errors > 0) })
+    Ok(Report { text, code: u8::from(figures.errors > 0) })
 }
 
 fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> Result<(), Error> {
@@ -145,51 +149,6 @@ fn draw(
         output.file(&format!("{name}.png"), &figure.png()?)?;
     }
     Ok(())
-}
-
-fn number(value: f64, digits: usize) -> String {
-    if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
-}
-
-fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
-    let Estimate { value, low, high } = *estimate;
-    let [value, low, high] = [value, low, high].map(|x| number(x * factor, digits));
-    format!("{value} [{low}, {high}]")
-}
-
-fn summary_text(s: &Summary) -> String {
-    let trials = if s.trials == 1 { "trial" } else { "trials" };
-    let mut text = format!("Monte Carlo: {} {trials} over uniform angles, [95 % intervals]\n", s.trials);
-    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", interval(of, 100.0, 3));
-    let largest = format!(
-        "{}°, exceeded by at most {:.2} % of detections (97.5 %)",
-        number(s.max_deg, 3),
-        // Rounded up: a bound must not look smaller than it is.
-        (1e4 * s.beyond_max.high).ceil() / 100.0
-    );
-    let mut lines = vec![
-        ("rms axis error", format!("{}° over {} axes", interval(&s.rms_deg, 1.0, 3), s.axes)),
-        ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
-        ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
-        ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        ("P(|e| > 2°)", format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
-        ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
-        ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
-        ("failed", share(s.failed, &s.failed_probability)),
-        ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
-        ("detection takes", format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
-        ("largest current", format!("{:.2} A", s.peak_current_a)),
-    ];
-    if s.errors > 0 {
-        lines.push(("simulation errors", s.errors.to_string()));
-    }
-    for (name, value) in lines {
-        let _ = writeln!(text, "  {name:<20} {value}");
-    }
-    for (reason, times) in &s.reasons {
-        let _ = writeln!(text, "    {} times: {reason}", times.count);
-    }
-    text
 }
 
 /// What was written.

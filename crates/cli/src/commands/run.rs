@@ -1,0 +1,200 @@
+//! `standstill run` and `standstill sweep`: a scenario file, trial by trial, into files.
+
+pub mod results;
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use standstill_campaign::Statistics;
+use standstill_campaign::file::{AxisSpec, DesignKind, Document, Origin, Plan};
+use standstill_campaign::store::{Identity, Journal, Row, Shard, Shards, Sweep as Trials};
+
+use self::results::{Results, SUMMARY, SummaryFile};
+use crate::Report;
+use crate::arguments::{Run, Sweep};
+use crate::error::Error;
+use crate::interrupt::{self, INTERRUPTED};
+use crate::output::Output;
+use crate::progress;
+
+pub fn run(options: &Run) -> Result<Report, Error> {
+    carry_out(options, document(options)?)
+}
+
+pub fn sweep(options: &Sweep) -> Result<Report, Error> {
+    let mut document = document(&options.run)?;
+    for (key, values) in &options.vary {
+        let axis = AxisSpec::parse(values)
+            .map_err(|message| Error::Arguments(format!("--vary {key}={values}: {message}")))?;
+        document.vary(key, &axis)?;
+    }
+    if let Some(design) = options.design {
+        let name = match DesignKind::from(design) {
+            DesignKind::Grid => "grid",
+            DesignKind::LatinHypercube => "latin-hypercube",
+            DesignKind::Sobol => "sobol",
+        };
+        document.set("design.kind", name, Origin::CommandLine)?;
+    }
+    if let Some(points) = options.points {
+        document.set("design.points", &points.to_string(), Origin::CommandLine)?;
+    }
+    if document.load()?.axes.is_empty() {
+        return Err(Error::Arguments(format!(
+            "{} has no axes: needed --vary KEY=FROM:TO:N or a table [axes]; without them it is `standstill run`",
+            options.run.scenario.display()
+        )));
+    }
+    carry_out(&options.run, document)
+}
+
+/// The file with what the command line changes of it.
+fn document(options: &Run) -> Result<Document, Error> {
+    let path = &options.scenario;
+    let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.clone(), error))?;
+    let mut document = Document::parse(path, &text)?;
+    let mut set = |key: &str, value: &str| document.set(key, value, Origin::CommandLine);
+    options.set.iter().try_for_each(|(key, value)| set(key, value))?;
+    options.trials.map_or(Ok(()), |trials| set("trials", &trials.to_string()))?;
+    // TOML has no numbers beyond 2^63 - 1, so the largest seeds cannot be written down.
+    options.seed.map_or(Ok(()), |seed| set("seed", &seed.to_string()))?;
+    options.stop_at.iter().try_for_each(|(key, value)| set(&format!("stop_at.{key}"), value))?;
+    Ok(document)
+}
+
+fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
+    let plan = Plan::new(document)?;
+    let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
+    let identity = trials.identity(env!("CARGO_PKG_VERSION"), plan.text()?);
+    let out = &options.results.out;
+    let whole = options.shard == Shard::WHOLE;
+    let path = out.join(options.shard.file_name());
+    let stop = interrupt::flag();
+    // Made and removed again: what cannot be written shows before the first trial.
+    drop(Output::create(out, &results::names(options.results.format))?);
+    let mut statistics = Statistics::default();
+    let journal = if path.exists() {
+        if !options.resume {
+            return Err(in_the_way(&path));
+        }
+        Journal::resume(&path, &identity, |_, row| statistics.add_row(row))?
+    } else {
+        if options.resume
+            && whole
+            && let Some(report) = finished(out, &identity)?
+        {
+            return Ok(report);
+        }
+        std::fs::create_dir_all(out).map_err(Error::writing(out))?;
+        Journal::create(&path, &identity).inspect_err(|_| {
+            // Only what is empty: a folder that was made for nothing.
+            let _ = std::fs::remove_dir(out);
+        })?
+    };
+    let done = advance(&trials, journal, statistics, &stop).inspect_err(|_| {
+        // The error itself is told by the caller, in a line.
+        let _ = std::io::Write::write_fmt(
+            &mut std::io::stderr(),
+            format_args!("standstill: what was done is kept in {}; --resume goes on\n", path.display()),
+        );
+    })?;
+    if !done {
+        return Ok(interrupted(&path));
+    }
+    if !whole {
+        let text = format!(
+            "Shard {} is done: {}\nOnce all are there, put them together with\n  standstill merge {} --out DIR\n",
+            options.shard,
+            path.display(),
+            out.display()
+        );
+        return Ok(Report { text, code: 0 });
+    }
+    let shards = Shards::single(&path)?;
+    let Some(results) = Results::write(&options.results, &shards, &stop)? else {
+        return Ok(interrupted(&path));
+    };
+    // Only now that the files are in place.
+    std::fs::remove_file(&path).map_err(Error::writing(&path))?;
+    results.report(&options.results)
+}
+
+/// Runs what is left; returns whether that was all.
+fn advance(
+    trials: &Trials<'_>,
+    mut journal: Journal,
+    mut statistics: Statistics,
+    stop: &AtomicBool,
+) -> Result<bool, Error> {
+    let bar = progress::bar(statistics.trials() + journal.walk().left());
+    bar.set_position(statistics.trials());
+    bar.reset_eta();
+    let done = trials.run(&mut journal, stop, |rows: &[Row]| {
+        rows.iter().for_each(|row| statistics.add_row(row));
+        bar.inc(rows.len() as u64);
+        bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
+    });
+    bar.finish_and_clear();
+    Ok(done?)
+}
+
+/// What there is to say if the files in this folder are already those of the run.
+fn finished(out: &Path, identity: &Identity) -> Result<Option<Report>, Error> {
+    let path = out.join(SUMMARY);
+    if !path.exists() {
+        return Ok(None);
+    }
+    let summary = SummaryFile::read(out)?;
+    if let Some(difference) = summary.run.difference(identity) {
+        return Err(Error::Results {
+            path,
+            found: format!("the results of another run: {difference}"),
+            needed: "those of this run, another --out, or no --resume to replace them".to_owned(),
+        });
+    }
+    Ok(Some(Report { text: format!("{} is finished; nothing to do.\n", out.display()), code: 0 }))
+}
+
+fn in_the_way(path: &Path) -> Error {
+    Error::Results {
+        path: path.to_owned(),
+        found: "trials of a run that is not finished, or of a shard".to_owned(),
+        needed: "--resume to go on with it, another --out, or that you remove it".to_owned(),
+    }
+}
+
+fn interrupted(path: &Path) -> Report {
+    let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
+    if !command.iter().any(|word| word == "--resume") {
+        command.push("--resume".to_owned());
+    }
+    let text = format!(
+        "Interrupted: what was done is kept in {}. Go on with\n  {}\n",
+        path.display(),
+        command.join(" ")
+    );
+    Report { text, code: INTERRUPTED }
+}
+
+/// A word as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./:=,+%@".contains(c);
+    if !word.is_empty() && word.chars().all(plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', r"'\''"))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_words_survive_a_shell() {
+        for (word, expected) in [("a=1.5", "a=1.5"), ("noise=20 mA", "'noise=20 mA'"), ("it's", r"'it'\''s'")]
+        {
+            assert_eq!(quoted(word), expected);
+        }
+    }
+}
