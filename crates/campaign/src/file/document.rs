@@ -81,7 +81,8 @@ impl FileError {
 
     /// What serde says at a path.
     pub(super) fn serde(path: &str, message: &str) -> Self {
-        let message = message.trim().replace('\n', " ");
+        // What follows the first line says where it is, which the path knows.
+        let message = message.trim().lines().next().unwrap_or_default().to_owned();
         let (key, message) = match unknown(&message) {
             Some((word, known)) => {
                 // Serde's path ends at the table for some formats and at the key for others.

@@ -1,5 +1,8 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
+use std::fmt::Write as _;
+
+use indexmap::IndexMap;
 use standstill_detect::Method;
 use standstill_plant::DataSheet;
 use toml::{Table, Value};
@@ -69,8 +72,7 @@ impl Plan {
 
     /// The file with all overrides, as it would be written, with a digest of a motor's own file: what makes a run this run.
     pub fn text(&self) -> Result<String, FileError> {
-        let text = toml::to_string(&self.file)
-            .map_err(|error| FileError::key("scenario", &error.to_string(), "values that TOML has"))?;
+        let text = self.file.text()?;
         let name = match &self.file.motor {
             MotorSpec::Named(name) => Some(name.as_str()),
             MotorSpec::Table(table) => table.get("base").and_then(Value::as_str),
@@ -133,6 +135,25 @@ impl Plan {
 }
 
 impl ScenarioFile {
+    /// As a file would say it. Axes stay in their order, which is that of the points: tables of their own would be moved
+    /// behind plain values.
+    ///
+    /// # Errors
+    /// Values that TOML does not have.
+    pub fn text(&self) -> Result<String, FileError> {
+        let wrong =
+            |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
+        let mut text = toml::to_string(&Self { axes: IndexMap::new(), ..self.clone() }).map_err(wrong)?;
+        if !self.axes.is_empty() {
+            text += "\n[axes]\n";
+        }
+        for (key, axis) in &self.axes {
+            let [key, axis] = [Value::try_from(key).map_err(wrong)?, Value::try_from(axis).map_err(wrong)?];
+            let _ = writeln!(text, "{key} = {axis}");
+        }
+        Ok(text)
+    }
+
     /// The points of its axes.
     ///
     /// # Errors

@@ -29,19 +29,19 @@ pub struct ScenarioFile {
     #[serde(default = "seed")]
     pub seed: u64,
     /// How narrow the intervals must be for a point to end before all its trials are done.
-    #[serde(default, skip_serializing_if = "StopTable::is_empty")]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub stop_at: StopTable,
     /// The angle error whose exceedance is counted, wrong poles included. Without it, 2°.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub limit: Option<Quantity<Degree>>,
     /// The rotor and what pulls at it.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub rotor: RotorTable,
     /// The inverter and its DC link.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub inverter: InverterTable,
     /// The sensors.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub sensors: SensorsTable,
     /// The method and its settings.
     #[serde(default)]
@@ -50,11 +50,15 @@ pub struct ScenarioFile {
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub axes: IndexMap<String, AxisSpec>,
     /// Which points of the axes are run.
-    #[serde(default)]
+    #[serde(default, skip_serializing_if = "is_default")]
     pub design: DesignTable,
     /// Keys whose value each trial draws.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub tolerances: IndexMap<String, Tolerance>,
+}
+
+fn is_default<T: Default + PartialEq>(table: &T) -> bool {
+    *table == T::default()
 }
 
 const fn trials() -> u64 {
@@ -114,7 +118,7 @@ pub enum RotorStateName {
 }
 
 /// The rotor and what pulls at it.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RotorTable {
     /// Whether it can move.
@@ -144,7 +148,7 @@ pub enum OpenLegName {
 }
 
 /// The inverter and its DC link.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct InverterTable {
     /// Voltage of the DC link. Without it, the motor's.
@@ -195,7 +199,7 @@ pub enum SensorArrangement {
 }
 
 /// The sensors. Deviations are those between specimens, of which each trial draws one.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct SensorsTable {
     /// Where the current sensors sit.

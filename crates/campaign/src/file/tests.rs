@@ -142,8 +142,26 @@ fn regress_mistakes_are_named_with_line_key_and_what_is_near() {
 fn law_a_written_scenario_is_the_one_that_was_read() {
     let text = "motor = \"low-inertia\"\nerrors = \"harsh\"\n[sensors]\nnoise = \"12 mA\"\n[rotor]\nstate = \"free\"";
     let file: ScenarioFile = document(text).load().expect("valid");
-    let written = toml::to_string(&file).expect("serialisable");
+    let written = file.text().expect("serialisable");
     assert_eq!(scenario(&written), scenario(text));
+}
+
+#[test]
+fn regress_a_written_scenario_has_its_axes_in_their_order() {
+    let text = r#"
+        [axes]
+        "sensors.noise" = { from = "1 mA", to = "100 mA", points = 3, log = true }
+        "detector.method" = ["bipolar", "line-inductance-fast"]
+        "rotor.angle" = { from = "0 deg", to = "90 deg", points = 2 }
+        "errors" = ["default", "harsh"]
+        [tolerances]
+        "motor.winding.resistance" = { normal = "5 %", truncated = 3 }
+        "#;
+    let first = plan(text);
+    let second = plan(&first.text().expect("serialisable"));
+    assert_eq!(first.points(), second.points());
+    assert_eq!(first.points()[1].values[3].1, "harsh".into());
+    assert_eq!(first.text(), second.text());
 }
 
 fn plan(text: &str) -> Plan {

@@ -107,7 +107,9 @@ impl Journal {
             return Err(JournalError::Other { path: path.to_owned(), difference });
         }
         while let Some(block) = rows.block()? {
-            block.iter().for_each(|(point, row)| seen(*point, row));
+            for (point, row) in &block {
+                seen(*point, row);
+            }
         }
         file.set_len(rows.whole).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;

@@ -1,5 +1,7 @@
 //! In which order a run has its rows: point by point, trial by trial.
 
+use standstill_plant::Quantity;
+
 use super::identity::Identity;
 use super::row::Row;
 use crate::Statistics;
@@ -89,8 +91,8 @@ impl Walk {
         let narrow = |half: f64, most: Option<f64>| most.is_none_or(|most| half <= most);
         let [rms_now, wrong_now] = [self.statistics.rms(), self.statistics.wrong_pole_probability()];
         let half = |low: f64, high: f64| (high - low) / 2.0;
-        narrow(half(rms_now.low, rms_now.high) / rms_now.value, rms.map(|share| share.value()))
-            && narrow(half(wrong_now.low, wrong_now.high), wrong_poles.map(|share| share.value()))
+        narrow(half(rms_now.low, rms_now.high) / rms_now.value, rms.map(Quantity::value))
+            && narrow(half(wrong_now.low, wrong_now.high), wrong_poles.map(Quantity::value))
     }
 }
 

@@ -33,3 +33,61 @@ pub fn run(options: &Init) -> Result<Report, Error> {
 pub fn schema() -> Report {
     Report { text: format!("{:#}\n", file::schema()), code: 0 }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+    use std::path::Path;
+
+    use standstill_campaign::file::{Document, Plan};
+    use toml::{Table, Value};
+
+    use super::*;
+
+    /// The example with all that is commented out, but for the motor in place of the one that it names.
+    fn everything() -> String {
+        let text = SCENARIO.split("# A motor that differs").next().unwrap_or_default();
+        let key = |line: &str| {
+            let word = line.split([' ', '=']).next().unwrap_or_default();
+            let key = !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || "_.\"-".contains(c));
+            (key && line.contains(" = ")) || (line.starts_with('[') && line.ends_with(']'))
+        };
+        let lines = text.lines().map(|line| match line.strip_prefix("# ") {
+            Some(rest) if key(rest) => rest,
+            _ => line,
+        });
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
+    fn properties(schema: &serde_json::Value, path: &str) -> BTreeSet<String> {
+        let place = schema.pointer(path).unwrap_or_else(|| panic!("no {path}"));
+        place["properties"].as_object().into_iter().flatten().map(|(key, _)| key.clone()).collect()
+    }
+
+    #[test]
+    fn law_the_example_has_every_key_of_the_schema_and_no_other() {
+        let text = everything();
+        let document = Document::parse(Path::new("scenario.toml"), &text).expect("TOML");
+        document.load().unwrap_or_else(|error| panic!("{error}"));
+        let table: Table = text.parse().expect("TOML");
+        let schema = file::schema();
+        let keys = |table: &Table| table.keys().cloned().collect::<BTreeSet<String>>();
+        assert_eq!(keys(&table), properties(&schema, ""));
+        for key in ["rotor", "inverter", "sensors", "detector", "stop_at", "design"] {
+            let reference = schema["properties"][key]["$ref"].as_str().expect("a table of its own");
+            let Value::Table(below) = &table[key] else { panic!("{key} is no table") };
+            assert_eq!(keys(below), properties(&schema, reference.trim_start_matches('#')), "{key}");
+        }
+    }
+
+    #[test]
+    fn law_the_example_is_valid_as_it_is() {
+        let document = Document::parse(Path::new("scenario.toml"), SCENARIO).expect("TOML");
+        assert_eq!(Plan::new(document).expect("valid").points().len(), 1);
+        let (_, motor) = SCENARIO.split_once("# [motor]").expect("the motor in place");
+        let motor: Vec<&str> = motor.lines().filter_map(|line| line.strip_prefix("# ")).collect();
+        let text = format!("[motor]\n{}\n", motor.join("\n"));
+        let document = Document::parse(Path::new("scenario.toml"), &text).expect("TOML");
+        Plan::new(document).expect("valid");
+    }
+}

@@ -12,7 +12,7 @@ pub fn run(options: &Merge) -> Result<Report, Error> {
     let stop = interrupt::flag();
     let shards = Shards::collect(&options.shards)?;
     match Results::write(&options.results, &shards, &stop)? {
-        Some(results) => results.report(&options.results),
+        Some(results) => Ok(results.report(&options.results)),
         None => Ok(Report {
             text: "Interrupted: nothing was written; the shards are as they were.\n".to_owned(),
             code: INTERRUPTED,

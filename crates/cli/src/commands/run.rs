@@ -103,10 +103,10 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
     if !whole {
         let text = format!(
-            "Shard {} is done: {}\nOnce all are there, put them together with\n  standstill merge {} --out DIR\n",
+            "Shard {} is done: {}\nOnce all {} are there, put them together with\n  standstill merge FOLDERS --out DIR\n",
             options.shard,
             path.display(),
-            out.display()
+            options.shard.count
         );
         return Ok(Report { text, code: 0 });
     }
@@ -116,7 +116,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     };
     // Only now that the files are in place.
     std::fs::remove_file(&path).map_err(Error::writing(&path))?;
-    results.report(&options.results)
+    Ok(results.report(&options.results))
 }
 
 /// Runs what is left; returns whether that was all.
@@ -130,7 +130,9 @@ fn advance(
     bar.set_position(statistics.trials());
     bar.reset_eta();
     let done = trials.run(&mut journal, stop, |rows: &[Row]| {
-        rows.iter().for_each(|row| statistics.add_row(row));
+        for row in rows {
+            statistics.add_row(row);
+        }
         bar.inc(rows.len() as u64);
         bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
     });

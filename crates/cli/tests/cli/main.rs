@@ -1,5 +1,6 @@
 //! The command as its users meet it: what it prints and writes, and what it says to mistakes.
 
+mod campaigns;
 mod maps;
 mod methods;
 

@@ -175,11 +175,11 @@ impl Results {
     }
 
     /// What there is to say.
-    pub fn report(self, options: &Options) -> Result<Report, Error> {
+    pub fn report(self, options: &Options) -> Report {
         let Self { summary: file, json, files } = self;
         let code = u8::from(file.summary.errors > 0);
         if options.json {
-            return Ok(Report { text: json, code });
+            return Report { text: json, code };
         }
         let mut text = String::new();
         if file.points.is_empty() {
@@ -191,7 +191,7 @@ impl Results {
         }
         text += "\n";
         text += &file_list(&options.out, &files);
-        Ok(Report { text, code })
+        Report { text, code }
     }
 }
 

@@ -1,0 +1,257 @@
+//! Scenario files: what a run leaves behind, whatever happens to it.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::time::Duration;
+
+use super::{folder, mistake, names, standstill};
+
+/// Two axes, a tolerance and few trials of a method that is quick to simulate.
+const SWEEP: &str = r#"
+trials = 250
+[detector]
+method = "bipolar"
+[axes]
+"sensors.noise" = { from = "1 mA", to = "40 mA", points = 2 }
+"errors" = ["default", "harsh"]
+[tolerances]
+"motor.winding.resistance" = { normal = "5 %", truncated = 3 }
+"#;
+
+fn scenario(folder: &Path, text: &str) {
+    fs::write(folder.join("s.toml"), text).expect("written");
+}
+
+fn succeed(arguments: &[&str], folder: &Path) -> String {
+    let output = standstill(arguments, folder);
+    let message = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{arguments:?}: {message}");
+    assert!(output.stderr.is_empty(), "quiet in a pipe: {message}");
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// All files of a folder.
+fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let read = |name: String| (name.clone(), fs::read(folder.join(name)).expect("readable"));
+    names(folder).into_iter().map(read).collect()
+}
+
+fn start(arguments: &[&str], folder: &Path) -> Child {
+    Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(arguments)
+        .current_dir(folder)
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .expect("the program starts")
+}
+
+#[test]
+fn law_a_run_killed_at_twenty_random_moments_ends_with_the_same_bytes() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    for format in ["csv", "parquet"] {
+        let whole = format!("whole-{format}");
+        succeed(&["run", "s.toml", "--threads", "1", "--format", format, "--out", &whole], path);
+        let expected = files(&path.join(&whole));
+        let out = format!("killed-{format}");
+        let arguments = ["run", "s.toml", "--format", format, "--resume", "--out", &out];
+        let (mut kills, mut ends) = (0, 0);
+        // The moments need not repeat, so a seed of the clock is as good as any; they are told if a comparison fails.
+        let mut random = u64::from(std::process::id());
+        let mut moments = Vec::new();
+        while kills < 10 {
+            random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let moment = random >> 57;
+            moments.push(moment);
+            let mut child = start(&arguments, path);
+            std::thread::sleep(Duration::from_millis(moment));
+            child.kill().expect("SIGKILL");
+            if child.wait().expect("ended").success() {
+                assert_eq!(files(&path.join(&out)), expected, "killed after {moments:?} ms");
+                fs::remove_dir_all(path.join(&out)).expect("removed");
+                ends += 1;
+            } else {
+                kills += 1;
+            }
+        }
+        succeed(&arguments, path);
+        let mut found = files(&path.join(&out));
+        // What a killed process leaves of files in the making, the next one removes that makes some.
+        found.retain(|name, _| !name.starts_with('.'));
+        assert_eq!(found, expected, "killed after {moments:?} ms, {ends} ends between");
+        assert!(succeed(&arguments, path).contains("nothing to do"));
+    }
+}
+
+#[test]
+fn law_shards_merge_to_the_bytes_of_the_whole() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    for (more, name) in [(&[][..], "all"), (&["--stop-at", "rms=8%"][..], "early")] {
+        let whole = format!("{name}-whole");
+        succeed(&[&["run", "s.toml", "--out", &whole], more].concat(), path);
+        let out = |k: u32| format!("{name}-{k}");
+        for k in [3, 1, 2] {
+            let shard = format!("{k}/3");
+            let text =
+                succeed(&[&["run", "s.toml", "--shard", &shard, "--out", &out(k)], more].concat(), path);
+            assert!(text.contains("standstill merge"), "{text}");
+        }
+        let merged = format!("{name}-merged");
+        let message = mistake(&["merge", &out(1), &out(3), "--out", &merged], path);
+        assert!(message.contains("missing: shard 2/3"), "{message}");
+        assert!(!path.join(&merged).exists());
+        let parts = [out(2), out(3), out(1)];
+        let parts: Vec<&str> = parts.iter().map(String::as_str).collect();
+        succeed(&[&["merge", "--out", &merged], &parts[..]].concat(), path);
+        assert_eq!(files(&path.join(&merged)), files(&path.join(&whole)), "{name}");
+    }
+    let rows = |name: &str| {
+        let text = fs::read_to_string(path.join(name).join("trials.csv")).expect("readable");
+        text.lines().count() - 1
+    };
+    assert_eq!(rows("all-whole"), 1000);
+    assert!((400..1000).contains(&rows("early-whole")), "{}", rows("early-whole"));
+}
+
+#[test]
+fn a_run_writes_the_axes_before_the_columns_of_reproduce_and_what_it_was() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    let json = succeed(&["run", "s.toml", "--trials", "5", "--json", "--out", "o"], path);
+    assert_eq!(json, fs::read_to_string(path.join("o/summary.json")).expect("readable"));
+    let summary: serde_json::Value = serde_json::from_str(&json).expect("JSON");
+    assert_eq!(summary["run"]["trials"], 5);
+    assert_eq!(summary["points"][2]["values"]["sensors.noise"], 0.04);
+    assert_eq!(summary["points"][2]["values"]["errors"], "default");
+    assert_eq!(summary["points"][2]["summary"]["trials"], 5);
+    let mut trials = csv::Reader::from_path(path.join("o/trials.csv")).expect("CSV");
+    let header = trials.headers().expect("a header").clone();
+    assert_eq!(&header[0], "sensors.noise");
+    assert_eq!(&header[1], "errors");
+    assert_eq!(&header[2], "trial");
+    assert_eq!(header.len(), 2 + 12 + 1);
+    let rows: Vec<csv::StringRecord> = trials.records().map(|row| row.expect("a row")).collect();
+    assert_eq!(rows.len(), 20);
+    assert_eq!((&rows[5][0], &rows[5][1], &rows[5][2]), ("0.001", "harsh", "0"));
+    let run: serde_json::Value = serde_json::from_str(&rows[0][14]).expect("JSON");
+    assert_eq!((run["seed"].as_str(), run["version"].as_str()), (Some("1"), Some(env!("CARGO_PKG_VERSION"))));
+    assert!(run["scenario"].as_str().is_some_and(|text| text.contains("bipolar")));
+    // The points differ in their noise and not in their specimens: the same trials start at the same angles.
+    assert_eq!(rows[3][3], rows[18][3]);
+    assert_ne!(rows[3][4], rows[18][4]);
+    // The other format takes the place of the first.
+    succeed(&["run", "s.toml", "--trials", "5", "--format", "parquet", "--out", "o"], path);
+    assert_eq!(names(&path.join("o")), ["summary.json", "trials.parquet"]);
+}
+
+#[test]
+fn law_nothing_of_an_earlier_run_is_lost_or_mixed_in() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    succeed(&["run", "s.toml", "--trials", "40", "--shard", "1/2", "--out", "o"], path);
+    let before = files(&path.join("o"));
+    for (more, parts) in [
+        (&[][..], &["not finished, or of a shard", "--resume"][..]),
+        (&["--resume", "--seed", "2"], &["the journal of another run", "seed is 1 there and 2 here"]),
+        (&["--resume", "--trials", "41"], &["the number of trials is 40 there and 41 here"]),
+        (&["--resume", "-s", "sensors.offset=3 mA"], &["the scenario is", "sensors"]),
+    ] {
+        let run = ["run", "s.toml", "--trials", "40", "--shard", "1/2", "--out", "o"];
+        let arguments: Vec<&str> = match more {
+            ["--resume", "--trials", _] => {
+                vec!["run", "s.toml", "--shard", "1/2", "--out", "o", more[0], more[1], more[2]]
+            }
+            _ => [&run[..], more].concat(),
+        };
+        let message = mistake(&arguments, path);
+        for part in parts {
+            assert!(message.contains(part), "{message}");
+        }
+        assert_eq!(files(&path.join("o")), before);
+    }
+    succeed(&["run", "s.toml", "--trials", "40", "--out", "done"], path);
+    let message =
+        mistake(&["run", "s.toml", "--trials", "40", "--seed", "2", "--resume", "--out", "done"], path);
+    assert!(message.contains("the results of another run: the seed is 1 there and 2 here"), "{message}");
+}
+
+#[test]
+fn ctrl_c_keeps_what_is_done_and_says_how_to_go_on() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    let child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(["run", "s.toml", "--trials", "100000", "--out", "a b"])
+        .current_dir(path)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let journal = path.join("a b/run.journal");
+    let size = || fs::metadata(&journal).map_or(0, |file| file.len());
+    let begun = std::time::Instant::now();
+    while size() < 20_000 {
+        std::thread::sleep(Duration::from_millis(10));
+        assert!(begun.elapsed() < Duration::from_secs(60), "no block was written");
+    }
+    let interrupt = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(interrupt.expect("kill").success());
+    let output = child.wait_with_output().expect("ended");
+    assert_eq!(output.status.code(), Some(130));
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert!(text.contains("kept in a b/run.journal"), "{text}");
+    assert!(text.contains("run s.toml --trials 100000 --out 'a b' --resume"), "{text}");
+    assert_eq!(names(&path.join("a b")), ["run.journal"]);
+}
+
+#[test]
+fn an_example_scenario_runs_as_it_is_and_is_never_overwritten() {
+    let folder = folder();
+    let path = folder.path();
+    succeed(&["init"], path);
+    let text = succeed(&["run", "scenario.toml", "--trials", "50"], path);
+    assert!(text.contains("rms axis error") && text.contains("standstill-out/run"), "{text}");
+    let message = mistake(&["init"], path);
+    assert!(message.contains("scenario.toml") && message.contains("already"), "{message}");
+}
+
+#[test]
+fn a_sweep_takes_axes_from_the_command_line() {
+    let folder = folder();
+    let path = folder.path();
+    succeed(&["init", "s.toml"], path);
+    let text = succeed(
+        &[
+            "sweep",
+            "s.toml",
+            "--trials",
+            "20",
+            "--vary",
+            "inverter.dead_time=1 us:4 us:3:log",
+            "--vary",
+            "detector.method=bipolar,maximum-likelihood",
+            "--out",
+            "o",
+        ],
+        path,
+    );
+    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "0.000002", "All points together"] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    let arguments =
+        ["sweep", "s.toml", "--trials", "3", "--vary", "sensors.noise=1 mA:9 mA:2", "--design", "sobol"];
+    let many = [&arguments[..], &["--points", "64", "--out", "p"]].concat();
+    assert!(succeed(&many, path).contains("64 points: the 15 with the smallest"));
+    assert!(mistake(&arguments, path).contains("design.points"));
+    assert!(mistake(&["sweep", "s.toml"], path).contains("has no axes"));
+    let message = mistake(&["sweep", "s.toml", "--vary", "trials=1,2"], path);
+    assert!(message.contains("a key of the run itself"), "{message}");
+}
