@@ -40,8 +40,13 @@ impl<W: Write> Sink<W> {
     }
 }
 
+/// An error of writing; inside may be one of the file system.
 fn failed(error: csv::Error) -> TableError {
-    TableError::Write(io::Error::from(error))
+    let said = error.to_string();
+    TableError::Write(match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        _ => io::Error::other(said),
+    })
 }
 
 /// The metadata as a JSON object, in the order given.

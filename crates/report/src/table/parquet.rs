@@ -20,10 +20,27 @@ const GROUP_ROWS: usize = 1 << 16;
 const GROUP_TEXT: usize = 1 << 23;
 
 pub(super) struct Sink<W: Write + Send> {
-    to: SerializedFileWriter<W>,
+    to: SerializedFileWriter<Out<W>>,
     group: Vec<Chunk>,
     rows: usize,
     text: usize,
+}
+
+/// The way out, which can be taken back: the library's own way of giving it back makes texts of errors.
+struct Out<W>(Option<W>);
+
+impl<W: Write> Write for Out<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.0.as_mut().ok_or_else(ended)?.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.0.as_mut().ok_or_else(ended)?.flush()
+    }
+}
+
+fn ended() -> io::Error {
+    io::Error::new(io::ErrorKind::BrokenPipe, "the table is complete")
 }
 
 /// A column's part of the row group.
@@ -46,8 +63,12 @@ impl<W: Write + Send> Sink<W> {
     pub(super) fn new(to: W, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
         let fields = columns.iter().map(field).collect::<Result<_, _>>().map_err(failed)?;
         let schema = Type::group_type_builder("table").with_fields(fields).build().map_err(failed)?;
-        let to = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties(columns, metadata)))
-            .map_err(failed)?;
+        let to = SerializedFileWriter::new(
+            Out(Some(to)),
+            Arc::new(schema),
+            Arc::new(properties(columns, metadata)),
+        )
+        .map_err(failed)?;
         let group = columns.iter().map(|column| Chunk::new(column.kind)).collect();
         Ok(Self { to, group, rows: 0, text: 0 })
     }
@@ -64,7 +85,8 @@ impl<W: Write + Send> Sink<W> {
         if self.rows > 0 {
             self.flush()?;
         }
-        self.to.into_inner().map_err(failed)
+        self.to.finish().map_err(failed)?;
+        self.to.inner_mut().0.take().ok_or_else(|| TableError::Write(ended()))
     }
 
     fn flush(&mut self) -> Result<(), TableError> {

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::fs::File;
+use std::io::{BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, StringRecord};
@@ -41,6 +42,9 @@ impl Source {
             names.iter().enumerate().find_map(|(k, name)| names[..k].contains(name).then_some(name))
         {
             return Err(source.wrong(None, format!("the column {} twice", quoted(name)), "unique names"));
+        }
+        if names.is_empty() {
+            return Err(source.broken("only metadata; a table needs a column"));
         }
         let columns = names.into_iter().map(|name| Column::new(name, kinds(name))).collect();
         source.run = run;
@@ -82,7 +86,7 @@ impl Source {
                 found,
                 needed,
             };
-            let line = error.position().map_or(0, csv::Position::line);
+            let line = self.line(error.position());
             let said = error.to_string();
             match error.into_kind() {
                 ErrorKind::Io(error) => TableError::Read { path, error },
@@ -109,6 +113,21 @@ impl Source {
         }
     }
 
+    /// The line of a record, counted in the file: the library does not count the lines that it skips before a record, nor
+    /// the second half of `\r\n`.
+    fn line(&self, record: Option<&csv::Position>) -> u64 {
+        let start = record.map_or(0, csv::Position::byte);
+        let Ok(file) = File::open(&self.path) else { return 0 };
+        let mut line = 1;
+        for (at, byte) in (0..).zip(BufReader::new(file).bytes().map_while(Result::ok)) {
+            if at >= start && !matches!(byte, b'\r' | b'\n') {
+                break;
+            }
+            line += u64::from(byte == b'\n');
+        }
+        line
+    }
+
     fn broken(&self, why: &str) -> TableError {
         TableError::File { path: self.path.clone(), why: why.to_owned() }
     }
@@ -116,7 +135,7 @@ impl Source {
     fn wrong(&self, column: Option<&str>, found: String, needed: &str) -> TableError {
         TableError::At {
             path: self.path.clone(),
-            place: Place::Line(self.record.position().map_or(0, csv::Position::line)),
+            place: Place::Line(self.line(self.record.position())),
             column: column.map(ToOwned::to_owned),
             found,
             needed: needed.to_owned(),

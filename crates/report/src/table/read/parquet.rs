@@ -4,10 +4,11 @@ use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use parquet::basic::{ConvertedType, LogicalType, Repetition, Type as Physical};
+use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
 use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
 use parquet::data_type::{BoolType, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::RowGroupMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::schema::types::Type;
 
@@ -62,6 +63,7 @@ impl Source {
         let about = file.metadata().file_metadata();
         let fields = about.schema().get_fields();
         let columns = fields.iter().map(|field| column(path, field)).collect::<Result<Vec<_>, _>>()?;
+        check_chunks(path, &file)?;
         let pairs = about.key_value_metadata().into_iter().flatten();
         let metadata = pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect();
         let source = Self { path: path.to_owned(), file, groups: 0, streams: Vec::new(), left: 0, rows: 0 };
@@ -223,6 +225,24 @@ fn column(path: &Path, field: &Type) -> Result<Column, TableError> {
         ),
     })?;
     Ok(Column::new(field.name(), kind))
+}
+
+/// Finds before the first row what would fail, or in the library panic, in the middle.
+fn check_chunks(path: &Path, file: &SerializedFileReader<File>) -> Result<(), TableError> {
+    let fault = |why| TableError::File { path: path.to_owned(), why };
+    for chunk in file.metadata().row_groups().iter().flat_map(RowGroupMetaData::columns) {
+        let codec = chunk.compression();
+        if !matches!(codec, Compression::SNAPPY | Compression::UNCOMPRESSED) {
+            let codec = codec.to_string();
+            let name = codec.split('(').next().unwrap_or_default();
+            return Err(fault(format!("compressed with {name}; only SNAPPY and UNCOMPRESSED are read")));
+        }
+        let start = chunk.dictionary_page_offset().unwrap_or(chunk.data_page_offset());
+        if start < 0 || chunk.compressed_size() < 0 || chunk.num_values() < 0 {
+            return Err(fault("damaged: a column before the file's beginning".to_owned()));
+        }
+    }
+    Ok(())
 }
 
 fn failed(path: &Path, what: &str, error: ParquetError) -> TableError {
