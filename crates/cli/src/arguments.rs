@@ -10,7 +10,7 @@ use standstill_campaign::{ErrorSet, PoleRule};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_plant::Temperature;
 
-pub use campaigns::{FormatName, Init, Merge, Results, Run, Sweep};
+pub use campaigns::{Completions, FormatName, Init, Man, Merge, Results, Run, Sweep};
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
@@ -40,6 +40,10 @@ pub enum Command {
     Init(Init),
     /// JSON Schema of scenario files, for editors
     Schema,
+    /// What a shell needs to complete this command line, on standard output
+    Completions(Completions),
+    /// Man pages, one a command
+    Man(Man),
     /// A motor's inductances over current, and which pole draws more of it
     Magnetics(Magnetics),
     /// The built-in motors, and where each of their numbers comes from

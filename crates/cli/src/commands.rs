@@ -8,6 +8,7 @@ pub mod merge;
 pub mod motors;
 pub mod reproduce;
 pub mod run;
+pub mod shell;
 pub mod trace;
 
 use std::path::Path;

@@ -39,6 +39,8 @@ fn main() -> ExitCode {
         Command::Sweep(options) => commands::run::sweep(&options),
         Command::Merge(options) => commands::merge::run(&options),
         Command::Init(options) => commands::init::run(&options),
+        Command::Completions(options) => Ok(commands::shell::completions(&options)),
+        Command::Man(options) => commands::shell::man(&options),
         Command::Schema => Ok(commands::init::schema()),
     });
     let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));

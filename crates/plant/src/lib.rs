@@ -35,7 +35,7 @@ pub use magnetics::{
     MagneticState, Magnetics, NoConvergence, Series,
 };
 pub use motor::Motor;
-pub use quantity::{Quantity, QuantityError, Unit, si_value, unit};
+pub use quantity::{Quantity, QuantityError, Unit, any_quantity, si_value, unit};
 pub use rotor::{Friction, Rotor};
 pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
 pub use symmetric::Symmetric;

@@ -245,12 +245,17 @@ impl<U: Unit> fmt::Display for Quantity<U> {
 /// The value of a number with whatever unit: in SI, temperatures in °C, angles in degrees, shares as such. `None` of a text
 /// that is no quantity of any dimension known here.
 pub fn si_value(text: &str) -> Option<f64> {
+    any_quantity(text).map(|(value, _)| value)
+}
+
+/// The same with the symbol of its unit, which is empty for shares and plain numbers.
+pub fn any_quantity(text: &str) -> Option<(f64, &'static str)> {
     use unit::{
         Ampere, Celsius, Degree, Henry, Hertz, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm,
         PerKelvin, Second, Share, Volt, Watt, Weber,
     };
-    fn of<U: Unit>(text: &str) -> Option<f64> {
-        text.parse::<Quantity<U>>().ok().map(Quantity::value)
+    fn of<U: Unit>(text: &str) -> Option<(f64, &'static str)> {
+        text.parse::<Quantity<U>>().ok().map(|quantity| (quantity.value(), U::SYMBOL))
     }
     // A text without unit is the same number in all of them.
     let all = [
@@ -318,6 +323,7 @@ mod tests {
         assert_eq!(si_value("7"), Some(7.0));
         assert_eq!(si_value("bipolar"), None);
         assert_eq!(si_value("3 apples"), None);
+        assert_eq!(any_quantity("3 Nm"), Some((3.0, "N m")));
     }
 
     #[test]

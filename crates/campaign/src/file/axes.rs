@@ -29,7 +29,7 @@ pub struct RangeSpec {
     /// The first value, such as `"0 mA"` or `5`.
     #[schemars(with = "NumberOrText")]
     pub from: Value,
-    /// The last, in the same unit.
+    /// The last, in a unit of the same dimension.
     #[schemars(with = "NumberOrText")]
     pub to: Value,
     /// How many values a grid takes, both ends included. Other designs spread all their points over the range.
@@ -105,9 +105,9 @@ impl AxisSpec {
                 Ok(Self::List(values))
             }
             [from, to, points] | [from, to, points, "log"] => {
-                let points = points
-                    .parse()
-                    .map_err(|_| format!("found `{points}` points, needed a whole number, as in 0:50:11"))?;
+                let points = points.parse().map_err(|_| {
+                    format!("found `{points}` points, needed a whole number, as in 0:50 mA:11")
+                })?;
                 let log = parts.len() == 4;
                 Ok(Self::Range(RangeSpec { from: value(from), to: value(to), points: Some(points), log }))
             }
@@ -171,10 +171,10 @@ impl<'a> Axis<'a> {
                     })
                 };
                 let (from, to) = (of(&range.from)?, of(&range.to)?);
-                if from.unit != to.unit {
+                let (from, to) = Number::alike(from, to).ok_or_else(|| {
                     let found = format!("{} and {}", range.from, range.to);
-                    return Err(FileError::key(&key, &found, "both ends in the same unit"));
-                }
+                    FileError::key(&key, &found, "both ends in the same unit")
+                })?;
                 if range.log && !(from.value > 0.0 && to.value > 0.0) {
                     let found = format!("{} and {}", range.from, range.to);
                     return Err(FileError::key(&key, &found, "positive ends of a logarithmic axis"));
@@ -263,7 +263,8 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
         return Ok((0..all).map(|n| point(&|k, axis| axis.on_grid(place(n, k), counts[k]))).collect());
     }
     let count = design.points.filter(|count| (1..=MOST_POINTS).contains(count)).ok_or_else(|| {
-        FileError::key("design.points", &format!("{:?}", design.points), &format!("from 1 to {MOST_POINTS}"))
+        let found = design.points.map_or("no number".to_owned(), |points| points.to_string());
+        FileError::key("design.points", &found, &format!("from 1 to {MOST_POINTS}"))
     })?;
     match design.kind {
         DesignKind::Grid => unreachable!("returned above"),

@@ -254,7 +254,7 @@ impl DetectorTable {
         let name = self.method.0;
         let foreign = |key: &str| {
             let key = format!("detector.{key}");
-            FileError::key(&key, &format!("with method \"{name}\""), "a method that has such a setting")
+            FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
         };
         if let Some(pulse) = self.pulse {
             let needed = "from 1 µs to 10 ms";

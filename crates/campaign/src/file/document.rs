@@ -12,6 +12,7 @@ use toml::{Table, Value};
 
 use super::axes::AxisSpec;
 use super::tables::ScenarioFile;
+use super::units::places;
 
 /// Where the value of a key was set, if not in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -89,7 +90,7 @@ impl FileError {
                 let table = path.strip_suffix(&word).unwrap_or(path).trim_end_matches(['.', '?']);
                 let key = if table.is_empty() { word.clone() } else { format!("{table}.{word}") };
                 let key = if message.starts_with("unknown variant") { table.to_owned() } else { key };
-                (key, suggest(&message, &word, &known))
+                (key, suggest(&message, table, &word, &known))
             }
             None => (path.trim_end_matches(['.', '?']).to_owned(), message),
         };
@@ -120,14 +121,19 @@ fn unknown(message: &str) -> Option<(String, Vec<String>)> {
 }
 
 /// The message with the nearest known word, if one is near.
-fn suggest(message: &str, word: &str, known: &[String]) -> String {
+fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
     let nearest =
         known.iter().max_by(|a, b| strsim::jaro_winkler(a, word).total_cmp(&strsim::jaro_winkler(b, word)));
     match nearest {
         Some(nearest) if strsim::jaro_winkler(nearest, word) > 0.75 => {
             format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "))
         }
-        Some(_) => format!("unknown; known: {}", known.join(", ")),
+        Some(_) => match places(word).iter().find(|_| table != "axes") {
+            Some(place) if message.starts_with("unknown field") => {
+                format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
+            }
+            _ => format!("unknown; known: {}", known.join(", ")),
+        },
         None => message.to_owned(),
     }
 }

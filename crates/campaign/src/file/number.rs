@@ -1,5 +1,6 @@
 //! A number as it is written, with its unit if it has one: what can be varied without knowing what it is.
 
+use standstill_plant::any_quantity;
 use toml::Value;
 
 /// A number and its unit.
@@ -29,6 +30,25 @@ impl Number {
             }
             _ => None,
         }
+    }
+
+    /// Both in one unit: their own if it is the same, else that of SI. A number without unit is in SI. None: they are of
+    /// different dimensions.
+    pub(super) fn alike(a: Self, b: Self) -> Option<(Self, Self)> {
+        if a.unit == b.unit {
+            return Some((a, b));
+        }
+        let si = |number: &Self| any_quantity(&format!("{} {}", number.value, number.unit));
+        let ((value_a, symbol_a), (value_b, symbol_b)) = (si(&a)?, si(&b)?);
+        let symbol = if a.unit.is_empty() { symbol_b } else { symbol_a };
+        let other = if b.unit.is_empty() { symbol } else { symbol_b };
+        let unit = || symbol.to_owned();
+        (symbol == other).then(|| {
+            (
+                Self { value: value_a, unit: unit(), whole: false },
+                Self { value: value_b, unit: unit(), whole: false },
+            )
+        })
     }
 
     /// As it would be written.

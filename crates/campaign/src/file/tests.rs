@@ -259,7 +259,7 @@ fn regress_mistakes_of_axes_and_tolerances_are_named() {
             &["set as an axis", "`sensors.noize`", "did you mean `noise`"],
         ),
         (
-            "[axes]\n\"sensors.noise\" = { from = \"0 mA\", to = \"1 A\", points = 3 }",
+            "[axes]\n\"sensors.noise\" = { from = \"0 mA\", to = \"1 V\", points = 3 }",
             &["line 2", "0 mA", "same unit"],
         ),
         (
@@ -293,8 +293,14 @@ fn analytic_axes_of_the_command_line() {
     document
         .vary("detector.method", &AxisSpec::parse("bipolar,line-inductance").expect("a list"))
         .expect("an axis");
-    let plan = Plan::new(document).expect("valid");
+    let plan = Plan::new(document.clone()).expect("valid");
     assert_eq!(plan.points().len(), 12);
+    // A plain number is in SI, and prefixes may differ.
+    for text in ["0:0.05 A:6", "0 mA:0.05 A:6", "0:50 mA:6"] {
+        document.vary("sensors.noise", &AxisSpec::parse(text).expect("a range")).expect("an axis");
+        let same = Plan::new(document.clone()).expect("valid");
+        assert_eq!(same.scenario(3).expect("valid"), plan.scenario(3).expect("valid"), "{text}");
+    }
     assert_eq!(values(&plan)[3], ["10 mA", "line-inductance"]);
     for text in ["0:1", "0:1:x", "0:1:3:lin"] {
         assert!(AxisSpec::parse(text).is_err(), "{text}");

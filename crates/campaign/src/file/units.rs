@@ -21,6 +21,22 @@ pub fn unit(key: &str) -> Option<String> {
     find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
 }
 
+/// Where in a scenario a key of this name is, such as `sensors.noise` for `noise`.
+pub(super) fn places(name: &str) -> Vec<String> {
+    let schema = schema();
+    let tables = schema["properties"].as_object().into_iter().flatten();
+    // A motor's keys are many, and alike those of the scenario.
+    let tables = tables.map(|(table, _)| table.as_str()).filter(|table| *table != "motor");
+    let own = schema["properties"].get(name).map(|_| name.to_owned());
+    own.into_iter()
+        .chain(tables.map(|table| format!("{table}.{name}")).filter(|key| has(key, &schema)))
+        .collect()
+}
+
+fn has(key: &str, schema: &Value) -> bool {
+    key.split('.').try_fold(schema, |place, part| property(place, part, schema)).is_some()
+}
+
 /// What a schema says of a property, in whichever of its alternatives has it.
 fn property<'a>(place: &'a Value, name: &str, root: &'a Value) -> Option<&'a Value> {
     let place = resolved(place, root);
@@ -52,6 +68,14 @@ fn resolved<'a>(place: &'a Value, root: &'a Value) -> &'a Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn analytic_places_of_keys() {
+        assert_eq!(places("noise"), ["sensors.noise"]);
+        assert_eq!(places("dead_time"), ["detector.dead_time", "inverter.dead_time"]);
+        assert_eq!(places("trials"), ["trials"]);
+        assert_eq!(places("nothing"), [""; 0]);
+    }
 
     #[test]
     fn analytic_units_of_keys() {

@@ -69,8 +69,8 @@ impl fmt::Display for ShardsError {
                 write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
             }
             Self::Missing(shards) => {
-                let names: Vec<String> = shards.iter().map(Shard::to_string).collect();
-                write!(f, "missing: shard {}", names.join(", "))
+                let names: Vec<String> = shards.iter().map(|shard| format!("shard {shard}")).collect();
+                write!(f, "missing: {}", names.join(", "))
             }
             Self::Unfinished { path, shard, left } => write!(
                 f,
@@ -237,7 +237,7 @@ mod tests {
         Shards::collect(&[parts.clone(), parts.clone()].concat()).expect("complete");
 
         let refused = |folders: &[PathBuf]| Shards::collect(folders).expect_err("refused").to_string();
-        assert_eq!(refused(&parts[..2]), "missing: shard 1/4, 3/4");
+        assert_eq!(refused(&parts[..2]), "missing: shard 1/4, shard 3/4");
         let copy = write(&at("copy"), &identity(2, 4, 1), 0);
         let message = refused(&[parts.clone(), vec![copy]].concat());
         assert!(message.starts_with("shard 2/4 is there twice: ") && message.contains("copy"), "{message}");

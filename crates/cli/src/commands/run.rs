@@ -25,7 +25,7 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
     let mut document = document(&options.run)?;
     for (key, values) in &options.vary {
         let axis = AxisSpec::parse(values)
-            .map_err(|message| Error::Arguments(format!("--vary {key}={values}: {message}")))?;
+            .map_err(|message| Error::Arguments(format!("--vary `{key}={values}`: {message}")))?;
         document.vary(key, &axis)?;
     }
     if let Some(design) = options.design {

@@ -3,6 +3,7 @@
 mod campaigns;
 mod maps;
 mod methods;
+mod mistakes;
 
 use std::fs;
 use std::path::Path;
