@@ -113,8 +113,8 @@ impl Source {
         }
     }
 
-    /// The line of a record, counted in the file: the library does not count the lines that it skips before a record, nor
-    /// the second half of `\r\n`.
+    /// The line of a record, counted in the file: the library counts neither the blank lines before a record nor the
+    /// second half of `\r\n`. Costs a pass over the file, once, since the error ends the table.
     fn line(&self, record: Option<&csv::Position>) -> u64 {
         let start = record.map_or(0, csv::Position::byte);
         let Ok(file) = File::open(&self.path) else { return 0 };
