@@ -8,6 +8,9 @@ use std::path::Path;
 use super::{Column, Format, Kind, TableError, Value};
 
 /// Reads a table row by row.
+///
+/// A Parquet file that ends too early is an error; other damage is found only where it breaks the encoding, since the
+/// library writes no checksums. A CSV file cut after a whole row cannot be told from a shorter table.
 pub struct Reader {
     columns: Vec<Column>,
     metadata: Vec<(String, String)>,

@@ -2,6 +2,7 @@
 
 use std::fs::File;
 use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
@@ -58,7 +59,7 @@ impl Source {
         if !file.metadata().map_err(read)?.is_file() {
             return Err(read(io::Error::from(io::ErrorKind::IsADirectory)));
         }
-        let file = SerializedFileReader::new(file)
+        let file = guarded(|| SerializedFileReader::new(file))
             .map_err(|error| failed(path, "not a complete Parquet file", error))?;
         let about = file.metadata().file_metadata();
         let fields = about.schema().get_fields();
@@ -76,14 +77,13 @@ impl Source {
         row: &mut [Value<'static>],
     ) -> Result<bool, TableError> {
         while self.left == 0 {
-            self.left = self
-                .next_batch()
+            self.left = guarded(|| self.next_batch())
                 .map_err(|error| failed(&self.path, &format!("unreadable after row {}", self.rows), error))?;
             if self.left == 0 {
                 if self.groups == self.file.num_row_groups() {
                     return Ok(false);
                 }
-                self.next_group().map_err(|error| {
+                guarded(|| self.next_group()).map_err(|error| {
                     failed(&self.path, &format!("unreadable after row {}", self.rows), error)
                 })?;
             }
@@ -243,6 +243,11 @@ fn check_chunks(path: &Path, file: &SerializedFileReader<File>) -> Result<(), Ta
         }
     }
     Ok(())
+}
+
+/// The library panics on some damage; whoever reads a file gets an error. The standard library still reports the panic.
+fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(ParquetError::General("damaged".to_owned())))
 }
 
 fn failed(path: &Path, what: &str, error: ParquetError) -> TableError {
