@@ -17,6 +17,7 @@ mod layers;
 mod layout;
 mod legend;
 mod output;
+pub(crate) mod plotly;
 mod reduce;
 mod style;
 mod text;

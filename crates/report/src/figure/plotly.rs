@@ -1,0 +1,302 @@
+//! The description as a chart for Plotly, which browsers zoom, pan and read out.
+//!
+//! Data, ranges, colours, dashes and markers are those of the drawn figure. What differs: titles and legends
+//! are left to the page, the labels of rules stand inside their panel, and nothing is thinned.
+
+mod colour;
+mod markup;
+mod swatch;
+mod traces;
+
+#[cfg(test)]
+mod tests;
+
+use super::axis::Ticks;
+use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE};
+use super::text::wrap;
+use super::{Axis, Figure, Layer, Panel, extent};
+use serde_json::{Map, Number, Value, json};
+
+pub(crate) use colour::{Shade, css, palette};
+pub(crate) use markup::markup;
+pub(crate) use swatch::swatch;
+
+/// Pixels above and below all panels.
+const ABOVE: f64 = 34.0;
+const BELOW: f64 = 52.0;
+/// Pixels between panels that share their horizontal axis, and between others, which have one each.
+const CLOSE: f64 = 20.0;
+const APART: f64 = 62.0;
+/// A title that the page sets above the chart.
+const TITLES: f64 = 40.0;
+
+/// A figure in Plotly's terms.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Chart {
+    data: Vec<Value>,
+    shapes: Vec<Value>,
+    annotations: Vec<Value>,
+    /// For each panel with labelled layers: its vertical label and its entries.
+    pub legend: Vec<Legend>,
+}
+
+/// The entries of a panel.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Legend {
+    /// Index of the panel.
+    pub panel: usize,
+    /// What the panel shows.
+    pub title: String,
+    pub entries: Vec<Entry>,
+}
+
+/// One row of a legend, which switches all traces of its group.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Entry {
+    pub label: String,
+    /// `legendgroup` of its traces.
+    pub group: String,
+    /// What its traces look like, each once.
+    pub keys: Vec<Key>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Key {
+    Line(Style),
+    Marker(Style),
+    Band(Style),
+    Bar(Style),
+    /// Index of the fill.
+    Fill(usize),
+}
+
+/// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout` and `steps`, the distances
+/// of ticks by axis, which must become automatic when the view is smaller.
+pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
+    let mut chart = Chart::default();
+    let height = (f64::from(figure.height) - TITLES).max(200.0);
+    let unified = figure.panels.iter().flat_map(|panel| &panel.layers).all(read_together);
+    let (mut layout, mut steps) = (Map::new(), Map::new());
+    let domains = domains(&figure.panels, height - ABOVE - BELOW);
+    let mut index = 0;
+    for (number, panels) in figure.panels.chunk_by(|a, b| a.x == b.x).enumerate() {
+        let shown = extent::horizontal(&panels.iter().collect::<Vec<_>>());
+        let x = format!("x{}", suffix(number));
+        for panel in panels {
+            let y = format!("y{}", suffix(index));
+            let place = traces::Place { panel, index, x: &x, y: &y, unified };
+            for layer in &panel.layers {
+                traces::add(&mut chart, &place, layer);
+            }
+            chart.frame(&x, &y);
+            let (bottom, top) = domains[index];
+            if !extent::has_data(panel) {
+                let middle =
+                    json!({"xref": format!("{x} domain"), "yref": format!("{y} domain"), "x": 0.5, "y": 0.5});
+                chart.note("no data", middle);
+            }
+            let tall = (top - bottom) * (height - ABOVE - BELOW);
+            let mut axis = axis(&lane_axis(panel), extent::vertical(panel, shown), tall);
+            axis["anchor"] = json!(x);
+            axis["domain"] = json!([bottom, top]);
+            axis["fixedrange"] = json!(has_lanes(panel));
+            axis["showgrid"] = json!(!has_lanes(panel));
+            let name = format!("yaxis{}", suffix(index));
+            step(&mut steps, &name, &panel.y);
+            layout.insert(name, axis);
+            index += 1;
+        }
+        let mut axis = axis(&panels[0].x, shown, 300.0);
+        // The last of the panels has the texts of the ticks.
+        axis["anchor"] = json!(format!("y{}", suffix(index - 1)));
+        axis["unifiedhovertitle"] = json!({"text": unified_title(&panels[0].x)});
+        let name = format!("xaxis{}", suffix(number));
+        step(&mut steps, &name, &panels[0].x);
+        layout.insert(name, axis);
+    }
+    chart.tell_apart(figure);
+    layout.extend(common(height, unified));
+    layout.insert("shapes".into(), json!(chart.shapes));
+    layout.insert("annotations".into(), json!(chart.annotations));
+    let value = json!({"data": chart.data, "layout": layout, "steps": steps});
+    (chart, value)
+}
+
+/// Whether a layer is read by comparing values at the same x rather than point by point.
+fn read_together(layer: &Layer) -> bool {
+    !matches!(layer, Layer::Points { .. } | Layer::ErrorBars { .. })
+}
+
+fn unified_title(x: &Axis) -> String {
+    let (name, unit) = markup::quantity(&x.label);
+    format!("{}: %{{x{}}}{}", markup::template(name), traces::X_DIGITS, markup::template(&unit))
+}
+
+/// Plotly counts `x`, `x2`, `x3`.
+fn suffix(index: usize) -> String {
+    if index == 0 { String::new() } else { (index + 1).to_string() }
+}
+
+/// Bottom and top of each panel as shares of the height, which is given in pixels.
+fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
+    let weight = |panel: &Panel| {
+        if panel.weight.is_finite() && panel.weight > 0.0 { panel.weight } else { 1.0 }
+    };
+    let gaps: Vec<f64> =
+        panels.windows(2).map(|pair| if pair[0].x == pair[1].x { CLOSE } else { APART }).collect();
+    // Many panels in a low figure: the gaps take at most half of it.
+    let squeeze = (0.5 * height / gaps.iter().sum::<f64>().max(1.0)).min(1.0);
+    let total: f64 = panels.iter().map(weight).sum();
+    let room = height - squeeze * gaps.iter().sum::<f64>();
+    let mut top = height;
+    let mut places = Vec::new();
+    for (index, panel) in panels.iter().enumerate() {
+        let bottom = (top - room * weight(panel) / total).max(0.0);
+        places.push((rounded(bottom / height), rounded(top / height)));
+        top = bottom - squeeze * gaps.get(index).copied().unwrap_or(0.0);
+    }
+    places
+}
+
+fn has_lanes(panel: &Panel) -> bool {
+    panel.layers.iter().any(|layer| matches!(layer, Layer::Lanes { .. }))
+}
+
+/// The vertical axis, on which lanes write their names.
+fn lane_axis(panel: &Panel) -> Axis {
+    let mut axis = panel.y.clone();
+    for layer in &panel.layers {
+        if let Layer::Lanes { lanes, .. } = layer {
+            let places = (0..lanes.len()).rev().map(|i| i as f64 + 0.5);
+            axis.ticks = Ticks::Named(places.zip(lanes).map(|(at, lane)| (at, lane.label.clone())).collect());
+        }
+    }
+    axis
+}
+
+/// An axis over a range, its label in lines of at most `room` pixels.
+fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
+    let label: Vec<_> = wrap(&axis.label, 14.0, room).iter().map(|line| markup(line)).collect();
+    let mut value = json!({
+        "title": {"text": label.join("<br>"), "standoff": 8, "font": {"size": 13}},
+        "range": [number(first), number(last)],
+        "automargin": true,
+        "zeroline": false,
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": css(FRAME),
+        "gridcolor": css(GRID),
+        "exponentformat": "power",
+        "tickfont": {"size": 12},
+    });
+    match &axis.ticks {
+        Ticks::Step(step) if step.is_finite() && *step > 0.0 => {
+            value["tick0"] = json!(0);
+            value["dtick"] = json!(step);
+        }
+        Ticks::Named(names) => {
+            value["tickmode"] = json!("array");
+            value["tickvals"] = numbers(names.iter().map(|(at, _)| *at));
+            let text = |name: &str| {
+                wrap(name, 13.0, 110.0).iter().map(|line| markup(line)).collect::<Vec<_>>().join("<br>")
+            };
+            value["ticktext"] = names.iter().map(|(_, name)| text(name)).collect();
+        }
+        _ => (),
+    }
+    value
+}
+
+fn step(steps: &mut Map<String, Value>, name: &str, axis: &Axis) {
+    if let Ticks::Step(step) = axis.ticks
+        && step.is_finite()
+        && step > 0.0
+    {
+        steps.insert(name.to_owned(), json!(step));
+    }
+}
+
+/// What all charts have in common.
+fn common(height: f64, unified: bool) -> Map<String, Value> {
+    let value = json!({
+        "height": height,
+        "margin": {"l": 12, "r": 14, "t": ABOVE, "b": 12, "pad": 0},
+        "paper_bgcolor": css(WHITE),
+        "plot_bgcolor": css(WHITE),
+        "font": {"color": css(INK), "size": 12},
+        "showlegend": false,
+        "barmode": "overlay",
+        "hovermode": if unified { "x unified" } else { "closest" },
+        "hoversubplots": "axis",
+        "hoverlabel": {
+            "bgcolor": css(WHITE), "bordercolor": css(FRAME), "font": {"color": css(INK), "size": 12}, "align": "left",
+        },
+        // What was zoomed stays so when colours change.
+        "uirevision": "kept",
+    });
+    value.as_object().cloned().unwrap_or_default()
+}
+
+impl Chart {
+    /// Adds a key to a panel's legend, under the entry of its label.
+    fn entry(&mut self, panel: usize, title: &str, label: &str, key: Key) {
+        if self.legend.last().is_none_or(|legend| legend.panel != panel) {
+            self.legend.push(Legend { panel, title: title.to_owned(), entries: Vec::new() });
+        }
+        let Some(legend) = self.legend.last_mut() else { return };
+        match legend.entries.iter_mut().find(|entry| entry.label == label) {
+            Some(entry) if entry.keys.contains(&key) => (),
+            Some(entry) => entry.keys.push(key),
+            None => legend.entries.push(Entry {
+                label: label.to_owned(),
+                group: traces::group(panel, label),
+                keys: vec![key],
+            }),
+        }
+    }
+
+    /// Panels that show the same over different axes are named by both.
+    fn tell_apart(&mut self, figure: &Figure) {
+        let titles: Vec<_> = self.legend.iter().map(|legend| legend.title.clone()).collect();
+        for legend in &mut self.legend {
+            if titles.iter().filter(|title| **title == legend.title).count() > 1 {
+                let x = markup::quantity(&figure.panels[legend.panel].x.label).0;
+                legend.title = format!("{} over {x}", legend.title);
+            }
+        }
+    }
+
+    /// Draws the frame of a panel. The lines of an axis that panels share would be around the last of them only.
+    fn frame(&mut self, x: &str, y: &str) {
+        self.shapes.push(json!({
+            "type": "rect", "xref": format!("{x} domain"), "yref": format!("{y} domain"),
+            "x0": 0, "x1": 1, "y0": 0, "y1": 1, "line": {"color": css(FRAME), "width": 1.0},
+        }));
+    }
+
+    /// Adds a quiet text at a place.
+    fn note(&mut self, text: &str, mut place: Value) {
+        place["text"] = json!(markup(text));
+        place["showarrow"] = json!(false);
+        place["font"] = json!({"color": css(QUIET), "size": 12});
+        self.annotations.push(place);
+    }
+}
+
+/// A number with nine digits, or `null` for a gap. Longer ones would only make the page larger.
+fn number(value: f64) -> Value {
+    let value = rounded(value);
+    if value.fract() == 0.0 && value.abs() < 1e9 {
+        #[expect(clippy::cast_possible_truncation, reason = "a whole number of nine digits")]
+        return Value::from(value as i64);
+    }
+    Number::from_f64(value).map_or(Value::Null, Value::Number)
+}
+
+fn numbers(values: impl Iterator<Item = f64>) -> Value {
+    values.map(number).collect()
+}
+
+fn rounded(value: f64) -> f64 {
+    if value.is_finite() { format!("{value:.8e}").parse().unwrap_or(value) } else { value }
+}

@@ -1,0 +1,64 @@
+//! Texts for HTML and for Plotly, which both know entities and `<sub>`.
+
+use super::super::text::pieces;
+
+/// The text as markup: everything escaped, the indices of symbols below the line.
+pub(crate) fn markup(text: &str) -> String {
+    pieces(text)
+        .iter()
+        .map(|piece| {
+            let plain = escaped(piece.text);
+            if piece.index { format!("<sub>{plain}</sub>") } else { plain }
+        })
+        .collect()
+}
+
+fn escaped(text: &str) -> String {
+    let mut out = String::with_capacity(text.len());
+    for c in text.chars() {
+        match c {
+            '&' => out.push_str("&amp;"),
+            '<' => out.push_str("&lt;"),
+            '>' => out.push_str("&gt;"),
+            '"' => out.push_str("&quot;"),
+            _ => out.push(c),
+        }
+    }
+    out
+}
+
+/// Markup for a read-out, in which Plotly would replace `%{…}` by data.
+pub(super) fn template(text: &str) -> String {
+    markup(text).replace("%{", "&#37;{")
+}
+
+/// An axis label taken apart at its last parentheses: the quantity, and its unit with the space before it.
+///
+/// `time t (ms)` gives `time t` and ` ms`, `angle (° electrical)` gives `angle` and `° electrical`.
+pub(super) fn quantity(label: &str) -> (&str, String) {
+    let label = label.trim();
+    let Some((name, unit)) = label.strip_suffix(')').and_then(|rest| rest.rsplit_once('(')) else {
+        return (label, String::new());
+    };
+    let space = if unit.starts_with('°') { "" } else { " " };
+    (name.trim_end(), format!("{space}{unit}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_only_indices_become_markup() {
+        assert_eq!(markup("i_a < L_d & \"x\""), "i<sub>a</sub> &lt; L<sub>d</sub> &amp; &quot;x&quot;");
+        assert_eq!(markup("pulse_test"), "pulse_test");
+        assert_eq!(template("%{x} 5 %"), "&#37;{x} 5 %");
+    }
+
+    #[test]
+    fn law_a_unit_is_in_the_last_parentheses() {
+        assert_eq!(quantity("time t (ms)"), ("time t", " ms".to_owned()));
+        assert_eq!(quantity("angle (of the rotor) (°)"), ("angle (of the rotor)", "°".to_owned()));
+        assert_eq!(quantity("count"), ("count", String::new()));
+    }
+}

@@ -1,0 +1,211 @@
+//! Pages: one HTML file that says what a run found, to be mailed, opened without a network and printed.
+//!
+//! A [`Page`] holds plain data; its looks follow from them, as those of a [`Figure`] do. The file contains
+//! everything it needs, scripts and pictures included, and its content security policy forbids it to fetch
+//! anything. Charts can be zoomed, panned and read out; without scripts and on paper the drawn figure stands in
+//! their place. Equal pages give equal bytes.
+//!
+//! Every text is shown as it is, whatever it contains. In titles, labels, captions and paragraphs the indices of
+//! symbols such as `i_a` are set below the line; cells, code and values of facts stay as they are.
+
+mod render;
+
+#[cfg(test)]
+mod tests;
+
+use crate::figure::{Figure, FigureError};
+use std::collections::HashSet;
+
+/// A whole page.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Page {
+    /// First heading, and the name of the browser's tab.
+    pub title: String,
+    /// Smaller text under the title. May be empty.
+    pub subtitle: String,
+    /// The sections, in their order. With two or more, wide screens have a table of contents.
+    pub sections: Vec<Section>,
+    /// Last line, for what wrote the page. May be empty.
+    pub footer: String,
+}
+
+/// A part of a page under its own heading.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Section {
+    /// Heading.
+    pub title: String,
+    /// What the section consists of, in its order.
+    pub blocks: Vec<Block>,
+}
+
+/// A piece of a section.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Block {
+    /// An answer in one line and what it rests on.
+    Verdict {
+        /// What kind of answer it is.
+        tone: Tone,
+        /// The answer.
+        headline: String,
+        /// Reasons, one line each.
+        details: Vec<String>,
+    },
+    /// Prose; empty lines separate paragraphs.
+    Text(String),
+    /// Text in a fixed pitch, with a button that copies it.
+    Code {
+        /// What it is, such as the name of the file.
+        caption: String,
+        /// As it is.
+        text: String,
+    },
+    /// Names and values, such as those of motor and drive. Units belong to the values.
+    Facts(Vec<(String, String)>),
+    /// A table.
+    Table(Table),
+    /// A figure.
+    Chart(Chart),
+}
+
+/// What kind of answer a verdict is. It is told by a word too, not by colour alone.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tone {
+    /// As it should be.
+    Good,
+    /// Usable with care.
+    Warning,
+    /// Not as it should be.
+    Bad,
+    /// Neither.
+    Neutral,
+}
+
+/// A table whose rows can be sorted by each column and, if there are more than 20, filtered.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Table {
+    /// What the table shows.
+    pub caption: String,
+    /// The columns, left to right.
+    pub columns: Vec<TableColumn>,
+    /// The cells of each row, one per column. Numbers with a decimal point; an empty cell is one without value.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The heading of a column.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct TableColumn {
+    /// The quantity.
+    pub name: String,
+    /// Its unit; empty without one.
+    pub unit: String,
+    /// Whether the cells are numbers: set to the right and sorted by value.
+    pub numeric: bool,
+}
+
+/// A figure that is a chart where scripts run.
+///
+/// The file contains all points of its layers, with nine digits: some 20 bytes each, and another 100 in the drawn
+/// figure for each marker.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Chart {
+    /// Names the chart in links and the files of pictures saved from it: letters, digits, `-` and `_`, unique in
+    /// its page.
+    pub id: String,
+    /// What is shown. Its title and subtitle become texts of the page.
+    pub figure: Figure,
+    /// What there is to see, under the chart. May be empty.
+    pub caption: String,
+}
+
+/// Why a page could not be written.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum PageError {
+    /// The name of a chart is empty, has other characters than letters, digits, `-` and `_`, or is taken.
+    Id(String),
+    /// A row of a table has not one cell per column.
+    Cells {
+        /// Caption of the table.
+        table: String,
+        /// Index of the row, from 0.
+        row: usize,
+        /// How many cells it has.
+        found: usize,
+        /// How many columns there are.
+        columns: usize,
+    },
+    /// A figure could not be drawn.
+    Figure {
+        /// Name of the chart.
+        id: String,
+        /// Why not.
+        why: FigureError,
+    },
+}
+
+impl std::fmt::Display for PageError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Id(id) => {
+                write!(f, "`{id}` cannot name a chart: it must be letters, digits, - and _, and unique")
+            }
+            Self::Cells { table, row, found, columns } => {
+                write!(f, "row {row} of the table `{table}` has {found} cells for {columns} columns")
+            }
+            Self::Figure { id, why } => write!(f, "chart `{id}`: {why}"),
+        }
+    }
+}
+
+impl std::error::Error for PageError {
+    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
+        match self {
+            Self::Figure { why, .. } => Some(why),
+            Self::Id(_) | Self::Cells { .. } => None,
+        }
+    }
+}
+
+impl TableColumn {
+    /// A column of words.
+    pub fn text(name: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: String::new(), numeric: false }
+    }
+
+    /// A column of numbers in a unit, which may be empty.
+    pub fn number(name: impl Into<String>, unit: impl Into<String>) -> Self {
+        Self { name: name.into(), unit: unit.into(), numeric: true }
+    }
+}
+
+impl Page {
+    /// The page as an HTML document.
+    pub fn html(&self) -> Result<String, PageError> {
+        self.check()?;
+        render::page(self)
+    }
+
+    fn check(&self) -> Result<(), PageError> {
+        let mut ids = HashSet::new();
+        for block in self.sections.iter().flat_map(|section| &section.blocks) {
+            match block {
+                Block::Chart(chart) => {
+                    let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+                    if chart.id.is_empty() || !chart.id.chars().all(allowed) || !ids.insert(&chart.id) {
+                        return Err(PageError::Id(chart.id.clone()));
+                    }
+                }
+                Block::Table(table) => {
+                    let columns = table.columns.len();
+                    if let Some((row, cells)) =
+                        table.rows.iter().enumerate().find(|(_, cells)| cells.len() != columns)
+                    {
+                        let (table, found) = (table.caption.clone(), cells.len());
+                        return Err(PageError::Cells { table, row, found, columns });
+                    }
+                }
+                _ => (),
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,243 @@
+'use strict';
+(() => {
+  const root = document.documentElement;
+  const all = (selector, within = document) => [...within.querySelectorAll(selector)];
+  const darkScheme = matchMedia('(prefers-color-scheme: dark)');
+  const isDark = () => (root.dataset.theme ? root.dataset.theme === 'dark' : darkScheme.matches);
+  const charts = [];
+
+  // Theme: the system's, until the button was used; remembered where storage exists.
+  const button = document.getElementById('theme');
+  const themed = () => {
+    button.textContent = isDark() ? 'Light' : 'Dark';
+    button.setAttribute('aria-label', `Switch to ${isDark() ? 'light' : 'dark'} colours`);
+    charts.forEach(chart => chart.draw());
+  };
+  button.hidden = false;
+  button.addEventListener('click', () => {
+    root.dataset.theme = isDark() ? 'light' : 'dark';
+    try { localStorage.setItem('standstill-theme', root.dataset.theme); } catch { /* not remembered */ }
+    themed();
+  });
+  darkScheme.addEventListener('change', themed);
+
+  // Code: copying works without the clipboard's interface, too, which some browsers refuse to files.
+  for (const copy of all('button.copy')) {
+    copy.hidden = false;
+    copy.addEventListener('click', async () => {
+      const code = copy.closest('figure').querySelector('code');
+      let done = true;
+      try {
+        await navigator.clipboard.writeText(code.textContent);
+      } catch {
+        getSelection().selectAllChildren(code);
+        done = document.execCommand('copy');
+      }
+      copy.textContent = done ? 'Copied' : 'Selected';
+      setTimeout(() => { copy.textContent = 'Copy'; }, 1600);
+    });
+  }
+
+  // Tables
+  const value = text => (text.trim() === '' ? NaN : Number(text.trim().replace('−', '-').replace(/[\s\u2009]/g, '')));
+  for (const box of all('div.table')) {
+    const body = box.querySelector('tbody');
+    const rows = [...body.rows];
+    const heads = all('thead th', box);
+    heads.forEach((head, column) => {
+      const sort = document.createElement('button');
+      sort.type = 'button';
+      sort.append(...head.childNodes);
+      head.append(sort);
+      head.setAttribute('aria-sort', 'none');
+      const numeric = head.classList.contains('number');
+      sort.addEventListener('click', () => {
+        const up = head.getAttribute('aria-sort') !== 'ascending';
+        heads.forEach(other => other.setAttribute('aria-sort', 'none'));
+        head.setAttribute('aria-sort', up ? 'ascending' : 'descending');
+        const keyed = rows.map((row, place) => {
+          const text = row.cells[column].textContent;
+          const key = numeric ? value(text) : text;
+          // What has no value comes last either way.
+          return { row, place, key, none: numeric ? Number.isNaN(key) : text === '' };
+        });
+        const order = numeric ? (a, b) => (a < b ? -1 : a > b ? 1 : 0)
+          : new Intl.Collator('en', { numeric: true }).compare;
+        keyed.sort((a, b) => a.none - b.none
+          || (a.none ? 0 : (up ? 1 : -1) * order(a.key, b.key)) || a.place - b.place);
+        body.append(...keyed.map(entry => entry.row));
+      });
+    });
+    const filter = box.querySelector('.filter');
+    if (!filter) continue;
+    filter.hidden = false;
+    const texts = rows.map(row => [...row.cells].map(cell => cell.textContent).join('\t').toLowerCase());
+    const count = filter.querySelector('.count');
+    const input = filter.querySelector('input');
+    input.addEventListener('input', () => {
+      const words = input.value.toLowerCase().split(/\s+/).filter(Boolean);
+      let shown = 0;
+      rows.forEach((row, i) => {
+        row.hidden = !words.every(word => texts[i].includes(word));
+        shown += !row.hidden;
+      });
+      count.textContent = words.length ? `${shown} of ${rows.length} rows` : `${rows.length} rows`;
+    });
+  }
+
+  // The section in view, in the table of contents.
+  const links = new Map(all('.contents a').map(link => [link.hash.slice(1), link]));
+  if (links.size) {
+    const heads = all('h2[id]');
+    const mark = () => {
+      const end = innerHeight + scrollY >= root.scrollHeight - 2;
+      const above = heads.filter(head => head.getBoundingClientRect().top < innerHeight / 3);
+      const current = end ? heads.at(-1) : above.at(-1) || heads[0];
+      links.forEach((link, id) => (id === current.id ? link.setAttribute('aria-current', 'true')
+        : link.removeAttribute('aria-current')));
+    };
+    addEventListener('scroll', mark, { passive: true });
+    mark();
+  }
+
+  // Charts
+  const palette = JSON.parse(document.getElementById('palette')?.textContent || '{}');
+  const opaque = /^rgba?\((\d+,\d+,\d+)(,[\d.]+)?\)$/;
+  const translate = (item, key) => {
+    if (Array.isArray(item)) return /color$/.test(key) ? item.map(part => translate(part, key)) : item;
+    if (item && typeof item === 'object') {
+      return Object.fromEntries(Object.entries(item).map(([name, part]) => [name, translate(part, name)]));
+    }
+    if (typeof item !== 'string' || !/color$/.test(key) || !isDark()) return item;
+    const match = opaque.exec(item);
+    const found = match && palette[match[1]];
+    return found ? `rgb${match[2] ? 'a' : ''}(${found}${match[2] || ''})` : item;
+  };
+  const family = getComputedStyle(document.body).fontFamily;
+  // A drag on a touch screen scrolls the page; the buttons of the chart zoom.
+  const touch = matchMedia('(pointer: coarse)').matches;
+
+  // Plotly reads the nearest point, but of a held quantity the one before counts: it gets a point wherever another
+  // curve of its axis has one, and some between.
+  const holdForReading = (trace, data, layout) => {
+    const { x, y } = trace;
+    if (x.length < 2 || x.includes(null)) return null;
+    const [first, last] = layout[trace.xaxis.replace('x', 'xaxis')].range;
+    const grid = Array.from({ length: 500 }, (_, i) => first + ((last - first) * i) / 500);
+    const others = data.filter(other => other.type === 'scatter' && other.xaxis === trace.xaxis);
+    const inside = [...grid, ...others.flatMap(other => other.x)].filter(at => at > x[0] && at < x.at(-1));
+    const own = new Set(x);
+    const extra = [...new Set(inside)].filter(at => !own.has(at)).sort((a, b) => a - b);
+    const held = { x: [], y: [] };
+    let next = 0;
+    x.forEach((at, i) => {
+      held.x.push(at);
+      held.y.push(y[i]);
+      while (next < extra.length && i + 1 < x.length && extra[next] < x[i + 1]) {
+        held.x.push(extra[next]);
+        held.y.push(y[i]);
+        next += 1;
+      }
+    });
+    return held;
+  };
+
+  const setUp = figure => {
+    const { data, layout, steps } = JSON.parse(figure.querySelector('script.data').textContent);
+    data.map(trace => (trace.line?.shape === 'hv' ? holdForReading(trace, data, layout) : null))
+      .forEach((held, i) => Object.assign(data[i], held));
+    const live = figure.querySelector('.live');
+    const drawn = figure.querySelector('.drawn');
+    const plot = live.querySelector('.plot');
+    const keys = all('button.key', live);
+    const hidden = new Set();
+    const config = {
+      responsive: true, displaylogo: false, displayModeBar: true, doubleClick: 'reset', showTips: false,
+      modeBarButtons: [['zoom2d', 'pan2d'], ['zoomIn2d', 'zoomOut2d', 'resetScale2d'], ['toImage']],
+      toImageButtonOptions: { filename: figure.id, scale: 2 },
+    };
+    plot.style.height = `${layout.height}px`;
+
+    // Marks at multiples of a step, fewer where they would not fit, automatic ones in a view of few steps.
+    const ticks = (name, range, pixels) => {
+      const span = Math.abs(range[1] - range[0]);
+      const densest = Math.max(1, pixels / (name[0] === 'x' ? 42 : 24));
+      const step = steps[name] * Math.max(1, Math.ceil(span / steps[name] / densest));
+      return span / step < 2 ? { tickmode: 'auto', dtick: null } : { tickmode: 'linear', dtick: step };
+    };
+    const adapt = () => {
+      const change = {};
+      for (const name of Object.keys(steps)) {
+        const axis = plot._fullLayout[name];
+        const wanted = ticks(name, axis.range, axis._length);
+        if (wanted.tickmode !== axis.tickmode || (wanted.dtick && wanted.dtick !== axis.dtick)) {
+          change[`${name}.tickmode`] = wanted.tickmode;
+          change[`${name}.dtick`] = wanted.dtick;
+        }
+      }
+      if (Object.keys(change).length) Plotly.relayout(plot, change);
+    };
+    const draw = () => {
+      const traces = data.map(trace => ({ ...translate(trace, ''), visible: !hidden.has(trace.legendgroup) }));
+      const look = translate(layout, '');
+      delete look.height;
+      look.font.family = family;
+      look.hoverlabel.font.family = family;
+      look.dragmode = plot._fullLayout?.dragmode ?? (touch ? false : 'zoom');
+      look.modebar = { bgcolor: 'rgba(0,0,0,0)', color: look.xaxis.tickcolor, activecolor: look.font.color };
+      for (const name of Object.keys(steps)) {
+        const pixels = name[0] === 'x' ? plot.clientWidth - 80 : layout.height / 2;
+        Object.assign(look[name], ticks(name, plot._fullLayout?.[name].range || look[name].range, pixels));
+      }
+      return Plotly.react(plot, traces, look, config);
+    };
+    const switched = () => {
+      keys.forEach(key => key.setAttribute('aria-pressed', String(!hidden.has(key.dataset.group))));
+      Plotly.restyle(plot, { visible: data.map(trace => !hidden.has(trace.legendgroup)) });
+    };
+    keys.forEach(key => {
+      const group = key.dataset.group;
+      key.addEventListener('click', event => {
+        // The second click of two shows the series alone, or all of its panel again.
+        const panel = keys.filter(other => other.parentNode === key.parentNode).map(other => other.dataset.group);
+        if (event.detail === 2) {
+          const alone = panel.every(other => other === group || hidden.has(other));
+          panel.forEach(other => (alone || other === group ? hidden.delete(other) : hidden.add(other)));
+          if (alone) hidden.delete(group);
+        } else if (!hidden.delete(group)) {
+          hidden.add(group);
+        }
+        switched();
+      });
+    });
+    live.hidden = false;
+    draw().then(() => {
+      drawn.hidden = true;
+      charts.push({ draw });
+      plot.on('plotly_relayout', adapt);
+      adapt();
+    }).catch(error => {
+      // The drawn figure stays.
+      live.hidden = true;
+      console.error(error);
+    });
+  };
+  // One after the other, so that the page can be used meanwhile.
+  const waiting = all('figure.chart');
+  const next = () => {
+    const figure = waiting.shift();
+    if (!figure) {
+      root.dataset.ready = '';
+      return;
+    }
+    try {
+      setUp(figure);
+    } catch (error) {
+      figure.querySelector('.live').hidden = true;
+      console.error(error);
+    }
+    setTimeout(next);
+  };
+  themed();
+  if (window.Plotly) next(); else root.dataset.ready = '';
+})();
