@@ -4,6 +4,7 @@
 //! are left to the page, the labels of rules stand inside their panel, and nothing is thinned.
 
 mod colour;
+mod lanes;
 mod markup;
 mod swatch;
 mod traces;
@@ -12,7 +13,7 @@ mod traces;
 mod tests;
 
 use super::axis::Ticks;
-use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE};
+use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE, faded};
 use super::text::wrap;
 use super::{Axis, Figure, Layer, Panel, extent};
 use serde_json::{Map, Number, Value, json};
@@ -187,6 +188,9 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
         "tickcolor": css(FRAME),
         "gridcolor": css(GRID),
         "exponentformat": "power",
+        "spikecolor": css(QUIET),
+        "spikethickness": 1,
+        "spikedash": "solid",
         "tickfont": {"size": 12},
     });
     match &axis.ticks {
@@ -279,6 +283,7 @@ impl Chart {
         place["text"] = json!(markup(text));
         place["showarrow"] = json!(false);
         place["font"] = json!({"color": css(QUIET), "size": 12});
+        place["bgcolor"] = json!(css(faded(WHITE, 0.7)));
         self.annotations.push(place);
     }
 }

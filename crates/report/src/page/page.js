@@ -104,7 +104,11 @@
   const palette = JSON.parse(document.getElementById('palette')?.textContent || '{}');
   const opaque = /^rgba?\((\d+,\d+,\d+)(,[\d.]+)?\)$/;
   const translate = (item, key) => {
-    if (Array.isArray(item)) return /color$/.test(key) ? item.map(part => translate(part, key)) : item;
+    if (Array.isArray(item)) {
+      // Data can be long, and have no colours.
+      const walk = /color$|^shapes$|^annotations$/.test(key);
+      return walk ? item.map(part => translate(part, key)) : item;
+    }
     if (item && typeof item === 'object') {
       return Object.fromEntries(Object.entries(item).map(([name, part]) => [name, translate(part, name)]));
     }
@@ -120,7 +124,7 @@
   // Plotly reads the nearest point, but of a held quantity the one before counts: it gets a point wherever another
   // curve of its axis has one, and some between.
   const holdForReading = (trace, data, layout) => {
-    const { x, y } = trace;
+    const { x, y, text } = trace;
     if (x.length < 2 || x.includes(null)) return null;
     const [first, last] = layout[trace.xaxis.replace('x', 'xaxis')].range;
     const grid = Array.from({ length: 500 }, (_, i) => first + ((last - first) * i) / 500);
@@ -128,18 +132,18 @@
     const inside = [...grid, ...others.flatMap(other => other.x)].filter(at => at > x[0] && at < x.at(-1));
     const own = new Set(x);
     const extra = [...new Set(inside)].filter(at => !own.has(at)).sort((a, b) => a - b);
-    const held = { x: [], y: [] };
-    let next = 0;
-    x.forEach((at, i) => {
+    const held = { x: [], y: [], text: [] };
+    const add = (at, i) => {
       held.x.push(at);
       held.y.push(y[i]);
-      while (next < extra.length && i + 1 < x.length && extra[next] < x[i + 1]) {
-        held.x.push(extra[next]);
-        held.y.push(y[i]);
-        next += 1;
-      }
+      held.text.push(text?.[i]);
+    };
+    let next = 0;
+    x.forEach((at, i) => {
+      add(at, i);
+      for (; i + 1 < x.length && extra[next] < x[i + 1]; next += 1) add(extra[next], i);
     });
-    return held;
+    return text ? held : { x: held.x, y: held.y };
   };
 
   const setUp = figure => {

@@ -40,7 +40,9 @@ pub(super) fn quantity(label: &str) -> (&str, String) {
     let Some((name, unit)) = label.strip_suffix(')').and_then(|rest| rest.rsplit_once('(')) else {
         return (label, String::new());
     };
-    let space = if unit.starts_with('°') { "" } else { " " };
+    // An angle's degree follows its number at once, one of temperature does not.
+    let angle = unit.strip_prefix('°').is_some_and(|rest| !rest.starts_with(char::is_alphabetic));
+    let space = if angle { "" } else { " " };
     (name.trim_end(), format!("{space}{unit}"))
 }
 
@@ -59,6 +61,7 @@ mod tests {
     fn law_a_unit_is_in_the_last_parentheses() {
         assert_eq!(quantity("time t (ms)"), ("time t", " ms".to_owned()));
         assert_eq!(quantity("angle (of the rotor) (°)"), ("angle (of the rotor)", "°".to_owned()));
+        assert_eq!(quantity("winding (°C)").1, " °C");
         assert_eq!(quantity("count"), ("count", String::new()));
     }
 }

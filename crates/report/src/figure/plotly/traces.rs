@@ -1,11 +1,11 @@
 //! Layers as traces, shapes and annotations.
 
 use super::super::layers::BAND_OPACITY;
-use super::super::style::{Hatch, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, faded, fill};
-use super::super::{Lane, Layer, Panel, Ticks};
-use super::colour::{FILLS, css};
+use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, faded};
+use super::super::{Layer, Panel, Ticks};
+use super::colour::css;
 use super::markup::{markup, quantity, template};
-use super::{Chart, Key, number, numbers};
+use super::{Chart, Key, lanes, number, numbers};
 use serde_json::{Value, json};
 
 /// Digits of values read out, more than any sensor of the trade has; instants have one more.
@@ -41,13 +41,13 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         }
         Layer::HorizontalRule { label, y } => horizontal_rule(chart, place, label.as_deref(), *y),
         Layer::VerticalRule { label, x } => vertical_rule(chart, place, label.as_deref(), *x),
-        Layer::Lanes { lanes, categories } => bars(chart, place, lanes, categories),
+        Layer::Lanes { lanes, categories } => lanes::add(chart, place, lanes, categories),
     }
 }
 
 impl Place<'_> {
     /// Adds a trace to its axes and, if it has a label, to the group that a legend entry switches.
-    fn push(&self, chart: &mut Chart, label: Option<&str>, key: Key, mut trace: Value) {
+    pub(super) fn push(&self, chart: &mut Chart, label: Option<&str>, key: Key, mut trace: Value) {
         trace["xaxis"] = json!(self.x);
         trace["yaxis"] = json!(self.y);
         if let Some(label) = label {
@@ -58,7 +58,8 @@ impl Place<'_> {
         chart.data.push(trace);
     }
 
-    fn entry(&self, chart: &mut Chart, label: &str, key: Key) {
+    /// Adds a key to the legend, if the panel has one.
+    pub(super) fn entry(&self, chart: &mut Chart, label: &str, key: Key) {
         if self.panel.legend {
             chart.entry(self.index, quantity(&self.panel.y.label).0, label, key);
         }
@@ -262,57 +263,4 @@ fn vertical_rule(chart: &mut Chart, place: &Place, label: Option<&str>, x: f64) 
             }),
         );
     }
-}
-
-/// One trace for each category in each lane: a read-out at one x takes one value from each trace.
-fn bars(chart: &mut Chart, place: &Place, lanes: &[Lane], categories: &[String]) {
-    let (name, unit) = quantity(&place.panel.x.label);
-    let (name, unit) = (template(name), template(&unit));
-    for (category, label) in categories.iter().enumerate() {
-        // In the legend even if no lane is ever in that state.
-        place.entry(chart, label, Key::Fill(category % FILLS));
-    }
-    for (index, lane) in lanes.iter().enumerate() {
-        for (category, label) in categories.iter().enumerate() {
-            // Written so that a NaN is skipped.
-            let shown =
-                |(from, to, of): &&(f64, f64, usize)| *of == category && from < to && (to - from).is_finite();
-            let spans: Vec<_> = lane.spans.iter().filter(shown).collect();
-            if spans.is_empty() {
-                continue;
-            }
-            let trace = json!({
-                "type": "bar",
-                "orientation": "h",
-                "base": numbers(spans.iter().map(|span| span.0)),
-                "x": numbers(spans.iter().map(|span| span.1 - span.0)),
-                "y": numbers(spans.iter().map(|_| (lanes.len() - index) as f64 - 0.5)),
-                "width": 0.72,
-                "marker": filling(category % FILLS),
-                "customdata": spans.iter().map(|span| json!([number(span.0), number(span.1)])).collect::<Value>(),
-                "hovertemplate": format!(
-                    "{}: %{{fullData.name}}<br>{name}: %{{customdata[0]{X_DIGITS}}}{unit} to \
-                     %{{customdata[1]{X_DIGITS}}}{unit}<extra></extra>",
-                    template(&lane.label)
-                ),
-                "showlegend": false,
-            });
-            place.push(chart, Some(label), Key::Fill(category % FILLS), trace);
-        }
-    }
-}
-
-/// A bar's marker in the manner of a category.
-fn filling(category: usize) -> Value {
-    let look = fill(category);
-    let mut marker = json!({"color": css(look.ground), "line": {"width": 0}});
-    let shape = match look.hatch {
-        Hatch::None => return marker,
-        Hatch::Right => "/",
-        Hatch::Left => "\\",
-    };
-    marker["pattern"] = json!({
-        "shape": shape, "size": 6, "solidity": 0.2, "fgcolor": css(look.line), "bgcolor": css(look.ground),
-    });
-    marker
 }
