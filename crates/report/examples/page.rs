@@ -1,4 +1,5 @@
-//! Writes a page with made-up data of every kind to the path given as argument.
+//! Writes a page with made-up data of every kind to the path given as first argument. The second is the name of the
+//! motor, which may be anything: `page out.html "</script><script>alert(1)</script>"`.
 
 use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style, Ticks};
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, Tone};
@@ -170,18 +171,18 @@ fn polarity() -> Chart {
     }
 }
 
-fn methods() -> Chart {
+fn methods(motor: &str) -> Chart {
     let names =
         ["line inductance", "rotating injection", "pulsating injection", "bipolar", "maximum likelihood"];
     let ticks = names.iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect();
     let x = Axis { label: String::new(), range: Some((-0.5, 4.5)), ticks: Ticks::Named(ticks) };
     let mut panel = Panel::new(x, Axis::new("rms error of the axis (°)"));
     for (errors, style, values, shift) in [
-        ("default errors", Style::Blue, [0.84, 0.6, 1.1, 0.10, 0.045], -0.08),
-        ("harsh errors", Style::Vermilion, [1.60, 1.0, 1.3, 0.22, 0.10], 0.08),
+        (&format!("{motor}, default errors"), Style::Blue, [0.84, 0.6, 1.1, 0.10, 0.045], -0.08),
+        (&format!("{motor}, harsh errors"), Style::Vermilion, [1.60, 1.0, 1.3, 0.22, 0.10], 0.08),
     ] {
         panel = panel.with(Layer::ErrorBars {
-            label: Some(errors.into()),
+            label: Some(errors.clone()),
             points: values
                 .iter()
                 .enumerate()
@@ -193,7 +194,7 @@ fn methods() -> Chart {
     Chart {
         id: "methods".into(),
         figure: Figure {
-            title: "The methods on this motor".into(),
+            title: format!("The methods on {motor}"),
             subtitle: Some("2,000 trials each; whiskers are 95 % intervals".into()),
             width: 900,
             height: 380,
@@ -333,9 +334,10 @@ fn requirements() -> Table {
     }
 }
 
-fn facts() -> Block {
+fn facts(motor: &str) -> Block {
+    let motor = format!("{motor}, 5.5 kW, 4 pole pairs");
     let facts = [
-        ("Motor", "paper-5k5, 5.5 kW, 4 pole pairs"),
+        ("Motor", motor.as_str()),
         ("Inductances L_d, L_q", "9.2 mH, 12.6 mH"),
         ("Drive", "540 V link, IGBT, 2 µs dead time"),
         ("Sensors", "12 bit, ±25 A, 20 kHz"),
@@ -349,10 +351,10 @@ fn facts() -> Block {
     Block::Facts(facts.map(|(name, value)| (name.to_owned(), value.to_owned())).to_vec())
 }
 
-fn page() -> Page {
+fn page(motor: &str) -> Page {
     let section = |title: &str, blocks| Section { title: title.to_owned(), blocks };
     Page {
-        title: "Sweep of tolerances, motor paper-5k5".into(),
+        title: format!("Sweep of tolerances, motor {motor}"),
         subtitle: "1,000 points, 200,000 detections by maximum likelihood, rotor free".into(),
         sections: vec![
             section(
@@ -384,7 +386,7 @@ fn page() -> Page {
                     Block::Table(requirements()),
                 ],
             ),
-            section("Conditions", vec![facts(), Block::Code { caption: "scenario.toml".into(), text: SCENARIO.into() }]),
+            section("Conditions", vec![facts(motor), Block::Code { caption: "scenario.toml".into(), text: SCENARIO.into() }]),
             section(
                 "Error",
                 vec![
@@ -396,7 +398,7 @@ fn page() -> Page {
                     ),
                     Block::Chart(scatter()),
                     Block::Chart(influences()),
-                    Block::Chart(methods()),
+                    Block::Chart(methods(motor)),
                 ],
             ),
             section("Waveforms", vec![Block::Chart(waveform()), Block::Chart(polarity())]),
@@ -407,9 +409,11 @@ fn page() -> Page {
 }
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).ok_or("usage: page FILE")?;
+    let mut arguments = std::env::args().skip(1);
+    let path = arguments.next().ok_or("usage: page FILE [MOTOR]")?;
+    let motor = arguments.next().unwrap_or_else(|| "paper-5k5".to_owned());
     let start = Instant::now();
-    let html = page().html()?;
+    let html = page(&motor).html()?;
     println!("{} kB in {:.0?}", html.len() / 1000, start.elapsed());
     // Room for two more such sweeps in a mail of 10 MB.
     assert!(html.len() < 3_000_000, "{} bytes", html.len());

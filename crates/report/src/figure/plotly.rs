@@ -13,7 +13,7 @@ mod traces;
 mod tests;
 
 use super::axis::Ticks;
-use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE, faded};
+use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE};
 use super::text::wrap;
 use super::{Axis, Figure, Layer, Panel, extent};
 use serde_json::{Map, Number, Value, json};
@@ -110,7 +110,12 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
         let mut axis = axis(&panels[0].x, shown, 300.0);
         // The last of the panels has the texts of the ticks.
         axis["anchor"] = json!(format!("y{}", suffix(index - 1)));
-        axis["unifiedhovertitle"] = json!({"text": unified_title(&panels[0].x)});
+        if unified {
+            axis["unifiedhovertitle"] = json!({"text": unified_title(&panels[0].x)});
+            axis["spikecolor"] = json!(css(QUIET));
+            axis["spikethickness"] = json!(1);
+            axis["spikedash"] = json!("solid");
+        }
         let name = format!("xaxis{}", suffix(number));
         step(&mut steps, &name, &panels[0].x);
         layout.insert(name, axis);
@@ -188,9 +193,6 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
         "tickcolor": css(FRAME),
         "gridcolor": css(GRID),
         "exponentformat": "power",
-        "spikecolor": css(QUIET),
-        "spikethickness": 1,
-        "spikedash": "solid",
         "tickfont": {"size": 12},
     });
     match &axis.ticks {
@@ -283,7 +285,6 @@ impl Chart {
         place["text"] = json!(markup(text));
         place["showarrow"] = json!(false);
         place["font"] = json!({"color": css(QUIET), "size": 12});
-        place["bgcolor"] = json!(css(faded(WHITE, 0.7)));
         self.annotations.push(place);
     }
 }

@@ -109,7 +109,7 @@ pub struct TableColumn {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Chart {
     /// Names the chart in links and the files of pictures saved from it: letters, digits, `-` and `_`, unique in
-    /// its page.
+    /// its page and none of the page's own (`content`, `theme`, `palette`, `section-1` and so on).
     pub id: String,
     /// What is shown. Its title and subtitle become texts of the page.
     pub figure: Figure,
@@ -120,7 +120,8 @@ pub struct Chart {
 /// Why a page could not be written.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum PageError {
-    /// The name of a chart is empty, has other characters than letters, digits, `-` and `_`, or is taken.
+    /// The name of a chart is empty, has other characters than letters, digits, `-` and `_`, or is taken by another
+    /// chart or by the page.
     Id(String),
     /// A row of a table has not one cell per column.
     Cells {
@@ -190,7 +191,10 @@ impl Page {
             match block {
                 Block::Chart(chart) => {
                     let allowed = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
-                    if chart.id.is_empty() || !chart.id.chars().all(allowed) || !ids.insert(&chart.id) {
+                    let own = matches!(chart.id.as_str(), "content" | "theme" | "palette")
+                        || chart.id.starts_with("section-");
+                    if own || chart.id.is_empty() || !chart.id.chars().all(allowed) || !ids.insert(&chart.id)
+                    {
                         return Err(PageError::Id(chart.id.clone()));
                     }
                 }

@@ -2,7 +2,8 @@
 
 use super::super::text::pieces;
 
-/// The text as markup: everything escaped, the indices of symbols below the line.
+/// The text as markup: everything escaped, the indices of symbols below the line. Not for attributes: Plotly does
+/// not know the entity of the quotation mark.
 pub(crate) fn markup(text: &str) -> String {
     pieces(text)
         .iter()
@@ -20,7 +21,6 @@ fn escaped(text: &str) -> String {
             '&' => out.push_str("&amp;"),
             '<' => out.push_str("&lt;"),
             '>' => out.push_str("&gt;"),
-            '"' => out.push_str("&quot;"),
             _ => out.push(c),
         }
     }
@@ -52,7 +52,7 @@ mod tests {
 
     #[test]
     fn law_only_indices_become_markup() {
-        assert_eq!(markup("i_a < L_d & \"x\""), "i<sub>a</sub> &lt; L<sub>d</sub> &amp; &quot;x&quot;");
+        assert_eq!(markup("i_a < L_d & \"x\""), "i<sub>a</sub> &lt; L<sub>d</sub> &amp; \"x\"");
         assert_eq!(markup("pulse_test"), "pulse_test");
         assert_eq!(template("%{x} 5 %"), "&#37;{x} 5 %");
     }

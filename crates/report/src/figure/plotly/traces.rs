@@ -28,7 +28,7 @@ pub(super) struct Place<'a> {
 pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
     match layer {
         Layer::Line { label, points, style } => {
-            line(chart, place, label.as_deref(), points, *style, "linear")
+            line(chart, place, label.as_deref(), points, *style, "linear");
         }
         Layer::Steps { label, points, style } => line(chart, place, label.as_deref(), points, *style, "hv"),
         Layer::Points { label, points, style } => {
