@@ -41,6 +41,8 @@ fn law_steps_hold_until_the_next_point() {
     assert_eq!(data[0]["line"]["shape"], "hv");
     assert_eq!(data[0]["line"]["dash"], "solid");
     assert_eq!(value["layout"]["hovermode"], "x unified");
+    // Without a label there is no name to read out.
+    assert_eq!(data[0]["hovertemplate"], "%{y:.5~g} A<extra></extra>");
 }
 
 #[test]

@@ -12,6 +12,9 @@ use serde_json::{Value, json};
 const DIGITS: &str = ":.5~g";
 pub(super) const X_DIGITS: &str = ":.6~g";
 
+/// How the read-outs of traces with a name begin: together with others, and alone.
+const NAMED: [&str; 2] = ["%{fullData.name}: ", "%{fullData.name}<br>"];
+
 /// Where a panel's layers go.
 pub(super) struct Place<'a> {
     pub panel: &'a Panel,
@@ -54,6 +57,10 @@ impl Place<'_> {
             trace["name"] = json!(markup(label));
             trace["legendgroup"] = json!(group(self.index, label));
             self.entry(chart, label, key);
+        } else if let Some(read) = trace["hovertemplate"].as_str() {
+            // Plotly would call it "trace 3".
+            let unnamed = NAMED.iter().find_map(|start| read.strip_prefix(start)).unwrap_or(read);
+            trace["hovertemplate"] = json!(unnamed);
         }
         chart.data.push(trace);
     }
@@ -65,8 +72,8 @@ impl Place<'_> {
         }
     }
 
-    /// The read-out of a point, with `y` for the vertical value.
-    fn read_out(&self, y: &str) -> String {
+    /// The read-out of a point; `y` writes the vertical value with its unit.
+    fn read_out(&self, y: impl Fn(&str) -> String) -> String {
         let (name, unit) = quantity(&self.panel.x.label);
         let x = if matches!(self.panel.x.ticks, Ticks::Named(_)) {
             "%{text}".to_owned()
@@ -74,12 +81,12 @@ impl Place<'_> {
             format!("{}: %{{x{X_DIGITS}}}{}", template(name), template(&unit))
         };
         let (of_y, unit) = quantity(&self.panel.y.label);
-        let unit = template(&unit);
+        let y = y(&template(&unit));
         if self.unified {
             // The value at x stands above all of them.
-            format!("%{{fullData.name}}: {y}{unit}<extra></extra>")
+            format!("{}{y}<extra></extra>", NAMED[0])
         } else {
-            format!("%{{fullData.name}}<br>{x}<br>{}: {y}{unit}<extra></extra>", template(of_y))
+            format!("{}{x}<br>{}: {y}<extra></extra>", NAMED[1], template(of_y))
         }
     }
 
@@ -107,7 +114,7 @@ fn scatter(place: &Place, points: &[(f64, f64)], mode: &str, more: Value) -> Val
         "mode": mode,
         "x": numbers(points.iter().map(|p| p.0)),
         "y": numbers(points.iter().map(|p| p.1)),
-        "hovertemplate": place.read_out(&format!("%{{y{DIGITS}}}")),
+        "hovertemplate": place.read_out(|unit| format!("%{{y{DIGITS}}}{unit}")),
         "showlegend": false,
     });
     let names = place.names(points.iter().map(|p| p.0));
@@ -189,13 +196,12 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
         let mut below = scatter(place, &lower, "lines", json!({"line": edge, "hoverinfo": "skip"}));
         below.as_object_mut().and_then(|trace| trace.remove("hovertemplate"));
         place.push(chart, label, Key::Band(style), below);
-        let both = format!("%{{customdata{DIGITS}}} to %{{y{DIGITS}}}");
         let above = json!({
             "line": edge,
             "fill": "tonexty",
             "fillcolor": css(faded(style.colour(), BAND_OPACITY)),
             "customdata": numbers(run.iter().map(|p| p.1)),
-            "hovertemplate": place.read_out(&both),
+            "hovertemplate": place.read_out(|unit| format!("%{{customdata{DIGITS}}} to %{{y{DIGITS}}}{unit}")),
         });
         place.push(chart, label, Key::Band(style), scatter(place, &upper, "lines", above));
     }
@@ -205,11 +211,13 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
 fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style) -> Value {
     let centres: Vec<_> = points.iter().map(|p| (p.0, p.1)).collect();
     let ends: Value = points.iter().map(|p| json!([number(p.2), number(p.3)])).collect();
-    let y = format!("%{{y{DIGITS}}} (%{{customdata[0]{DIGITS}}} to %{{customdata[1]{DIGITS}}})");
+    let y = |unit: &str| {
+        format!("%{{y{DIGITS}}}{unit} (%{{customdata[0]{DIGITS}}} to %{{customdata[1]{DIGITS}}}{unit})")
+    };
     let more = json!({
         "marker": markers(style, 1),
         "customdata": ends,
-        "hovertemplate": place.read_out(&y),
+        "hovertemplate": place.read_out(y),
         "error_y": {
             "type": "data",
             "symmetric": false,
