@@ -1,6 +1,6 @@
 //! Draws one figure of each kind the reports use, and the awkward cases, into the folder given as argument.
 
-use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
+use standstill_report::figure::{Axis, AxisScale, Figure, Lane, Layer, Panel, Style, cell_edges};
 use std::f64::consts::TAU;
 use std::path::Path;
 use std::time::Instant;
@@ -156,16 +156,7 @@ fn awkward() -> Figure {
         .with(Layer::HorizontalRule { label: Some("upper limit".into()), y: 1.0 })
         .with(Layer::HorizontalRule { label: Some("lower limit".into()), y: 0.9 });
     let names = ["pulse test", "high frequency injection", "inductance variation"];
-    let bars = Panel::new(
-        Axis {
-            label: String::new(),
-            range: Some((-0.5, 2.5)),
-            ticks: standstill_report::figure::Ticks::Named(
-                names.iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect(),
-            ),
-        },
-        Axis::new("error (°)"),
-    );
+    let bars = Panel::new(Axis::categories("", names.map(String::from)), Axis::new("error (°)"));
     let mut bars = bars;
     for (index, style) in Style::ALL.into_iter().enumerate() {
         let shift = (index as f64 - 2.5) * 0.1;
@@ -193,6 +184,93 @@ fn awkward() -> Figure {
     }
 }
 
+/// Heat maps with names and numbers on their axes, and without a single value.
+fn heat() -> Figure {
+    let values = |columns: u32, rows: u32| -> Vec<f64> {
+        (0..rows * columns)
+            .map(|i| {
+                let (x, y) = (f64::from(i % columns), f64::from(i / columns));
+                if i % 17 == 5 { f64::NAN } else { 0.05 * (1.0 + x * x) * (1.0 + 0.3 * y) }
+            })
+            .collect()
+    };
+    let methods =
+        ["bipolar", "hfi-rotating", "hfi-pulsating", "maximum-likelihood-adaptive", "a name of many words"];
+    let named = Panel::new(
+        Axis::categories("method", methods.map(String::from)),
+        Axis::categories("motor", ["paper", "gearless-hoist", "pm-reluctance"].map(String::from)),
+    )
+    .with(Layer::Heat {
+        x_edges: (0..=5).map(|i| f64::from(i) - 0.5).collect(),
+        y_edges: (0..=3).map(|i| f64::from(i) - 0.5).collect(),
+        values: values(5, 3),
+        colour: Axis::new("rms error of the axis (°)").log10(),
+        numbers: true,
+    });
+    let noise: Vec<f64> = (0..40).map(|i| 1e-3 * 10f64.powf(f64::from(i) / 13.0)).collect();
+    let dead: Vec<f64> = (0..40).map(|i| 0.1 * f64::from(i)).collect();
+    let fine = Panel {
+        weight: 2.0,
+        ..Panel::new(Axis::new("noise of the current (A)").log10(), Axis::new("dead time (µs)"))
+    }
+    .with(Layer::Heat {
+        x_edges: cell_edges(&noise, AxisScale::Log10),
+        y_edges: cell_edges(&dead, AxisScale::Linear),
+        values: values(40, 40),
+        colour: Axis::new("rms error (°)"),
+        numbers: true,
+    })
+    .with(Layer::HorizontalRule { label: Some("limit".into()), y: 2.0 });
+    let empty = Panel { weight: 0.7, ..Panel::new(Axis::new("x"), Axis::new("y")) }.with(Layer::Heat {
+        x_edges: vec![0.0, 1.0, 2.0],
+        y_edges: vec![0.0, 1.0],
+        values: vec![f64::NAN],
+        colour: Axis::new("nothing"),
+        numbers: true,
+    });
+    Figure {
+        title: "Heat maps".into(),
+        subtitle: Some("names and numbers; a fine grid with a logarithmic axis; no value at all".into()),
+        width: 900,
+        height: 1200,
+        panels: vec![named, fine, empty],
+    }
+}
+
+/// Logarithmic axes with what has no place on them, and upper limits.
+fn logarithmic() -> Figure {
+    let curve =
+        |gain: f64| (-40..=40).map(|i| 10f64.powf(f64::from(i) / 20.0)).map(move |x| (x, gain * x.powf(1.5)));
+    let panel = Panel::new(Axis::new("noise (mA)").log10(), Axis::new("rms error (°)").log10())
+        .with(Layer::Band {
+            label: Some("from nothing".into()),
+            points: curve(0.1).map(|(x, y)| (x, if x < 0.1 { 0.0 } else { y / 2.0 }, 2.0 * y)).collect(),
+            style: Style::Orange,
+        })
+        .with(Layer::Line { label: Some("middle".into()), points: curve(0.1).collect(), style: Style::Blue })
+        .with(Layer::ErrorBars {
+            label: Some("with and without a lower end".into()),
+            points: vec![(0.03, 1.0, 0.0, 3.0), (0.3, 1.0, 0.5, 2.0), (0.0, 1.0, 0.5, 2.0)],
+            style: Style::Black,
+        })
+        .with(Layer::UpperLimits {
+            label: Some("none in 1000: upper limit".into()),
+            points: vec![(1.0, 1e-3), (10.0, 3e-3), (30.0, 1.3e-4)],
+            style: Style::Vermilion,
+        });
+    let narrow = Panel::new(Axis::new("part of a decade (A)").log10(), Axis::new("rms error (°)").log10())
+        .with(Layer::Line { label: None, points: vec![(2.0, 1.1), (3.4, 2.3)], style: Style::Green });
+    let wide = Panel::new(Axis::new("many decades").log10(), Axis::new("probability").log10())
+        .with(Layer::Line { label: None, points: vec![(1e-20, 1e-12), (1e5, 1.0)], style: Style::Purple });
+    Figure {
+        title: "Logarithmic axes".into(),
+        subtitle: None,
+        width: 900,
+        height: 900,
+        panels: vec![panel, narrow, wide],
+    }
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = std::env::args().nth(1).ok_or("usage: gallery FOLDER")?;
     std::fs::create_dir_all(&folder)?;
@@ -201,6 +279,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("waveform", waveform()),
         ("polarity", polarity()),
         ("awkward", awkward()),
+        ("heat", heat()),
+        ("logarithmic", logarithmic()),
     ] {
         let start = Instant::now();
         let svg = figure.svg()?;

@@ -166,7 +166,7 @@ fn awkward_data_are_drawn() {
             drawn.png().unwrap();
         }
     }
-    let strange = |range, ticks| Axis { label: String::new(), range: Some(range), ticks };
+    let strange = |range, ticks| Axis { range: Some(range), ticks, ..Axis::new("") };
     for axis in [
         strange((1.0, 1.0), Ticks::Auto),
         strange((f64::NAN, 1.0), Ticks::Step(0.0)),

@@ -1,5 +1,7 @@
 //! Axes: ranges, the places and texts of ticks, and the way from data to pixels.
 
+use super::decades::superscript;
+
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Axis {
@@ -9,23 +11,52 @@ pub struct Axis {
     pub range: Option<(f64, f64)>,
     /// Where the axis is marked.
     pub ticks: Ticks,
+    /// How values are spread along it.
+    pub scale: AxisScale,
+}
+
+/// How values are spread along an axis.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AxisScale {
+    /// Equal differences are equally far apart.
+    #[default]
+    Linear,
+    /// Equal ratios are equally far apart. Zero and what is below have no place: points there are left out, and
+    /// bands, whiskers and cells that reach there end at the edge of the panel.
+    Log10,
 }
 
 /// Where an axis is marked.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Ticks {
-    /// At multiples of 1, 2 or 5 times a power of ten.
+    /// At multiples of 1, 2 or 5 times a power of ten; on a logarithmic axis at these numbers themselves.
     Auto,
-    /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit.
+    /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit. A logarithmic
+    /// axis has no constant step and is marked as with [`Ticks::Auto`].
     Step(f64),
-    /// At these values, with these words.
+    /// At these values, with these words. Words that do not fit are set on several lines or upright, shortened,
+    /// and at last left out.
     Named(Vec<(f64, String)>),
 }
 
 impl Axis {
     /// An axis over the range of the data.
     pub fn new(label: impl Into<String>) -> Self {
-        Self { label: label.into(), range: None, ticks: Ticks::Auto }
+        Self { label: label.into(), range: None, ticks: Ticks::Auto, scale: AxisScale::Linear }
+    }
+
+    /// An axis of things that have names instead of numbers: the first is at 0, the next at 1, and so on.
+    pub fn categories(label: impl Into<String>, names: impl IntoIterator<Item = String>) -> Self {
+        let names: Vec<_> = names.into_iter().enumerate().map(|(at, name)| (at as f64, name)).collect();
+        let last = names.len() as f64 - 0.5;
+        Self { ticks: Ticks::Named(names), ..Self::new(label).range(-0.5, last.max(0.5)) }
+    }
+
+    /// The axis with a logarithmic scale.
+    #[must_use]
+    pub fn log10(mut self) -> Self {
+        self.scale = AxisScale::Log10;
+        self
     }
 
     /// The axis from `first` to `last`.
@@ -43,20 +74,60 @@ impl Axis {
     }
 }
 
-/// A straight mapping from values to pixels.
+impl AxisScale {
+    /// Whether a value has a place.
+    pub(super) fn has(self, value: f64) -> bool {
+        value.is_finite() && (self == Self::Linear || value > 0.0)
+    }
+
+    /// The number whose equal differences are equally far apart.
+    fn even(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Log10 if value > 0.0 => value.log10(),
+            Self::Log10 => f64::NAN,
+        }
+    }
+
+    /// The inverse of [`AxisScale::even`].
+    fn value(self, even: f64) -> f64 {
+        match self {
+            Self::Linear => even,
+            Self::Log10 => 10f64.powf(even),
+        }
+    }
+}
+
+/// A mapping from values to pixels.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scale {
     /// First and last value.
     pub range: (f64, f64),
     /// Their pixels.
     pub pixels: (f64, f64),
+    pub spread: AxisScale,
 }
 
 impl Scale {
+    /// The pixel of a value; not a number for one that has no place.
     pub fn at(&self, value: f64) -> f64 {
-        let (first, last) = self.range;
         let (from, to) = self.pixels;
-        from + (value - first) / (last - first) * (to - from)
+        from + self.share(value) * (to - from)
+    }
+
+    /// As [`Scale::at`], but far before the first pixel for what is too small for a logarithm.
+    pub fn end_at(&self, value: f64) -> f64 {
+        if self.spread == AxisScale::Log10 && value <= 0.0 {
+            let (from, to) = self.pixels;
+            return from - 10.0 * (to - from);
+        }
+        self.at(value)
+    }
+
+    /// How far along the axis a value is: 0 at its beginning, 1 at its end.
+    pub fn share(&self, value: f64) -> f64 {
+        let [first, last, value] = [self.range.0, self.range.1, value].map(|v| self.spread.even(v));
+        (value - first) / (last - first)
     }
 
     pub fn shows(&self, value: f64) -> bool {
@@ -67,14 +138,29 @@ impl Scale {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Tick {
     pub at: f64,
+    /// Empty for a mark between those with a text.
     pub text: String,
 }
 
 /// The range asked for, if it is one; lowest first.
-pub(super) fn usable(range: Option<(f64, f64)>) -> Option<(f64, f64)> {
-    let (a, b) = range?;
+pub(super) fn usable(axis: &Axis) -> Option<(f64, f64)> {
+    let (a, b) = axis.range?;
     let (low, high) = (a.min(b), a.max(b));
-    (a.is_finite() && b.is_finite() && spread(low, high)).then_some((low, high))
+    (axis.scale.has(a) && axis.scale.has(b) && spread(low, high)).then_some((low, high))
+}
+
+/// [`around`] on an axis of the given scale.
+pub(super) fn around_on(scale: AxisScale, extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
+    match (scale, extent) {
+        (AxisScale::Linear, _) => around(extent, margin),
+        (AxisScale::Log10, None) => (0.1, 10.0),
+        (AxisScale::Log10, Some((low, high))) if spread(low, high) => {
+            let (low, high) = around(Some((scale.even(low), scale.even(high))), margin);
+            // Beyond these powers of ten there are no numbers.
+            (scale.value(low.max(-300.0)), scale.value(high.min(300.0)))
+        }
+        (AxisScale::Log10, Some((low, high))) => (low.max(1e-300) / 2.0, high.clamp(1e-300, 1e300) * 2.0),
+    }
 }
 
 /// Whether two values are apart by more than the error of their subtraction.
@@ -84,7 +170,7 @@ fn spread(low: f64, high: f64) -> bool {
 
 /// A range around data from `low` to `high`, wider by the share `margin` on both sides. Data without extent
 /// get a range around them, no data the range from 0 to 1.
-pub(super) fn around(extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
+fn around(extent: Option<(f64, f64)>, margin: f64) -> (f64, f64) {
     let Some((low, high)) = extent else { return (0.0, 1.0) };
     // Beyond this, differences overflow.
     let (low, high) = (low.clamp(-1e300, 1e300), high.clamp(-1e300, 1e300));
@@ -166,20 +252,6 @@ fn decimal(value: f64, step: f64) -> String {
         decimals += 1;
     }
     format!("{value:.decimals$}").replace('-', "−")
-}
-
-fn superscript(exponent: f64) -> String {
-    format!("{exponent:.0}")
-        .chars()
-        .map(|c| match c {
-            '-' => '⁻',
-            '1' => '¹',
-            '2' => '²',
-            '3' => '³',
-            // The others follow each other from U+2070.
-            digit => char::from_u32(0x2070 + digit.to_digit(10).unwrap_or(0)).unwrap_or(digit),
-        })
-        .collect()
 }
 
 #[cfg(test)]

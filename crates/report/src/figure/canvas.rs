@@ -179,6 +179,17 @@ impl<B: DrawingBackend> Canvas<B> {
         Ok(())
     }
 
+    /// Lines of text one below the other, their middle level with `at`.
+    pub fn lines(&mut self, text: &str, at: Point, set: Type) -> Drawn {
+        let line_height = 1.3 * set.size;
+        let first = at.1 - 0.5 * line_height * (text.lines().count().max(1) - 1) as f64;
+        for (row, line) in text.lines().enumerate() {
+            // Half the height of a digit from its middle down to the baseline.
+            self.text(line, (at.0, first + row as f64 * line_height + 0.36 * set.size), set)?;
+        }
+        Ok(())
+    }
+
     fn plain_text(&mut self, text: &str, at: Point, set: Type) -> Drawn {
         let em = set.size * self.scale;
         match self.kind {

@@ -1,73 +1,96 @@
 //! The ranges that automatic axes get from the data.
 
-use super::axis::{around, usable};
-use super::{Layer, Panel};
+use super::axis::{around_on, usable};
+use super::{AxisScale, Layer, Panel};
 
-/// Calls `each` with `(x, lowest y, highest y)` of all data of a layer that are numbers; rules are not data.
-fn each_datum(layer: &Layer, mut each: impl FnMut(f64, f64, f64)) {
-    let mut datum = |x: f64, low: f64, high: f64| {
-        if x.is_finite() && low.is_finite() && high.is_finite() {
-            each(x, low, high);
+/// Calls `each` with `(x, y)` of all data of a layer that have a place in the panel; rules are not data.
+fn each_datum(panel: &Panel, layer: &Layer, mut each: impl FnMut(f64, f64)) {
+    let mut datum = |x: f64, y: f64| {
+        if panel.x.scale.has(x) && panel.y.scale.has(y) {
+            each(x, y);
         }
     };
     match layer {
-        Layer::Line { points, .. } | Layer::Steps { points, .. } | Layer::Points { points, .. } => {
+        Layer::Line { points, .. }
+        | Layer::Steps { points, .. }
+        | Layer::Points { points, .. }
+        | Layer::UpperLimits { points, .. } => {
             for &(x, y) in points {
-                datum(x, y, y);
+                datum(x, y);
             }
         }
         Layer::Band { points, .. } => {
-            for &(x, a, b) in points {
-                datum(x, a.min(b), a.max(b));
+            for &(x, a, b) in points.iter().filter(|(_, a, b)| a.is_finite() && b.is_finite()) {
+                datum(x, a);
+                datum(x, b);
             }
         }
         Layer::ErrorBars { points, .. } => {
-            // `min` and `max` ignore a NaN: a marker without whiskers counts, whiskers without a marker too.
+            // A marker without whiskers counts, whiskers without a marker too.
             for &(x, y, a, b) in points {
-                datum(x, y.min(a).min(b), y.max(a).max(b));
+                for end in [y, a, b] {
+                    datum(x, end);
+                }
             }
         }
         Layer::Lanes { lanes, .. } => {
             let count = lanes.len() as f64;
             for &(from, to, _) in lanes.iter().flat_map(|lane| &lane.spans) {
-                datum(from, 0.0, count);
-                datum(to, 0.0, count);
+                for x in [from, to] {
+                    datum(x, 0.0);
+                    datum(x, count);
+                }
+            }
+        }
+        // Cells without a value show where there could be one.
+        Layer::Heat { x_edges, y_edges, .. } => {
+            for &x in x_edges {
+                for &y in y_edges {
+                    datum(x, y);
+                }
             }
         }
         Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => (),
     }
 }
 
-fn widen(extent: &mut Option<(f64, f64)>, low: f64, high: f64) {
-    if low.is_finite() && high.is_finite() {
-        *extent = Some(extent.map_or((low, high), |(a, b)| (a.min(low), b.max(high))));
+fn widen(extent: &mut Option<(f64, f64)>, scale: AxisScale, value: f64) {
+    if scale.has(value) {
+        *extent = Some(extent.map_or((value, value), |(a, b)| (a.min(value), b.max(value))));
     }
 }
 
 /// Whether a panel has anything to show besides rules.
 pub(super) fn has_data(panel: &Panel) -> bool {
     let mut any = false;
-    panel.layers.iter().for_each(|layer| each_datum(layer, |_, _, _| any = true));
+    for layer in &panel.layers {
+        match layer {
+            Layer::Heat { values, .. } => any |= values.iter().any(|value| value.is_finite()),
+            _ => each_datum(panel, layer, |_, _| any = true),
+        }
+    }
     any
 }
 
 /// The horizontal range that panels with the same axis share.
 pub(super) fn horizontal(panels: &[&Panel]) -> (f64, f64) {
-    if let Some(range) = panels.first().and_then(|panel| usable(panel.x.range)) {
+    if let Some(range) = panels.first().and_then(|panel| usable(&panel.x)) {
         return range;
     }
     let mut extent = None;
     let mut margin = 0.0;
-    for layer in panels.iter().flat_map(|panel| &panel.layers) {
-        each_datum(layer, |x, _, _| widen(&mut extent, x, x));
+    let scale = panels.first().map_or_else(AxisScale::default, |panel| panel.x.scale);
+    for (panel, layer) in panels.iter().flat_map(|panel| panel.layers.iter().map(move |layer| (panel, layer)))
+    {
+        each_datum(panel, layer, |x, _| widen(&mut extent, scale, x));
         match layer {
-            Layer::VerticalRule { x, .. } => widen(&mut extent, *x, *x),
+            Layer::VerticalRule { x, .. } => widen(&mut extent, scale, *x),
             // Half a marker would be outside the frame.
-            Layer::Points { .. } | Layer::ErrorBars { .. } => margin = 0.03,
+            Layer::Points { .. } | Layer::ErrorBars { .. } | Layer::UpperLimits { .. } => margin = 0.03,
             _ => (),
         }
     }
-    around(extent, margin)
+    around_on(scale, extent, margin)
 }
 
 /// The vertical range of a panel of which `shown` is the horizontal one.
@@ -79,19 +102,23 @@ pub(super) fn vertical(panel: &Panel, shown: (f64, f64)) -> (f64, f64) {
     if let Some(count) = lanes.max() {
         return (0.0, count.max(1) as f64);
     }
-    if let Some(range) = usable(panel.y.range) {
+    if let Some(range) = usable(&panel.y) {
         return range;
     }
+    let scale = panel.y.scale;
     let mut extent = None;
+    let mut cells_alone = !panel.layers.is_empty();
     for layer in &panel.layers {
-        each_datum(layer, |x, low, high| {
+        each_datum(panel, layer, |x, y| {
             if (shown.0..=shown.1).contains(&x) {
-                widen(&mut extent, low, high);
+                widen(&mut extent, scale, y);
             }
         });
         if let Layer::HorizontalRule { y, .. } = layer {
-            widen(&mut extent, *y, *y);
+            widen(&mut extent, scale, *y);
         }
+        cells_alone &=
+            matches!(layer, Layer::Heat { .. } | Layer::HorizontalRule { .. } | Layer::VerticalRule { .. });
     }
-    around(extent, 0.06)
+    around_on(scale, extent, if cells_alone { 0.0 } else { 0.06 })
 }

@@ -4,7 +4,7 @@ use super::axis::Scale;
 use super::canvas::{Canvas, Point, Rect};
 use super::reduce::{clip_line, clip_polygon, dash, length, runs, thin};
 use super::style::{FRAME, Hatch, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, faded, fill};
-use super::{FigureError, Lane, Layer};
+use super::{FigureError, Lane, Layer, heat};
 use plotters::backend::DrawingBackend;
 use plotters::style::RGBAColor;
 use std::collections::HashMap;
@@ -40,6 +40,12 @@ pub(super) fn draw<B: DrawingBackend>(canvas: &mut Canvas<B>, plot: &Plot, layer
         Layer::Points { points, style, .. } => markers(canvas, plot, points, *style),
         Layer::Band { points, style, .. } => band(canvas, plot, points, *style),
         Layer::ErrorBars { points, style, .. } => error_bars(canvas, plot, points, *style),
+        Layer::UpperLimits { points, style, .. } => upper_limits(canvas, plot, points, *style),
+        Layer::Heat { x_edges, y_edges, values, colour, numbers } => {
+            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, *numbers)
+        }
+        Layer::HorizontalRule { y, .. } if !plot.y.shows(*y) => Ok(()),
+        Layer::VerticalRule { x, .. } if !plot.x.shows(*x) => Ok(()),
         Layer::HorizontalRule { y, .. } => {
             let at = plot.y.at(*y);
             stroke(canvas, plot, &[(plot.area.left, at), (plot.area.right, at)], QUIET, 1.0, RULE_DASHES)
@@ -161,7 +167,7 @@ fn band<B: DrawingBackend>(
     let usable = |(x, a, b): &(f64, f64, f64)| x.is_finite() && a.is_finite() && b.is_finite();
     for run in points.chunk_by(|a, b| usable(a) == usable(b)).filter(|run| usable(&run[0])) {
         let edge = |y: fn(&(f64, f64, f64)) -> f64| -> Vec<Point> {
-            let all = runs(run.iter().map(|p| plot.point((p.0, y(p)))));
+            let all = runs(run.iter().map(|p| (plot.x.at(p.0), plot.y.end_at(y(p)))));
             all.iter().flat_map(|part| thin(part, COLUMN)).collect()
         };
         let (mut corners, upper) = (edge(|p| p.1), edge(|p| p.2));
@@ -192,7 +198,7 @@ fn error_bars<B: DrawingBackend>(
             continue;
         }
         if lower.is_finite() && upper.is_finite() {
-            let (low, high) = (plot.y.at(lower), plot.y.at(upper));
+            let (low, high) = (plot.y.end_at(lower), plot.y.end_at(upper));
             for bar in [
                 [(at, low), (at, high)],
                 [(at - CAP, low), (at + CAP, low)],
@@ -204,6 +210,39 @@ fn error_bars<B: DrawingBackend>(
         if plot.y.shows(y) {
             draw_marker(canvas, style, (at, plot.y.at(y)), MARKER_RADIUS)?;
         }
+    }
+    Ok(())
+}
+
+fn upper_limits<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    plot: &Plot,
+    points: &[Point],
+    style: Style,
+) -> Drawn {
+    for &(x, y) in points {
+        if plot.x.shows(x) && plot.y.shows(y) {
+            draw_upper_limit(canvas, style, plot.point((x, y)), Some(plot.area))?;
+        }
+    }
+    Ok(())
+}
+
+/// A bar, and an arrow from it downwards: the value is somewhere below.
+pub(super) fn draw_upper_limit<B: DrawingBackend>(
+    canvas: &mut Canvas<B>,
+    style: Style,
+    (x, y): Point,
+    within: Option<Rect>,
+) -> Drawn {
+    const LONG: f64 = 13.0;
+    let colour = style.colour();
+    // At the lower edge there is less room.
+    let tip = within.map_or(y + LONG, |area| (y + LONG).min(area.bottom));
+    canvas.path(&[(x - 5.0, y), (x + 5.0, y)], colour, 1.6)?;
+    if tip - y > 5.0 {
+        canvas.path(&[(x, y), (x, tip - 4.0)], colour, 1.2)?;
+        canvas.polygon(&[(x, tip), (x - 3.6, tip - 6.0), (x + 3.6, tip - 6.0)], colour)?;
     }
     Ok(())
 }
@@ -234,7 +273,7 @@ fn visible_spans(plot: &Plot, lane: &Lane, categories: usize) -> Vec<(f64, f64, 
     let index = |x: f64| ((x - area.left) * PER_PIXEL).max(0.0) as usize;
     let mut columns = vec![(0.0, None); index(area.right) + 1];
     for &(from, to, category) in &lane.spans {
-        let (from, to) = (plot.x.at(from).max(area.left), plot.x.at(to).min(area.right));
+        let (from, to) = (plot.x.end_at(from).max(area.left), plot.x.end_at(to).min(area.right));
         // Written so that a NaN is skipped.
         if !(from < to && category < categories) {
             continue;

@@ -1,10 +1,12 @@
 //! Where everything goes: margins from the widths of texts, heights from what is left.
 
-use super::axis::{Scale, Tick, Ticks, ticks};
+use super::axis::{Scale, Tick};
 use super::canvas::Rect;
+use super::heat::{self, Bar};
 use super::layers::Plot;
 use super::legend::{self, Entry};
 use super::text::{width, wrap};
+use super::ticks::{self, Horizontal, text_width};
 use super::{Figure, Layer, Panel, extent};
 
 /// Type sizes and heights of lines, in logical pixels.
@@ -34,7 +36,7 @@ pub(super) struct Note {
 
 pub(super) struct PanelLayout {
     pub plot: Plot,
-    pub x_ticks: Vec<Tick>,
+    pub x_ticks: Horizontal,
     pub y_ticks: Vec<Tick>,
     /// Texts of ticks and the label of the horizontal axis are left to the panel below.
     pub shares_x: bool,
@@ -43,8 +45,8 @@ pub(super) struct PanelLayout {
     pub legend: Vec<Entry>,
     pub above: Vec<Note>,
     pub beside: Vec<Note>,
-    /// Height of the texts of the horizontal axis' ticks.
-    pub tick_text: f64,
+    /// The colour bar to the right of the panel.
+    pub bar: Option<Bar>,
 }
 
 pub(super) struct Layout {
@@ -103,7 +105,7 @@ fn below(panel: &PanelLayout) -> f64 {
     if panel.shares_x {
         0.0
     } else {
-        TICK + TICK_GAP + panel.tick_text + panel.x_label.len() as f64 * LABEL_LINE
+        TICK + TICK_GAP + panel.x_ticks.height + panel.x_label.len() as f64 * LABEL_LINE
     }
 }
 
@@ -120,46 +122,46 @@ fn x_ranges(panels: &[Panel]) -> Vec<(f64, f64)> {
 
 /// Everything but the vertical places.
 fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLayout> {
-    let widest = |ticks: &[Tick]| ticks.iter().map(|tick| width(&tick.text, SMALL)).fold(0.0, f64::max);
     let y_labels: Vec<_> =
         figure.panels.iter().zip(heights).map(|(p, h)| wrap(&p.y.label, LABEL, *h)).collect();
     let y_scales: Vec<_> = figure.panels.iter().zip(shown).map(|(p, x)| extent::vertical(p, *x)).collect();
+    // Names longer than this would leave too little of the figure.
+    let wide = 0.3 * f64::from(figure.width);
     let y_ticks: Vec<_> = figure
         .panels
         .iter()
         .zip(&y_scales)
         .zip(heights)
-        .map(|((p, y), h)| vertical_ticks(p, *y, *h))
+        .map(|((p, y), h)| ticks::vertical(p, *y, *h, wide))
         .collect();
+    let bars: Vec<_> = figure.panels.iter().zip(heights).map(|(p, h)| heat::bar(p, *h)).collect();
     let label_lines = y_labels.iter().map(Vec::len).max().unwrap_or(0) as f64;
-    let tick_width = y_ticks.iter().map(|ticks| widest(ticks)).fold(0.0, f64::max);
+    let tick_width = y_ticks.iter().flatten().map(text_width).fold(0.0, f64::max);
     let left = PAD + label_lines * LABEL_LINE + 6.0 + tick_width + TICK_GAP + TICK;
-    let notes = figure.panels.iter().flat_map(|panel| &panel.layers).filter_map(|layer| match layer {
-        Layer::HorizontalRule { label: Some(label), .. } => Some(width(label, SMALL) + 6.0),
-        _ => None,
-    });
-    let right = f64::from(figure.width) - PAD - notes.fold(12.0, f64::max);
+    let notes: Vec<f64> = figure.panels.iter().map(notes_width).collect();
+    let beside = notes.iter().zip(&bars).map(|(notes, bar)| notes + bar.as_ref().map_or(0.0, Bar::width));
+    let right = f64::from(figure.width) - PAD - beside.fold(12.0, f64::max);
     // The text of a tick near the right end reaches beyond it.
-    let beyond = figure.panels.iter().zip(shown).flat_map(|(panel, range)| {
-        let x = Scale { range: *range, pixels: (left, right) };
-        let (ticks, _) = horizontal_ticks(panel, &x);
-        ticks.into_iter().map(move |tick| x.at(tick.at) + width(&tick.text, SMALL) / 2.0)
+    let beyond = figure.panels.iter().zip(shown).zip(heights).flat_map(|((panel, range), height)| {
+        let x = Scale { range: *range, pixels: (left, right), spread: panel.x.scale };
+        let found = ticks::horizontal(panel, &x, tallest(*height));
+        let ends: Vec<_> = found.ticks.iter().map(|tick| x.at(tick.at) + found.half_width(tick)).collect();
+        ends
     });
     let limit = f64::from(figure.width) - PAD / 2.0;
     let right = (right - (beyond.fold(limit, f64::max) - limit)).max(left + 20.0);
 
     let mut panels = Vec::new();
-    let parts = figure.panels.iter().zip(shown).zip(y_scales).zip(y_ticks).zip(y_labels);
-    for (index, ((((panel, x_range), y_range), y_ticks), y_label)) in parts.enumerate() {
-        let x = Scale { range: *x_range, pixels: (left, right) };
-        let (x_ticks, tick_lines) = horizontal_ticks(panel, &x);
+    let parts = figure.panels.iter().zip(shown).zip(y_scales).zip(y_ticks).zip(y_labels).zip(bars);
+    for (index, (((((panel, x_range), y_range), y_ticks), y_label), bar)) in parts.enumerate() {
+        let x = Scale { range: *x_range, pixels: (left, right), spread: panel.x.scale };
         panels.push(PanelLayout {
             plot: Plot {
                 area: Rect { left, right, top: 0.0, bottom: 0.0 },
                 x,
-                y: Scale { range: y_range, pixels: (0.0, 0.0) },
+                y: Scale { range: y_range, pixels: (0.0, 0.0), spread: panel.y.scale },
             },
-            x_ticks,
+            x_ticks: ticks::horizontal(panel, &x, tallest(heights[index])),
             y_ticks,
             shares_x: figure.panels.get(index + 1).is_some_and(|next| next.x == panel.x),
             x_label: wrap(&panel.x.label, LABEL, right - left),
@@ -167,51 +169,24 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
             legend: legend::entries(panel, right - left),
             above: notes_above(panel, &x),
             beside: Vec::new(),
-            tick_text: tick_lines as f64 * SMALL_LINE,
+            bar: bar.map(|bar| bar.placed(right + notes[index])),
         });
     }
     panels
 }
 
-fn vertical_ticks(panel: &Panel, range: (f64, f64), height: f64) -> Vec<Tick> {
-    let names = panel.layers.iter().find_map(|layer| match layer {
-        Layer::Lanes { lanes, .. } => {
-            let places = (0..lanes.len()).rev().map(|i| i as f64 + 0.5);
-            Some(places.zip(lanes).map(|(at, lane)| (at, lane.label.clone())).collect())
-        }
-        _ => None,
-    });
-    let wanted = names.map_or_else(|| panel.y.ticks.clone(), Ticks::Named);
-    ticks(&wanted, range, (height / 38.0).clamp(2.0, 12.0), (height / 22.0).max(1.0))
+/// How tall the names of a horizontal axis may be.
+fn tallest(panel_height: f64) -> f64 {
+    (0.45 * panel_height).clamp(60.0, 180.0)
 }
 
-/// Ticks far enough apart for their texts, and the most lines of text in one of them.
-fn horizontal_ticks(panel: &Panel, x: &Scale) -> (Vec<Tick>, usize) {
-    let room = x.pixels.1 - x.pixels.0;
-    let gap_of = |found: &[Tick]| {
-        found.windows(2).map(|pair| (x.at(pair[1].at) - x.at(pair[0].at)).abs()).fold(room, f64::min)
-    };
-    if let Ticks::Named(_) = panel.x.ticks {
-        let mut named = ticks(&panel.x.ticks, x.range, 1.0, 1.0);
-        named.sort_by(|a, b| a.at.total_cmp(&b.at));
-        let slot = gap_of(&named) - 8.0;
-        for tick in &mut named {
-            tick.text = wrap(&tick.text, SMALL, slot).join("\n");
-        }
-        let lines = named.iter().map(|tick| tick.text.lines().count()).max().unwrap_or(1);
-        return (named, lines.max(1));
-    }
-    let mut most = (room / 75.0).clamp(1.0, 12.0);
-    let mut densest = room / 30.0;
-    loop {
-        let found = ticks(&panel.x.ticks, x.range, most, densest);
-        let widest = found.iter().map(|tick| width(&tick.text, SMALL)).fold(0.0, f64::max);
-        if found.len() < 3 || densest < 2.0 || widest + 14.0 <= gap_of(&found) {
-            return (found, 1);
-        }
-        most = (most * 0.8).max(1.0);
-        densest *= 0.8;
-    }
+/// The room that the labels of horizontal rules need.
+fn notes_width(panel: &Panel) -> f64 {
+    let widths = panel.layers.iter().filter_map(|layer| match layer {
+        Layer::HorizontalRule { label: Some(label), .. } => Some(width(label, SMALL) + 6.0),
+        _ => None,
+    });
+    widths.fold(0.0, f64::max)
 }
 
 /// The labels of vertical rules, each over its rule: two that would touch make way to both sides if each still

@@ -1,7 +1,8 @@
 //! The legend of a panel: a row of keys above it, which never covers data.
 
 use super::canvas::{Align, Canvas, Point, Rect, Type};
-use super::layers::{BAND_OPACITY, COLUMN, draw_fill, draw_marker};
+use super::heat;
+use super::layers::{BAND_OPACITY, COLUMN, draw_fill, draw_marker, draw_upper_limit};
 use super::reduce::dash;
 use super::style::{FRAME, INK, LINE_WIDTH, MARKER_RADIUS, Style, faded};
 use super::{FigureError, Layer, Panel, text};
@@ -22,6 +23,8 @@ enum Key {
     Band(Style),
     Bar(Style),
     Fill(usize),
+    UpperLimit(Style),
+    Blank,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -36,7 +39,8 @@ pub(super) struct Entry {
 impl Entry {
     /// A lone marker needs less room than a piece of line.
     fn key_width(&self) -> f64 {
-        let short = self.keys.iter().all(|key| matches!(key, Key::Marker(_) | Key::Bar(_)));
+        let short =
+            self.keys.iter().all(|key| matches!(key, Key::Marker(_) | Key::Bar(_) | Key::UpperLimit(_)));
         if short { SHORT_KEY } else { LONG_KEY }
     }
 }
@@ -57,6 +61,8 @@ pub(super) fn entries(panel: &Panel, width: f64) -> Vec<Entry> {
             Layer::Points { label: Some(label), style, .. } => add(label, Key::Marker(*style)),
             Layer::Band { label: Some(label), style, .. } => add(label, Key::Band(*style)),
             Layer::ErrorBars { label: Some(label), style, .. } => add(label, Key::Bar(*style)),
+            Layer::UpperLimits { label: Some(label), style, .. } => add(label, Key::UpperLimit(*style)),
+            layer @ Layer::Heat { .. } if heat::has_blanks(layer) => add("no value", Key::Blank),
             Layer::Lanes { categories, .. } => {
                 categories.iter().enumerate().for_each(|(index, name)| add(name, Key::Fill(index)));
             }
@@ -124,6 +130,11 @@ fn draw_key<B: DrawingBackend>(
                 LINE_WIDTH,
             )?;
             draw_marker(canvas, style, centre, MARKER_RADIUS)
+        }
+        Key::UpperLimit(style) => draw_upper_limit(canvas, style, (centre.0, middle - 6.0), None),
+        Key::Blank => {
+            heat::blank(canvas, area)?;
+            canvas.outline(area, FRAME, 0.75)
         }
         Key::Fill(category) => {
             draw_fill(canvas, category, area)?;

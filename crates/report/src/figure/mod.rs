@@ -11,18 +11,25 @@
 
 mod axis;
 mod canvas;
+mod colour;
+mod decades;
 mod extent;
 mod frame;
+mod heat;
 mod layers;
 mod layout;
 mod legend;
+mod number;
 mod output;
 pub(crate) mod plotly;
 mod reduce;
 mod style;
 mod text;
+mod ticks;
 
-pub use axis::{Axis, Ticks};
+pub use axis::{Axis, AxisScale, Ticks};
+pub use heat::cell_edges;
+pub use number::significant;
 pub use style::Style;
 
 /// A whole figure: a title and panels stacked from top to bottom.
@@ -105,6 +112,35 @@ pub enum Layer {
         points: Vec<(f64, f64, f64, f64)>,
         /// Colour and marker.
         style: Style,
+    },
+    /// A bar with an arrow pointing down from it: all that is known is that the value lies below.
+    UpperLimits {
+        /// Legend entry.
+        label: Option<String>,
+        /// `(x, upper limit)`
+        points: Vec<(f64, f64)>,
+        /// Colour.
+        style: Style,
+    },
+    /// Cells whose colour is a value, explained by a colour bar to the right of the panel. One to a panel.
+    ///
+    /// Cells without a value are hatched, and the legend says so.
+    Heat {
+        /// Edges of the columns on the horizontal axis, in increasing order and one more than there are columns;
+        /// [`cell_edges`] has them for given centres. On [`Axis::categories`] they are −0.5, 0.5, 1.5, ….
+        x_edges: Vec<f64>,
+        /// Edges of the rows on the vertical axis, likewise.
+        y_edges: Vec<f64>,
+        /// One value a cell, row after row from the first `y_edges` on, and column after column within a row. What is
+        /// not finite, or missing at the end, is no value.
+        values: Vec<f64>,
+        /// The colour bar: what the values are, with their unit, the values at its lightest and its darkest end (those
+        /// of the data without a range), its ticks and whether it is logarithmic. Values beyond the ends have their
+        /// colours, on a logarithmic scale also zero and what is below.
+        colour: Axis,
+        /// Whether to write the values into the cells with [`significant`]; that is done for at most 100 cells, if
+        /// all have the room.
+        numbers: bool,
     },
     /// A thin dashed line across the panel, for a limit.
     HorizontalRule {

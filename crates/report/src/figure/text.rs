@@ -121,6 +121,41 @@ pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
     lines
 }
 
+/// As [`wrap`], but long words are cut, first after their hyphens, points and underscores.
+pub(super) fn fit(text: &str, em: f64, limit: f64) -> Vec<String> {
+    let mut lines: Vec<String> = Vec::new();
+    for word in text.split_whitespace() {
+        let mut first = true;
+        for part in word.split_inclusive(['-', '.', '_', '/', '=']) {
+            let blank = if first { " " } else { "" };
+            match lines.last_mut() {
+                Some(line) if width(&format!("{line}{blank}{part}"), em) <= limit => {
+                    line.push_str(blank);
+                    line.push_str(part);
+                }
+                _ => lines.push(shorten(part, em, limit)),
+            }
+            first = false;
+        }
+    }
+    lines
+}
+
+/// The text, or as much of its beginning as is no wider than `limit`, and an ellipsis.
+pub(super) fn shorten(text: &str, em: f64, limit: f64) -> String {
+    if width(text, em) <= limit {
+        return text.to_owned();
+    }
+    let mut kept: String = text.to_owned();
+    while kept.pop().is_some() {
+        let shorter = format!("{}…", kept.trim_end());
+        if width(&shorter, em) <= limit {
+            return shorter;
+        }
+    }
+    "…".to_owned()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -149,5 +184,13 @@ mod tests {
         let lines = wrap("one two three four five", 10.0, 60.0);
         assert!(lines.len() > 1 && lines.iter().all(|line| width(line, 10.0) <= 60.0));
         assert_eq!(lines.join(" "), "one two three four five");
+    }
+
+    #[test]
+    fn law_long_names_are_cut_at_their_joints_before_they_are_shortened() {
+        assert_eq!(fit("maximum-likelihood", 10.0, 70.0), ["maximum-", "likelihood"]);
+        assert_eq!(fit("two 2.5", 10.0, 70.0), ["two 2.5"]);
+        let cut = fit("Donaudampfschifffahrt", 10.0, 70.0);
+        assert!(cut.len() == 1 && cut[0].ends_with('…') && width(&cut[0], 10.0) <= 70.0, "{cut:?}");
     }
 }

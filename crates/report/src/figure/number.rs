@@ -1,0 +1,59 @@
+//! Numbers as they are written in figures.
+
+use super::decades::superscript;
+
+/// A number with three significant digits, fewer where the last are zeros, and with a power of ten beyond five places.
+/// The minus is that of typography; what is not finite is a dash.
+pub fn significant(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    // Formatting rounds first, so that 0.9999 has the exponent of 1.
+    let rounded = format!("{value:.2e}");
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    let trim = |text: &str| {
+        if text.contains('.') {
+            text.trim_end_matches('0').trim_end_matches('.').to_owned()
+        } else {
+            text.to_owned()
+        }
+    };
+    let text = if (-4..5).contains(&exponent) {
+        let decimals = usize::try_from(2 - exponent).unwrap_or(0);
+        // Five digits are a number, not its first three.
+        trim(&format!("{value:.decimals$}"))
+    } else {
+        match trim(mantissa).as_str() {
+            "1" => format!("10{}", superscript(f64::from(exponent))),
+            "-1" => format!("-10{}", superscript(f64::from(exponent))),
+            mantissa => format!("{mantissa}·10{}", superscript(f64::from(exponent))),
+        }
+    };
+    // The exponent's minus is another character.
+    text.replace('-', "−")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_three_digits_are_kept() {
+        for (value, text) in [
+            (0.0, "0"),
+            (1.0, "1"),
+            (0.012_34, "0.0123"),
+            (0.999_9, "1"),
+            (-2.5, "−2.5"),
+            (123.4, "123"),
+            (20_000.0, "20000"),
+            (1e-6, "10⁻⁶"),
+            (2.5e-7, "2.5·10⁻⁷"),
+            (4e9, "4·10⁹"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(significant(value), text);
+        }
+    }
+}
