@@ -1,5 +1,5 @@
 //! Tables and figures from records.
 
 pub mod figure;
-pub mod table;
 pub mod page;
+pub mod table;
