@@ -3,6 +3,7 @@
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use serde::Deserialize;
 use standstill_detect::SettingsError;
@@ -142,7 +143,7 @@ fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
 #[derive(Clone, Debug)]
 pub struct Document {
     file: PathBuf,
-    text: String,
+    text: Arc<str>,
     table: Table,
     changed: Vec<(String, Origin)>,
 }
@@ -155,7 +156,7 @@ impl Document {
             line: line_of(text, error.span().map_or(0, |span| span.start)),
             message: error.message().replace('\n', " "),
         })?;
-        Ok(Self { file: file.to_owned(), text: text.to_owned(), table, changed: Vec::new() })
+        Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new() })
     }
 
     /// Sets a key, such as `sensors.noise`, to a value as it would stand in the file; a text needs no quotes.
@@ -210,6 +211,11 @@ impl Document {
         }
         self.changed.push((key.to_owned(), origin));
         Ok(())
+    }
+
+    /// Puts a whole data sheet in place of the motor: the same motor, but nothing needs to be read again for it.
+    pub(super) fn resolve_motor(&mut self, sheet: Table) {
+        self.table.insert("motor".to_owned(), Value::Table(sheet));
     }
 
     /// Whether the motor is more than what was just opened for a change.

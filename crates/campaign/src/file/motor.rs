@@ -93,6 +93,33 @@ impl MotorSpec {
     }
 }
 
+impl MotorSpec {
+    /// The whole data sheet, so that nothing needs to be read again.
+    pub(super) fn resolved(&self, folder: &Path) -> Result<Table, FileError> {
+        let base;
+        let table = match self {
+            Self::Named(name) => {
+                base = std::iter::once(("base".to_owned(), Value::String(name.clone()))).collect();
+                &base
+            }
+            Self::Table(table) => table,
+        };
+        whole(table, folder).map(|(_, sheet)| sheet)
+    }
+
+    /// Its name, for people: of one in place, that of the motor it differs from.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Named(name) => name.clone(),
+            Self::Table(table) => match (table.get("name"), table.get("base")) {
+                (Some(Value::String(name)), _) => name.clone(),
+                (_, Some(Value::String(base))) => format!("{base}, changed"),
+                _ => "a motor of its own".to_owned(),
+            },
+        }
+    }
+}
+
 /// The text of a named data sheet, and the name of its file.
 fn text(name: &str, folder: &Path, key: &str) -> Result<(String, String), FileError> {
     if let Some(text) = DataSheet::built_in_text(name) {
@@ -144,7 +171,8 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     }
 }
 
-fn in_place(table: &Table, folder: &Path) -> Result<DataSheet, FileError> {
+/// The file that messages name, and the whole data sheet of a motor in place.
+fn whole(table: &Table, folder: &Path) -> Result<(String, Table), FileError> {
     let mut changes = table.clone();
     let base = match changes.remove("base") {
         None => None,
@@ -169,6 +197,11 @@ fn in_place(table: &Table, folder: &Path) -> Result<DataSheet, FileError> {
         sheet.entry(key).or_insert_with(|| text.into());
     }
     lay_over(&mut sheet, &changes, 0);
+    Ok((file, sheet))
+}
+
+fn in_place(table: &Table, folder: &Path) -> Result<DataSheet, FileError> {
+    let (file, sheet) = whole(table, folder)?;
     let mut track = serde_path_to_error::Track::new();
     let deserializer = serde_path_to_error::Deserializer::new(Value::Table(sheet), &mut track);
     match DataSheet::read(&file, deserializer) {

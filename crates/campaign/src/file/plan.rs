@@ -18,6 +18,8 @@ use crate::{Record, Scenario};
 #[derive(Clone, Debug)]
 pub struct Plan {
     document: Document,
+    /// The same with the whole motor in it: each trial with tolerances is made of it.
+    resolved: Document,
     file: ScenarioFile,
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
@@ -50,7 +52,10 @@ impl Plan {
             let key = format!("tolerances.{}", drawn.key());
             return Err(document.locate(FileError::key(&key, "an axis too", "one of both")));
         }
-        let plan = Self { document, file, points, tolerances };
+        let mut resolved = document.clone();
+        let sheet = file.motor.resolved(document.folder()).map_err(|error| document.locate(error))?;
+        resolved.resolve_motor(sheet);
+        let plan = Self { document, resolved, file, points, tolerances };
         for number in 0..plan.points.len() {
             plan.scenario(number)?;
             if !plan.tolerances.is_empty() {
@@ -107,7 +112,7 @@ impl Plan {
     }
 
     fn at(&self, point: usize, drawn: &[(String, Value)]) -> Result<Scenario<Method<f64>>, FileError> {
-        let mut document = self.document.clone();
+        let mut document = self.resolved.clone();
         for (values, origin) in [(&self.points[point].values[..], Origin::Axis), (drawn, Origin::Tolerance)] {
             for (key, value) in values {
                 document.set_value(key, value.clone(), origin)?;
