@@ -2,4 +2,5 @@
 
 pub mod figure;
 pub mod page;
+pub mod study;
 pub mod table;

@@ -1,0 +1,259 @@
+//! Errors of single trials in bounded memory.
+
+/// Angle bins of 5°.
+pub(super) const BINS: usize = 72;
+/// Errors kept for the quantiles of one bin: the 5 % quantile of half as many is uncertain by 0.7 % of probability.
+const PER_BIN: usize = 2048;
+/// Errors kept for the histogram.
+const SIGNED: usize = 20_000;
+/// Trials kept for the cloud of points.
+const CLOUD: usize = 4000;
+/// Wrong poles kept for their marks.
+const WRONG: usize = 1000;
+
+/// Every 2^k-th of a stream of values: all of them until there are too many, then half of them, and so on. What is kept
+/// depends on the order of the values alone.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Thinned<T> {
+    kept: Vec<T>,
+    most: usize,
+    every: u64,
+    seen: u64,
+}
+
+impl<T: Copy> Thinned<T> {
+    /// Keeps up to `most` values, at least 2.
+    pub fn new(most: usize) -> Self {
+        Self { kept: Vec::new(), most: most.max(2), every: 1, seen: 0 }
+    }
+
+    /// Adds the next value of the stream.
+    pub fn push(&mut self, value: T) {
+        if self.seen.is_multiple_of(self.every) {
+            if self.kept.len() == self.most {
+                let mut index = 0;
+                self.kept.retain(|_| {
+                    index += 1;
+                    index % 2 == 1
+                });
+                self.every *= 2;
+            }
+            if self.seen.is_multiple_of(self.every) {
+                self.kept.push(value);
+            }
+        }
+        self.seen += 1;
+    }
+
+    /// What is kept, in the order of the stream.
+    pub fn kept(&self) -> &[T] {
+        &self.kept
+    }
+
+    /// One value in how many is kept.
+    pub fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// How many values there were.
+    pub fn seen(&self) -> u64 {
+        self.seen
+    }
+}
+
+/// Steps per factor of two of the magnitudes: 0.8 % and less.
+const STEPS: usize = 128;
+/// Octaves from 2^-16 degrees to 2^8.
+const OCTAVES: usize = 24;
+const LEAST: f64 = 1.0 / 65_536.0;
+
+/// Counts of magnitudes between fixed edges.
+#[derive(Clone, Debug, PartialEq)]
+struct Magnitudes {
+    counts: Vec<u64>,
+    largest: f64,
+}
+
+impl Magnitudes {
+    fn new() -> Self {
+        Self { counts: vec![0; OCTAVES * STEPS + 1], largest: 0.0 }
+    }
+
+    fn push(&mut self, magnitude: f64) {
+        let place = (magnitude / LEAST).log2() * STEPS as f64;
+        #[expect(
+            clippy::cast_possible_truncation,
+            clippy::cast_sign_loss,
+            reason = "an index within the counts"
+        )]
+        let index = (place.floor() + 1.0).clamp(0.0, (OCTAVES * STEPS) as f64) as usize;
+        self.counts[index] += 1;
+        self.largest = self.largest.max(magnitude);
+    }
+
+    /// The upper edge of a cell; that of the last one filled is the largest magnitude.
+    fn edge(&self, index: usize) -> f64 {
+        (LEAST * (index as f64 / STEPS as f64).exp2()).min(self.largest)
+    }
+
+    /// The magnitudes with how many values are larger.
+    fn larger(&self) -> impl Iterator<Item = (f64, u64)> {
+        let mut left: u64 = self.counts.iter().sum();
+        let filled = self.counts.iter().enumerate().filter(|(_, count)| **count > 0);
+        filled.map(move |(index, count)| {
+            left -= count;
+            (self.edge(index), left)
+        })
+    }
+}
+
+/// The errors of any number of trials, in about 2 MB at most.
+///
+/// Sums and counts are of all trials. Quantiles over the angle and the histogram are of every 2^k-th trial once there are
+/// too many to keep; exceedances are of all, to 0.8 % of the error, for errors above 0.000 02°.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorCloud {
+    trials: u64,
+    wrong_poles: u64,
+    sum: f64,
+    squares: f64,
+    bins: Vec<Thinned<f64>>,
+    signed: Thinned<f64>,
+    magnitudes: Magnitudes,
+    points: Thinned<(f64, f64)>,
+    wrong: Thinned<f64>,
+}
+
+impl Default for ErrorCloud {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl ErrorCloud {
+    /// No trials yet.
+    pub fn new() -> Self {
+        Self {
+            trials: 0,
+            wrong_poles: 0,
+            sum: 0.0,
+            squares: 0.0,
+            bins: vec![Thinned::new(PER_BIN); BINS],
+            signed: Thinned::new(SIGNED),
+            magnitudes: Magnitudes::new(),
+            points: Thinned::new(CLOUD),
+            wrong: Thinned::new(WRONG),
+        }
+    }
+
+    /// Adds a trial: where the rotor stood, the error of the axis in (−90, 90]° if one was found, and the whole error in
+    /// (−180, 180]° if a pole was named. A pole more than 90° away is wrong. What is not finite counts as not found.
+    pub fn add(&mut self, true_angle_deg: f64, axis_error_deg: Option<f64>, error_deg: Option<f64>) {
+        self.trials += 1;
+        let angle = true_angle_deg.rem_euclid(360.0);
+        if !angle.is_finite() {
+            return;
+        }
+        if error_deg.is_some_and(|error| error.abs() > 90.0) {
+            self.wrong_poles += 1;
+            self.wrong.push(angle);
+        }
+        let Some(error) = axis_error_deg.filter(|error| error.is_finite()) else { return };
+        self.sum += error;
+        self.squares += error * error;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle in [0, 360)")]
+        let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
+        self.bins[bin].push(error);
+        self.signed.push(error);
+        self.magnitudes.push(error.abs());
+        self.points.push((angle, error));
+    }
+
+    /// Trials in all.
+    pub fn trials(&self) -> u64 {
+        self.trials
+    }
+
+    /// Trials with an axis.
+    pub fn axes(&self) -> u64 {
+        self.signed.seen()
+    }
+
+    /// Trials that named the wrong pole.
+    pub fn wrong_poles(&self) -> u64 {
+        self.wrong_poles
+    }
+
+    /// Root mean square of the axis errors in degrees; not a number without any.
+    pub fn rms_deg(&self) -> f64 {
+        (self.squares / self.axes() as f64).sqrt()
+    }
+
+    /// Mean axis error in degrees; not a number without any.
+    pub fn bias_deg(&self) -> f64 {
+        self.sum / self.axes() as f64
+    }
+
+    /// Largest magnitude of an axis error in degrees; 0 without any.
+    pub fn max_deg(&self) -> f64 {
+        self.magnitudes.largest
+    }
+
+    /// The magnitude in degrees that the share `p` of the axis errors does not exceed; not a number without any.
+    pub fn magnitude_quantile(&self, p: f64) -> f64 {
+        let n = self.axes();
+        if n == 0 {
+            return f64::NAN;
+        }
+        if self.signed.every() == 1 {
+            let mut all: Vec<f64> = self.signed.kept().iter().map(|error| error.abs()).collect();
+            return quantile(&mut all, p);
+        }
+        let allowed = (1.0 - p.clamp(0.0, 1.0)) * n as f64;
+        self.magnitudes
+            .larger()
+            .find(|(_, larger)| *larger as f64 <= allowed)
+            .map_or(self.magnitudes.largest, |(edge, _)| edge)
+    }
+
+    /// `(magnitude in degrees, share of the axis errors that exceed it)`, by increasing magnitude.
+    pub fn exceedance(&self) -> Vec<(f64, f64)> {
+        let n = self.axes() as f64;
+        self.magnitudes.larger().map(|(edge, larger)| (edge, larger as f64 / n)).collect()
+    }
+
+    /// `(middle of the bin in degrees, [quantile for each share])` of the angle bins with at least 20 errors.
+    pub fn angle_quantiles<const N: usize>(&self, shares: [f64; N]) -> Vec<(f64, [f64; N])> {
+        let width = 360.0 / BINS as f64;
+        let filled = self.bins.iter().enumerate().filter(|(_, bin)| bin.seen() >= 20);
+        filled
+            .map(|(index, bin)| {
+                let mut errors = bin.kept().to_vec();
+                ((index as f64 + 0.5) * width, shares.map(|p| quantile(&mut errors, p)))
+            })
+            .collect()
+    }
+
+    /// The axis errors that are kept, in degrees.
+    pub fn signed(&self) -> &Thinned<f64> {
+        &self.signed
+    }
+
+    /// `(true angle, axis error)` of the trials that are kept, in degrees.
+    pub fn points(&self) -> &Thinned<(f64, f64)> {
+        &self.points
+    }
+
+    /// The true angles of the wrong poles that are kept, in degrees.
+    pub fn wrong(&self) -> &Thinned<f64> {
+        &self.wrong
+    }
+}
+
+/// The least value that the share `p` does not exceed, from values in any order.
+pub(super) fn quantile(values: &mut [f64], p: f64) -> f64 {
+    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
+    let rank = ((p * values.len() as f64).ceil().max(1.0) as usize - 1).min(last);
+    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+}

@@ -1,0 +1,128 @@
+//! How often which error occurs.
+
+use super::cloud::quantile;
+use super::{Caption, ErrorCloud, Study, WIDTH};
+use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
+
+/// Above, the histogram of the signed axis error with rms and 95th percentile; below, the probability that the error's
+/// magnitude exceeds a value.
+///
+/// The lower panel has the exceedance 1 − F on a logarithmic scale rather than F: who designs a start asks how rare a
+/// large error is, and F is flat at 1 just there. Median, p95 and p99 are read off at 50, 5 and 1 %.
+pub fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
+    let kept = cloud.signed();
+    let [p50, p95, p99] = [0.5, 0.95, 0.99].map(|p| cloud.magnitude_quantile(p));
+    let rms = cloud.rms_deg();
+    let mut remarks = Vec::new();
+    let mut upper = Panel::new(Axis::new("error of the axis e (°)"), Axis::new("share per bin (%)"));
+    let mut lower = Panel::new(
+        Axis::new("magnitude of the error |e| (°)").log10(),
+        Axis::new("P(|e| exceeds it) (%)").log10(),
+    );
+    if let Some(histogram) = Histogram::of(kept.kept()) {
+        if histogram.outside > 0 {
+            let share = histogram.outside as f64 / kept.kept().len() as f64;
+            remarks.push(format!("{} % beyond the ends of the histogram", significant(100.0 * share)));
+        }
+        let label = match kept.every() {
+            1 => format!("{} detections", kept.seen()),
+            every => format!("one detection in {every} of {}", kept.seen()),
+        };
+        let (first, last) =
+            (histogram.first, histogram.first + histogram.width * histogram.shares.len() as f64);
+        upper.x = upper.x.range(first, last);
+        upper.y = upper.y.range(0.0, 1.08 * histogram.shares.iter().copied().fold(0.0, f64::max));
+        let band = histogram.outline().map(|(x, y)| (x, 0.0, y)).collect();
+        upper = upper.with(Layer::Band { label: Some(label), points: band, style: Style::Blue });
+        for (name, at) in [("rms", rms), ("p95", p95)] {
+            upper = upper
+                .with(Layer::VerticalRule { label: Some(format!("−{name}")), x: -at })
+                .with(Layer::VerticalRule { label: Some(format!("{name} {}°", significant(at))), x: at });
+        }
+        let mut curve: Vec<(f64, f64)> =
+            cloud.exceedance().into_iter().map(|(x, p)| (x, 100.0 * p)).collect();
+        // The steps begin before the first error, and the last one ends at none.
+        if let Some(&(least, _)) = curve.first().filter(|(least, _)| *least > 0.0) {
+            curve.insert(0, (0.5 * least, 100.0));
+        }
+        let floor = 50.0 / kept.seen() as f64;
+        for point in &mut curve {
+            point.1 = point.1.max(floor);
+        }
+        let from = p50 / 50.0;
+        let to = 1.15 * cloud.max_deg();
+        if from > 0.0 && to > from {
+            lower.x = lower.x.range(from, to);
+        }
+        lower.y = lower.y.range(floor, 110.0);
+        lower = lower.with(Layer::Steps { label: None, points: curve, style: Style::Blue });
+        for (name, at) in [("p50", p50), ("p95", p95), ("p99", p99)] {
+            let label = Some(format!("{name} {}°", significant(at)));
+            lower = lower.with(Layer::VerticalRule { label, x: at });
+        }
+        let largest = format!("largest {}°", significant(cloud.max_deg()));
+        remarks.insert(0, format!("mean {}°, {largest}", significant(cloud.bias_deg())));
+    }
+    Figure {
+        title: caption.title.clone(),
+        subtitle: Study::remarked(caption, &remarks),
+        width: WIDTH,
+        height: 760,
+        panels: vec![upper, lower],
+    }
+}
+
+/// Shares in per cent of equal bins.
+struct Histogram {
+    first: f64,
+    width: f64,
+    shares: Vec<f64>,
+    outside: usize,
+}
+
+impl Histogram {
+    /// Over the range that holds all but a thousandth at either end, and half as much beyond. Bins have the width of
+    /// Freedman and Diaconis, and are 10 to 100.
+    fn of(errors: &[f64]) -> Option<Self> {
+        let mut sorted = errors.to_vec();
+        sorted.sort_unstable_by(f64::total_cmp);
+        let (least, most) = (*sorted.first()?, *sorted.last()?);
+        let (low, high) = (quantile(&mut sorted, 0.001), quantile(&mut sorted, 0.999));
+        let more = 0.5 * (high - low);
+        let (mut first, mut last) = (least.max(low - more), most.min(high + more));
+        if last - first <= 1e-9 * first.abs().max(last.abs()) {
+            let half = (0.1 * first.abs()).max(1e-6);
+            (first, last) = (first - half, last + half);
+        }
+        let quarters = quantile(&mut sorted, 0.75) - quantile(&mut sorted, 0.25);
+        let wanted = 2.0 * quarters / (errors.len() as f64).cbrt();
+        let bins = ((last - first) / wanted).ceil();
+        let bins = if bins.is_finite() { bins.clamp(10.0, 100.0) } else { 10.0 };
+        let width = (last - first) / bins;
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "10 to 100")]
+        let mut shares = vec![0.0; bins as usize];
+        let mut outside = 0;
+        for error in errors {
+            let place = (error - first) / width;
+            // The last bin holds its upper end.
+            if !(0.0..=bins).contains(&place) {
+                outside += 1;
+                continue;
+            }
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "an index of the bins"
+            )]
+            let bin = (place as usize).min(shares.len() - 1);
+            shares[bin] += 100.0 / errors.len() as f64;
+        }
+        Some(Self { first, width, shares, outside })
+    }
+
+    /// The corners of its upper side.
+    fn outline(&self) -> impl Iterator<Item = (f64, f64)> {
+        let edge = |index: usize| self.first + index as f64 * self.width;
+        self.shares.iter().enumerate().flat_map(move |(i, share)| [(edge(i), *share), (edge(i + 1), *share)])
+    }
+}

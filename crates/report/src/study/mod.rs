@@ -1,0 +1,245 @@
+//! Figures of a Monte-Carlo run or of a sweep, from plain data.
+//!
+//! A [`Study`] holds what is known of each point of a sweep and an [`ErrorCloud`] of all single trials.
+//! [`figures`] picks what can be drawn from it. All intervals are at 95 %, all angles in electrical degrees, and the
+//! error is that of the axis: wrong poles are counted by themselves.
+
+mod angle;
+mod cloud;
+mod distribution;
+mod heat;
+mod methods;
+mod odds;
+mod place;
+mod pool;
+mod scatter;
+mod sweep;
+
+pub use angle::error_over_angle;
+pub use cloud::{ErrorCloud, Thinned};
+pub use distribution::distribution;
+pub use heat::heat;
+pub use methods::methods;
+pub use odds::odds;
+pub use pool::{Pooled, pool};
+pub use scatter::scatter;
+pub use sweep::sweep;
+
+use crate::figure::Figure;
+
+/// A value with its 95 % interval; what is unknown is not a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval {
+    /// The estimate.
+    pub value: f64,
+    /// Lower end.
+    pub low: f64,
+    /// Upper end.
+    pub high: f64,
+}
+
+impl Interval {
+    /// Nothing is known.
+    pub const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+}
+
+/// Where a point is on one axis.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Coordinate {
+    /// In the unit of the axis.
+    Number(f64),
+    /// Of a method, a motor, a set of errors.
+    Name(String),
+}
+
+/// What a sweep varies.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyAxis {
+    /// Key in the scenario, such as `sensors.noise`; names of files are made of it.
+    pub key: String,
+    /// Words for readers; the key stands in where there are none.
+    pub label: String,
+    /// Unit, empty for pure numbers and names.
+    pub unit: String,
+    /// Whether neighbours have the same ratio. An axis with a value of zero or less is drawn with evenly spaced names
+    /// instead.
+    pub logarithmic: bool,
+}
+
+/// One point of a sweep, or a whole run.
+#[derive(Clone, Debug, PartialEq)]
+pub struct StudyPoint {
+    /// One for each axis of the study, in their order.
+    pub coordinates: Vec<Coordinate>,
+    /// Trials in all, of which the probabilities are.
+    pub trials: u64,
+    /// Trials with an axis, of which the errors are.
+    pub axes: u64,
+    /// Trials that named the wrong pole.
+    pub wrong_poles: u64,
+    /// Trials with an axis but no pole.
+    pub undetermined: u64,
+    /// Trials without an angle.
+    pub failed: u64,
+    /// Root mean square of the axis error in degrees.
+    pub rms_deg: Interval,
+    /// 95th percentile of the axis error's magnitude in degrees.
+    pub p95_deg: Interval,
+    /// Mean axis error in degrees.
+    pub bias_deg: Interval,
+}
+
+/// How the points of a study are spread over its axes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Design {
+    /// All combinations of the axes' values.
+    #[default]
+    Grid,
+    /// Each point has its own values, as in a Latin hypercube or a Sobol sequence.
+    Scattered,
+}
+
+/// A run or a sweep.
+#[derive(Clone, Debug)]
+pub struct Study {
+    /// What was studied, for the titles. May be empty.
+    pub title: String,
+    /// The conditions, for the subtitles.
+    pub subtitle: Option<String>,
+    /// What was varied.
+    pub axes: Vec<StudyAxis>,
+    /// Results at the points, in any order.
+    pub points: Vec<StudyPoint>,
+    /// How the points were chosen.
+    pub design: Design,
+    /// Single trials of all points together, where they were collected.
+    pub cloud: Option<ErrorCloud>,
+    /// The exact interval of a probability from a count in a total.
+    pub binomial: fn(u64, u64) -> Interval,
+}
+
+/// What is written over a figure.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Caption {
+    /// First line.
+    pub title: String,
+    /// The conditions.
+    pub subtitle: Option<String>,
+}
+
+const WIDTH: u32 = 900;
+/// Most pairs of axes that get a heat map.
+const MOST_PAIRS: usize = 6;
+/// Most axes that get their own figures.
+const MOST_AXES: usize = 12;
+
+impl StudyAxis {
+    /// The words for readers.
+    fn name(&self) -> &str {
+        if self.label.is_empty() { &self.key } else { &self.label }
+    }
+
+    /// The words with the unit, for an axis.
+    fn title(&self) -> String {
+        if self.unit.is_empty() { self.name().to_owned() } else { format!("{} ({})", self.name(), self.unit) }
+    }
+
+    fn is_method(&self) -> bool {
+        self.key == "method" || self.key == "method.name" || self.key.ends_with(".method")
+    }
+
+    /// The key as a part of a file's name.
+    fn stem(&self) -> String {
+        let plain = |c: char| if c.is_alphanumeric() || matches!(c, '.' | '-' | '_') { c } else { '_' };
+        self.key.chars().map(plain).collect()
+    }
+}
+
+impl Study {
+    /// The indices of the axes that have more than one value.
+    fn varied(&self) -> Vec<usize> {
+        (0..self.axes.len()).filter(|axis| pool::values(self, *axis).len() > 1).collect()
+    }
+
+    fn caption(&self, what: &str) -> Caption {
+        let title = if self.title.is_empty() { what.to_owned() } else { format!("{what}: {}", self.title) };
+        Caption { title, subtitle: self.subtitle.clone() }
+    }
+
+    /// The figure's subtitle with a remark after the conditions.
+    fn remarked(caption: &Caption, remarks: &[String]) -> Option<String> {
+        let parts: Vec<&str> = caption
+            .subtitle
+            .iter()
+            .chain(remarks)
+            .map(String::as_str)
+            .filter(|part| !part.is_empty())
+            .collect();
+        (!parts.is_empty()).then(|| parts.join("; "))
+    }
+}
+
+/// The figures that a study has data for, with the stems of their files' names.
+///
+/// | with | figures |
+/// |---|---|
+/// | a cloud | `error_over_angle`, `distribution` |
+/// | an axis of a grid | `sweep_KEY`, `wrong_poles_KEY` |
+/// | two and more | `heat_KEY_KEY` for up to six pairs, those first whose axes change the rms error most |
+/// | an axis of methods | `methods` in place of its `sweep_KEY` and `wrong_poles_KEY`, the former only where nothing else is varied |
+/// | a scattered design | `scatter` in place of sweeps and maps |
+pub fn figures(study: &Study) -> Vec<(String, Figure)> {
+    let mut all = Vec::new();
+    let mut add = |name: String, figure: Figure| all.push((name, figure));
+    if let Some(cloud) = &study.cloud {
+        add("error_over_angle".into(), error_over_angle(&study.caption("Error over the rotor angle"), cloud));
+        add("distribution".into(), distribution(&study.caption("Distribution of the error"), cloud));
+    }
+    let varied = study.varied();
+    let method = varied.iter().copied().find(|axis| study.axes[*axis].is_method());
+    if let Some(axis) = method {
+        add("methods".into(), methods(&study.caption("Methods compared"), study, axis));
+    }
+    if study.design == Design::Scattered {
+        if !varied.is_empty() {
+            add("scatter".into(), scatter(&study.caption("Error over each axis"), study));
+        }
+        return all;
+    }
+    for &axis in varied.iter().take(MOST_AXES) {
+        let (name, stem) = (study.axes[axis].name(), study.axes[axis].stem());
+        if Some(axis) != method || varied.len() > 1 {
+            let caption = study.caption(&format!("Error over {name}"));
+            add(format!("sweep_{stem}"), sweep(&caption, study, axis));
+        }
+        if Some(axis) != method {
+            let caption = study.caption(&format!("Wrong poles over {name}"));
+            add(format!("wrong_poles_{stem}"), odds(&caption, study, axis));
+        }
+    }
+    for (x, y) in pairs(study, &varied) {
+        let (a, b) = (&study.axes[x], &study.axes[y]);
+        let caption = study.caption(&format!("Rms error over {} and {}", a.name(), b.name()));
+        add(format!("heat_{}_{}", a.stem(), b.stem()), heat(&caption, study, x, y));
+    }
+    all
+}
+
+/// The pairs of axes that change the rms error most.
+fn pairs(study: &Study, varied: &[usize]) -> Vec<(usize, usize)> {
+    let effect = |axis: usize| {
+        let rms = pool::values(study, axis).into_iter().filter_map(|value| {
+            let rms = pool(study, &pool::at(study, &[(axis, &value)])).rms_deg.value;
+            (rms > 0.0).then(|| rms.ln())
+        });
+        let (low, high) = rms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
+        (high - low).max(0.0)
+    };
+    let effects: Vec<(usize, f64)> = varied.iter().map(|&axis| (axis, effect(axis))).collect();
+    let mut pairs: Vec<(usize, usize, f64)> = Vec::new();
+    for (index, &(x, first)) in effects.iter().enumerate() {
+        pairs.extend(effects[index + 1..].iter().map(|&(y, second)| (x, y, first + second)));
+    }
+    pairs.sort_by(|a, b| b.2.total_cmp(&a.2));
+    pairs.into_iter().take(MOST_PAIRS).map(|(x, y, _)| (x, y)).collect()
+}

@@ -1,0 +1,109 @@
+//! Wrong poles, undetermined poles and failures over one axis.
+
+use super::place::{Series, place, series};
+use super::sweep::probability_axis;
+use super::{Caption, Interval, Pooled, Study, WIDTH, pool};
+use crate::figure::{Figure, Layer, Panel, Style};
+
+/// How a detection can go wrong, and where that is counted.
+pub(super) type Kind = (&'static str, fn(&Pooled) -> u64, fn(&Pooled) -> Interval);
+
+pub(super) const KINDS: [Kind; 3] = [
+    ("wrong pole", |p| p.wrong_poles, |p| p.wrong_pole),
+    ("undetermined", |p| p.undetermined, |p| p.undetermined_probability),
+    ("failed", |p| p.failed, |p| p.failed_probability),
+];
+
+/// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; where none was
+/// seen, an arrow at the upper limit. Undetermined poles and failures have panels of their own if there were any.
+///
+/// Other axes with few values become series, the rest is pooled.
+///
+/// # Panics
+///
+/// If the study has no axis with this index.
+pub fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
+    let place = place(study, axis, false);
+    let (series, mut remarks) = series(study, &[axis]);
+    let found = |series: &Series| -> Vec<(f64, Pooled)> {
+        let shift = if place.named { series.shift } else { 0.0 };
+        let of = |(at, value): (&f64, _)| {
+            let mut wanted = vec![(axis, value)];
+            wanted.extend(series.fixed.iter().map(|(axis, value)| (*axis, value)));
+            (at + shift, pool(study, &super::pool::at(study, &wanted)))
+        };
+        place.at.iter().zip(&place.values).map(of).collect()
+    };
+    let found: Vec<Vec<(f64, Pooled)>> = series.iter().map(found).collect();
+    let never = never(found.iter().flatten().map(|(_, pooled)| pooled));
+    let mut panels: Vec<Panel> = Vec::new();
+    for (index, kind) in KINDS.iter().enumerate() {
+        let (name, count, _) = *kind;
+        if index > 0 && found.iter().flatten().all(|(_, pooled)| count(pooled) == 0) {
+            remarks.push(format!("{name}: none"));
+            continue;
+        }
+        let mut panel = Panel::new(place.axis.clone(), probability_axis(name));
+        for (series, found) in series.iter().zip(&found) {
+            panel = with_odds(panel, found, kind, series.style, (&series.label, &never), !place.named);
+        }
+        // The series of the first panel are those of all.
+        panel.legend = true;
+        panels.push(panel);
+    }
+    let height = [420, 640, 860][panels.len().clamp(1, 3) - 1];
+    Figure {
+        title: caption.title.clone(),
+        subtitle: Study::remarked(caption, &remarks),
+        width: WIDTH,
+        height,
+        panels,
+    }
+}
+
+/// The legend of an upper limit: with the number of trials if that is the same everywhere.
+pub(super) fn never<'a>(all: impl Iterator<Item = &'a Pooled>) -> String {
+    let mut trials: Vec<u64> = all.map(|pooled| pooled.trials).filter(|trials| *trials > 0).collect();
+    trials.sort_unstable();
+    trials.dedup();
+    match trials[..] {
+        [one] => format!("none in {one}: upper limit"),
+        _ => "none: upper limit".to_owned(),
+    }
+}
+
+/// Adds probabilities in per cent, those of zero counts as upper limits.
+pub(super) fn with_odds(
+    panel: Panel,
+    found: &[(f64, Pooled)],
+    &(_, count, probability): &Kind,
+    style: Style,
+    (label, never): (&str, &str),
+    line: bool,
+) -> Panel {
+    let (mut bars, mut limits) = (Vec::new(), Vec::new());
+    for (x, pooled) in found.iter().filter(|(_, pooled)| pooled.trials > 0) {
+        let Interval { value, low, high } = probability(pooled);
+        if count(pooled) == 0 {
+            limits.push((*x, 100.0 * high));
+            // The line has a gap there.
+            bars.push((*x, f64::NAN, f64::NAN, f64::NAN));
+        } else {
+            bars.push((*x, 100.0 * value, 100.0 * low, 100.0 * high));
+        }
+    }
+    let mut panel = panel;
+    if bars.iter().any(|bar| bar.1.is_finite()) {
+        let label = Some(if label.is_empty() { "with 95 % interval" } else { label }.to_owned());
+        if line {
+            let points = bars.iter().map(|bar| (bar.0, bar.1)).collect();
+            panel = panel.with(Layer::Line { label: label.clone(), points, style });
+        }
+        panel = panel.with(Layer::ErrorBars { label, points: bars, style });
+    }
+    if !limits.is_empty() {
+        let label = if label.is_empty() { never.to_owned() } else { format!("{label}, {never}") };
+        panel = panel.with(Layer::UpperLimits { label: Some(label), points: limits, style });
+    }
+    panel
+}

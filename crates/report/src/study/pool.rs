@@ -1,0 +1,97 @@
+//! Points taken together.
+
+use super::{Coordinate, Interval, Study, StudyPoint};
+
+/// What several points say together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pooled {
+    /// Trials in all.
+    pub trials: u64,
+    /// Root mean square in degrees.
+    ///
+    /// The mean square is that of all trials. The variance of the mean square is the sum of the points' variances,
+    /// each weighted with the square of the point's share of the trials, as for strata: the points are taken as
+    /// chosen, not as drawn at random. The half width of a point is that from its estimate to its upper end, because
+    /// the lower end stops at zero.
+    pub rms_deg: Interval,
+    /// 95th percentile in degrees. It does not follow from those of several points and is then unknown.
+    pub p95_deg: Interval,
+    /// Trials with the wrong pole.
+    pub wrong_poles: u64,
+    /// Trials with an axis but no pole.
+    pub undetermined: u64,
+    /// Trials without an angle.
+    pub failed: u64,
+    /// Probability of a wrong pole among all trials, with the interval of the summed counts.
+    pub wrong_pole: Interval,
+    /// Probability of an axis without pole.
+    pub undetermined_probability: Interval,
+    /// Probability of no angle.
+    pub failed_probability: Interval,
+}
+
+/// Takes points together; no points give no trials and unknown values.
+pub fn pool(study: &Study, points: &[&StudyPoint]) -> Pooled {
+    let sum = |count: fn(&StudyPoint) -> u64| points.iter().map(|point| count(point)).sum::<u64>();
+    let trials = sum(|point| point.trials);
+    let (wrong_poles, undetermined, failed) =
+        (sum(|p| p.wrong_poles), sum(|p| p.undetermined), sum(|p| p.failed));
+    let of = |count| if trials == 0 { Interval::UNKNOWN } else { (study.binomial)(count, trials) };
+    let with_axes: Vec<&&StudyPoint> = points.iter().filter(|point| point.axes > 0).collect();
+    Pooled {
+        trials,
+        rms_deg: rms(&with_axes),
+        p95_deg: if let [one] = with_axes[..] { one.p95_deg } else { Interval::UNKNOWN },
+        wrong_poles,
+        undetermined,
+        failed,
+        wrong_pole: of(wrong_poles),
+        undetermined_probability: of(undetermined),
+        failed_probability: of(failed),
+    }
+}
+
+fn rms(points: &[&&StudyPoint]) -> Interval {
+    if let [one] = points {
+        return one.rms_deg;
+    }
+    let total: f64 = points.iter().map(|point| point.axes as f64).sum();
+    let (mut square, mut variance) = (0.0, 0.0);
+    for point in points {
+        let share = point.axes as f64 / total;
+        let own = point.rms_deg.value.powi(2);
+        square += share * own;
+        variance += (share * (point.rms_deg.high.powi(2) - own)).powi(2);
+    }
+    if points.is_empty() {
+        return Interval::UNKNOWN;
+    }
+    let half = variance.sqrt();
+    // `max` would make a number of what is none.
+    let low = if half.is_nan() { half } else { (square - half).max(0.0).sqrt() };
+    Interval { value: square.sqrt(), low, high: (square + half).sqrt() }
+}
+
+/// The distinct values on an axis: numbers by size, then names in the order of their first appearance.
+pub(super) fn values(study: &Study, axis: usize) -> Vec<Coordinate> {
+    let mut numbers: Vec<f64> = Vec::new();
+    let mut names: Vec<&String> = Vec::new();
+    for point in &study.points {
+        match point.coordinates.get(axis) {
+            Some(Coordinate::Number(number)) if number.is_finite() => numbers.push(*number),
+            Some(Coordinate::Name(name)) if !names.contains(&name) => names.push(name),
+            _ => (),
+        }
+    }
+    numbers.sort_by(f64::total_cmp);
+    numbers.dedup();
+    let names = names.into_iter().map(|name| Coordinate::Name(name.clone()));
+    numbers.into_iter().map(Coordinate::Number).chain(names).collect()
+}
+
+/// The points with these values.
+pub(super) fn at<'a>(study: &'a Study, wanted: &[(usize, &Coordinate)]) -> Vec<&'a StudyPoint> {
+    let matches =
+        |point: &&StudyPoint| wanted.iter().all(|(axis, value)| point.coordinates.get(*axis) == Some(value));
+    study.points.iter().filter(matches).collect()
+}

@@ -1,0 +1,63 @@
+//! Errors of a scattered design.
+
+use super::place::error_axis;
+use super::{Caption, Coordinate, Study, WIDTH, pool};
+use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
+
+/// Most panels of one figure.
+const MOST_PANELS: usize = 6;
+
+/// Rms error of every point against each numeric axis of the study, the first six of them; the names of the first axis
+/// that has up to six become series.
+pub fn scatter(caption: &Caption, study: &Study) -> Figure {
+    let varied = study.varied();
+    let is_numeric = |axis: &usize| {
+        study.points.iter().all(|point| matches!(point.coordinates.get(*axis), Some(Coordinate::Number(_))))
+    };
+    let series: Vec<(Option<(usize, Coordinate)>, String)> = varied
+        .iter()
+        .copied()
+        .filter(|axis| !is_numeric(axis))
+        .map(|axis| (axis, pool::values(study, axis)))
+        .find(|(_, values)| values.len() <= Style::ALL.len())
+        .map_or_else(
+            || vec![(None, "one point".to_owned())],
+            |(axis, values)| {
+                values
+                    .into_iter()
+                    .map(|value| (Some((axis, value.clone())), super::place::text(&value)))
+                    .collect()
+            },
+        );
+    let mut panels: Vec<Panel> = Vec::new();
+    for axis in varied.iter().copied().filter(is_numeric).take(MOST_PANELS) {
+        let described = &study.axes[axis];
+        let numbers = |point: &super::StudyPoint| match point.coordinates.get(axis) {
+            Some(Coordinate::Number(number)) => *number,
+            _ => f64::NAN,
+        };
+        let logarithmic =
+            described.logarithmic && study.points.iter().map(numbers).all(|number| number > 0.0);
+        let scale = if logarithmic { AxisScale::Log10 } else { AxisScale::Linear };
+        let x = Axis { scale, ..Axis::new(described.title()) };
+        let errors = study.points.iter().map(|point| point.rms_deg.value);
+        let mut panel = Panel::new(x, error_axis("rms error (°)", errors));
+        panel.legend = panels.is_empty();
+        for (index, (fixed, label)) in series.iter().enumerate() {
+            let wanted: Vec<_> = fixed.iter().map(|(axis, value)| (*axis, value)).collect();
+            let points =
+                pool::at(study, &wanted).into_iter().map(|p| (numbers(p), p.rms_deg.value)).collect();
+            panel =
+                panel.with(Layer::Points { label: Some(label.clone()), points, style: Style::nth(index) });
+        }
+        panels.push(panel);
+    }
+    let rows = u32::try_from(panels.len().max(1)).unwrap_or(1);
+    Figure {
+        title: caption.title.clone(),
+        subtitle: caption.subtitle.clone(),
+        width: WIDTH,
+        height: 120 + if rows == 1 { 340 } else { 215 * rows },
+        panels,
+    }
+}
