@@ -37,7 +37,8 @@ fn point(
     let relative = 1.4 / (trials as f64).sqrt();
     let value = rms * (1.0 + relative * (random() - 0.5));
     let interval = |v: f64, r: f64| Interval { value: v, low: v * (1.0 - r), high: v * (1.0 + r) };
-    let mut count = |odds: f64| (odds * trials as f64 + 0.7 * random()) as u64;
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the trials")]
+    let mut count = |odds: f64| (odds.min(0.3) * trials as f64 + 0.7 * random()) as u64;
     let (wrong_poles, undetermined, failed) = (count(1e-3 * rms * rms), count(4e-3 * rms), count(1e-4 * rms));
     StudyPoint {
         coordinates,
@@ -116,9 +117,9 @@ fn grid(methods: usize, noises: u32, dead_times: u32) -> Study {
 
 fn studies() -> Vec<(&'static str, Study)> {
     let mut random = noise(5);
-    let one_axis = (0..9)
-        .map(|i| (f64::from(i), 0.05 * 1.6f64.powi(i)))
-        .map(|(i, rms)| point(vec![Coordinate::Number(0.5 * i)], rms, 2000 + 100 * i as u64, &mut random))
+    let one_axis = (0..9u32)
+        .map(|i| (i, vec![Coordinate::Number(0.5 * f64::from(i))]))
+        .map(|(i, at)| point(at, 0.05 * 1.6f64.powf(f64::from(i)), 2000 + 100 * u64::from(i), &mut random))
         .collect();
     let many = [
         "sensors.noise",
@@ -154,7 +155,7 @@ fn studies() -> Vec<(&'static str, Study)> {
         ("large_errors", study("a bad method", vec![], vec![], Some(cloud(800, 30.0, 0.3)))),
         (
             "axis",
-            study("dead time", vec![axis("inverter.dead_time", "dead time", "µs", false)], one_axis, None),
+            study("three motors", vec![axis("inverter.dead_time", "dead time", "µs", false)], one_axis, None),
         ),
         ("grid", grid(3, 7, 5)),
         ("nine", grid(9, 2, 2)),

@@ -142,9 +142,9 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
     let beside = notes.iter().zip(&bars).map(|(notes, bar)| notes + bar.as_ref().map_or(0.0, Bar::width));
     let right = f64::from(figure.width) - PAD - beside.fold(12.0, f64::max);
     // The text of a tick near the right end reaches beyond it.
-    let beyond = figure.panels.iter().zip(shown).zip(heights).flat_map(|((panel, range), height)| {
+    let beyond = figure.panels.iter().zip(shown).flat_map(|(panel, range)| {
         let x = Scale { range: *range, pixels: (left, right), spread: panel.x.scale };
-        let found = ticks::horizontal(panel, &x, tallest(*height));
+        let found = ticks::horizontal(panel, &x, tallest(figure));
         let ends: Vec<_> = found.ticks.iter().map(|tick| x.at(tick.at) + found.half_width(tick)).collect();
         ends
     });
@@ -161,7 +161,7 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
                 x,
                 y: Scale { range: y_range, pixels: (0.0, 0.0), spread: panel.y.scale },
             },
-            x_ticks: ticks::horizontal(panel, &x, tallest(heights[index])),
+            x_ticks: ticks::horizontal(panel, &x, tallest(figure)),
             y_ticks,
             shares_x: figure.panels.get(index + 1).is_some_and(|next| next.x == panel.x),
             x_label: wrap(&panel.x.label, LABEL, right - left),
@@ -176,8 +176,8 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
 }
 
 /// How tall the names of a horizontal axis may be.
-fn tallest(panel_height: f64) -> f64 {
-    (0.45 * panel_height).clamp(60.0, 180.0)
+fn tallest(figure: &Figure) -> f64 {
+    (0.4 * f64::from(figure.height) / figure.panels.len().max(1) as f64).clamp(60.0, 200.0)
 }
 
 /// The room that the labels of horizontal rules need.

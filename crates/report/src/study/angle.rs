@@ -9,24 +9,25 @@ use crate::figure::{Axis, Figure, Layer, Panel, Style};
 pub fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
     let quantiles = cloud.angle_quantiles([0.05, 0.5, 0.95]);
     let mut remarks = Vec::new();
-    let mut x = Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0);
-    x.scale = crate::figure::AxisScale::Linear;
-    let mut y = Axis::new("error of the axis θ_e − θ (°)");
+    let x = Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0);
     // A few outliers must not flatten everything else.
     let mut errors = cloud.signed().kept().to_vec();
     let (low, high) = (quantile(&mut errors, 0.001), quantile(&mut errors, 0.999));
-    let (mut bottom, mut top) = (low - 0.35 * (high - low), high + 0.35 * (high - low));
+    let (least, most) = (quantile(&mut errors, 0.0), quantile(&mut errors, 1.0));
+    let spread = high - low;
+    let mut bottom = (low - 0.35 * spread).max(least - 0.08 * spread);
+    // The marks of wrong poles need some room.
+    let mut top = (high + 0.35 * spread).min(most + 0.12 * spread);
     if top <= bottom || !top.is_finite() {
         let half = if low.is_finite() { (0.1 * low.abs()).max(1e-6) } else { 1.0 };
         let middle = if low.is_finite() { low } else { 0.0 };
         (bottom, top) = (middle - half, middle + half);
     }
     let points = cloud.points();
-    // Where everything is inside, no room is wasted.
     let inside = |(_, e): &&(f64, f64)| (bottom..=top).contains(e);
     let beyond = points.kept().len() - points.kept().iter().filter(inside).count();
     let wrong = cloud.wrong();
-    y = y.range(bottom, top);
+    let y = Axis::new("error of the axis θ_e − θ (°)").range(bottom, top);
     if beyond > 0 {
         remarks.push(format!("{beyond} of the points shown are beyond the frame"));
     }

@@ -25,6 +25,7 @@ pub fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
             remarks.push(format!("{} % beyond the ends of the histogram", significant(100.0 * share)));
         }
         let label = match kept.every() {
+            1 if kept.seen() == 1 => "1 detection".to_owned(),
             1 => format!("{} detections", kept.seen()),
             every => format!("one detection in {every} of {}", kept.seen()),
         };

@@ -34,6 +34,8 @@ pub fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
         .collect();
     // Rows of names need no more than two lines each; a large grid is nearly as high as wide.
     let height = (220 + 34 * u32::try_from(rows.values.len()).unwrap_or(u32::MAX).min(12)).max(380);
+    // Many names stand upright.
+    let height = height + if columns.named && columns.values.len() > 6 { 130 } else { 0 };
     Figure {
         title: caption.title.clone(),
         subtitle: Study::remarked(caption, &remark(&others)),

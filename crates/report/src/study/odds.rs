@@ -17,7 +17,8 @@ pub(super) const KINDS: [Kind; 3] = [
 /// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; where none was
 /// seen, an arrow at the upper limit. Undetermined poles and failures have panels of their own if there were any.
 ///
-/// Other axes with few values become series, the rest is pooled.
+/// Other axes with few values become series, the rest is pooled. Several series stand a little beside their values,
+/// since their intervals and arrows would hide each other.
 ///
 /// # Panics
 ///
@@ -26,13 +27,13 @@ pub fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let (series, mut remarks) = series(study, &[axis]);
     let found = |series: &Series| -> Vec<(f64, Pooled)> {
-        let shift = if place.named { series.shift } else { 0.0 };
-        let of = |(at, value): (&f64, _)| {
+        let places = place.shifted(series.shift);
+        let of = |(at, value): (f64, _)| {
             let mut wanted = vec![(axis, value)];
             wanted.extend(series.fixed.iter().map(|(axis, value)| (*axis, value)));
-            (at + shift, pool(study, &super::pool::at(study, &wanted)))
+            (at, pool(study, &super::pool::at(study, &wanted)))
         };
-        place.at.iter().zip(&place.values).map(of).collect()
+        places.into_iter().zip(&place.values).map(of).collect()
     };
     let found: Vec<Vec<(f64, Pooled)>> = series.iter().map(found).collect();
     let never = never(found.iter().flatten().map(|(_, pooled)| pooled));
@@ -93,7 +94,8 @@ pub(super) fn with_odds(
         }
     }
     let mut panel = panel;
-    if bars.iter().any(|bar| bar.1.is_finite()) {
+    // A series of arrows alone needs its entry too.
+    if !label.is_empty() || bars.iter().any(|bar| bar.1.is_finite()) {
         let label = Some(if label.is_empty() { "with 95 % interval" } else { label }.to_owned());
         if line {
             let points = bars.iter().map(|bar| (bar.0, bar.1)).collect();
@@ -102,8 +104,11 @@ pub(super) fn with_odds(
         panel = panel.with(Layer::ErrorBars { label, points: bars, style });
     }
     if !limits.is_empty() {
-        let label = if label.is_empty() { never.to_owned() } else { format!("{label}, {never}") };
-        panel = panel.with(Layer::UpperLimits { label: Some(label), points: limits, style });
+        // One entry explains the arrows of all series.
+        let known =
+            panel.layers.iter().any(|layer| matches!(layer, Layer::UpperLimits { label: Some(_), .. }));
+        let label = (!known).then(|| never.to_owned());
+        panel = panel.with(Layer::UpperLimits { label, points: limits, style });
     }
     panel
 }

@@ -19,6 +19,21 @@ pub(super) struct Place {
     pub edges: Vec<f64>,
 }
 
+impl Place {
+    /// The places of a series: names have room for several side by side, numbers for a little between neighbours.
+    pub fn shifted(&self, shift: f64) -> Vec<f64> {
+        if self.named {
+            return self.at.iter().map(|at| at + shift).collect();
+        }
+        let log = self.axis.scale == AxisScale::Log10;
+        let even = |at: &f64| if log { at.ln() } else { *at };
+        let gaps = self.at.windows(2).map(|pair| even(&pair[1]) - even(&pair[0]));
+        let gap = gaps.fold(f64::INFINITY, f64::min);
+        let by = if gap.is_finite() { 0.3 * shift * gap } else { 0.0 };
+        self.at.iter().map(|at| if log { at * by.exp() } else { at + by }).collect()
+    }
+}
+
 pub(super) fn text(value: &Coordinate) -> String {
     match value {
         Coordinate::Number(number) => significant(*number),

@@ -1,0 +1,251 @@
+//! Figures of studies: what is pooled, what is kept of the trials, and which figures there are.
+
+use standstill_report::figure::{Axis, AxisScale, Figure, Layer, Panel, cell_edges};
+use standstill_report::study::{
+    Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint, Thinned, figures, pool,
+};
+
+fn interval(value: f64, half: f64) -> Interval {
+    Interval { value, low: value - half, high: value + half }
+}
+
+fn point(coordinates: Vec<Coordinate>, rms: Interval, trials: u64, wrong_poles: u64) -> StudyPoint {
+    StudyPoint {
+        coordinates,
+        trials,
+        axes: trials,
+        wrong_poles,
+        undetermined: 0,
+        failed: 0,
+        rms_deg: rms,
+        p95_deg: Interval { value: 2.0 * rms.value, low: f64::NAN, high: f64::NAN },
+        bias_deg: Interval::UNKNOWN,
+    }
+}
+
+fn study(keys: &[&str], points: Vec<StudyPoint>) -> Study {
+    let axis = |key: &&str| StudyAxis {
+        key: (*key).into(),
+        label: String::new(),
+        unit: String::new(),
+        logarithmic: *key == "noise",
+    };
+    Study {
+        title: "test".into(),
+        subtitle: None,
+        axes: keys.iter().map(axis).collect(),
+        points,
+        design: Design::Grid,
+        cloud: None,
+        binomial: |count, total| interval(count as f64 / total as f64, 0.01),
+    }
+}
+
+fn number(value: f64) -> Coordinate {
+    Coordinate::Number(value)
+}
+
+fn grid() -> Study {
+    let mut points = Vec::new();
+    for method in ["bipolar", "subdivision"] {
+        for noise in [0.01, 0.1, 1.0] {
+            for dead in [0.0, 1.0] {
+                let at = vec![Coordinate::Name(method.into()), number(noise), number(dead)];
+                points.push(point(at, interval(noise * (1.0 + dead), 0.1 * noise), 100, 3));
+            }
+        }
+    }
+    study(&["method", "noise", "dead/time"], points)
+}
+
+#[test]
+fn analytic_pooled_rms_is_that_of_all_trials() {
+    let study = study(
+        &["x"],
+        vec![
+            point(vec![number(1.0)], interval(3.0, 0.3), 100, 1),
+            point(vec![number(2.0)], interval(4.0, 0.4), 300, 2),
+        ],
+    );
+    let pooled = pool(&study, &study.points.iter().collect::<Vec<_>>());
+    let square: f64 = (100.0 * 9.0 + 300.0 * 16.0) / 400.0;
+    assert!((pooled.rms_deg.value - square.sqrt()).abs() < 1e-12);
+    let halves = (0.25 * (3.3f64.powi(2) - 9.0)).hypot(0.75 * (4.4f64.powi(2) - 16.0));
+    assert!((pooled.rms_deg.high - (square + halves).sqrt()).abs() < 1e-12);
+    assert_eq!((pooled.trials, pooled.wrong_poles), (400, 3));
+    assert_eq!(pooled.wrong_pole.value, 3.0 / 400.0);
+    assert!(pooled.p95_deg.value.is_nan());
+    // One point stays as it is, none is unknown.
+    assert_eq!(pool(&study, &[&study.points[0]]).rms_deg, study.points[0].rms_deg);
+    assert!(pool(&study, &[]).rms_deg.value.is_nan());
+}
+
+#[test]
+fn law_figures_follow_from_the_axes() {
+    let names = |study: &Study| figures(study).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+    assert_eq!(
+        names(&grid()),
+        [
+            "methods",
+            "sweep_method",
+            "sweep_noise",
+            "wrong_poles_noise",
+            "sweep_dead_time",
+            "wrong_poles_dead_time",
+            "heat_noise_dead_time",
+            "heat_method_noise",
+            "heat_method_dead_time"
+        ]
+    );
+    let scattered = Study { design: Design::Scattered, ..grid() };
+    assert_eq!(names(&scattered), ["methods", "scatter"]);
+    let run = Study { cloud: Some(ErrorCloud::new()), ..study(&[], vec![]) };
+    assert_eq!(names(&run), ["error_over_angle", "distribution"]);
+}
+
+#[test]
+fn law_equal_studies_give_equal_files() {
+    for ((name, a), (_, b)) in figures(&grid()).into_iter().zip(figures(&grid())) {
+        // Debug, because gaps are not equal to themselves.
+        assert_eq!(format!("{a:?}"), format!("{b:?}"), "{name}");
+        assert_eq!(a.svg(), b.svg(), "{name}");
+    }
+}
+
+#[test]
+fn law_missing_combinations_are_cells_without_value() {
+    let mut study = grid();
+    study.points.remove(0);
+    study.points.retain(|p| p.coordinates[1] != number(1.0) || p.coordinates[2] != number(1.0));
+    let (_, map) = figures(&study).into_iter().find(|(name, _)| name == "heat_noise_dead_time").unwrap();
+    let Layer::Heat { values, x_edges, .. } = &map.panels[0].layers[0] else { panic!("a heat map") };
+    assert_eq!((values.len(), x_edges.len()), (6, 4));
+    assert_eq!(
+        values.iter().map(|v| v.is_nan()).collect::<Vec<_>>(),
+        [false, false, false, false, false, true]
+    );
+    assert!(map.svg().unwrap().contains("no value"));
+    let (_, whole) = figures(&grid()).into_iter().find(|(name, _)| name == "heat_noise_dead_time").unwrap();
+    assert!(!whole.svg().unwrap().contains("no value"));
+}
+
+#[test]
+fn law_a_count_of_zero_is_an_upper_limit() {
+    let points = (1..4).map(|i| point(vec![number(f64::from(i))], interval(1.0, 0.1), 500, 0)).collect();
+    let all = figures(&study(&["x"], points));
+    let (_, odds) = all.iter().find(|(name, _)| name == "wrong_poles_x").unwrap();
+    let svg = odds.svg().unwrap();
+    assert!(svg.contains("none in 500: upper limit") && svg.contains("undetermined: none"), "{svg}");
+    let limits = odds.panels[0].layers.iter().find_map(|layer| match layer {
+        Layer::UpperLimits { points, .. } => Some(points.clone()),
+        _ => None,
+    });
+    assert_eq!(limits.unwrap(), [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]);
+}
+
+#[test]
+fn law_thinning_keeps_every_nth_in_bounded_memory() {
+    let mut thinned = Thinned::new(100);
+    (0..10_000u32).for_each(|i| thinned.push(i));
+    assert_eq!((thinned.every(), thinned.seen()), (128, 10_000));
+    assert!(thinned.kept().iter().enumerate().all(|(k, value)| *value == 128 * u32::try_from(k).unwrap()));
+    assert_eq!(thinned.kept().len(), 79);
+}
+
+#[test]
+fn analytic_quantiles_of_a_uniform_error() {
+    for scale in [0.001, 30.0] {
+        let mut cloud = ErrorCloud::new();
+        for i in 0..400_000u32 {
+            // Two sequences that fill the square evenly.
+            let (u, v) = ((f64::from(i) * 0.754_877_666).fract(), (f64::from(i) * 0.569_840_291).fract());
+            cloud.add(360.0 * u, Some(scale * (2.0 * v - 1.0)), None);
+        }
+        for (p, exact) in [(0.5, 0.5), (0.95, 0.95), (0.99, 0.99)] {
+            let found = cloud.magnitude_quantile(p) / scale;
+            assert!((found / exact - 1.0).abs() < 0.01, "{p}: {found}");
+        }
+        let bins = cloud.angle_quantiles([0.05, 0.5, 0.95]);
+        assert_eq!(bins.len(), 72);
+        for (angle, found) in bins {
+            for (value, exact) in found.into_iter().zip([-0.9, 0.0, 0.9]) {
+                assert!((value / scale - exact).abs() < 0.1, "{angle}: {value}");
+            }
+        }
+        assert!((cloud.rms_deg() / scale - 3f64.sqrt().recip()).abs() < 1e-3);
+        // Nothing grows with the trials.
+        assert!(cloud.points().kept().len() <= 4000 && cloud.signed().kept().len() <= 20_000);
+        let exceedance = cloud.exceedance();
+        assert!(exceedance.len() <= 3073 && exceedance.is_sorted_by(|a, b| a.0 <= b.0 && a.1 >= b.1));
+    }
+}
+
+#[test]
+fn law_wrong_poles_do_not_blow_the_scale() {
+    let mut cloud = ErrorCloud::new();
+    for i in 0..1000u32 {
+        let error = 0.01 * f64::from(i % 7);
+        cloud.add(f64::from(i), Some(error), Some(if i % 100 == 0 { error - 180.0 } else { error }));
+    }
+    cloud.add(1.0, None, None);
+    cloud.add(f64::NAN, Some(f64::NAN), None);
+    assert_eq!((cloud.trials(), cloud.axes(), cloud.wrong_poles()), (1002, 1000, 10));
+    let run = Study { cloud: Some(cloud), ..study(&[], vec![]) };
+    let (_, figure) = &figures(&run)[0];
+    assert!(figure.panels[0].y.range.unwrap().1 < 0.2);
+    assert!(figure.svg().unwrap().contains("wrong pole, 10 in all"));
+}
+
+#[test]
+fn regress_awkward_studies_are_drawn() {
+    let nan = Interval::UNKNOWN;
+    let unknown = (0..3).map(|i| point(vec![number(f64::from(i))], nan, 0, 0)).collect();
+    let zero = (0..3).map(|i| point(vec![number(f64::from(i))], interval(0.0, 0.0), 10, 10)).collect();
+    let mixed = vec![
+        point(vec![number(f64::NAN), Coordinate::Name("a".into())], interval(1.0, 0.1), 1, 0),
+        point(vec![Coordinate::Name("b".into())], interval(1.0, 0.1), 1, 1),
+    ];
+    let mut one = ErrorCloud::new();
+    one.add(0.0, Some(0.0), Some(180.0));
+    for study in [
+        study(&["noise"], unknown),
+        study(&["noise"], zero),
+        study(&["noise", "x"], mixed),
+        Study { cloud: Some(one), ..study(&["noise"], vec![]) },
+        Study { cloud: Some(ErrorCloud::new()), design: Design::Scattered, ..grid() },
+    ] {
+        for (_, figure) in figures(&study) {
+            figure.svg().unwrap();
+            figure.png().unwrap();
+        }
+    }
+}
+
+#[test]
+fn law_cells_reach_half_way_to_their_neighbours() {
+    assert_eq!(cell_edges(&[0.0, 1.0, 3.0], AxisScale::Linear), [-0.5, 0.5, 2.0, 4.0]);
+    let log = cell_edges(&[1.0, 4.0], AxisScale::Log10);
+    assert!(log.iter().zip([0.5, 2.0, 8.0]).all(|(a, b)| (a - b).abs() < 1e-12), "{log:?}");
+    assert_eq!(cell_edges(&[], AxisScale::Linear), [0.0; 0]);
+}
+
+#[test]
+fn law_awkward_maps_and_logarithms_are_drawn() {
+    let heat = |x_edges: Vec<f64>, values: Vec<f64>| Layer::Heat {
+        x_edges,
+        y_edges: vec![1.0, 2.0],
+        values,
+        colour: Axis::new("value").log10(),
+        numbers: true,
+    };
+    let log = || Panel::new(Axis::new("x").log10().range(-1.0, 1.0), Axis::new("y").log10());
+    let panels = vec![
+        log().with(heat(vec![0.0, 1.0, 2.0], vec![0.0, -1.0])),
+        log().with(heat(vec![f64::NAN, 1.0, 1.0, 0.5], vec![f64::INFINITY])),
+        log().with(heat(vec![], vec![1.0])),
+        log().with(Layer::HorizontalRule { label: Some("nowhere".into()), y: 0.0 }),
+    ];
+    let drawn = Figure { title: String::new(), subtitle: None, width: 400, height: 900, panels };
+    assert_eq!(drawn.svg(), drawn.svg());
+    drawn.png().unwrap();
+}
