@@ -62,7 +62,7 @@ mod tests {
         let steps: Vec<f64> = (0..=18).map(|i| lightness(f64::from(i) / 18.0)).collect();
         assert!(steps[0] > 89.0 && steps[18] < 16.0, "{steps:?}");
         for pair in steps.windows(2) {
-            // A tenth of 75 per step of 18 would be 4.2.
+            // 75 in 18 equal steps would be 4.2 each.
             assert!((2.0..6.0).contains(&(pair[0] - pair[1])), "{steps:?}");
         }
     }
