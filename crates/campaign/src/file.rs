@@ -29,4 +29,4 @@ pub use tables::{
     RotorTable, ScenarioFile, SensorArrangement, SensorsTable, StopTable,
 };
 pub use tolerances::Tolerance;
-pub use units::{schema, unit};
+pub use units::{is_share, schema, unit};

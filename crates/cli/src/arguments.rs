@@ -10,7 +10,7 @@ use standstill_campaign::{ErrorSet, PoleRule};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_plant::Temperature;
 
-pub use campaigns::{Completions, FormatName, Init, Man, Merge, Results, Run, Sweep};
+pub use campaigns::{Completions, FormatName, Init, Man, Merge, Report, Results, Run, Sweep};
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
@@ -36,6 +36,8 @@ pub enum Command {
     Sweep(Sweep),
     /// The shards of a run, put together
     Merge(Merge),
+    /// A finished run as one HTML file, and its figures
+    Report(Report),
     /// An example of a scenario file, with every key
     Init(Init),
     /// JSON Schema of scenario files, for editors

@@ -6,6 +6,7 @@ pub mod init;
 pub mod magnetics;
 pub mod merge;
 pub mod motors;
+pub mod report;
 pub mod reproduce;
 pub mod run;
 pub mod shell;

@@ -9,6 +9,7 @@ use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
+use standstill_report::page::PageError;
 use standstill_report::table::TableError;
 
 #[derive(Debug)]
@@ -36,6 +37,7 @@ pub enum Error {
     Threads(String),
     Shards(ShardsError),
     Table(TableError),
+    Page(PageError),
     /// Results that are already there, or that are of another run.
     Results {
         path: PathBuf,
@@ -86,6 +88,7 @@ impl fmt::Display for Error {
             Self::Threads(error) => f.write_str(error),
             Self::Shards(error) => error.fmt(f),
             Self::Table(error) => error.fmt(f),
+            Self::Page(error) => write!(f, "cannot write the page: {error}"),
             Self::Results { path, found, needed } => {
                 write!(f, "{}: found {found}, needed {needed}", path.display())
             }

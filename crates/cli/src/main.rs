@@ -11,6 +11,7 @@ mod output;
 mod progress;
 mod summary;
 mod text;
+mod units;
 
 use std::io::Write;
 use std::process::ExitCode;
@@ -37,6 +38,7 @@ fn main() -> ExitCode {
         Command::Motors(options) => commands::motors::run(&options),
         Command::Run(options) => commands::run::run(&options),
         Command::Sweep(options) => commands::run::sweep(&options),
+        Command::Report(options) => commands::report::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
         Command::Init(options) => commands::init::run(&options),
         Command::Completions(options) => Ok(commands::shell::completions(&options)),

@@ -23,6 +23,14 @@ pub fn writing(rows: u64) -> ProgressBar {
     bar
 }
 
+/// A bar for this many rows that are read.
+pub fn reading(rows: u64) -> ProgressBar {
+    let bar = ProgressBar::new(rows);
+    let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows read, {eta} left");
+    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    bar
+}
+
 /// A bar for this many steps of unequal length, on standard error.
 pub fn steps(count: u64) -> ProgressBar {
     let bar = ProgressBar::new(count);

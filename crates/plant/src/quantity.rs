@@ -223,6 +223,7 @@ impl<U: Unit> schemars::JsonSchema for Quantity<U> {
         schemars::json_schema!({
             "description": what,
             "x-unit": U::SYMBOL,
+            "x-share": U::SHARE,
             "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("{number}{unit}\\s*$") }]
         })
     }

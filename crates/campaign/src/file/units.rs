@@ -6,7 +6,7 @@ use super::tables::ScenarioFile;
 
 /// JSON Schema of scenario files.
 ///
-/// Quantities have their SI unit as `x-unit`.
+/// Quantities have their SI unit as `x-unit`, and `x-share` tells shares from pure numbers.
 pub fn schema() -> Value {
     let mut schema = schemars::schema_for!(ScenarioFile).to_value();
     schema["title"] = "Standstill scenario".into();
@@ -19,6 +19,13 @@ pub fn unit(key: &str) -> Option<String> {
     let schema = schema();
     let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
     find(place, "x-unit", &schema).and_then(|unit| unit.as_str().map(str::to_owned))
+}
+
+/// Whether a key's values are shares, which people read in per cent.
+pub fn is_share(key: &str) -> bool {
+    let schema = schema();
+    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema));
+    place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
 }
 
 /// Where in a scenario a key of this name is, such as `sensors.noise` for `noise`.
@@ -90,5 +97,6 @@ mod tests {
         ] {
             assert_eq!(unit(key).as_deref(), expected, "{key}");
         }
+        assert!(is_share("sensors.gain_error") && !is_share("sensors.bits") && !is_share("sensors.noise"));
     }
 }

@@ -78,6 +78,15 @@ pub struct Merge {
 }
 
 #[derive(Debug, Args)]
+pub struct Report {
+    /// Folder of the run, with summary.json and the trials
+    pub folder: PathBuf,
+    /// Folder for the files; made if it does not exist [default: `report` in the run's folder]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub struct Init {
     /// The file to write
     #[arg(default_value = "scenario.toml")]

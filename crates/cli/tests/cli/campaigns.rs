@@ -243,7 +243,9 @@ fn a_sweep_takes_axes_from_the_command_line() {
         ],
         path,
     );
-    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "0.000002", "All points together"] {
+    for part in
+        ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "All points together"]
+    {
         assert!(text.contains(part), "{part}: {text}");
     }
     let arguments =
@@ -254,4 +256,45 @@ fn a_sweep_takes_axes_from_the_command_line() {
     assert!(mistake(&["sweep", "s.toml"], path).contains("has no axes"));
     let message = mistake(&["sweep", "s.toml", "--vary", "trials=1,2"], path);
     assert!(message.contains("a key of the run itself"), "{message}");
+}
+
+#[test]
+fn a_report_is_one_file_that_says_what_was_run() {
+    let folder = folder();
+    let path = folder.path();
+    scenario(path, SWEEP);
+    for format in ["csv", "parquet"] {
+        succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
+        let text = succeed(&["report", format], path);
+        assert!(text.contains("in 240 starts") && text.contains("Worst point: "), "{text}");
+        let report = path.join(format).join("report");
+        let made = names(&report);
+        for name in
+            ["report.html", "error_over_angle.png", "distribution.svg", "heat_sensors.noise_errors.png"]
+        {
+            assert!(made.iter().any(|made| made == name), "{name} in {made:?}");
+        }
+        let page = fs::read_to_string(report.join("report.html")).expect("readable");
+        for part in ["bipolar", "standstill run scenario.toml", "errors = [", "sensors.noise", "Verdict"] {
+            assert!(page.contains(part), "{part}");
+        }
+    }
+    // Both formats hold the same trials: only the command that is told differs.
+    let pictures = |format: &str| {
+        let mut files = files(&path.join(format).join("report"));
+        files.remove("report.html");
+        files
+    };
+    assert_eq!(pictures("csv"), pictures("parquet"));
+
+    assert!(mistake(&["report", "nowhere"], path).contains("nowhere/summary.json"));
+    fs::remove_file(path.join("parquet/trials.parquet")).expect("there");
+    assert!(mistake(&["report", "parquet"], path).contains("no trials"));
+    succeed(&["run", "s.toml", "--trials", "60", "--seed", "2", "--out", "other"], path);
+    fs::copy(path.join("other/trials.csv"), path.join("csv/trials.csv")).expect("copied");
+    assert!(mistake(&["report", "csv"], path).contains("another seed"));
+    let trials = fs::read_to_string(path.join("other/trials.csv")).expect("readable");
+    let short: Vec<&str> = trials.lines().take(100).collect();
+    fs::write(path.join("other/trials.csv"), short.join("\n")).expect("written");
+    assert!(mistake(&["report", "other"], path).contains("99 trials instead of 240"));
 }

@@ -19,6 +19,7 @@ use crate::error::Error;
 use crate::output::Output;
 use crate::summary::{self, share};
 use crate::text::wide_table;
+use crate::units::Shown;
 use crate::{progress, summary::interval};
 
 /// Name of the file of summaries.
@@ -221,22 +222,13 @@ fn points_text(points: &[PointSummary]) -> String {
             MOST_LINES / 2
         );
     }
-    let keys: Vec<&str> = points[0].values.keys().map(String::as_str).collect();
-    let header: Vec<&str> = keys
-        .iter()
-        .copied()
-        .chain(["trials", "rms °", "p95 °", "wrong poles", "undetermined", "failed"])
-        .collect();
+    let shown = Shown::of(points);
+    let titles: Vec<String> = shown.iter().map(Shown::title).collect();
+    let results = ["trials", "rms °", "p95 °", "wrong poles", "undetermined", "failed"];
+    let header: Vec<&str> = titles.iter().map(String::as_str).chain(results).collect();
     let rows = order.iter().map(|point| {
         let s = &point.summary;
-        let values = point.values.values().map(|value| match value {
-            serde_json::Value::String(text) => text.clone(),
-            serde_json::Value::Number(number) => number.as_f64().map_or_else(String::new, |number| {
-                let rounded: f64 = format!("{number:.5e}").parse().unwrap_or(number);
-                rounded.to_string()
-            }),
-            other => other.to_string(),
-        });
+        let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
         values
             .chain([
                 s.trials.to_string(),

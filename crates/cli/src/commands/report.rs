@@ -1,0 +1,113 @@
+//! `standstill report`: a finished run as one page to mail, and its figures.
+
+mod page;
+mod study;
+
+use std::path::{Path, PathBuf};
+
+use standstill_campaign::file::{Document, ScenarioFile};
+use standstill_report::study::{ErrorCloud, figures};
+use standstill_report::table::{Format, Reader, Value};
+
+use super::reproduce::file_list;
+use super::run::results::{SummaryFile, trials_name};
+use crate::Report as Said;
+use crate::arguments::Report;
+use crate::columns::trial_kind;
+use crate::error::Error;
+use crate::interrupt;
+use crate::output::Output;
+use crate::progress;
+
+/// What a run's folder holds.
+struct Run {
+    folder: PathBuf,
+    trials: PathBuf,
+    summary: SummaryFile,
+    file: ScenarioFile,
+}
+
+pub fn run(options: &Report) -> Result<Said, Error> {
+    interrupt::at_once();
+    let run = Run::open(&options.folder)?;
+    let cloud = run.cloud()?;
+    let study = study::study(&run, cloud);
+    let figures = figures(&study);
+    let page = page::page(&run, &figures);
+    let html = page.html().map_err(Error::Page)?;
+    let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
+    let names: Vec<String> =
+        figures.iter().flat_map(|(name, _)| ["svg", "png"].map(|kind| format!("{name}.{kind}"))).collect();
+    let all: Vec<&str> = names.iter().map(String::as_str).chain(["report.html"]).collect();
+    let mut output = Output::create(&out, &all)?;
+    output.file("report.html", html.as_bytes())?;
+    for (name, figure) in &figures {
+        output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+        output.file(&format!("{name}.png"), &figure.png()?)?;
+    }
+    let files = output.finish()?;
+    let (_, headline, details) = page::verdict(&run.summary);
+    let text = format!("{headline}\n  {}\n\n{}", details.join("\n  "), file_list(&out, &files));
+    Ok(Said { text, code: 0 })
+}
+
+impl Run {
+    fn open(folder: &Path) -> Result<Self, Error> {
+        let summary = SummaryFile::read(folder)?;
+        let names = [Format::Csv, Format::Parquet].map(trials_name);
+        let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
+            return Err(Error::Results {
+                path: folder.to_owned(),
+                found: "no trials".to_owned(),
+                needed: format!("{}, as `standstill run` writes them", names.join(" or ")),
+            });
+        };
+        let file = Document::parse(Path::new("scenario"), &summary.run.scenario)?.load()?;
+        Ok(Self { folder: folder.to_owned(), trials, summary, file })
+    }
+
+    /// The errors of all trials, of which only as much is kept as can be drawn.
+    fn cloud(&self) -> Result<ErrorCloud, Error> {
+        let mut reader = Reader::open(&self.trials, trial_kind).map_err(Error::Table)?;
+        let foreign = |found: String| Error::Results {
+            path: self.trials.clone(),
+            found,
+            needed: "the trials that summary.json beside it is of".to_owned(),
+        };
+        let run = &self.summary.run;
+        for (key, needed) in
+            [("version", &run.version), ("seed", &run.seed.to_string()), ("scenario", &run.scenario)]
+        {
+            let found = reader.metadata().iter().find(|(name, _)| name == key);
+            if found.is_none_or(|(_, value)| value != needed) {
+                return Err(foreign(format!("another {key}, or none")));
+            }
+        }
+        let place = |name: &str| {
+            let place = reader.columns().iter().position(|column| column.name == name);
+            place.ok_or_else(|| foreign(format!("no column {name}")))
+        };
+        let [angle, axis, error] = [place("true_angle_deg")?, place("axis_deg")?, place("error_deg")?];
+        let number = |value: &Value<'_>| match value {
+            Value::Number(number) => Some(*number),
+            _ => None,
+        };
+        let mut cloud = ErrorCloud::new();
+        let bar = progress::reading(self.summary.summary.trials);
+        while let Some(row) = reader.next_row().map_err(Error::Table)? {
+            let angle = number(&row[angle]).ok_or_else(|| foreign("a trial without its angle".to_owned()))?;
+            let axis_error = number(&row[axis]).map(|axis| {
+                let error = (axis - angle).rem_euclid(180.0);
+                if error > 90.0 { error - 180.0 } else { error }
+            });
+            cloud.add(angle, axis_error, number(&row[error]));
+            bar.inc(1);
+        }
+        bar.finish_and_clear();
+        let found = cloud.trials();
+        if found != self.summary.summary.trials {
+            return Err(foreign(format!("{found} trials instead of {}", self.summary.summary.trials)));
+        }
+        Ok(cloud)
+    }
+}

@@ -1,0 +1,94 @@
+//! From the results of a run to what its figures are drawn from.
+
+use standstill_campaign::file::{AxisSpec, DesignKind};
+use standstill_campaign::{Estimate, Summary, binomial_interval};
+use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
+
+use super::Run;
+use crate::commands::run::results::PointSummary;
+use crate::units::Shown;
+
+/// A positive axis that spans more than this is read on a logarithmic scale.
+const LONG: f64 = 30.0;
+
+pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
+    let points = &run.summary.points;
+    let shown = Shown::of(points);
+    let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
+    let points = if points.is_empty() {
+        vec![point(Vec::new(), &run.summary.summary)]
+    } else {
+        let place = |of: &PointSummary| {
+            let values = shown.iter().map(|axis| match of.values.get(&axis.key) {
+                Some(serde_json::Value::Number(number)) => {
+                    Coordinate::Number(axis.number(number.as_f64().unwrap_or(f64::NAN)))
+                }
+                Some(serde_json::Value::String(name)) => Coordinate::Name(name.clone()),
+                other => Coordinate::Name(other.map_or_else(String::new, ToString::to_string)),
+            });
+            point(values.collect(), &of.summary)
+        };
+        points.iter().map(place).collect()
+    };
+    Study {
+        title: String::new(),
+        subtitle: Some(setting(run)),
+        axes: axes.collect(),
+        points,
+        design: match run.file.design.kind {
+            DesignKind::Grid => Design::Grid,
+            DesignKind::LatinHypercube | DesignKind::Sobol => Design::Scattered,
+        },
+        cloud: Some(cloud),
+        binomial: |count, total| interval(&binomial_interval(count, total)),
+    }
+}
+
+/// What was run, in a line. What is an axis is not repeated.
+pub fn setting(run: &Run) -> String {
+    let file = &run.file;
+    let fixed = |key: &str, text: String| (!file.axes.contains_key(key)).then_some(text);
+    let parts = [
+        fixed("motor", file.motor.name()),
+        fixed("detector.method", file.detector.method.0.name().to_owned()),
+        fixed("errors", format!("{} errors", word(&file.errors))),
+        fixed("rotor.state", format!("rotor {}", word(&file.rotor.state))),
+        Some(format!("seed {}", file.seed)),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// A choice as a scenario has it.
+pub fn word(choice: &impl serde::Serialize) -> String {
+    let value = serde_json::to_value(choice).ok();
+    value.and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
+}
+
+fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
+    let numbers = || points.iter().filter_map(|point| point.values.get(&shown.key)?.as_f64());
+    let (least, largest) = numbers()
+        .fold((f64::INFINITY, 0.0_f64), |(least, largest), value| (least.min(value), largest.max(value)));
+    let logarithmic = match spec {
+        AxisSpec::Range(range) => range.log,
+        AxisSpec::List(_) => least > 0.0 && largest / least > LONG,
+    };
+    StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.unit.clone(), logarithmic }
+}
+
+fn point(coordinates: Vec<Coordinate>, s: &Summary) -> StudyPoint {
+    StudyPoint {
+        coordinates,
+        trials: s.trials,
+        axes: s.axes,
+        wrong_poles: s.wrong_poles,
+        undetermined: s.undetermined,
+        failed: s.failed + s.errors,
+        rms_deg: interval(&s.rms_deg),
+        p95_deg: interval(&s.p95_deg),
+        bias_deg: interval(&s.bias_deg),
+    }
+}
+
+fn interval(estimate: &Estimate) -> Interval {
+    Interval { value: estimate.value, low: estimate.low, high: estimate.high }
+}
