@@ -147,7 +147,7 @@ pub(super) fn methods(motor: &str) -> Chart {
     let names =
         ["line inductance", "rotating injection", "pulsating injection", "bipolar", "maximum likelihood"];
     let ticks = names.iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect();
-    let x = Axis { label: String::new(), range: Some((-0.5, 4.5)), ticks: Ticks::Named(ticks) };
+    let x = Axis { ticks: Ticks::Named(ticks), ..Axis::new("").range(-0.5, 4.5) };
     let mut panel = Panel::new(x, Axis::new("rms error of the axis (°)"));
     for (errors, style, values, shift) in [
         (&format!("{motor}, default errors"), Style::Blue, [0.84, 0.6, 1.1, 0.10, 0.045], -0.08),

@@ -2,6 +2,7 @@
 //! motor, which may be anything: `page out.html "</script><script>alert(1)</script>"`.
 
 mod charts;
+mod maps;
 
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 use std::time::Instant;
@@ -162,6 +163,15 @@ fn page(motor: &str) -> Page {
                 ],
             ),
             section("Waveforms", vec![Block::Chart(charts::waveform()), Block::Chart(charts::polarity())]),
+            section(
+                "Two at a time",
+                vec![
+                    Block::Chart(maps::grid()),
+                    Block::Chart(maps::methods()),
+                    Block::Chart(maps::noise()),
+                    Block::Chart(maps::decay()),
+                ],
+            ),
             section("Points", vec![Block::Chart(charts::convergence()), Block::Table(points())]),
         ],
         footer: "Written by Standstill 0.1.0. The same scenario and seed give the same page.".into(),

@@ -81,7 +81,7 @@ impl AxisScale {
     }
 
     /// The number whose equal differences are equally far apart.
-    fn even(self, value: f64) -> f64 {
+    pub(super) fn even(self, value: f64) -> f64 {
         match self {
             Self::Linear => value,
             Self::Log10 if value > 0.0 => value.log10(),
@@ -90,7 +90,7 @@ impl AxisScale {
     }
 
     /// The inverse of [`AxisScale::even`].
-    fn value(self, even: f64) -> f64 {
+    pub(super) fn value(self, even: f64) -> f64 {
         match self {
             Self::Linear => even,
             Self::Log10 => 10f64.powf(even),

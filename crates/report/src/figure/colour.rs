@@ -32,6 +32,12 @@ pub(super) fn colour(share: f64) -> RGBAColor {
     rgb(mix(from.0, to.0), mix(from.1, to.1), mix(from.2, to.2))
 }
 
+/// The colours between which the others are mixed, each with its share.
+pub(super) fn stops() -> impl Iterator<Item = (f64, RGBAColor)> {
+    let last = VIRIDIS.len() - 1;
+    (0..=last).map(move |i| i as f64 / last as f64).map(|share| (share, colour(share)))
+}
+
 /// Of black and white what is easier to read on a colour.
 pub(super) fn ink_on(ground: RGBAColor) -> RGBAColor {
     let light = luminance(ground) + 0.05;

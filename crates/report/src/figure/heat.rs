@@ -15,10 +15,10 @@ use plotters::style::RGBAColor;
 const GAP: f64 = 14.0;
 const BAR: f64 = 16.0;
 /// Above this many numbers nobody reads them.
-const MOST_NUMBERS: usize = 100;
+pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
 /// Hatching of cells without value: no colour of the scale is grey.
-const HATCH: RGBAColor = rgb(0x8C, 0x8C, 0x8C);
+pub(super) const HATCH: RGBAColor = rgb(0x8C, 0x8C, 0x8C);
 
 type Drawn = Result<(), FigureError>;
 
@@ -32,7 +32,7 @@ pub(super) struct Bar {
 }
 
 /// The range of values between the first and the last colour.
-fn range(values: &[f64], axis: &Axis) -> (f64, f64) {
+pub(super) fn range(values: &[f64], axis: &Axis) -> (f64, f64) {
     usable(axis).unwrap_or_else(|| {
         let shown = values.iter().copied().filter(|value| axis.scale.has(*value));
         let extent = shown.fold(None, |extent: Option<(f64, f64)>, v| {

@@ -5,11 +5,16 @@ use super::decades::superscript;
 /// A number with three significant digits, fewer where the last are zeros, and with a power of ten beyond five places.
 /// The minus is that of typography; what is not finite is a dash.
 pub fn significant(value: f64) -> String {
+    digits(value, 3)
+}
+
+/// As [`significant`], with at most so many digits.
+pub(super) fn digits(value: f64, most: i32) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
     // Formatting rounds first, so that 0.9999 has the exponent of 1.
-    let rounded = format!("{value:.2e}");
+    let rounded = format!("{value:.*e}", usize::try_from(most - 1).unwrap_or(0));
     let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
     let exponent: i32 = exponent.parse().unwrap_or(0);
     let trim = |text: &str| {
@@ -19,8 +24,8 @@ pub fn significant(value: f64) -> String {
             text.to_owned()
         }
     };
-    let text = if (-4..5).contains(&exponent) {
-        let decimals = usize::try_from(2 - exponent).unwrap_or(0);
+    let text = if (-4..most.max(5)).contains(&exponent) {
+        let decimals = usize::try_from(most - 1 - exponent).unwrap_or(0);
         // Five digits are a number, not its first three.
         trim(&format!("{value:.decimals$}"))
     } else {

@@ -1,9 +1,11 @@
 //! The description as a chart for Plotly, which browsers zoom, pan and read out.
 //!
 //! Data, ranges, colours, dashes and markers are those of the drawn figure. What differs: titles and legends
-//! are left to the page, the labels of rules stand inside their panel, and nothing is thinned.
+//! are left to the page, the labels of rules stand inside their panel, and nothing is thinned. Scripts place the
+//! ticks of logarithmic axes, because those of Plotly name no numbers between the powers of ten.
 
 mod colour;
+mod heat;
 mod lanes;
 mod markup;
 mod swatch;
@@ -15,7 +17,7 @@ mod tests;
 use super::axis::Ticks;
 use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE};
 use super::text::wrap;
-use super::{Axis, Figure, Layer, Panel, extent};
+use super::{Axis, AxisScale, Figure, Layer, Panel, extent};
 use serde_json::{Map, Number, Value, json};
 
 pub(crate) use colour::{Shade, css, palette};
@@ -67,17 +69,20 @@ pub(crate) enum Key {
     Marker(Style),
     Band(Style),
     Bar(Style),
+    UpperLimit(Style),
+    /// Cells without a value.
+    Blank,
     /// Index of the fill.
     Fill(usize),
 }
 
-/// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout` and `steps`, the distances
-/// of ticks by axis, which must become automatic when the view is smaller.
+/// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout`, `steps`, the distances of
+/// ticks by axis, which must become automatic when the view is smaller, and `logs`, the axes to mark in decades.
 pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
     let mut chart = Chart::default();
     let height = (f64::from(figure.height) - TITLES).max(200.0);
     let unified = figure.panels.iter().flat_map(|panel| &panel.layers).all(read_together);
-    let (mut layout, mut steps) = (Map::new(), Map::new());
+    let (mut layout, mut steps, mut logs) = (Map::new(), Map::new(), Vec::new());
     let domains = domains(&figure.panels, height - ABOVE - BELOW);
     let mut index = 0;
     for (number, panels) in figure.panels.chunk_by(|a, b| a.x == b.x).enumerate() {
@@ -85,31 +90,43 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
         let x = format!("x{}", suffix(number));
         for panel in panels {
             let y = format!("y{}", suffix(index));
-            let place = traces::Place { panel, index, x: &x, y: &y, unified };
+            let y_range = extent::vertical(panel, shown);
+            let (bottom, top) = domains[index];
+            let tall = (top - bottom) * (height - ABOVE - BELOW);
+            let place = traces::Place {
+                panel,
+                index,
+                x: &x,
+                y: &y,
+                x_range: shown,
+                y_range,
+                tall: (bottom, top, tall),
+                unified,
+            };
             for layer in &panel.layers {
                 traces::add(&mut chart, &place, layer);
             }
             chart.frame(&x, &y);
-            let (bottom, top) = domains[index];
             if !extent::has_data(panel) {
                 let middle =
                     json!({"xref": format!("{x} domain"), "yref": format!("{y} domain"), "x": 0.5, "y": 0.5});
                 chart.note("no data", middle);
             }
-            let tall = (top - bottom) * (height - ABOVE - BELOW);
-            let mut axis = axis(&lane_axis(panel), extent::vertical(panel, shown), tall);
+            let upright = lane_axis(panel);
+            let mut axis = axis(&upright, y_range, tall);
             axis["anchor"] = json!(x);
             axis["domain"] = json!([bottom, top]);
             axis["fixedrange"] = json!(has_lanes(panel));
-            axis["showgrid"] = json!(!has_lanes(panel));
+            axis["showgrid"] = json!(!has_lanes(panel) && !has_cells(panel));
             let name = format!("yaxis{}", suffix(index));
-            step(&mut steps, &name, &panel.y);
+            mark(&mut steps, &mut logs, &name, &upright);
             layout.insert(name, axis);
             index += 1;
         }
         let mut axis = axis(&panels[0].x, shown, 300.0);
         // The last of the panels has the texts of the ticks.
         axis["anchor"] = json!(format!("y{}", suffix(index - 1)));
+        axis["showgrid"] = json!(!panels.iter().all(has_cells));
         if unified {
             axis["unifiedhovertitle"] = json!({"text": unified_title(&panels[0].x)});
             axis["spikecolor"] = json!(css(QUIET));
@@ -117,20 +134,23 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
             axis["spikedash"] = json!("solid");
         }
         let name = format!("xaxis{}", suffix(number));
-        step(&mut steps, &name, &panels[0].x);
+        mark(&mut steps, &mut logs, &name, &panels[0].x);
         layout.insert(name, axis);
     }
     chart.tell_apart(figure);
     layout.extend(common(height, unified));
     layout.insert("shapes".into(), json!(chart.shapes));
     layout.insert("annotations".into(), json!(chart.annotations));
-    let value = json!({"data": chart.data, "layout": layout, "steps": steps});
+    let value = json!({"data": chart.data, "layout": layout, "steps": steps, "logs": logs});
     (chart, value)
 }
 
 /// Whether a layer is read by comparing values at the same x rather than point by point.
 fn read_together(layer: &Layer) -> bool {
-    !matches!(layer, Layer::Points { .. } | Layer::ErrorBars { .. })
+    !matches!(
+        layer,
+        Layer::Points { .. } | Layer::ErrorBars { .. } | Layer::UpperLimits { .. } | Layer::Heat { .. }
+    )
 }
 
 fn unified_title(x: &Axis) -> String {
@@ -168,12 +188,17 @@ fn has_lanes(panel: &Panel) -> bool {
     panel.layers.iter().any(|layer| matches!(layer, Layer::Lanes { .. }))
 }
 
+fn has_cells(panel: &Panel) -> bool {
+    panel.layers.iter().any(|layer| matches!(layer, Layer::Heat { .. }))
+}
+
 /// The vertical axis, on which lanes write their names.
 fn lane_axis(panel: &Panel) -> Axis {
     let mut axis = panel.y.clone();
     for layer in &panel.layers {
         if let Layer::Lanes { lanes, .. } = layer {
             let places = (0..lanes.len()).rev().map(|i| i as f64 + 0.5);
+            axis.scale = AxisScale::Linear;
             axis.ticks = Ticks::Named(places.zip(lanes).map(|(at, lane)| (at, lane.label.clone())).collect());
         }
     }
@@ -185,7 +210,7 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
     let label: Vec<_> = wrap(&axis.label, 14.0, room).iter().map(|line| markup(line)).collect();
     let mut value = json!({
         "title": {"text": label.join("<br>"), "standoff": 8, "font": {"size": 13}},
-        "range": [number(first), number(last)],
+        "range": [number(axis.scale.even(first)), number(axis.scale.even(last))],
         "automargin": true,
         "zeroline": false,
         "ticks": "outside",
@@ -195,8 +220,11 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
         "exponentformat": "power",
         "tickfont": {"size": 12},
     });
+    if axis.scale == AxisScale::Log10 {
+        value["type"] = json!("log");
+    }
     match &axis.ticks {
-        Ticks::Step(step) if step.is_finite() && *step > 0.0 => {
+        Ticks::Step(step) if step.is_finite() && *step > 0.0 && axis.scale == AxisScale::Linear => {
             value["tick0"] = json!(0);
             value["dtick"] = json!(step);
         }
@@ -213,12 +241,15 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
     value
 }
 
-fn step(steps: &mut Map<String, Value>, name: &str, axis: &Axis) {
-    if let Ticks::Step(step) = axis.ticks
-        && step.is_finite()
-        && step > 0.0
-    {
-        steps.insert(name.to_owned(), json!(step));
+/// Notes how scripts are to mark an axis, if Plotly alone cannot.
+fn mark(steps: &mut Map<String, Value>, logs: &mut Vec<String>, name: &str, axis: &Axis) {
+    match axis.ticks {
+        Ticks::Named(_) => (),
+        _ if axis.scale == AxisScale::Log10 => logs.push(name.to_owned()),
+        Ticks::Step(step) if step.is_finite() && step > 0.0 => {
+            steps.insert(name.to_owned(), json!(step));
+        }
+        _ => (),
     }
 }
 

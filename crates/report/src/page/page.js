@@ -121,13 +121,53 @@
   // A drag on a touch screen scrolls the page; the buttons of the chart zoom.
   const touch = matchMedia('(pointer: coarse)').matches;
 
+  // Marks of a logarithmic axis with the numbers of the drawn figure: of these sets the densest that fits, by mantissas
+  // and by every how many decades. Null in a part of a decade so small that differences make better marks.
+  const sets = [[[1, 1.5, 2, 3, 4, 5, 7], 1], [[1, 2, 5], 1], [[1, 3], 1],
+    ...[1, 2, 3, 5, 10, 20, 50, 100].map(every => [[1], every])];
+  const decades = (range, pixels, across) => {
+    const [low, high] = range[0] < range[1] ? range : [range[1], range[0]];
+    const places = ([mantissas, every]) => {
+      const found = [];
+      for (let exponent = Math.floor(low); exponent <= high; exponent += 1) {
+        if (exponent % every) continue;
+        for (const mantissa of mantissas) {
+          const at = exponent + Math.log10(mantissa);
+          if (at > low - 1e-9 && at < high + 1e-9) found.push({ at, mantissa, exponent });
+        }
+      }
+      return found;
+    };
+    const label = marks => {
+      const plain = marks.every(({ exponent }) => exponent >= -4 && exponent < 6);
+      return marks.map(({ mantissa, exponent }) => {
+        if (plain) return (mantissa * 10 ** exponent).toFixed(Math.max(0, (mantissa % 1 ? 1 : 0) - exponent));
+        const power = `10<sup>${String(exponent).replace('-', '−')}</sup>`;
+        return exponent === 0 ? String(mantissa) : mantissa === 1 ? power : `${mantissa}·${power}`;
+      });
+    };
+    const width = text => 6.8 * text.replace(/<.*?>/g, '').length;
+    const fits = ({ marks, texts }) => marks.every((mark, i) => i === 0
+      || ((mark.at - marks[i - 1].at) * pixels) / (high - low)
+        >= (across ? (width(texts[i]) + width(texts[i - 1])) / 2 + 14 : 21));
+    const choices = sets.slice(high - low < 1.3 ? 0 : 1).map(places);
+    if (choices[0].length < 3) return null;
+    const labelled = choices.map(marks => ({ marks, texts: label(marks) }));
+    const { marks, texts } = labelled.find(fits) || labelled.at(-1);
+    const between = high - low > 8 ? [] : places([[1, 2, 3, 4, 5, 6, 7, 8, 9], 1]);
+    const number = ({ mantissa, exponent }) => Number(`${mantissa}e${exponent}`);
+    return { tickvals: marks.map(number), ticktext: texts, between: between.map(number) };
+  };
+
   // Plotly reads the nearest point, but of a held quantity the one before counts: it gets a point wherever another
   // curve of its axis has one, and some between.
   const holdForReading = (trace, data, layout) => {
     const { x, y, text } = trace;
     if (x.length < 2 || x.includes(null)) return null;
-    const [first, last] = layout[trace.xaxis.replace('x', 'xaxis')].range;
-    const grid = Array.from({ length: 500 }, (_, i) => first + ((last - first) * i) / 500);
+    const axis = layout[trace.xaxis.replace('x', 'xaxis')];
+    const [first, last] = axis.range;
+    const grid = Array.from({ length: 500 }, (_, i) => first + ((last - first) * i) / 500)
+      .map(at => (axis.type === 'log' ? 10 ** at : at));
     const others = data.filter(other => other.type === 'scatter' && other.xaxis === trace.xaxis);
     const inside = [...grid, ...others.flatMap(other => other.x)].filter(at => at > x[0] && at < x.at(-1));
     const own = new Set(x);
@@ -147,9 +187,14 @@
   };
 
   const setUp = figure => {
-    const { data, layout, steps } = JSON.parse(figure.querySelector('script.data').textContent);
+    const { data, layout, steps, logs } = JSON.parse(figure.querySelector('script.data').textContent);
     data.map(trace => (trace.line?.shape === 'hv' ? holdForReading(trace, data, layout) : null))
       .forEach((held, i) => Object.assign(data[i], held));
+    // The centre of a cell as Plotly reads it is not that of a logarithmic axis, and values may be logarithms.
+    for (const trace of data.filter(one => one.type === 'heatmap' && one.meta)) {
+      const { x, y, values } = trace.meta;
+      trace.customdata = values.map((row, i) => row.map((text, k) => [x[k], y[i], text]));
+    }
     const live = figure.querySelector('.live');
     const drawn = figure.querySelector('.drawn');
     const plot = live.querySelector('.plot');
@@ -163,7 +208,14 @@
     plot.style.height = `${layout.height}px`;
 
     // Marks at multiples of a step, fewer where they would not fit, automatic ones in a view of few steps.
+    const marked = [...Object.keys(steps), ...logs];
     const ticks = (name, range, pixels) => {
+      if (logs.includes(name)) {
+        const marks = decades(range, pixels, name[0] === 'x');
+        const between = { tickmode: 'array', tickvals: marks?.between ?? [], ticks: 'outside', ticklen: 2.5 };
+        return marks ? { tickmode: 'array', tickvals: marks.tickvals, ticktext: marks.ticktext, minor: between }
+          : { tickmode: 'auto', tickvals: null, ticktext: null, minor: between };
+      }
       const span = Math.abs(range[1] - range[0]);
       const densest = Math.max(1, pixels / (name[0] === 'x' ? 42 : 24));
       const step = steps[name] * Math.max(1, Math.ceil(span / steps[name] / densest));
@@ -171,12 +223,12 @@
     };
     const adapt = () => {
       const change = {};
-      for (const name of Object.keys(steps)) {
+      for (const name of marked) {
         const axis = plot._fullLayout[name];
         const wanted = ticks(name, axis.range, axis._length);
-        if (wanted.tickmode !== axis.tickmode || (wanted.dtick && wanted.dtick !== axis.dtick)) {
-          change[`${name}.tickmode`] = wanted.tickmode;
-          change[`${name}.dtick`] = wanted.dtick;
+        if (wanted.tickmode !== axis.tickmode || (wanted.dtick && wanted.dtick !== axis.dtick)
+          || (wanted.tickvals && String(wanted.tickvals) !== String(axis.tickvals))) {
+          for (const [key, part] of Object.entries(wanted)) change[`${name}.${key}`] = part;
         }
       }
       if (Object.keys(change).length) Plotly.relayout(plot, change);
@@ -189,7 +241,7 @@
       look.hoverlabel.font.family = family;
       look.dragmode = plot._fullLayout?.dragmode ?? (touch ? false : 'zoom');
       look.modebar = { bgcolor: 'rgba(0,0,0,0)', color: look.xaxis.tickcolor, activecolor: look.font.color };
-      for (const name of Object.keys(steps)) {
+      for (const name of marked) {
         const pixels = name[0] === 'x' ? plot.clientWidth - 80 : layout.height / 2;
         Object.assign(look[name], ticks(name, plot._fullLayout?.[name].range || look[name].range, pixels));
       }

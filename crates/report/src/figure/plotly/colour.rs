@@ -1,5 +1,6 @@
 //! The colours of figures on light and on dark ground.
 
+use super::super::heat::HATCH;
 use super::super::style::{FRAME, GRID, Hatch, INK, Marker, QUIET, Style, WHITE, fill, rgb};
 use plotters::style::RGBAColor;
 
@@ -26,6 +27,7 @@ pub(crate) fn palette() -> Vec<Shade> {
     add("quiet".into(), QUIET, rgb(0xA9, 0xB3, 0xBD));
     add("frame".into(), FRAME, rgb(0x7A, 0x86, 0x92));
     add("grid".into(), GRID, rgb(0x33, 0x3B, 0x45));
+    add("no-value".into(), HATCH, rgb(0x8A, 0x93, 0x9D));
     for style in Style::ALL {
         let dark = match style {
             Style::Blue => rgb(0x56, 0xA8, 0xE0),
@@ -89,6 +91,11 @@ pub(super) fn slope(category: usize) -> i8 {
 /// As CSS and Plotly write it.
 pub(crate) fn css(RGBAColor(r, g, b, a): RGBAColor) -> String {
     if a < 1.0 { format!("rgba({r},{g},{b},{a})") } else { format!("rgb({r},{g},{b})") }
+}
+
+/// A colour that is the same on light and on dark ground: scripts do not translate this notation.
+pub(super) fn fixed(RGBAColor(r, g, b, _): RGBAColor) -> String {
+    format!("#{r:02x}{g:02x}{b:02x}")
 }
 
 #[cfg(test)]

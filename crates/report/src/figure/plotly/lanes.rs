@@ -23,7 +23,8 @@ pub(super) fn add(chart: &mut Chart, place: &Place, lanes: &[Lane], categories: 
         let shown = |(from, to, category): &&Span| {
             from < to && (to - from).is_finite() && *category < categories.len()
         };
-        let spans: Vec<_> = lane.spans.iter().filter(shown).copied().collect();
+        let ends = |&(from, to, category): &Span| (place.x_end(from), place.x_end(to), category);
+        let spans: Vec<_> = lane.spans.iter().filter(shown).map(ends).collect();
         for (category, label) in categories.iter().enumerate() {
             let spans: Vec<_> = spans.iter().filter(|span| span.2 == category).copied().collect();
             if !spans.is_empty() {

@@ -30,6 +30,20 @@ pub(crate) fn swatch(key: Key) -> String {
                 colour(style)
             )
         }
+        Key::UpperLimit(style) => {
+            format!(
+                "<path d=\"M10 1.5H20M15 1.5V9\" style=\"stroke:{0}\" stroke-width=\"1.5\"/>\
+                 <path d=\"M11.4 7.5h7.2L15 13.5z\" style=\"fill:{0}\"/>",
+                colour(style)
+            )
+        }
+        Key::Blank => {
+            let lines: String = (0..5).map(|i| format!("M{} 12l5-10", 1 + 6 * i)).collect();
+            format!(
+                "<rect x=\".5\" y=\"1.5\" width=\"29\" height=\"11\" style=\"fill:var(--surface);\
+                 stroke:var(--frame)\"/><path d=\"{lines}\" fill=\"none\" style=\"stroke:var(--no-value)\"/>"
+            )
+        }
         Key::Fill(index) => {
             let ground = format!(
                 "<rect x=\".5\" y=\"1.5\" width=\"29\" height=\"11\" style=\"fill:var(--fill-{index});\

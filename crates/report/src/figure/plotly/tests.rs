@@ -70,7 +70,7 @@ fn law_bands_are_pairs_of_edges_without_gaps() {
             (&pair[1]["fill"], &pair[1]["fillcolor"]),
             (&json!("tonexty"), &json!("rgba(230,159,0,0.25)"))
         );
-        assert_eq!(pair[1]["customdata"], pair[0]["y"]);
+        assert_eq!(pair[1]["customdata"][1], json!([pair[0]["y"][1], pair[1]["y"][1]]));
     }
 }
 
@@ -186,7 +186,7 @@ fn law_layers_of_one_label_are_one_entry() {
 #[test]
 fn law_names_on_an_axis_are_read_out() {
     let names = ["a", "<b>"].iter().enumerate().map(|(i, name)| (i as f64, (*name).to_owned())).collect();
-    let x = Axis { label: String::new(), range: Some((-0.5, 1.5)), ticks: Ticks::Named(names) };
+    let x = Axis { ticks: Ticks::Named(names), ..Axis::new("").range(-0.5, 1.5) };
     let bars = Layer::ErrorBars { label: None, points: vec![(1.1, 1.0, 0.5, 2.0)], style: Style::Blue };
     let (chart, value) = chart(&figure(vec![Panel::new(x, Axis::new("%{x} (°)")).with(bars)]));
     assert_eq!(chart.data[0]["text"], json!(["&lt;b&gt;"]));

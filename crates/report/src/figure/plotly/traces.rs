@@ -2,10 +2,10 @@
 
 use super::super::layers::BAND_OPACITY;
 use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, faded};
-use super::super::{Layer, Panel, Ticks};
+use super::super::{Axis, AxisScale, Layer, Panel, Ticks};
 use super::colour::css;
 use super::markup::{markup, quantity, template};
-use super::{Chart, Key, lanes, number, numbers};
+use super::{Chart, Key, heat, lanes, number, numbers};
 use serde_json::{Value, json};
 
 /// Digits of values read out, more than any sensor of the trade has; instants have one more.
@@ -23,6 +23,11 @@ pub(super) struct Place<'a> {
     /// Names of the axes, such as `x` and `y2`.
     pub x: &'a str,
     pub y: &'a str,
+    /// First and last value shown.
+    pub x_range: (f64, f64),
+    pub y_range: (f64, f64),
+    /// Bottom and top of the panel as shares of the chart, and its height in pixels.
+    pub tall: (f64, f64, f64),
     /// Whether one read-out shows all values at the same x.
     pub unified: bool,
 }
@@ -41,6 +46,12 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         Layer::Band { label, points, style } => band(chart, place, label.as_deref(), points, *style),
         Layer::ErrorBars { label, points, style } => {
             place.push(chart, label.as_deref(), Key::Bar(*style), error_bars(place, points, *style));
+        }
+        Layer::UpperLimits { label, points, style } => {
+            upper_limits(chart, place, label.as_deref(), points, *style);
+        }
+        Layer::Heat { x_edges, y_edges, values, colour, numbers } => {
+            heat::add(chart, place, (x_edges, y_edges), values, colour, *numbers);
         }
         Layer::HorizontalRule { label, y } => horizontal_rule(chart, place, label.as_deref(), *y),
         Layer::VerticalRule { label, x } => vertical_rule(chart, place, label.as_deref(), *x),
@@ -93,14 +104,43 @@ impl Place<'_> {
 
     /// What is written for each x on an axis of names: the nearest of them.
     fn names(&self, xs: impl Iterator<Item = f64>) -> Value {
-        let Ticks::Named(names) = &self.panel.x.ticks else { return Value::Null };
-        let distance = |x: f64, at: f64| if x.is_finite() { (x - at).abs() } else { f64::INFINITY };
-        xs.map(|x| {
-            let nearest = names.iter().min_by(|a, b| distance(x, a.0).total_cmp(&distance(x, b.0)));
-            nearest.map_or_else(String::new, |(_, name)| markup(name))
-        })
-        .collect()
+        if !matches!(self.panel.x.ticks, Ticks::Named(_)) {
+            return Value::Null;
+        }
+        xs.map(|x| nearest(&self.panel.x, x)).collect()
     }
+
+    /// What has a place on both axes; the others become gaps.
+    fn placed(&self, points: impl Iterator<Item = (f64, f64)>) -> Vec<(f64, f64)> {
+        let on = |axis: &Axis, value: f64| if axis.scale.has(value) { value } else { f64::NAN };
+        points.map(|(x, y)| (on(&self.panel.x, x), on(&self.panel.y, y))).collect()
+    }
+
+    /// Where something on the horizontal axis ends.
+    pub(super) fn x_end(&self, value: f64) -> f64 {
+        end(self.panel.x.scale, self.x_range, value)
+    }
+
+    /// Where something on the vertical axis ends.
+    pub(super) fn y_end(&self, value: f64) -> f64 {
+        end(self.panel.y.scale, self.y_range, value)
+    }
+}
+
+/// The value, but far below the range, as in the drawn figure, for what is too small for a logarithm.
+fn end(scale: AxisScale, (first, last): (f64, f64), value: f64) -> f64 {
+    if scale == AxisScale::Log10 && value <= 0.0 {
+        return (first * (first / last).powi(10)).max(1e-300);
+    }
+    value
+}
+
+/// The name on an axis of names that is nearest to a place.
+pub(super) fn nearest(axis: &Axis, place: f64) -> String {
+    let Ticks::Named(names) = &axis.ticks else { return String::new() };
+    let distance = |at: f64| if place.is_finite() { (place - at).abs() } else { f64::INFINITY };
+    let nearest = names.iter().min_by(|a, b| distance(a.0).total_cmp(&distance(b.0)));
+    nearest.map_or_else(String::new, |(_, name)| markup(name))
 }
 
 /// The legend group of a label in a panel.
@@ -110,6 +150,7 @@ pub(super) fn group(panel: usize, label: &str) -> String {
 
 /// A scatter trace with the values of `more`.
 fn scatter(place: &Place, points: &[(f64, f64)], mode: &str, more: Value) -> Value {
+    let points = place.placed(points.iter().copied());
     let mut trace = json!({
         "type": "scatter",
         "mode": mode,
@@ -140,6 +181,7 @@ fn line(
     style: Style,
     shape: &str,
 ) {
+    let points = &place.placed(points.iter().copied())[..];
     let look = json!({"line": {
         "color": css(style.colour()), "width": LINE_WIDTH, "dash": dash(style.dashes()), "shape": shape,
     }, "connectgaps": false});
@@ -188,12 +230,14 @@ fn symbol(style: Style) -> &'static str {
 }
 
 fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f64, f64)], style: Style) {
-    let usable = |p: &(f64, f64, f64)| p.0.is_finite() && p.1.is_finite() && p.2.is_finite();
+    let usable = |p: &(f64, f64, f64)| place.panel.x.scale.has(p.0) && p.1.is_finite() && p.2.is_finite();
     // A fill would cross gaps: each stretch without one has its own pair of edges.
     for run in points.chunk_by(|a, b| usable(a) == usable(b)).filter(|run| usable(&run[0])) {
         let edge = json!({"color": css(faded(style.colour(), 0.8)), "width": 0.75});
-        let lower: Vec<_> = run.iter().map(|p| (p.0, p.1)).collect();
-        let upper: Vec<_> = run.iter().map(|p| (p.0, p.2)).collect();
+        let lower: Vec<_> = run.iter().map(|p| (p.0, place.y_end(p.1))).collect();
+        let upper: Vec<_> = run.iter().map(|p| (p.0, place.y_end(p.2))).collect();
+        // The edges may be cut off.
+        let ends: Value = run.iter().map(|p| json!([number(p.1), number(p.2)])).collect();
         let mut below = scatter(place, &lower, "lines", json!({"line": edge, "hoverinfo": "skip"}));
         below.as_object_mut().and_then(|trace| trace.remove("hovertemplate"));
         place.push(chart, label, Key::Band(style), below);
@@ -201,8 +245,10 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
             "line": edge,
             "fill": "tonexty",
             "fillcolor": css(faded(style.colour(), BAND_OPACITY)),
-            "customdata": numbers(run.iter().map(|p| p.1)),
-            "hovertemplate": place.read_out(|unit| format!("%{{customdata{DIGITS}}} to %{{y{DIGITS}}}{unit}")),
+            "customdata": ends,
+            "hovertemplate": place.read_out(|unit| {
+                format!("%{{customdata[0]{DIGITS}}} to %{{customdata[1]{DIGITS}}}{unit}")
+            }),
         });
         place.push(chart, label, Key::Band(style), scatter(place, &upper, "lines", above));
     }
@@ -232,12 +278,35 @@ fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style) -> V
     scatter(place, &centres, "markers", more)
 }
 
+/// A bar, and from it an arrow downwards in two parts; the bar is read out.
+fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f64)], style: Style) {
+    for (symbol, size, below) in
+        [("line-ew-open", 7.2, 0.0), ("line-ns-open", 4.4, 3.2), ("arrow-down", 7.2, 13.0)]
+    {
+        let colour = css(style.colour());
+        let width = if below == 0.0 { 1.6 } else { 1.2 };
+        let line = json!({"width": if symbol == "arrow-down" { 0.0 } else { width }, "color": colour});
+        let marker =
+            json!({"symbol": symbol, "size": size, "standoff": below, "color": colour, "line": line});
+        let mut trace = scatter(place, points, "markers", json!({"marker": marker}));
+        if below == 0.0 {
+            trace["hovertemplate"] = json!(place.read_out(|unit| format!("at most %{{y{DIGITS}}}{unit}")));
+        } else {
+            trace["hoverinfo"] = json!("skip");
+            trace.as_object_mut().and_then(|trace| trace.remove("hovertemplate"));
+        }
+        place.push(chart, label, Key::UpperLimit(style), trace);
+    }
+}
+
+/// On logarithmic axes Plotly takes the values of shapes, but the logarithms of annotations.
 fn rule_line() -> Value {
     json!({"color": css(QUIET), "width": 1.0, "dash": dash(RULE_DASHES)})
 }
 
 fn horizontal_rule(chart: &mut Chart, place: &Place, label: Option<&str>, y: f64) {
-    if !y.is_finite() {
+    let scale = place.panel.y.scale;
+    if !scale.has(y) {
         return;
     }
     let across = format!("{} domain", place.x);
@@ -248,14 +317,15 @@ fn horizontal_rule(chart: &mut Chart, place: &Place, label: Option<&str>, y: f64
         chart.note(
             label,
             json!({
-                "xref": across, "yref": place.y, "x": 1, "y": y, "xanchor": "right", "yanchor": "bottom",
+                "xref": across, "yref": place.y, "x": 1, "y": number(scale.even(y)), "xanchor": "right", "yanchor": "bottom",
             }),
         );
     }
 }
 
 fn vertical_rule(chart: &mut Chart, place: &Place, label: Option<&str>, x: f64) {
-    if !x.is_finite() {
+    let scale = place.panel.x.scale;
+    if !scale.has(x) {
         return;
     }
     let along = format!("{} domain", place.y);
@@ -267,7 +337,7 @@ fn vertical_rule(chart: &mut Chart, place: &Place, label: Option<&str>, x: f64) 
         chart.note(
             label,
             json!({
-                "xref": place.x, "yref": along, "x": x, "y": 1, "xanchor": "right", "yanchor": "top",
+                "xref": place.x, "yref": along, "x": number(scale.even(x)), "y": 1, "xanchor": "right", "yanchor": "top",
                 "textangle": -90,
             }),
         );

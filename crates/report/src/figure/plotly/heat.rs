@@ -1,0 +1,228 @@
+//! Heat maps: cells in colours with a colour bar, and hatched areas where there is no value.
+
+use super::super::axis::Axis;
+use super::super::colour::{colour, ink_on, stops};
+use super::super::heat::{HATCH, MOST_NUMBERS, range};
+use super::super::number::{digits, significant};
+use super::super::style::{FRAME, GRID, WHITE};
+use super::super::text::wrap;
+use super::super::{AxisScale, Ticks, ticks};
+use super::colour::{css, fixed};
+use super::markup::{markup, quantity, template};
+use super::traces::{Place, nearest};
+use super::{Chart, Key, number, numbers};
+use plotters::style::RGBAColor;
+use serde_json::{Value, json};
+
+/// Digits of what is read out.
+const DIGITS: i32 = 5;
+
+/// The columns or the rows of a heat map.
+struct Cells {
+    /// Finite, and far below the range where they are too small for a logarithm.
+    edges: Vec<f64>,
+    /// For each pair of edges the index in the layer; none where an edge between them is no number.
+    index: Vec<Option<usize>>,
+    /// What is read out for each pair.
+    texts: Vec<String>,
+}
+
+impl Cells {
+    fn new(edges: &[f64], axis: &Axis, end: impl Fn(f64) -> f64) -> Self {
+        let known: Vec<_> = edges.iter().enumerate().filter(|(_, edge)| edge.is_finite()).collect();
+        let index = known.windows(2).map(|pair| (pair[1].0 == pair[0].0 + 1).then_some(pair[0].0)).collect();
+        let values: Vec<f64> = known.iter().map(|(_, edge)| **edge).collect();
+        Self { edges: values.iter().copied().map(end).collect(), index, texts: texts(&values, axis) }
+    }
+}
+
+/// What stands between each pair of edges: a name, a centre, or else both edges.
+fn texts(edges: &[f64], axis: &Axis) -> Vec<String> {
+    let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
+    if matches!(axis.ticks, Ticks::Named(_)) {
+        return edges.windows(2).map(|pair| nearest(axis, middle(pair))).collect();
+    }
+    let unit = markup(&quantity(&axis.label).1);
+    let text = |value: f64| digits(value, DIGITS);
+    match centres(edges, axis.scale) {
+        Some(centres) => centres.iter().map(|centre| format!("{}{unit}", text(*centre))).collect(),
+        None => {
+            edges.windows(2).map(|pair| format!("{} to {}{unit}", text(pair[0]), text(pair[1]))).collect()
+        }
+    }
+}
+
+/// The centres of which [`super::super::cell_edges`] makes these edges, if there are such.
+fn centres(edges: &[f64], scale: AxisScale) -> Option<Vec<f64>> {
+    let places: Vec<f64> = edges.iter().map(|edge| scale.even(*edge)).collect();
+    let middle = |pair: &[f64]| 0.5 * (pair[0] + pair[1]);
+    let mut centre = middle(places.get(..2)?);
+    let mut found = vec![centre];
+    for edge in &places[1..places.len() - 1] {
+        centre = 2.0 * edge - centre;
+        found.push(centre);
+    }
+    let cells = || places.windows(2).zip(&found);
+    let inside = cells().all(|(pair, centre)| pair[0] < *centre && *centre < pair[1]);
+    // The last cell is symmetric, as the first is.
+    let symmetric =
+        |(pair, centre): (&[f64], &f64)| (middle(pair) - centre).abs() < 1e-6 * (pair[1] - pair[0]);
+    let fits = inside && cells().next_back().is_some_and(symmetric);
+    fits.then(|| found.into_iter().map(|place| scale.value(place)).collect())
+}
+
+pub(super) fn add(
+    chart: &mut Chart,
+    place: &Place,
+    (x_edges, y_edges): (&[f64], &[f64]),
+    values: &[f64],
+    axis: &Axis,
+    with_numbers: bool,
+) {
+    let columns = Cells::new(x_edges, &place.panel.x, |edge| place.x_end(edge));
+    let rows = Cells::new(y_edges, &place.panel.y, |edge| place.y_end(edge));
+    if columns.index.is_empty() || rows.index.is_empty() {
+        return;
+    }
+    let per_row = x_edges.len() - 1;
+    let value = |row: Option<usize>, column: Option<usize>| {
+        row.zip(column)
+            .and_then(|(row, column)| values.get(row * per_row + column))
+            .copied()
+            .unwrap_or(f64::NAN)
+    };
+    let cells: Vec<Vec<f64>> = rows
+        .index
+        .iter()
+        .map(|row| columns.index.iter().map(|column| value(*row, *column)).collect())
+        .collect();
+
+    let (low, high) = range(values, axis);
+    let [zmin, zmax] = [low, high].map(|end| axis.scale.even(end));
+    let z = |value: f64| if axis.scale.has(value) || value.is_nan() { axis.scale.even(value) } else { zmin };
+    let ground = |value: f64| colour((z(value) - zmin) / (zmax - zmin));
+    let is_dark = |value: f64| value.is_finite() && ink_on(ground(value)) == WHITE;
+    let scale: Value = stops().map(|(share, stop)| json!([number(share), fixed(stop)])).collect();
+    let (of_x, of_y) = (quantity(&place.panel.x.label).0, quantity(&place.panel.y.label).0);
+    let (name, unit) = quantity(&axis.label);
+    let unit = markup(&unit);
+    let read = |value: &f64| {
+        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { "no value".to_owned() }
+    };
+    let line = |name: &str, index| match name {
+        "" => format!("%{{customdata[{index}]}}"),
+        name => format!("{}: %{{customdata[{index}]}}", template(name)),
+    };
+    let mut trace = json!({
+        "type": "heatmap",
+        "x": numbers(columns.edges.iter().copied()),
+        "y": numbers(rows.edges.iter().copied()),
+        "z": each(&cells, |value| number(if value.is_finite() { z(*value) } else { f64::NAN })),
+        "zmin": number(zmin),
+        "zmax": number(zmax),
+        "colorscale": scale,
+        "showscale": true,
+        "colorbar": colour_bar(axis, (low, high), place),
+        "showlegend": false,
+        // Scripts make the read-outs of the cells of these parts.
+        "meta": {"x": columns.texts, "y": rows.texts, "values": each(&cells, |value| json!(read(value)))},
+        "hovertemplate": format!(
+            "{}<br>{}<br>{}<extra></extra>",
+            line(of_x, 0),
+            line(of_y, 1),
+            line(name, 2)
+        ),
+    });
+    trace["xaxis"] = json!(place.x);
+    trace["yaxis"] = json!(place.y);
+    let written = with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS;
+    if written {
+        // A trace has one ink: dark cells are drawn once more, with the other.
+        let mut dark = trace.clone();
+        let write = |trace: &mut Value, on_dark: bool, ink: RGBAColor| {
+            let text = |value: &f64| {
+                let shown = value.is_finite() && is_dark(*value) == on_dark;
+                json!(if shown { significant(*value) } else { String::new() })
+            };
+            trace["text"] = each(&cells, text);
+            trace["texttemplate"] = json!("%{text}");
+            trace["textfont"] = json!({"color": fixed(ink)});
+        };
+        write(&mut trace, false, ink_on(WHITE));
+        write(&mut dark, true, WHITE);
+        dark["z"] = each(&cells, |value| number(if is_dark(*value) { z(*value) } else { f64::NAN }));
+        dark["showscale"] = json!(false);
+        dark["hoverinfo"] = json!("skip");
+        for unused in ["colorbar", "meta", "hovertemplate"] {
+            dark.as_object_mut().and_then(|trace| trace.remove(unused));
+        }
+        chart.data.extend([trace, dark]);
+    } else {
+        chart.data.push(trace);
+    }
+    blanks(chart, place, &columns, &rows, &cells);
+}
+
+/// Something for each cell.
+fn each(cells: &[Vec<f64>], value: impl Fn(&f64) -> Value) -> Value {
+    cells.iter().map(|row| row.iter().map(&value).collect::<Value>()).collect()
+}
+
+fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
+    let (bottom, top, height) = place.tall;
+    let ticks = ticks::along(axis, range, height, 120.0);
+    let text = |text: &str| text.lines().map(markup).collect::<Vec<_>>().join("<br>");
+    let label: Vec<_> = wrap(&axis.label, 14.0, height).iter().map(|line| markup(line)).collect();
+    json!({
+        "x": 1,
+        "xpad": 12,
+        "y": 0.5 * (bottom + top),
+        "ypad": 0,
+        "len": top - bottom,
+        "thickness": 16,
+        "outlinecolor": css(FRAME),
+        "outlinewidth": 1,
+        "ticks": "outside",
+        "ticklen": 4,
+        "tickcolor": css(FRAME),
+        "tickfont": {"size": 12},
+        "tickmode": "array",
+        "tickvals": numbers(ticks.iter().map(|tick| axis.scale.even(tick.at))),
+        "ticktext": ticks.iter().map(|tick| text(&tick.text)).collect::<Value>(),
+        "title": {"text": label.join("<br>"), "side": "right", "font": {"size": 13}},
+    })
+}
+
+/// Hatched rectangles, one for each stretch of a row: heat maps of Plotly have no hatching.
+fn blanks(chart: &mut Chart, place: &Place, columns: &Cells, rows: &Cells, cells: &[Vec<f64>]) {
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for (row, values) in cells.iter().enumerate() {
+        let [bottom, top] = [rows.edges[row], rows.edges[row + 1]].map(number);
+        let mut start = 0;
+        for run in values.chunk_by(|a, b| a.is_finite() == b.is_finite()) {
+            let end = start + run.len();
+            if !run[0].is_finite() {
+                let [left, right] = [columns.edges[start], columns.edges[end]].map(number);
+                x.extend([&left, &right, &right, &left, &left, &Value::Null].map(Value::clone));
+                y.extend([&bottom, &bottom, &top, &top, &bottom, &Value::Null].map(Value::clone));
+            }
+            start = end;
+        }
+    }
+    if x.is_empty() {
+        return;
+    }
+    let trace = json!({
+        "type": "scatter",
+        "mode": "lines",
+        "x": x,
+        "y": y,
+        "line": {"color": css(GRID), "width": 0.5},
+        "fill": "toself",
+        "fillcolor": css(WHITE),
+        "fillpattern": {"shape": "/", "size": 6, "solidity": 0.15, "fgcolor": css(HATCH), "bgcolor": css(WHITE)},
+        "hoverinfo": "skip",
+        "showlegend": false,
+    });
+    place.push(chart, Some("no value"), Key::Blank, trace);
+}
