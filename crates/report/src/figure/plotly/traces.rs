@@ -1,7 +1,7 @@
 //! Layers as traces, shapes and annotations.
 
 use super::super::layers::BAND_OPACITY;
-use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, faded};
+use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, WHITE, faded};
 use super::super::{Axis, AxisScale, Layer, Panel, Ticks};
 use super::colour::css;
 use super::markup::{markup, quantity, template};
@@ -300,8 +300,21 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
 }
 
 /// On logarithmic axes Plotly takes the values of shapes, but the logarithms of annotations.
-fn rule_line() -> Value {
-    json!({"color": css(QUIET), "width": 1.0, "dash": dash(RULE_DASHES)})
+fn rule(chart: &mut Chart, place: &Place, mut line: Value, label: Option<&str>, mut note: Value) {
+    line["type"] = json!("line");
+    // On the colours of cells, some of which are dark, nothing could be read without a ground.
+    if super::has_cells(place.panel) {
+        let ground = css(faded(WHITE, 0.75));
+        note["bgcolor"] = json!(ground);
+        let mut casing = line.clone();
+        casing["line"] = json!({"color": ground, "width": 3.0});
+        chart.shapes.push(casing);
+    }
+    line["line"] = json!({"color": css(QUIET), "width": 1.0, "dash": dash(RULE_DASHES)});
+    chart.shapes.push(line);
+    if let Some(label) = label {
+        chart.note(label, note);
+    }
 }
 
 fn horizontal_rule(chart: &mut Chart, place: &Place, label: Option<&str>, y: f64) {
@@ -310,17 +323,12 @@ fn horizontal_rule(chart: &mut Chart, place: &Place, label: Option<&str>, y: f64
         return;
     }
     let across = format!("{} domain", place.x);
-    chart.shapes.push(json!({
-        "type": "line", "xref": across, "yref": place.y, "x0": 0, "x1": 1, "y0": y, "y1": y, "line": rule_line(),
-    }));
-    if let Some(label) = label {
-        chart.note(
-            label,
-            json!({
-                "xref": across, "yref": place.y, "x": 1, "y": number(scale.even(y)), "xanchor": "right", "yanchor": "bottom",
-            }),
-        );
-    }
+    let line = json!({"xref": across, "yref": place.y, "x0": 0, "x1": 1, "y0": y, "y1": y});
+    let note = json!({
+        "xref": across, "yref": place.y, "x": 1, "y": number(scale.even(y)), "xanchor": "right",
+        "yanchor": "bottom",
+    });
+    rule(chart, place, line, label, note);
 }
 
 fn vertical_rule(chart: &mut Chart, place: &Place, label: Option<&str>, x: f64) {
@@ -329,17 +337,11 @@ fn vertical_rule(chart: &mut Chart, place: &Place, label: Option<&str>, x: f64) 
         return;
     }
     let along = format!("{} domain", place.y);
-    chart.shapes.push(json!({
-        "type": "line", "xref": place.x, "yref": along, "x0": x, "x1": x, "y0": 0, "y1": 1, "line": rule_line(),
-    }));
-    if let Some(label) = label {
-        // Upright beside its rule: labels of close rules do not meet.
-        chart.note(
-            label,
-            json!({
-                "xref": place.x, "yref": along, "x": number(scale.even(x)), "y": 1, "xanchor": "right", "yanchor": "top",
-                "textangle": -90,
-            }),
-        );
-    }
+    let line = json!({"xref": place.x, "yref": along, "x0": x, "x1": x, "y0": 0, "y1": 1});
+    // Upright beside its rule: labels of close rules do not meet.
+    let note = json!({
+        "xref": place.x, "yref": along, "x": number(scale.even(x)), "y": 1, "xanchor": "right",
+        "yanchor": "top", "textangle": -90,
+    });
+    rule(chart, place, line, label, note);
 }
