@@ -56,7 +56,6 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         Layer::HorizontalRule { label, y } => horizontal_rule(chart, place, label.as_deref(), *y),
         Layer::VerticalRule { label, x } => vertical_rule(chart, place, label.as_deref(), *x),
         Layer::Lanes { lanes, categories } => lanes::add(chart, place, lanes, categories),
-        Layer::Heat { .. } | Layer::UpperLimits { .. } => {}
     }
 }
 
