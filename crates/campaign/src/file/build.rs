@@ -8,7 +8,7 @@ use standstill_detect::{
 };
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
-use standstill_plant::{Quantity, Temperature, Unit};
+use standstill_plant::{Motor, Quantity, Temperature, Unit};
 use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
 
 use super::document::FileError;
@@ -35,6 +35,16 @@ impl ScenarioFile {
     /// # Errors
     /// A value that cannot be, with its key.
     pub fn scenario(&self, folder: &Path) -> Result<Scenario<Method<f64>>, FileError> {
+        self.scenario_of(self.motor(folder)?)
+    }
+
+    /// The motor.
+    pub(super) fn motor(&self, folder: &Path) -> Result<Motor, FileError> {
+        self.motor.sheet(folder)?.motor().map_err(FileError::Motor)
+    }
+
+    /// The scenario, with a motor that is already there.
+    pub(super) fn scenario_of(&self, motor: Motor) -> Result<Scenario<Method<f64>>, FileError> {
         if self.trials == 0 {
             return Err(FileError::key("trials", "0", "at least 1"));
         }
@@ -48,8 +58,6 @@ impl ScenarioFile {
                 in_range(key, precision, [1e-6, 1.0], "from 1e-6 to 1, or 0.0001 % to 100 %")?;
             }
         }
-        let sheet = self.motor.sheet(folder)?;
-        let motor = sheet.motor().map_err(FileError::Motor)?;
         let errors: ErrorSet = self.errors.into();
         let dc_link = self.inverter.dc_link.map_or(motor.dc_link.unwrap_or(DC_LINK), Quantity::value);
         let mut drive = errors.drive(motor.rated_current, dc_link);

@@ -1,6 +1,6 @@
 //! The motor of a scenario: a name, a path, or a data sheet in place.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
@@ -104,7 +104,15 @@ impl MotorSpec {
             }
             Self::Table(table) => table,
         };
-        whole(table, folder).map(|(_, sheet)| sheet)
+        let (file, mut sheet) = whole(table, folder)?;
+        // A map is looked for beside the data sheet that names it, and that is no longer told.
+        if let Some(map) = map_of(&mut sheet) {
+            let beside = beside(&file, map);
+            let absolute = std::path::absolute(beside)
+                .map_err(|error| FileError::key("motor.map.file", map, &format!("a path: {error}")))?;
+            *map = absolute.to_string_lossy().into_owned();
+        }
+        Ok(sheet)
     }
 
     /// Its name, for people: of one in place, that of the motor it differs from.
@@ -118,6 +126,28 @@ impl MotorSpec {
             },
         }
     }
+}
+
+/// The files that a motor's path stands for: its data sheet, and its map if it has one.
+pub(super) fn files(name: &str, folder: &Path) -> Result<Vec<PathBuf>, FileError> {
+    let (file, text) = text(name, folder, "motor")?;
+    // What is no data sheet is told elsewhere.
+    let mut sheet = text.parse::<Table>().unwrap_or_default();
+    let map = map_of(&mut sheet).map(|map| beside(&file, map));
+    Ok(std::iter::once(PathBuf::from(&file)).chain(map).collect())
+}
+
+/// The path of a data sheet's map.
+fn map_of(sheet: &mut Table) -> Option<&mut String> {
+    let map = match sheet.get_mut("map")?.get_mut("file")? {
+        Value::Table(sourced) => sourced.get_mut("value")?,
+        other => other,
+    };
+    if let Value::String(map) = map { Some(map) } else { None }
+}
+
+fn beside(file: &str, map: &str) -> PathBuf {
+    Path::new(file).parent().unwrap_or_else(|| Path::new("")).join(map)
 }
 
 /// The text of a named data sheet, and the name of its file.

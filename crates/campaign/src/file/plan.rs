@@ -4,12 +4,12 @@ use std::fmt::Write as _;
 
 use indexmap::IndexMap;
 use standstill_detect::Method;
-use standstill_plant::DataSheet;
+use standstill_plant::{DataSheet, Motor};
 use toml::{Table, Value};
 
-use super::axes::{Point, points};
+use super::axes::{AxisSpec, Point, points};
 use super::document::{Document, FileError, Origin};
-use super::motor::MotorSpec;
+use super::motor::{self, MotorSpec};
 use super::tables::ScenarioFile;
 use super::tolerances::Drawn;
 use crate::{Record, Scenario};
@@ -20,6 +20,8 @@ pub struct Plan {
     document: Document,
     /// The same with the whole motor in it: each trial with tolerances is made of it.
     resolved: Document,
+    /// The motor, if it is the same at all points and in all trials.
+    motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
@@ -55,7 +57,13 @@ impl Plan {
         let mut resolved = document.clone();
         let sheet = file.motor.resolved(document.folder()).map_err(|error| document.locate(error))?;
         resolved.resolve_motor(sheet);
-        let plan = Self { document, resolved, file, points, tolerances };
+        let mut keys = file.axes.keys().chain(file.tolerances.keys());
+        let motor = if keys.any(|key| key == "motor" || key.starts_with("motor.")) {
+            None
+        } else {
+            Some(file.motor(document.folder()).map_err(|error| document.locate(error))?)
+        };
+        let plan = Self { document, resolved, motor, file, points, tolerances };
         for number in 0..plan.points.len() {
             plan.scenario(number)?;
             if !plan.tolerances.is_empty() {
@@ -75,20 +83,29 @@ impl Plan {
         &self.points
     }
 
-    /// The file with all overrides, as it would be written, with a digest of a motor's own file: what makes a run this run.
+    /// The file with all overrides, as it would be written, with digests of the motors' own files: what makes a run this
+    /// run.
     pub fn text(&self) -> Result<String, FileError> {
-        let text = self.file.text()?;
-        let name = match &self.file.motor {
-            MotorSpec::Named(name) => Some(name.as_str()),
-            MotorSpec::Table(table) => table.get("base").and_then(Value::as_str),
+        let mut text = self.file.text()?;
+        let named = |spec: &MotorSpec| match spec {
+            MotorSpec::Named(name) => Some(name.clone()),
+            MotorSpec::Table(table) => table.get("base").and_then(Value::as_str).map(str::to_owned),
         };
-        let Some(name) = name.filter(|name| DataSheet::built_in_text(name).is_none()) else {
-            return Ok(text);
-        };
-        let path = self.document.folder().join(name);
-        let bytes = std::fs::read(&path)
-            .map_err(|error| FileError::key("motor", &path.display().to_string(), &error.to_string()))?;
-        Ok(format!("{text}# {name} has the CRC-32 {:08x}\n", crc32fast::hash(&bytes)))
+        let mut names: Vec<String> = named(&self.file.motor).into_iter().collect();
+        if let Some(AxisSpec::List(motors)) = self.file.axes.get("motor") {
+            names.extend(motors.iter().filter_map(|motor| motor.as_str().map(str::to_owned)));
+        }
+        for name in names.iter().filter(|name| DataSheet::built_in_text(name).is_none()) {
+            for path in motor::files(name, self.document.folder())? {
+                let bytes = std::fs::read(&path).map_err(|error| {
+                    FileError::key("motor", &path.display().to_string(), &error.to_string())
+                })?;
+                let file =
+                    path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default();
+                let _ = writeln!(text, "# {file} has the CRC-32 {:08x}", crc32fast::hash(&bytes));
+            }
+        }
+        Ok(text)
     }
 
     /// Whether each trial draws values of its own.
@@ -119,7 +136,11 @@ impl Plan {
             }
         }
         let file = document.load()?;
-        file.scenario(document.folder()).map_err(|error| document.locate(error))
+        let scenario = match &self.motor {
+            Some(motor) => file.scenario_of(motor.clone()),
+            None => file.scenario(document.folder()),
+        };
+        scenario.map_err(|error| document.locate(error))
     }
 
     /// A trial at a point whose scenario is `scenario`.

@@ -275,7 +275,9 @@ fn a_report_is_one_file_that_says_what_was_run() {
             assert!(made.iter().any(|made| made == name), "{name} in {made:?}");
         }
         let page = fs::read_to_string(report.join("report.html")).expect("readable");
-        for part in ["bipolar", "standstill run scenario.toml", "errors&quot; = [", "sensors.noise", "Verdict"] {
+        for part in
+            ["bipolar", "standstill run scenario.toml", "errors&quot; = [", "sensors.noise", "Verdict"]
+        {
             assert!(page.contains(part), "{part}");
         }
     }

@@ -20,6 +20,54 @@ fn write_map(path: &Path) {
     fs::write(path, text).expect("written");
 }
 
+/// The paper's motor with `map.csv` beside it as its core.
+fn write_sheet(folder: &Path) {
+    let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"));
+    let sheet = sheet.expect("the data sheet");
+    let (head, rest) = sheet.split_once("[saturation]").expect("a table");
+    let rotor = &rest[rest.find("[rotor]").expect("a table")..];
+    let line = "file = { value = \"map.csv\", source = \"given\", reason = \"measured\" }";
+    fs::write(folder.join("own.toml"), format!("{head}[map]\n{line}\n{rotor}")).expect("written");
+}
+
+#[test]
+fn a_scenario_finds_a_motor_and_its_map_and_notices_when_they_change() {
+    let folder = folder();
+    let at = folder.path();
+    fs::create_dir(at.join("motors")).expect("made");
+    write_map(&at.join("motors/map.csv"));
+    write_sheet(&at.join("motors"));
+    let scenario = |tolerance: &str| {
+        let text = format!(
+            "motor = \"motors/own.toml\"\ntrials = 3\n[tolerances]\n\"{tolerance}\" = {{ normal = \"0 %\" }}\n"
+        );
+        fs::write(at.join("s.toml"), text).expect("written");
+    };
+    // Whether a trial has a motor of its own or not, it is the same motor.
+    scenario("motor.winding.resistance");
+    let run =
+        |more: &[&str]| standstill(&[&["run", "s.toml", "--shard", "1/2", "--out", "a"], more].concat(), at);
+    let output = run(&[]);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let trials = |out: &str| {
+        let output = standstill(&["run", "s.toml", "--out", out], at);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = fs::read_to_string(at.join(out).join("trials.csv")).expect("readable");
+        text.lines()
+            .map(|line| line.split(',').take(8).map(str::to_owned).collect::<Vec<_>>())
+            .collect::<Vec<_>>()
+    };
+    let each = trials("each");
+    fs::write(at.join("s.toml"), "motor = \"motors/own.toml\"\ntrials = 3\n").expect("written");
+    assert_eq!(each, trials("one"));
+    // Another map is another run.
+    scenario("motor.winding.resistance");
+    let map = fs::read_to_string(at.join("motors/map.csv")).expect("readable");
+    fs::write(at.join("motors/map.csv"), format!("{map}\n")).expect("written");
+    let message = mistake(&["run", "s.toml", "--shard", "1/2", "--out", "a", "--resume"], at);
+    assert!(message.contains("map.csv has the CRC-32"), "{message}");
+}
+
 #[test]
 fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
     let folder = folder();
@@ -50,12 +98,7 @@ fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
     }
 
     // The same map as the core of a data sheet.
-    let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"));
-    let sheet = sheet.expect("the data sheet");
-    let (head, rest) = sheet.split_once("[saturation]").expect("a table");
-    let rotor = &rest[rest.find("[rotor]").expect("a table")..];
-    let line = "file = { value = \"map.csv\", source = \"given\", reason = \"measured\" }";
-    fs::write(at.join("own.toml"), format!("{head}[map]\n{line}\n{rotor}")).expect("written");
+    write_sheet(at);
     let output =
         standstill(&["trace", "--motor", "own.toml", "--angle", "40", "--decay", "fast", "--out", "t"], at);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

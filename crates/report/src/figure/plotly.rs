@@ -263,6 +263,8 @@ fn common(height: f64, unified: bool) -> Map<String, Value> {
         "font": {"color": css(INK), "size": 12},
         "showlegend": false,
         "barmode": "overlay",
+        // A sweep has few points, which a pointer between two of them should find too.
+        "hoverdistance": 100,
         "hovermode": if unified { "x unified" } else { "closest" },
         "hoversubplots": "axis",
         "hoverlabel": {

@@ -47,7 +47,11 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
 pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let s = &summary.summary;
     let percent = |share: f64| {
-        if share < 1e-3 { format!("{:.4} %", 100.0 * share) } else { format!("{:.2} %", 100.0 * share) }
+        if share > 0.0 && share < 1e-3 {
+            format!("{:.4} %", 100.0 * share)
+        } else {
+            format!("{:.2} %", 100.0 * share)
+        }
     };
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
     let tone = if s.wrong_poles > 0 || s.errors > 0 {
@@ -272,7 +276,7 @@ fn reproduce(run: &Run) -> Vec<Block> {
         Block::Text(format!(
             "The same program version writes the same bytes on any machine and any number of threads. Save the scenario as scenario.toml{}.",
             if run.summary.run.scenario.contains("has the CRC-32") {
-                ", with the motor's own file beside it"
+                ", with the motor's own files beside it"
             } else {
                 ""
             }
