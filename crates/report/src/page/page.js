@@ -200,6 +200,8 @@
     const plot = live.querySelector('.plot');
     const keys = all('button.key', live);
     const hidden = new Set();
+    const crowded = new Set();
+    const shown = trace => !hidden.has(trace.legendgroup) && !crowded.has(trace);
     const config = {
       responsive: true, displaylogo: false, displayModeBar: true, doubleClick: 'reset', showTips: false,
       modeBarButtons: [['zoom2d', 'pan2d'], ['zoomIn2d', 'zoomOut2d', 'resetScale2d'], ['toImage']],
@@ -232,9 +234,19 @@
         }
       }
       if (Object.keys(change).length) Plotly.relayout(plot, change);
+      // Numbers stand in cells where all have the room, as in the drawn figure.
+      const before = crowded.size;
+      data.filter(trace => trace.meta?.cells).forEach(trace => {
+        const [x, y] = [trace.xaxis, trace.yaxis].map(name => plot._fullLayout[name.replace(/^./, '$&axis')]);
+        const cramped = trace.meta.cells.some(([left, right, bottom, top], i) =>
+          Math.abs(x.c2p(right) - x.c2p(left)) < 7.2 * trace.text[i].length + 4
+            || Math.abs(y.c2p(top) - y.c2p(bottom)) < 15);
+        crowded[cramped ? 'add' : 'delete'](trace);
+      });
+      if (crowded.size !== before) Plotly.restyle(plot, { visible: data.map(shown) });
     };
     const draw = () => {
-      const traces = data.map(trace => ({ ...translate(trace, ''), visible: !hidden.has(trace.legendgroup) }));
+      const traces = data.map(trace => ({ ...translate(trace, ''), visible: shown(trace) }));
       const look = translate(layout, '');
       delete look.height;
       look.font.family = family;
@@ -249,7 +261,7 @@
     };
     const switched = () => {
       keys.forEach(key => key.setAttribute('aria-pressed', String(!hidden.has(key.dataset.group))));
-      Plotly.restyle(plot, { visible: data.map(trace => !hidden.has(trace.legendgroup)) });
+      Plotly.restyle(plot, { visible: data.map(shown) });
     };
     keys.forEach(key => {
       const group = key.dataset.group;

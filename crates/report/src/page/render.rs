@@ -1,8 +1,8 @@
 //! The HTML of a page.
 
 use super::{Block, Chart, Page, PageError, Section, Table, Tone};
-use crate::figure::Figure;
 use crate::figure::plotly::{self, Entry, Legend, css, markup, palette};
+use crate::figure::{Figure, Layer};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
 use std::fmt::Write;
@@ -243,7 +243,14 @@ fn summary(figure: &Figure, legend: &[Legend]) -> String {
     let mut text =
         if figure.title.is_empty() { "Chart".to_owned() } else { format!("Chart: {}", figure.title) };
     for (index, panel) in figure.panels.iter().enumerate() {
-        let _ = write!(text, ". {} over {}", panel.y.label, panel.x.label);
+        let cells = panel.layers.iter().find_map(|layer| match layer {
+            Layer::Heat { colour, .. } => Some(&colour.label),
+            _ => None,
+        });
+        let _ = match cells {
+            Some(label) => write!(text, ". {label} over {} and {}", panel.x.label, panel.y.label),
+            None => write!(text, ". {} over {}", panel.y.label, panel.x.label),
+        };
         let entries = legend.iter().filter(|legend| legend.panel == index).flat_map(|legend| &legend.entries);
         let labels: Vec<_> = entries.map(|entry| entry.label.as_str()).collect();
         if !labels.is_empty() {

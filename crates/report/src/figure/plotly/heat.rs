@@ -11,7 +11,6 @@ use super::colour::{css, fixed};
 use super::markup::{markup, quantity, template};
 use super::traces::{Place, nearest};
 use super::{Chart, Key, number, numbers};
-use plotters::style::RGBAColor;
 use serde_json::{Value, json};
 
 /// Digits of what is read out.
@@ -101,7 +100,6 @@ pub(super) fn add(
     let [zmin, zmax] = [low, high].map(|end| axis.scale.even(end));
     let z = |value: f64| if axis.scale.has(value) || value.is_nan() { axis.scale.even(value) } else { zmin };
     let ground = |value: f64| colour((z(value) - zmin) / (zmax - zmin));
-    let is_dark = |value: f64| value.is_finite() && ink_on(ground(value)) == WHITE;
     let scale: Value = stops().map(|(share, stop)| json!([number(share), fixed(stop)])).collect();
     let (of_x, of_y) = (quantity(&place.panel.x.label).0, quantity(&place.panel.y.label).0);
     let (name, unit) = quantity(&axis.label);
@@ -113,8 +111,10 @@ pub(super) fn add(
         "" => format!("%{{customdata[{index}]}}"),
         name => format!("{}: %{{customdata[{index}]}}", template(name)),
     };
-    let mut trace = json!({
+    let trace = json!({
         "type": "heatmap",
+        "xaxis": place.x,
+        "yaxis": place.y,
         "x": numbers(columns.edges.iter().copied()),
         "y": numbers(rows.edges.iter().copied()),
         "z": each(&cells, |value| number(if value.is_finite() { z(*value) } else { f64::NAN })),
@@ -133,34 +133,50 @@ pub(super) fn add(
             line(name, 2)
         ),
     });
-    trace["xaxis"] = json!(place.x);
-    trace["yaxis"] = json!(place.y);
-    let written = with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS;
-    if written {
-        // A trace has one ink: dark cells are drawn once more, with the other.
-        let mut dark = trace.clone();
-        let write = |trace: &mut Value, on_dark: bool, ink: RGBAColor| {
-            let text = |value: &f64| {
-                let shown = value.is_finite() && is_dark(*value) == on_dark;
-                json!(if shown { significant(*value) } else { String::new() })
-            };
-            trace["text"] = each(&cells, text);
-            trace["texttemplate"] = json!("%{text}");
-            trace["textfont"] = json!({"color": fixed(ink)});
-        };
-        write(&mut trace, false, ink_on(WHITE));
-        write(&mut dark, true, WHITE);
-        dark["z"] = each(&cells, |value| number(if is_dark(*value) { z(*value) } else { f64::NAN }));
-        dark["showscale"] = json!(false);
-        dark["hoverinfo"] = json!("skip");
-        for unused in ["colorbar", "meta", "hovertemplate"] {
-            dark.as_object_mut().and_then(|trace| trace.remove(unused));
-        }
-        chart.data.extend([trace, dark]);
-    } else {
-        chart.data.push(trace);
-    }
+    chart.data.push(trace);
     blanks(chart, place, &columns, &rows, &cells);
+    if with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
+        written(chart, place, &columns, &rows, &cells, |value| fixed(ink_on(ground(value))));
+    }
+}
+
+/// The values in the cells. Those that Plotly writes have one ink, stand beside the middle of cells on logarithmic axes
+/// and shrink; scripts leave these out where one has no room.
+fn written(
+    chart: &mut Chart,
+    place: &Place,
+    columns: &Cells,
+    rows: &Cells,
+    cells: &[Vec<f64>],
+    ink: impl Fn(f64) -> String,
+) {
+    let middle =
+        |scale: AxisScale, pair: &[f64]| scale.value(0.5 * (scale.even(pair[0]) + scale.even(pair[1])));
+    let (mut x, mut y, mut text, mut inks, mut areas) = (vec![], vec![], vec![], vec![], vec![]);
+    for (tall, values) in rows.edges.windows(2).zip(cells) {
+        for (wide, value) in columns.edges.windows(2).zip(values).filter(|(_, value)| value.is_finite()) {
+            x.push(middle(place.panel.x.scale, wide));
+            y.push(middle(place.panel.y.scale, tall));
+            text.push(significant(*value));
+            inks.push(ink(*value));
+            areas.push(numbers([wide[0], wide[1], tall[0], tall[1]].into_iter()));
+        }
+    }
+    if !text.is_empty() {
+        chart.data.push(json!({
+            "type": "scatter",
+            "mode": "text",
+            "x": numbers(x.into_iter()),
+            "y": numbers(y.into_iter()),
+            "text": text,
+            "textfont": {"size": 12, "color": inks},
+            "meta": {"cells": areas},
+            "hoverinfo": "skip",
+            "showlegend": false,
+            "xaxis": place.x,
+            "yaxis": place.y,
+        }));
+    }
 }
 
 /// Something for each cell.
