@@ -1,3 +1,5 @@
+mod maps;
+
 use super::*;
 use crate::figure::Lane;
 
