@@ -200,8 +200,7 @@
     const plot = live.querySelector('.plot');
     const keys = all('button.key', live);
     const hidden = new Set();
-    const crowded = new Set();
-    const shown = trace => !hidden.has(trace.legendgroup) && !crowded.has(trace);
+    const numbers = data.filter(trace => trace.meta?.cells).map(trace => [trace, trace.text]);
     const config = {
       responsive: true, displaylogo: false, displayModeBar: true, doubleClick: 'reset', showTips: false,
       modeBarButtons: [['zoom2d', 'pan2d'], ['zoomIn2d', 'zoomOut2d', 'resetScale2d'], ['toImage']],
@@ -234,19 +233,22 @@
         }
       }
       if (Object.keys(change).length) Plotly.relayout(plot, change);
-      // Numbers stand in cells where all have the room, as in the drawn figure.
-      const before = crowded.size;
-      data.filter(trace => trace.meta?.cells).forEach(trace => {
+      // Numbers stand in cells where all have the room, as in the drawn figure; half a number would be another one.
+      for (const [trace, texts] of numbers) {
         const [x, y] = [trace.xaxis, trace.yaxis].map(name => plot._fullLayout[name.replace(/^./, '$&axis')]);
+        const half = text => 3.6 * text.length;
         const cramped = trace.meta.cells.some(([left, right, bottom, top], i) =>
-          Math.abs(x.c2p(right) - x.c2p(left)) < 7.2 * trace.text[i].length + 4
-            || Math.abs(y.c2p(top) - y.c2p(bottom)) < 15);
-        crowded[cramped ? 'add' : 'delete'](trace);
-      });
-      if (crowded.size !== before) Plotly.restyle(plot, { visible: data.map(shown) });
+          Math.abs(x.c2p(right) - x.c2p(left)) < 2 * half(texts[i]) + 4 || Math.abs(y.c2p(top) - y.c2p(bottom)) < 15);
+        const inside = (at, axis, room) => axis.c2p(at) > room && axis.c2p(at) < axis._length - room;
+        const text = texts.map((one, i) =>
+          (!cramped && inside(trace.x[i], x, half(one)) && inside(trace.y[i], y, 7) ? one : ''));
+        if (String(text) === String(trace.text)) continue;
+        trace.text = text;
+        Plotly.restyle(plot, { text: [text] }, [data.indexOf(trace)]);
+      }
     };
     const draw = () => {
-      const traces = data.map(trace => ({ ...translate(trace, ''), visible: shown(trace) }));
+      const traces = data.map(trace => ({ ...translate(trace, ''), visible: !hidden.has(trace.legendgroup) }));
       const look = translate(layout, '');
       delete look.height;
       look.font.family = family;
@@ -261,7 +263,7 @@
     };
     const switched = () => {
       keys.forEach(key => key.setAttribute('aria-pressed', String(!hidden.has(key.dataset.group))));
-      Plotly.restyle(plot, { visible: data.map(shown) });
+      Plotly.restyle(plot, { visible: data.map(trace => !hidden.has(trace.legendgroup)) });
     };
     keys.forEach(key => {
       const group = key.dataset.group;

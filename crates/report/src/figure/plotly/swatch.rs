@@ -37,13 +37,10 @@ pub(crate) fn swatch(key: Key) -> String {
                 colour(style)
             )
         }
-        Key::Blank => {
-            let lines: String = (0..5).map(|i| format!("M{} 12l5-10", 1 + 6 * i)).collect();
-            format!(
-                "<rect x=\".5\" y=\"1.5\" width=\"29\" height=\"11\" style=\"fill:var(--surface);\
-                 stroke:var(--frame)\"/><path d=\"{lines}\" fill=\"none\" style=\"stroke:var(--no-value)\"/>"
-            )
-        }
+        Key::Blank => "<rect x=\".5\" y=\"1.5\" width=\"29\" height=\"11\" style=\"fill:var(--surface);\
+             stroke:var(--frame)\"/><path d=\"M1 12l5-10M7 12l5-10M13 12l5-10M19 12l5-10M24 12l5-10\" fill=\"none\" \
+             style=\"stroke:var(--no-value)\"/>"
+            .to_owned(),
         Key::Fill(index) => {
             let ground = format!(
                 "<rect x=\".5\" y=\"1.5\" width=\"29\" height=\"11\" style=\"fill:var(--fill-{index});\
