@@ -16,9 +16,25 @@ pub fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
     format!("{value} [{low}, {high}]")
 }
 
+/// A probability in per cent with its interval, in as many digits as its upper end needs: of a zero count, that is what is
+/// known.
+fn percent(probability: &Estimate) -> String {
+    interval(probability, 100.0, digits(probability.high).max(3))
+}
+
+/// Decimals for two significant digits of a share in per cent.
+pub fn digits(share: f64) -> usize {
+    if !share.is_normal() {
+        return 2;
+    }
+    // Of an f64: from -308 to 308.
+    #[allow(clippy::cast_possible_truncation)]
+    let magnitude = (100.0 * share).log10().floor() as isize;
+    usize::try_from(1 - magnitude).unwrap_or(0).max(2)
+}
+
 /// A count among others, as a probability in per cent; of none, what it is at most.
 pub fn share(count: u64, probability: &Estimate) -> String {
-    let digits = |share: f64| if share < 1e-3 { 4 } else { 2 };
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
         format!("0 (< {:.*} %)", digits(high), 100.0 * high)
@@ -31,7 +47,7 @@ pub fn share(count: u64, probability: &Estimate) -> String {
 pub fn text(s: &Summary) -> String {
     let trials = if s.trials == 1 { "trial" } else { "trials" };
     let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
-    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", interval(of, 100.0, 3));
+    let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
     let largest = format!(
         "{}°, exceeded by at most {:.2} % of detections (97.5 %)",
         number(s.max_deg, 3),
@@ -61,8 +77,24 @@ pub fn text(s: &Summary) -> String {
         let _ = writeln!(text, "  {name:<20} {value}");
     }
     for (reason, times) in &s.reasons {
-        let probability = interval(&times.probability, 100.0, 3);
+        let probability = percent(&times.probability);
         let _ = writeln!(text, "    {} times, probability {probability} %: {reason}", times.count);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_campaign::binomial_interval;
+
+    use super::*;
+
+    #[test]
+    fn regress_a_zero_count_prints_its_upper_limit_however_small() {
+        // 1 − 0.025^(1/n): 3.7 / n.
+        assert_eq!(percent(&binomial_interval(0, 10_000)), "0.000 [0.000, 0.037]");
+        assert_eq!(percent(&binomial_interval(0, 1_000_000)), "0.00000 [0.00000, 0.00037]");
+        assert_eq!(share(0, &binomial_interval(0, 1_000_000)), "0 (< 0.00037 %)");
+        assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50.00 %)");
+    }
 }

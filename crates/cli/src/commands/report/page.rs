@@ -8,7 +8,7 @@ use super::Run;
 use super::study::{setting, word};
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::number;
+use crate::summary::{digits, number};
 use crate::units::Shown;
 
 /// More starts than this without an angle are worth a warning.
@@ -46,13 +46,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
 /// What the run says in a line, and what that rests on.
 pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let s = &summary.summary;
-    let percent = |share: f64| {
-        if share > 0.0 && share < 1e-3 {
-            format!("{:.4} %", 100.0 * share)
-        } else {
-            format!("{:.2} %", 100.0 * share)
-        }
-    };
+    let percent = |share: f64| format!("{:.*} %", digits(share), 100.0 * share);
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
     let tone = if s.wrong_poles > 0 || s.errors > 0 {
         Tone::Bad
