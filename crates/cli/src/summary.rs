@@ -16,6 +16,11 @@ pub fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
     format!("{value} [{low}, {high}]")
 }
 
+/// An angle in degrees with its interval, in as many digits as that is narrow.
+pub fn angle(estimate: &Estimate) -> String {
+    interval(estimate, 1.0, digits(0.01 * (estimate.high - estimate.low) / 2.0).max(3))
+}
+
 /// A probability in per cent with its interval, in as many digits as its upper end needs: of a zero count, that is what is
 /// known.
 fn percent(probability: &Estimate) -> String {
@@ -56,11 +61,11 @@ pub fn text(s: &Summary) -> String {
     );
     let beyond = format!("P(|e| > {}°)", s.limit_deg);
     let mut lines = vec![
-        ("rms axis error", format!("{}° over {} axes", interval(&s.rms_deg, 1.0, 3), s.axes)),
-        ("mean axis error", format!("{}°", interval(&s.bias_deg, 1.0, 3))),
-        ("median", format!("{}°", interval(&s.p50_deg, 1.0, 3))),
-        ("95th percentile", format!("{}°", interval(&s.p95_deg, 1.0, 3))),
-        ("99th percentile", format!("{}°", interval(&s.p99_deg, 1.0, 3))),
+        ("rms axis error", format!("{}° over {} axes", angle(&s.rms_deg), s.axes)),
+        ("mean axis error", format!("{}°", angle(&s.bias_deg))),
+        ("median", format!("{}°", angle(&s.p50_deg))),
+        ("95th percentile", format!("{}°", angle(&s.p95_deg))),
+        ("99th percentile", format!("{}°", angle(&s.p99_deg))),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
         (beyond.as_str(), format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
         ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
@@ -95,6 +100,10 @@ mod tests {
         assert_eq!(percent(&binomial_interval(0, 10_000)), "0.000 [0.000, 0.037]");
         assert_eq!(percent(&binomial_interval(0, 1_000_000)), "0.00000 [0.00000, 0.00037]");
         assert_eq!(share(0, &binomial_interval(0, 1_000_000)), "0 (< 0.00037 %)");
+        assert_eq!(
+            angle(&Estimate { value: 0.15, low: 0.149_95, high: 0.150_05 }),
+            "0.150000 [0.149950, 0.150050]"
+        );
         assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50.00 %)");
     }
 }
