@@ -128,6 +128,17 @@ pub struct Operating {
     pub domain: f64,
 }
 
+/// The right-hand side at one state, and what it was made of.
+#[derive(Clone, Copy, Debug)]
+pub struct Evaluation<const N: usize> {
+    /// The derivative of the state.
+    pub slope: [f64; N],
+    /// The machine.
+    pub operating: Operating,
+    /// Terminal potentials in V.
+    pub potentials: [f64; 3],
+}
+
 impl<'a> Flow<'a> {
     /// With all gates off and nothing conducting.
     pub fn new(motor: &'a Motor, bridge: &'a Bridge, link: &'a DcLink, motion: Motion) -> Self {
@@ -199,7 +210,14 @@ impl<'a> Flow<'a> {
     /// The derivative of the state. `t` in s.
     #[inline]
     pub fn derivative<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; N] {
-        let Operating { port, current, lag, eddy_loss, torque, .. } = self.operating(t, y);
+        self.evaluate(t, y).slope
+    }
+
+    /// The derivative of the state with all that it follows from. `t` in s.
+    #[inline]
+    pub fn evaluate<const N: usize>(&self, t: f64, y: &[f64; N]) -> Evaluation<N> {
+        let operating = self.operating(t, y);
+        let Operating { port, current, lag, eddy_loss, torque, .. } = operating;
         let potentials = self.bridge.potentials(self.gates, self.modes, &port);
         let voltage = standstill_interface::Abc(potentials).clarke();
         let slope = voltage - current * self.motor.resistance;
@@ -255,7 +273,7 @@ impl<'a> Flow<'a> {
                 dy[WITH_EDDY + 7] = self.load_torque * mechanical_speed;
             }
         }
-        dy
+        Evaluation { slope: dy, operating, potentials }
     }
 
     /// How far everything that makes the flow smooth is from its end, positive while it holds: the modes of the
@@ -265,6 +283,17 @@ impl<'a> Flow<'a> {
     pub fn margins<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; MARGINS] {
         let at = self.operating(t, y);
         let potentials = self.bridge.potentials(self.gates, self.modes, &at.port);
+        self.margins_at(&at, potentials, y)
+    }
+
+    /// The same of a state of which everything is known already.
+    #[inline]
+    pub fn margins_at<const N: usize>(
+        &self,
+        at: &Operating,
+        potentials: [f64; 3],
+        y: &[f64; N],
+    ) -> [f64; MARGINS] {
         let [a, b, c] = self.bridge.margins(self.gates, self.modes, potentials, &at.port);
         let side = |side: f64, flux: f64| if side == 0.0 { f64::INFINITY } else { side * flux };
         [

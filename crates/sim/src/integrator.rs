@@ -21,7 +21,8 @@ pub struct Attempt<const N: usize> {
 pub const STAGES: u64 = 6;
 
 impl<const N: usize> Attempt<N> {
-    /// Takes a step; `slope` is the derivative at its beginning.
+    /// Takes a step; `slope` is the derivative at its beginning. That at the end is left to the caller, who may want
+    /// more of that state than its derivative: neither [`Self::error`] nor [`Self::dense`] is known before.
     #[inline]
     pub fn new(
         derivative: impl Fn(f64, &[f64; N]) -> [f64; N],
@@ -46,14 +47,19 @@ impl<const N: usize> Attempt<N> {
             9017.0 / 3168.0 * k1[n] - 355.0 / 33.0 * k2[n] + 46732.0 / 5247.0 * k3[n] + 49.0 / 176.0 * k4[n]
                 - 5103.0 / 18656.0 * k5[n]
         });
-        let end = std::array::from_fn(|n| {
+        let end: [f64; N] = std::array::from_fn(|n| {
             y[n] + h
                 * (35.0 / 384.0 * k1[n] + 500.0 / 1113.0 * k3[n] + 125.0 / 192.0 * k4[n]
                     - 2187.0 / 6784.0 * k5[n]
                     + 11.0 / 84.0 * k6[n])
         });
-        let end_slope = derivative(t + h, &end);
-        Self { h, start: *start, end, end_slope, slopes: [*k1, k2, k3, k4, k5, k6] }
+        Self { h, start: *start, end, end_slope: [0.0; N], slopes: [*k1, k2, k3, k4, k5, k6] }
+    }
+
+    /// The step with the derivative at its end.
+    #[inline]
+    pub fn with_end_slope(self, end_slope: [f64; N]) -> Self {
+        Self { end_slope, ..self }
     }
 
     /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted.
@@ -113,13 +119,24 @@ mod tests {
         [y[1], -y[0]]
     }
 
+    fn whole(
+        f: impl Fn(f64, &[f64; 2]) -> [f64; 2],
+        t: f64,
+        y: &[f64; 2],
+        slope: &[f64; 2],
+        h: f64,
+    ) -> Attempt<2> {
+        let attempt = Attempt::new(&f, t, y, slope, h);
+        attempt.with_end_slope(f(t + h, &attempt.end))
+    }
+
     fn integrate(steps: u32) -> (f64, f64) {
         let h = 1.0 / f64::from(steps);
         let mut y = [1.0, 0.0];
         let mut dense_error: f64 = 0.0;
         for step in 0..steps {
             let t = f64::from(step) * h;
-            let attempt = Attempt::new(oscillator, t, &y, &oscillator(t, &y), h);
+            let attempt = whole(oscillator, t, &y, &oscillator(t, &y), h);
             dense_error = dense_error.max((attempt.dense(0.4)[0] - (t + 0.4 * h).cos()).abs());
             y = attempt.end;
         }
@@ -137,10 +154,10 @@ mod tests {
 
     #[test]
     fn law_dense_output_meets_both_ends_and_the_error_sees_nan() {
-        let attempt = Attempt::new(oscillator, 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
+        let attempt = whole(oscillator, 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
         assert_eq!(attempt.dense(0.0), attempt.start);
         assert!((attempt.dense(1.0)[0] - attempt.end[0]).abs() < 1e-15);
-        let broken = Attempt::new(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
+        let broken = whole(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
         assert!(broken.error(&[1.0; 2]).is_nan());
         assert!((broken.next_length(f64::NAN) - 0.2 * 0.3).abs() < 1e-15);
     }

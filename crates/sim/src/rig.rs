@@ -1,11 +1,13 @@
 //! The one loop: command → gate edges → conduction → voltage → flux → current → reading → detector → command.
 
 mod advance;
+mod deferred;
 
-use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Phase, Reading, Real, Step};
+use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Step};
 use standstill_inverter::{Gate, GateDriver};
 use standstill_plant::Heading;
 
+use self::deferred::{Deferred, Due};
 use crate::case::{Case, Ended, Play, RotorState, Run, RunError, Work};
 use crate::flow::{CORE, Flow, Ledger, WITH_EDDY, WITH_LEDGER};
 use crate::motion::{Contact, Motion};
@@ -48,9 +50,15 @@ struct Rig<'a, const N: usize, P> {
     tolerance: [f64; N],
     /// Longest step in s: a fraction of the ripple's period where the link's voltage follows it.
     longest_step: f64,
-    /// The last instant, and the time in s since then.
+    /// The instant at hand.
     now: Nanos,
+    /// The instant up to which the flow has been carried, and the time in s since then.
+    reached: Nanos,
     elapsed: f64,
+    /// What happened between the two, nothing of which changes the flow.
+    deferred: Deferred,
+    /// The state's derivative, if it is known.
+    slope: Option<[f64; N]>,
     /// Length of the step to try next, in s.
     step_hint: f64,
     moved: f64,
@@ -115,7 +123,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 _ => f64::INFINITY,
             },
             now: Nanos::ZERO,
+            reached: Nanos::ZERO,
             elapsed: 0.0,
+            deferred: Deferred::new(),
+            slope: None,
             step_hint: f64::INFINITY,
             moved: 0.0,
             peak_current: 0.0,
@@ -129,7 +140,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         let mut readings: Vec<Reading<T>> = Vec::new();
         let ended = loop {
             match detector.step(&readings) {
-                Step::Done(outcome) => break Ended::Outcome(outcome),
+                Step::Done(outcome) => match self.catch_up() {
+                    Ok(()) => break Ended::Outcome(outcome),
+                    Err(error) => break Ended::Error(error),
+                },
                 Step::Drive(command) => {
                     readings.clear();
                     if let Err(error) = self.carry_out(&command, &mut readings) {
@@ -154,7 +168,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         });
         Run {
             ended,
-            duration: self.now,
+            duration: self.reached,
             start_angle: self.case.start_angle,
             end_angle: self.state[2],
             has_pole: self.case.motor.has_magnet(),
@@ -172,14 +186,21 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         command: &Command<T>,
         readings: &mut Vec<Reading<T>>,
     ) -> Result<(), RunError> {
-        validate(command, self.case.inverter.carrier_period)?;
+        if let Err(error) = validate(command, self.case.inverter.carrier_period) {
+            self.catch_up()?;
+            return Err(error);
+        }
         let (start, before) = (self.now, self.requested);
         let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
         let end = timeline.end;
         if end <= start || end > self.case.time_limit {
+            self.catch_up()?;
             return Err(RunError::TimeLimit(self.case.time_limit));
         }
-        self.probe.event(self.now.seconds(), Event::Command);
+        if self.deferred.is_nearly_full() {
+            self.catch_up()?;
+        }
+        self.deferred.push(self.now, Due::Command);
         let mut triggers = (0..command.sampling.count).map(|n| command.sampling.trigger(n));
         let mut pending = self.next_trigger(&mut triggers, start, end);
         loop {
@@ -188,6 +209,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             {
                 // The drive knows what it told the legs at the trigger, not when the sample was really taken.
                 let told = if nominal == Nanos::ZERO { before } else { timeline.told(start + nominal) };
+                self.catch_up()?;
                 readings.push(self.sample(nominal, told));
                 pending = self.next_trigger(&mut triggers, start, end);
             }
@@ -195,12 +217,13 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 return Ok(());
             }
             self.switch(&mut timeline)?;
-            let next = [timeline.next(), pending.map(|(_, at)| at), self.next_source_instant()]
-                .into_iter()
-                .chain(self.drivers.iter().map(GateDriver::next_edge))
-                .flatten()
-                .fold(end, Nanos::min);
-            self.advance_to(next)?;
+            let source = self.next_source_instant();
+            let edges = self.drivers.iter().filter_map(GateDriver::next_edge);
+            let next = [timeline.next(), pending.map(|(_, at)| at), source].into_iter().flatten();
+            self.now = next.chain(edges).fold(end, Nanos::min);
+            if source == Some(self.now) {
+                self.catch_up()?;
+            }
         }
     }
 
@@ -227,25 +250,35 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
 
     /// Tells the legs what is due now and carries out the gate edges that are due.
     fn switch(&mut self, timeline: &mut Timeline) -> Result<(), RunError> {
-        let mut changed = false;
-        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+        let mut edges = [None; 3];
+        for (k, edge) in edges.iter_mut().enumerate() {
             while let Some(gate) = timeline.take(k, self.now) {
                 self.requested[k] = gate;
                 self.drivers[k].request(self.now, gate);
             }
             if self.drivers[k].advance(self.now) {
-                changed = true;
-                self.flow.gates[k] = self.drivers[k].gate();
-                self.probe.event(self.now.seconds(), Event::Gate(phase, self.flow.gates[k]));
+                *edge = Some(self.drivers[k].gate());
             }
         }
-        if changed {
-            self.resolve()?;
+        if edges == [None; 3] {
+            return Ok(());
+        }
+        let edges = || edges.into_iter().enumerate().filter_map(|(k, gate)| Some((k, gate?)));
+        if self.deferred.is_nearly_full() || edges().any(|(k, gate)| self.matters(k, gate)) {
+            self.catch_up()?;
+            for (k, gate) in edges() {
+                self.carry(Due::Gate(k, gate));
+            }
+            return self.resolve();
+        }
+        for (k, gate) in edges() {
+            self.deferred.push(self.now, Due::Gate(k, gate));
         }
         Ok(())
     }
 
     fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
+        debug_assert!(self.reached == self.now, "what is sampled is there");
         let at = self.flow.operating(self.now.seconds(), &self.state);
         let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes);
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));

@@ -1,12 +1,13 @@
 //! From one instant to the next: steps, and the changes of conduction or motion found within them.
 
-use standstill_interface::{AlphaBeta, Nanos, Phase};
-use standstill_inverter::Conduction;
+use standstill_interface::{AlphaBeta, Phase};
+use standstill_inverter::{Conduction, Gate};
 use standstill_plant::Heading;
 
 use super::Rig;
+use super::deferred::Due;
 use crate::case::RunError;
-use crate::flow::{DOMAIN, FLUX, MARGINS, MOTION, STOP};
+use crate::flow::{DOMAIN, Evaluation, FLUX, MARGINS, MOTION, STOP};
 use crate::integrator::{Attempt, STAGES};
 use crate::motion::{Contact, Motion};
 use crate::trace::{Event, Probe};
@@ -30,12 +31,23 @@ const TORQUE_SHARE: f64 = 1e-9;
 impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// Time in s since the start of the run.
     fn time(&self) -> f64 {
-        self.now.seconds() + self.elapsed
+        self.reached.seconds() + self.elapsed
     }
 
-    /// Integrates to the instant `next`.
-    pub(super) fn advance_to(&mut self, next: Nanos) -> Result<(), RunError> {
-        let span = (next - self.now).seconds();
+    /// Whether new gates of a leg change the flow: unless its current flows through the same device as before.
+    pub(super) fn matters(&self, leg: usize, gate: Gate) -> bool {
+        let mode = self.flow.modes[leg];
+        let after = match mode.direction() {
+            0.0 => return true,
+            direction if direction > 0.0 => Conduction::outflow(gate),
+            _ => Conduction::inflow(gate),
+        };
+        after != mode
+    }
+
+    /// Carries the flow to the instant at hand.
+    pub(super) fn catch_up(&mut self) -> Result<(), RunError> {
+        let span = (self.now - self.reached).seconds();
         self.elapsed = 0.0;
         if span > 0.0 {
             self.work.segments += 1;
@@ -44,40 +56,110 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 self.show(self.time(), &state);
             }
             let mut events = 0;
-            let mut slope = self.slope();
             while self.elapsed < span {
-                if self.step(span, &mut slope)? {
+                let stop = if events == 0 { span } else { self.next_that_matters(span)? };
+                if stop <= self.elapsed {
+                    continue;
+                }
+                if self.rests() {
+                    self.wait(stop);
+                } else if self.step(stop)? {
                     events += 1;
                     if events > MOST_EVENTS {
                         return Err(RunError::Chatter);
                     }
-                    slope = self.slope();
                 }
             }
         }
-        self.now = next;
+        self.carry_until(f64::INFINITY);
+        self.reached = self.now;
         self.elapsed = 0.0;
         self.project();
         Ok(())
     }
 
-    fn slope(&mut self) -> [f64; N] {
-        self.work.derivatives += 1;
-        self.flow.derivative(self.time(), &self.state)
+    /// After a change of modes: when the next waiting change that now matters is, at the end of the span at the latest.
+    /// One that is due is carried out.
+    fn next_that_matters(&mut self, span: f64) -> Result<f64, RunError> {
+        let matters = self.deferred.waiting().iter().find(|(_, due)| match due {
+            Due::Command => false,
+            Due::Gate(leg, gate) => self.matters(*leg, *gate),
+        });
+        let Some((at, _)) = matters else { return Ok(span) };
+        let stop = (*at - self.reached).seconds();
+        if stop <= self.elapsed {
+            self.carry_until(stop);
+            self.project();
+            self.resolve()?;
+        }
+        Ok(stop.min(span))
     }
 
-    /// One accepted step, to the end of the span at most; true if it ended in an event.
-    fn step(&mut self, span: f64, slope: &mut [f64; N]) -> Result<bool, RunError> {
-        let remaining = span - self.elapsed;
+    /// Carries out the changes that waited for up to `elapsed` seconds since the last instant.
+    fn carry_until(&mut self, elapsed: f64) {
+        while let Some((at, _)) = self.deferred.waiting().first()
+            && (*at - self.reached).seconds() <= elapsed
+            && let Some((at, due)) = self.deferred.take()
+        {
+            self.carry_at(at.seconds(), due);
+        }
+    }
+
+    /// Carries out a change of the instant at hand.
+    pub(super) fn carry(&mut self, due: Due) {
+        self.carry_at(self.now.seconds(), due);
+    }
+
+    fn carry_at(&mut self, time: f64, due: Due) {
+        let event = match due {
+            Due::Command => Event::Command,
+            Due::Gate(leg, gate) => {
+                self.flow.gates[leg] = gate;
+                Event::Gate(Phase::ALL[leg], gate)
+            }
+        };
+        self.probe.event(time, event);
+    }
+
+    /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
+    fn rests(&self) -> bool {
+        let link = self.flow.link;
+        self.flow.modes == [Conduction::Blocked; 3]
+            && !self.flow.motion.moves()
+            && self.case.motor.magnetics.eddy_currents().is_none()
+            && link.storage.is_none()
+            && link.sag.is_none()
+    }
+
+    /// Lets time pass up to `elapsed` seconds since the last instant while nothing happens.
+    fn wait(&mut self, elapsed: f64) {
+        let begin = self.time();
+        let h = elapsed - self.elapsed;
+        let state = self.state;
+        self.watch(begin, h, |_| state);
+        self.filter(begin, h, |_| state);
+        self.slope = None;
+        self.elapsed = elapsed;
+    }
+
+    /// One accepted step, to `stop` at most, in s since the last instant; true if it ended in an event.
+    fn step(&mut self, stop: f64) -> Result<bool, RunError> {
+        let slope = if let Some(slope) = self.slope {
+            slope
+        } else {
+            self.work.derivatives += 1;
+            self.flow.derivative(self.time(), &self.state)
+        };
+        let remaining = stop - self.elapsed;
         let mut h = remaining.min(self.step_hint).min(self.longest_step);
-        let attempt = loop {
-            let attempt = self.attempt(slope, h);
+        let (attempt, end) = loop {
+            let (attempt, end) = self.attempt(&slope, h);
             let error = attempt.error(&self.tolerance);
             if error <= 1.0 {
                 // A step cut short by the end of the span says little about the next one's length.
                 let next = attempt.next_length(error);
                 self.step_hint = if h < self.step_hint { next.max(self.step_hint) } else { next };
-                break attempt;
+                break (attempt, end);
             }
             if h < 1e-15 {
                 return Err(RunError::NotFinite);
@@ -85,19 +167,20 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             self.step_hint = attempt.next_length(error).min(0.9 * h);
             h = self.step_hint;
         };
-        match self.find_event(&attempt) {
+        match self.find_event(&attempt, &end) {
             None => {
-                let last = h == remaining;
-                *slope = attempt.end_slope;
-                self.accept(&attempt);
-                self.elapsed = if last { span } else { self.elapsed + h };
+                self.accept(&attempt, &end);
+                self.slope = Some(attempt.end_slope);
+                self.elapsed = if h == remaining { stop } else { self.elapsed + h };
                 Ok(false)
             }
             Some((which, share)) => {
-                let cut = self.attempt(slope, h * share);
-                self.accept(&cut);
+                let (cut, end) = self.attempt(&slope, h * share);
+                self.accept(&cut, &end);
+                self.slope = None;
                 // A cut of no length still ends the mode that it was to end.
-                self.elapsed = (self.elapsed + cut.h).min(span);
+                self.elapsed = (self.elapsed + cut.h).min(stop);
+                self.carry_until(self.elapsed);
                 self.work.events += 1;
                 self.handle_event(which)?;
                 if self.probe.resolution().is_some() {
@@ -109,10 +192,12 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         }
     }
 
-    fn attempt(&mut self, slope: &[f64; N], h: f64) -> Attempt<N> {
+    fn attempt(&mut self, slope: &[f64; N], h: f64) -> (Attempt<N>, Evaluation<N>) {
         self.work.derivatives += STAGES;
-        let flow = &self.flow;
-        Attempt::new(|t, y| flow.derivative(t, y), self.time(), &self.state, slope, h)
+        let (flow, t) = (&self.flow, self.time());
+        let attempt = Attempt::new(|t, y| flow.derivative(t, y), t, &self.state, slope, h);
+        let end = flow.evaluate(t + h, &attempt.end);
+        (attempt.with_end_slope(end.slope), end)
     }
 
     /// The slack of the rotor's motion: a torque in N·m while it rests, a speed in rad/s while it slides.
@@ -128,8 +213,10 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// How far the modes are from their end at share `x` of the step; negative beyond.
     fn slack(&self, attempt: &Attempt<N>, x: f64) -> [f64; MARGINS] {
-        let state = if x == 1.0 { attempt.end } else { attempt.dense(x) };
-        let mut margins = self.flow.margins(self.time() + x * attempt.h, &state);
+        self.with_slack(self.flow.margins(self.time() + x * attempt.h, &attempt.dense(x)))
+    }
+
+    fn with_slack(&self, mut margins: [f64; MARGINS]) -> [f64; MARGINS] {
         for (k, margin) in margins.iter_mut().enumerate() {
             *margin += match k {
                 FLUX.. => FLUX_SLACK,
@@ -147,15 +234,19 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     ///
     /// The margins are looked at in the middle and at the end. What dips below zero and returns within half a
     /// step is smaller than the step's tolerance allows to matter.
-    fn find_event(&self, attempt: &Attempt<N>) -> Option<(usize, f64)> {
-        let middle = self.slack(attempt, 0.5);
-        let end = self.slack(attempt, 1.0);
+    fn find_event(&self, attempt: &Attempt<N>, end: &Evaluation<N>) -> Option<(usize, f64)> {
+        let end = self.flow.margins_at(&end.operating, end.potentials, &attempt.end);
+        let middle = self.flow.margins(self.time() + 0.5 * attempt.h, &attempt.dense(0.5));
+        if middle.iter().chain(&end).all(|margin| *margin >= 0.0) {
+            return None;
+        }
+        let (middle, end) = (self.with_slack(middle), self.with_slack(end));
         let mut first: Option<(usize, f64)> = None;
         for which in 0..MARGINS {
             let bracket = if middle[which] < 0.0 {
-                (0.0, 0.5)
+                [(0.0, self.slack(attempt, 0.0)[which]), (0.5, middle[which])]
             } else if end[which] < 0.0 {
-                (0.5, 1.0)
+                [(0.5, middle[which]), (1.0, end[which])]
             } else {
                 continue;
             };
@@ -167,11 +258,11 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         first
     }
 
-    /// The share of the step at which margin `which` ends, just beyond zero.
-    fn locate(&self, attempt: &Attempt<N>, which: usize, (mut low, mut high): (f64, f64)) -> f64 {
+    /// The share of the step at which margin `which` ends, just beyond zero: between two shares with their margins.
+    fn locate(&self, attempt: &Attempt<N>, which: usize, bracket: [(f64, f64); 2]) -> f64 {
         // Regula falsi with the Illinois modification on the dense output: as safe as bisection, and quick.
-        let mut at_low = self.slack(attempt, low)[which].max(0.0);
-        let mut at_high = self.slack(attempt, high)[which];
+        let [(mut low, mut at_low), (mut high, mut at_high)] = bracket;
+        at_low = at_low.max(0.0);
         // The rotor is put where the stop is: that must not move it by more than rounding.
         let close = match which {
             STOP => 0.1 * ANGLE_SLACK,
@@ -202,42 +293,54 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     }
 
     /// Makes the end of an attempt the state.
-    fn accept(&mut self, attempt: &Attempt<N>) {
+    fn accept(&mut self, attempt: &Attempt<N>, end: &Evaluation<N>) {
         let begin = self.time();
-        if let Some(resolution) = self.probe.resolution() {
-            // A number of snapshots per step is small and positive.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let parts = (attempt.h / resolution).ceil().max(1.0) as u32;
-            for part in 1..=parts {
-                let x = f64::from(part) / f64::from(parts);
-                let state = if part == parts { attempt.end } else { attempt.dense(x) };
-                self.show(begin + x * attempt.h, &state);
-            }
-        }
-        self.filter(attempt, begin);
+        let at = |x: f64| if x == 1.0 { attempt.end } else { attempt.dense(x) };
+        self.watch(begin, attempt.h, at);
+        self.filter(begin, attempt.h, at);
         self.state = attempt.end;
         self.work.steps += 1;
         self.moved = self.moved.max((self.state[2] - self.case.start_angle).abs());
-        let at = self.flow.operating(begin + attempt.h, &self.state);
-        self.peak_current = at.port.current.iter().fold(self.peak_current, |peak, i| peak.max(i.abs()));
+        let current = end.operating.port.current;
+        self.peak_current = current.iter().fold(self.peak_current, |peak, i| peak.max(i.abs()));
     }
 
-    /// Carries the sensors' filters over the step.
-    fn filter(&mut self, attempt: &Attempt<N>, begin: f64) {
-        if self.filters.is_none() && self.link_filter.is_none() || attempt.h <= 0.0 {
+    /// Shows who watches a step of `h` seconds with the state at shares of it, and the gate edges on the way.
+    fn watch(&mut self, begin: f64, h: f64, at: impl Fn(f64) -> [f64; N]) {
+        let Some(resolution) = self.probe.resolution() else { return };
+        // A number of snapshots per step is small and positive.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let parts = (h / resolution).ceil().max(1.0) as u32;
+        for part in 1..=parts {
+            let x = f64::from(part) / f64::from(parts);
+            while let Some((edge, _)) = self.deferred.waiting().first()
+                && (*edge - self.reached).seconds() < self.elapsed + x * h
+                && let Some((edge, due)) = self.deferred.take()
+            {
+                let share = ((edge.seconds() - begin) / h).clamp(0.0, 1.0);
+                self.show(edge.seconds(), &at(share));
+                self.carry_at(edge.seconds(), due);
+            }
+            self.show(begin + x * h, &at(x));
+        }
+    }
+
+    /// Carries the sensors' filters over a step of `h` seconds with the state at shares of it.
+    fn filter(&mut self, begin: f64, h: f64, at: impl Fn(f64) -> [f64; N]) {
+        if self.filters.is_none() && self.link_filter.is_none() || h <= 0.0 {
             return;
         }
-        let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0]
-            .map(|x| self.flow.operating(begin + x * attempt.h, &attempt.dense(x)).port);
+        let points =
+            [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| self.flow.operating(begin + x * h, &at(x)).port);
         if let Some(filters) = &mut self.filters {
             let (settings, modes) = (self.case.sensors.settings, self.flow.modes);
             let seen = points.map(|port| settings.seen(port.current, modes));
             for (k, filter) in filters.iter_mut().enumerate() {
-                filter.advance(attempt.h, seen.map(|current| current[k]));
+                filter.advance(h, seen.map(|current| current[k]));
             }
         }
         if let Some(filter) = &mut self.link_filter {
-            filter.advance(attempt.h, points.map(|port| port.dc_link));
+            filter.advance(h, points.map(|port| port.dc_link));
         }
     }
 
@@ -293,7 +396,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// Takes the integrator's drift off the currents of blocked legs.
     fn project(&mut self) {
         let modes = self.flow.modes;
-        self.make_zero(std::array::from_fn(|k| modes[k] == Conduction::Blocked));
+        self.make_zero(modes.map(|mode| mode == Conduction::Blocked));
     }
 
     /// Makes the currents of these legs exactly zero, where the integrator has them zero up to its error.
@@ -313,6 +416,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             if at.current.norm() < 1e-15 {
                 break;
             }
+            self.slope = None;
             let excess = at.port.inverse_inductance.inverse().times(at.current);
             self.state[0] -= excess.alpha;
             self.state[1] -= excess.beta;
@@ -326,6 +430,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             if port.current[k].abs() < 1e-15 {
                 break;
             }
+            self.slope = None;
             let mut unit = [0.0; 3];
             unit[k] = 1.0;
             let push: AlphaBeta<f64> = standstill_interface::Abc(unit).clarke();
@@ -349,6 +454,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             }
         }
         self.flow.modes = modes;
+        self.slope = None;
         Ok(())
     }
 }
