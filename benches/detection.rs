@@ -51,9 +51,9 @@ fn right_hand_side(criterion: &mut Criterion) {
     for (name, motor) in kinds {
         for (state, motion) in [("locked", Motion::Held), ("moving", Motion::Forward)] {
             let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, motion);
-            flow.settle(0.75);
+            flow.turn(motion, 0.75);
             flow.gates = [Gate::High, Gate::Low, Gate::Off];
-            flow.modes = [Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked];
+            flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
             let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
             let y: [f64; CORE] = [alpha + 0.01, beta, 0.75, 1.0, 550.0];
             group.bench_function(format!("{name}, {state}"), |bencher| {

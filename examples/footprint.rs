@@ -15,7 +15,7 @@ use std::mem::size_of_val;
 
 use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings};
-use standstill_interface::{Abc, Detector, Reading, Real, Step};
+use standstill_interface::{Abc, Arithmetic, Detector, Reading, Step};
 use standstill_plant::built_in;
 use standstill_sim::{NoProbe, RotorState, run};
 

@@ -7,7 +7,7 @@ use standstill_campaign::{
     Adjustment, Campaign, CampaignError, ErrorSet, PoleRule, Scenario, Statistics, Summary,
 };
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
-use standstill_interface::{Abc, Angle, Detector, Outcome, Reading, Real, Step};
+use standstill_interface::{Abc, Angle, Arithmetic, Detector, Outcome, Reading, Step};
 use standstill_plant::built_in;
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 

@@ -5,7 +5,11 @@
 
 use core::ops::{Add, Index, IndexMut, Mul, Neg, Sub};
 
-use crate::{Angle, Real};
+use crate::{Angle, Arithmetic, Real};
+
+/// 1/√3 and √3/2.
+const INVERSE_ROOT_3: f64 = 0.577_350_269_189_625_8;
+const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
 
 /// A phase of the winding, or the leg of the inverter that feeds it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -72,11 +76,12 @@ impl<T> IndexMut<Phase> for Abc<T> {
     }
 }
 
-impl<T: Real> Abc<T> {
+impl<T: Arithmetic> Abc<T> {
     /// Clarke transform; the zero sequence is dropped.
+    #[inline(always)]
     pub fn clarke(self) -> AlphaBeta<T> {
         let [a, b, c] = self.0;
-        AlphaBeta::new((a + a - b - c) / T::of(3.0), (b - c) / T::of(3.0).sqrt())
+        AlphaBeta::new((a + a - b - c) * T::of(1.0 / 3.0), (b - c) * T::of(INVERSE_ROOT_3))
     }
 }
 
@@ -92,51 +97,60 @@ macro_rules! plane_vector {
         }
 
         impl<T: Real> $name<T> {
+            /// Length.
+            pub fn norm(self) -> T {
+                self.$x.hypot(self.$y)
+            }
+        }
+
+        impl<T: Arithmetic> $name<T> {
             /// From its two components.
+            #[inline(always)]
             pub const fn new($x: T, $y: T) -> Self {
                 Self { $x, $y }
             }
 
             /// Dot product.
+            #[inline(always)]
             pub fn dot(self, other: Self) -> T {
                 self.$x * other.$x + self.$y * other.$y
             }
 
-            /// Length.
-            pub fn norm(self) -> T {
-                self.$x.hypot(self.$y)
-            }
-
             /// Turned a quarter turn forwards: multiplication by j.
+            #[inline(always)]
             #[must_use]
             pub fn quarter_turn(self) -> Self {
                 Self::new(-self.$y, self.$x)
             }
         }
 
-        impl<T: Real> Add for $name<T> {
+        impl<T: Arithmetic> Add for $name<T> {
             type Output = Self;
+            #[inline(always)]
             fn add(self, other: Self) -> Self {
                 Self::new(self.$x + other.$x, self.$y + other.$y)
             }
         }
 
-        impl<T: Real> Sub for $name<T> {
+        impl<T: Arithmetic> Sub for $name<T> {
             type Output = Self;
+            #[inline(always)]
             fn sub(self, other: Self) -> Self {
                 Self::new(self.$x - other.$x, self.$y - other.$y)
             }
         }
 
-        impl<T: Real> Mul<T> for $name<T> {
+        impl<T: Arithmetic> Mul<T> for $name<T> {
             type Output = Self;
+            #[inline(always)]
             fn mul(self, factor: T) -> Self {
                 Self::new(self.$x * factor, self.$y * factor)
             }
         }
 
-        impl<T: Real> Neg for $name<T> {
+        impl<T: Arithmetic> Neg for $name<T> {
             type Output = Self;
+            #[inline(always)]
             fn neg(self) -> Self {
                 Self::new(-self.$x, -self.$y)
             }
@@ -158,20 +172,23 @@ plane_vector!(
 );
 
 impl<T: Real> AlphaBeta<T> {
-    /// Inverse Clarke transform, without zero sequence.
-    pub fn phases(self) -> Abc<T> {
-        let half = T::of(0.5);
-        let (a, b) = (-half * self.alpha, half * T::of(3.0).sqrt() * self.beta);
-        Abc::new(self.alpha, a + b, a - b)
-    }
-
     /// Park transform: into the frame at the given angle.
     pub fn park(self, angle: Angle<T>) -> Dq<T> {
         let (sin, cos) = angle.radians().sin_cos();
         self.park_by(sin, cos)
     }
+}
+
+impl<T: Arithmetic> AlphaBeta<T> {
+    /// Inverse Clarke transform, without zero sequence.
+    #[inline(always)]
+    pub fn phases(self) -> Abc<T> {
+        let (a, b) = (T::of(-0.5) * self.alpha, T::of(HALF_ROOT_3) * self.beta);
+        Abc::new(self.alpha, a + b, a - b)
+    }
 
     /// Park transform with sine and cosine already known.
+    #[inline(always)]
     pub fn park_by(self, sin: T, cos: T) -> Dq<T> {
         Dq::new(cos * self.alpha + sin * self.beta, cos * self.beta - sin * self.alpha)
     }
@@ -183,8 +200,11 @@ impl<T: Real> Dq<T> {
         let (sin, cos) = angle.radians().sin_cos();
         self.unpark_by(sin, cos)
     }
+}
 
+impl<T: Arithmetic> Dq<T> {
     /// Inverse Park transform with sine and cosine already known.
+    #[inline(always)]
     pub fn unpark_by(self, sin: T, cos: T) -> AlphaBeta<T> {
         AlphaBeta::new(cos * self.d - sin * self.q, sin * self.d + cos * self.q)
     }

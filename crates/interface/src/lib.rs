@@ -28,4 +28,4 @@ pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
 pub use outcome::{Fault, Findings, Outcome, Polarity, Undetermined};
 pub use reading::{Reading, Sensed};
-pub use real::Real;
+pub use real::{Arithmetic, Real};

@@ -21,15 +21,15 @@ pub enum OpenLeg {
 
 /// The motor as the bridge sees it at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Port {
+pub struct Port<T = f64> {
     /// Phase currents in A into the motor.
-    pub current: [f64; 3],
+    pub current: [T; 3],
     /// Inverse incremental inductance Γ in 1/H, in the stator's plane.
-    pub inverse_inductance: Symmetric,
+    pub inverse_inductance: Symmetric<T>,
     /// The voltage in V that would hold the currents as they are: resistive drop plus back-EMF.
-    pub holding: AlphaBeta<f64>,
+    pub holding: AlphaBeta<T>,
     /// DC-link voltage in V.
-    pub dc_link: f64,
+    pub dc_link: T,
 }
 
 /// Switches and diodes of the three legs.
@@ -45,7 +45,7 @@ pub struct Bridge {
 pub const RESTING_CURRENT: f64 = 1e-9;
 
 /// Magnetic axes of the phases: `i_k = p_k · i`.
-const AXES: [AlphaBeta<f64>; 3] = {
+pub(crate) const AXES: [AlphaBeta<f64>; 3] = {
     const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
     [AlphaBeta::new(1.0, 0.0), AlphaBeta::new(-0.5, HALF_ROOT_3), AlphaBeta::new(-0.5, -HALF_ROOT_3)]
 };
@@ -83,6 +83,13 @@ impl Bridge {
                 (false, false) => [Some(into), None, None],
             }
         };
+        // No choice: one mode each, as the currents flow.
+        if resting == [false; 3] {
+            return [0, 1, 2].map(|leg| {
+                let gate = gates[leg];
+                if port.current[leg] > 0.0 { Conduction::outflow(gate) } else { Conduction::inflow(gate) }
+            });
+        }
         let mut best = ([Conduction::Blocked; 3], f64::NEG_INFINITY);
         for a in options(0).into_iter().flatten() {
             for b in options(1).into_iter().flatten() {

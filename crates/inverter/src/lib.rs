@@ -17,11 +17,13 @@
 mod bridge;
 mod devices;
 mod gates;
+mod legs;
 mod link;
 
 pub use bridge::{Bridge, Modes, OpenLeg, Port};
 pub use devices::{Clamp, Conduction, Devices};
 pub use gates::{Gate, GateDriver, GateTiming};
+pub use legs::Legs;
 pub use link::{DcLink, Sag, Storage};
 
 use standstill_interface::Nanos;

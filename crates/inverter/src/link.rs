@@ -2,6 +2,8 @@
 
 use std::f64::consts::TAU;
 
+use standstill_plant::{Lane, sin_cos};
+
 /// A dip of the source voltage: a smooth trough (raised cosine), so that nothing in it is an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sag {
@@ -46,19 +48,26 @@ impl DcLink {
     }
 
     /// The source's voltage in V at time t in s.
-    #[inline]
     pub fn source(&self, t: f64) -> f64 {
-        let mut relative = 1.0;
+        self.source_at(t, self.ripple_phase)
+    }
+
+    /// The same of links that differ in the phase of their ripple in rad, at a time each.
+    #[inline(always)]
+    pub fn source_at<T: Lane>(&self, t: T, ripple_phase: T) -> T {
+        let mut relative = T::of(1.0);
         if self.ripple != 0.0 {
-            relative += self.ripple * (TAU * self.ripple_frequency * t + self.ripple_phase).sin();
+            let (sin, _) = sin_cos(t * (TAU * self.ripple_frequency) + ripple_phase);
+            relative = relative + sin * self.ripple;
         }
         if let Some(sag) = self.sag {
-            let share = (t - sag.start) / sag.duration;
-            if (0.0..=1.0).contains(&share) {
-                relative -= sag.depth * (1.0 - (TAU * share).cos()) / 2.0;
-            }
+            let share = (t - sag.start) * (1.0 / sag.duration);
+            let (zero, one) = (T::of(0.0), T::of(1.0));
+            let dip = (one - sin_cos(share * TAU).1) * (sag.depth / 2.0);
+            let before_end = T::choose(one.above(share), dip, zero);
+            relative = relative - T::choose(share.above(zero), before_end, zero);
         }
-        self.voltage * relative
+        relative * self.voltage
     }
 }
 

@@ -26,7 +26,7 @@ pub use heading::Heading;
 pub use iron_bridge::IronBridge;
 pub use linear::Linear;
 
-use crate::{FluxMap, Symmetric};
+use crate::{FluxMap, Lane, Symmetric};
 
 /// A core without losses: flux linkage in Wb to current in A.
 pub trait Magnetics {
@@ -145,6 +145,29 @@ pub enum Core {
     Series(Box<Series>),
 }
 
+impl Core {
+    /// Current in A and inverse inductance in 1/H, of any number of machines side by side. A map's are looked up one
+    /// after the other.
+    #[inline(always)]
+    pub fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+        match self {
+            Self::Linear(core) => core.evaluate(flux),
+            Self::Algebraic(core) => core.evaluate(flux),
+            Self::Map(core) => one_by_one(core, flux),
+            Self::Series(core) => one_by_one(&**core, flux),
+        }
+    }
+}
+
+#[inline(always)]
+fn one_by_one<T: Lane>(core: &impl Magnetics, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+    let [d, q, xx, xy, yy] = T::each(flux.d, flux.q, |d, q| {
+        let (i, gamma) = core.current_and_inverse_inductance(Dq::new(d, q));
+        [i.d, i.q, gamma.xx, gamma.xy, gamma.yy]
+    });
+    (Dq::new(d, q), Symmetric::new(xx, xy, yy))
+}
+
 impl Magnetics for Core {
     fn energy(&self, flux: Dq<f64>) -> f64 {
         match self {
@@ -164,14 +187,8 @@ impl Magnetics for Core {
         }
     }
 
-    #[inline]
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        match self {
-            Self::Linear(core) => core.current_and_inverse_inductance(flux),
-            Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
-            Self::Map(core) => core.current_and_inverse_inductance(flux),
-            Self::Series(core) => core.current_and_inverse_inductance(flux),
-        }
+        self.evaluate(flux)
     }
 
     fn start(&self) -> Dq<f64> {

@@ -2,7 +2,7 @@
 
 use standstill_interface::{AlphaBeta, Dq};
 
-use crate::{Core, Heading, Linear, MagneticCircuit, Rotor, Thermal, Winding};
+use crate::{Core, Heading, Lane, Linear, MagneticCircuit, Rotor, Thermal, Winding};
 
 /// A permanent-magnet synchronous motor. SI units; currents and fluxes are peak values of a phase, and their d and q
 /// amplitude-invariant. Made by [`crate::DataSheet::motor`], which checks that the
@@ -49,13 +49,15 @@ impl Motor {
 
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the
     /// slope ∂W/∂θ of [`MagneticCircuit::state`]. Cogging is another energy and comes on top.
-    pub fn torque(&self, flux: Dq<f64>, current: Dq<f64>, energy_slope: f64) -> f64 {
-        1.5 * f64::from(self.pole_pairs) * (flux.d * current.q - flux.q * current.d - energy_slope)
+    #[inline(always)]
+    pub fn torque<T: Lane>(&self, flux: Dq<T>, current: Dq<T>, energy_slope: T) -> T {
+        (flux.d * current.q - flux.q * current.d - energy_slope) * (1.5 * f64::from(self.pole_pairs))
     }
 
     /// Torque in N·m from slots, without current, at electrical angle θ in rad.
-    pub fn cogging(&self, angle: f64) -> f64 {
-        self.rotor.cogging.map_or(0.0, |cogging| cogging.at(angle))
+    #[inline(always)]
+    pub fn cogging<T: Lane>(&self, angle: T) -> T {
+        self.rotor.cogging.map_or(T::of(0.0), |cogging| cogging.at(angle))
     }
 
     /// Energy in J of the field at a flux in Wb in the rotor's plane, which eddy currents lag behind by `lag` in Wb.

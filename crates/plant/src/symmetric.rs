@@ -1,36 +1,66 @@
 //! Symmetric 2×2 matrices: symmetric by type, so that reciprocity cannot be broken by a typing error.
 
-use standstill_interface::{AlphaBeta, Dq};
+use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 
 /// A symmetric 2×2 matrix `[xx, xy; xy, yy]`, in whichever plane its user works.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Symmetric {
+pub struct Symmetric<T = f64> {
     /// First diagonal element.
-    pub xx: f64,
+    pub xx: T,
     /// Off-diagonal element.
-    pub xy: f64,
+    pub xy: T,
     /// Second diagonal element.
-    pub yy: f64,
+    pub yy: T,
 }
 
-impl Symmetric {
+impl<T: Arithmetic> Symmetric<T> {
     /// From its three elements.
-    pub const fn new(xx: f64, xy: f64, yy: f64) -> Self {
+    #[inline(always)]
+    pub const fn new(xx: T, xy: T, yy: T) -> Self {
         Self { xx, xy, yy }
     }
 
     /// Determinant.
-    pub fn determinant(self) -> f64 {
+    #[inline(always)]
+    pub fn determinant(self) -> T {
         self.xx * self.yy - self.xy * self.xy
     }
 
     /// Inverse; the matrix must not be singular.
+    #[inline(always)]
     #[must_use]
     pub fn inverse(self) -> Self {
         let det = self.determinant();
         Self::new(self.yy / det, -self.xy / det, self.xx / det)
     }
 
+    /// The same operator, given in the rotor's plane, in the stator's plane.
+    #[inline(always)]
+    #[must_use]
+    pub fn unpark_by(self, sin: T, cos: T) -> Self {
+        let (cc, ss, cs) = (cos * cos, sin * sin, cos * sin);
+        let twice = (cs + cs) * self.xy;
+        Self {
+            xx: cc * self.xx - twice + ss * self.yy,
+            xy: cs * (self.xx - self.yy) + (cc - ss) * self.xy,
+            yy: ss * self.xx + twice + cc * self.yy,
+        }
+    }
+
+    /// Matrix times vector in the stator's plane.
+    #[inline(always)]
+    pub fn times(self, v: AlphaBeta<T>) -> AlphaBeta<T> {
+        AlphaBeta::new(self.xx * v.alpha + self.xy * v.beta, self.xy * v.alpha + self.yy * v.beta)
+    }
+
+    /// Matrix times vector in the rotor's plane.
+    #[inline(always)]
+    pub fn times_dq(self, v: Dq<T>) -> Dq<T> {
+        Dq::new(self.xx * v.d + self.xy * v.q, self.xy * v.d + self.yy * v.q)
+    }
+}
+
+impl Symmetric {
     /// Whether both eigenvalues are positive.
     pub fn is_positive_definite(self) -> bool {
         self.xx > 0.0 && self.determinant() > 0.0
@@ -40,27 +70,6 @@ impl Symmetric {
     pub fn smaller_eigenvalue(self) -> f64 {
         let (mean, half) = ((self.xx + self.yy) / 2.0, (self.xx - self.yy) / 2.0);
         mean - half.hypot(self.xy)
-    }
-
-    /// The same operator, given in the rotor's plane, in the stator's plane.
-    #[must_use]
-    pub fn unpark_by(self, sin: f64, cos: f64) -> Self {
-        let (cc, ss, cs) = (cos * cos, sin * sin, cos * sin);
-        Self {
-            xx: cc * self.xx - 2.0 * cs * self.xy + ss * self.yy,
-            xy: cs * (self.xx - self.yy) + (cc - ss) * self.xy,
-            yy: ss * self.xx + 2.0 * cs * self.xy + cc * self.yy,
-        }
-    }
-
-    /// Matrix times vector in the stator's plane.
-    pub fn times(self, v: AlphaBeta<f64>) -> AlphaBeta<f64> {
-        AlphaBeta::new(self.xx * v.alpha + self.xy * v.beta, self.xy * v.alpha + self.yy * v.beta)
-    }
-
-    /// Matrix times vector in the rotor's plane.
-    pub fn times_dq(self, v: Dq<f64>) -> Dq<f64> {
-        Dq::new(self.xx * v.d + self.xy * v.q, self.xy * v.d + self.yy * v.q)
     }
 }
 

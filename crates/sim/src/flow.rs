@@ -9,11 +9,13 @@
 //! Behind the state stand the energies of the [`Ledger`], integrated along when they are asked for.
 
 use standstill_interface::{AlphaBeta, Dq};
-use standstill_inverter::{Bridge, DcLink, Gate, Modes, Port};
-use standstill_plant::{Heading, Magnetics, Motor};
+use standstill_inverter::{Bridge, Conduction, DcLink, Gate, Legs, Modes, Port};
+use standstill_plant::{Heading, Lane, Magnetics, Motor};
 
 use crate::motion::Motion;
 
+/// Length of the state of a rotor at rest on a stiff link: ψ_α, ψ_β in Wb.
+pub const PLANE: usize = 2;
 /// Length of the state without ledger: ψ_α, ψ_β in Wb, θ in rad, ω in rad/s (both electrical), U_dc in V.
 pub const CORE: usize = 5;
 /// With χ_d and χ_q in Wb, for motors with eddy currents.
@@ -81,112 +83,91 @@ impl Ledger {
     }
 }
 
-/// The right-hand side, with everything that stays constant between two instants.
+/// The right-hand side, with everything that stays constant between two instants: of one machine, or of several side by
+/// side that differ in nothing but their numbers.
 ///
-/// A state is an array of [`CORE`] numbers, of [`WITH_EDDY`] for a motor with eddy currents, or of [`WITH_LEDGER`]
-/// if the energies are wanted.
-#[derive(Clone, Debug)]
-pub struct Flow<'a> {
+/// A state is an array of [`PLANE`] numbers for a rotor at rest on a stiff link, of [`CORE`], of [`WITH_EDDY`] for a
+/// motor with eddy currents, or of [`WITH_LEDGER`] if the energies are wanted.
+#[derive(Clone, Copy, Debug)]
+pub struct Machine<'a, T = f64> {
     /// The motor.
     pub motor: &'a Motor,
-    /// Switches and diodes.
-    pub bridge: &'a Bridge,
-    /// The DC side.
+    /// The DC side, but for the phase of its ripple.
     pub link: &'a DcLink,
-    /// Which switches are on.
-    pub gates: [Gate; 3],
-    /// Which devices conduct.
-    pub modes: Modes,
+    /// That phase in rad.
+    pub ripple_phase: T,
+    /// The legs in their modes.
+    pub legs: Legs<T>,
     /// Whether the rotor moves.
-    pub motion: Motion,
+    pub moves: bool,
+    /// Friction torque in N·m against its motion at no speed, positive backwards.
+    pub dry_friction: T,
     /// Torque in N·m that the load exerts against forward motion.
-    pub load_torque: f64,
-    /// Between which electrical angles in rad the brake lets the rotor play, if it is applied.
-    pub stops: Option<[f64; 2]>,
-    /// On which sides of zero ψ_d and ψ_q are, +1 or −1, where the core has kinks there; 0 where it has none.
-    pub sides: [f64; 2],
-    // Sine and cosine of a rotor that does not move; there is no need to compute them anew each time.
-    still: Heading,
+    pub load_torque: T,
+    /// Where a rotor that does not move stands, in rad, and its sine and cosine.
+    pub angle: T,
+    /// See `angle`.
+    pub heading: Heading<T>,
 }
 
 /// The machine at one state.
 #[derive(Clone, Copy, Debug)]
-pub struct Operating {
+pub struct Operating<T = f64> {
     /// The motor as the bridge sees it.
-    pub port: Port,
+    pub port: Port<T>,
     /// Flux in Wb at which the core is: that of the winding but for harmonics.
-    pub core_flux: Dq<f64>,
+    pub core_flux: Dq<T>,
+    /// Current in A of the core, by which its map is read.
+    pub core_current: Dq<T>,
     /// Current in A in the stator's plane.
-    pub current: AlphaBeta<f64>,
+    pub current: AlphaBeta<T>,
     /// How far the winding's flux is ahead of χ, in Wb in the rotor's plane.
-    pub lag: Dq<f64>,
+    pub lag: Dq<T>,
     /// Heat of eddy currents in W.
-    pub eddy_loss: f64,
+    pub eddy_loss: T,
     /// Electromagnetic torque in N·m, cogging included.
-    pub torque: f64,
-    /// How far the core is from the end of what is known of it, in A.
-    pub domain: f64,
+    pub torque: T,
 }
 
 /// The right-hand side at one state, and what it was made of.
 #[derive(Clone, Copy, Debug)]
-pub struct Evaluation<const N: usize> {
+pub struct Evaluation<const N: usize, T = f64> {
     /// The derivative of the state.
-    pub slope: [f64; N],
+    pub slope: [T; N],
     /// The machine.
-    pub operating: Operating,
-    /// Terminal potentials in V.
-    pub potentials: [f64; 3],
+    pub operating: Operating<T>,
+    /// Terminal potentials in V; of an idle bridge, but for what they have in common.
+    pub potentials: [T; 3],
 }
 
-impl<'a> Flow<'a> {
-    /// With all gates off and nothing conducting.
-    pub fn new(motor: &'a Motor, bridge: &'a Bridge, link: &'a DcLink, motion: Motion) -> Self {
-        Self {
-            motor,
-            bridge,
-            link,
-            gates: [Gate::Off; 3],
-            modes: [standstill_inverter::Conduction::Blocked; 3],
-            motion,
-            load_torque: 0.0,
-            stops: None,
-            sides: motor.magnetics.core().kinks().map(f64::from),
-            still: Heading::ZERO,
-        }
-    }
-
-    /// To be called at an instant, before integrating: remembers where a rotor at rest stands.
-    pub fn settle(&mut self, angle: f64) {
-        self.still = Heading::of(angle);
-    }
-
+impl<T: Lane> Machine<'_, T> {
     /// Currents, inductances, back-EMF and torque at a state. `t` in s.
-    #[inline]
-    pub fn operating<const N: usize>(&self, t: f64, y: &[f64; N]) -> Operating {
+    #[inline(always)]
+    pub fn operating<const N: usize>(&self, t: T, y: &[T; N]) -> Operating<T> {
         debug_assert!(N >= WITH_EDDY || self.motor.magnetics.eddy_currents().is_none());
-        let moves = self.motion.moves();
-        let at = if moves { Heading::of(y[2]) } else { self.still };
+        debug_assert!(N >= CORE || !self.moves && self.link.storage.is_none());
+        let (angle, at) = if self.moves { (y[2], Heading::of(y[2])) } else { (self.angle, self.heading) };
         let flux = AlphaBeta::new(y[0], y[1]).park_by(at.sin, at.cos);
         let state = self.motor.magnetics.state(flux, at);
         let (mut current_dq, mut gamma_dq) = (state.current, state.inverse_inductance);
         // What changes the currents in A/s while the winding's flux stands still.
         let mut drift = None;
-        let (mut lag, mut eddy_loss) = (Dq::new(0.0, 0.0), 0.0);
+        let zero = T::of(0.0);
+        let (mut lag, mut eddy_loss) = (Dq::new(zero, zero), zero);
         if N >= WITH_EDDY {
             lag = flux - Dq::new(y[CORE], y[CORE + 1]);
             if let Some(eddy) = self.motor.magnetics.eddy(lag) {
                 current_dq = current_dq + eddy.current;
-                gamma_dq.xx += eddy.inverse_inductance.d;
-                gamma_dq.yy += eddy.inverse_inductance.q;
-                drift = Some(-eddy.current * eddy.time_constant.recip());
-                eddy_loss = 1.5 * eddy.current.dot(lag) / eddy.time_constant;
+                gamma_dq.xx = gamma_dq.xx + eddy.inverse_inductance.d;
+                gamma_dq.yy = gamma_dq.yy + eddy.inverse_inductance.q;
+                drift = Some(-(eddy.current * T::of(eddy.time_constant.recip())));
+                eddy_loss = eddy.current.dot(lag) * (1.5 / eddy.time_constant);
             }
         }
         let current = current_dq.unpark_by(at.sin, at.cos);
         let gamma = gamma_dq.unpark_by(at.sin, at.cos);
-        let mut holding = current * self.motor.resistance;
-        if moves {
+        let mut holding = current * T::of(self.motor.resistance);
+        if self.moves {
             // di/dt = Γ (v − R i − ω J ψ) + drift + ω (J i + ∂i/∂θ): the currents stay where this vanishes.
             let turning = (current_dq.quarter_turn() + state.current_slope) * y[3];
             drift = Some(drift.map_or(turning, |drift| drift + turning));
@@ -195,85 +176,163 @@ impl<'a> Flow<'a> {
         if let Some(drift) = drift {
             holding = holding - gamma.inverse().times(drift.unpark_by(at.sin, at.cos));
         }
-        let dc_link = if self.link.storage.is_some() { y[4] } else { self.link.source(t) };
+        let dc_link = match self.link.storage {
+            Some(_) => y[4],
+            None => self.link.source_at(t, self.ripple_phase),
+        };
         Operating {
             port: Port { current: current.phases().0, inverse_inductance: gamma, holding, dc_link },
             core_flux: state.core_flux,
+            core_current: state.core_current,
             current,
             lag,
             eddy_loss,
-            torque: self.motor.torque(flux, current_dq, state.energy_slope) + self.motor.cogging(y[2]),
-            domain: self.motor.magnetics.margin(&state),
+            torque: self.motor.torque(flux, current_dq, state.energy_slope) + self.motor.cogging(angle),
         }
     }
 
-    /// The derivative of the state. `t` in s.
-    #[inline]
-    pub fn derivative<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; N] {
-        self.evaluate(t, y).slope
-    }
-
     /// The derivative of the state with all that it follows from. `t` in s.
-    #[inline]
-    pub fn evaluate<const N: usize>(&self, t: f64, y: &[f64; N]) -> Evaluation<N> {
+    #[inline(always)]
+    pub fn evaluate<const N: usize>(&self, t: T, y: &[T; N]) -> Evaluation<N, T> {
         let operating = self.operating(t, y);
         let Operating { port, current, lag, eddy_loss, torque, .. } = operating;
-        let potentials = self.bridge.potentials(self.gates, self.modes, &port);
+        let potentials = self.legs.potentials(&port);
         let voltage = standstill_interface::Abc(potentials).clarke();
-        let slope = voltage - current * self.motor.resistance;
+        let slope = voltage - current * T::of(self.motor.resistance);
 
-        let mut dy = [0.0; N];
+        let zero = T::of(0.0);
+        let mut dy = [zero; N];
         dy[0] = slope.alpha;
         dy[1] = slope.beta;
+        if N < CORE {
+            return Evaluation { slope: dy, operating, potentials };
+        }
         let pole_pairs = f64::from(self.motor.pole_pairs);
-        let mechanical_speed = y[3] / pole_pairs;
-        if self.motion.moves() {
-            let rotor = &self.motor.rotor;
+        let mechanical_speed = y[3] * (1.0 / pole_pairs);
+        let rotor = &self.motor.rotor;
+        let friction = self.dry_friction + mechanical_speed * rotor.friction.viscous;
+        if self.moves {
             dy[2] = y[3];
-            let friction = self.motion.friction(rotor, mechanical_speed);
-            dy[3] = pole_pairs * (torque - self.load_torque - friction) / rotor.inertia;
+            dy[3] = (torque - self.load_torque - friction) * (pole_pairs / rotor.inertia);
         }
         if N >= WITH_EDDY
             && let Some(branch) = self.motor.magnetics.eddy_currents()
         {
-            dy[CORE] = lag.d / branch.time_constant;
-            dy[CORE + 1] = lag.q / branch.time_constant;
+            dy[CORE] = lag.d * (1.0 / branch.time_constant);
+            dy[CORE + 1] = lag.q * (1.0 / branch.time_constant);
         }
 
-        let needs_link_current = self.link.storage.is_some() || N == WITH_LEDGER;
-        if needs_link_current {
-            let link_current: f64 =
-                (0..3).filter(|k| self.modes[*k].is_upper()).map(|k| port.current[k]).sum();
+        if self.link.storage.is_some() || N == WITH_LEDGER {
+            let [a, b, c] = [0, 1, 2].map(|k| self.legs.rail[k] * port.current[k]);
+            let link_current = a + b + c;
             let mut source_current = link_current;
-            let mut source_loss = 0.0;
+            let mut source_loss = zero;
             if let Some(storage) = self.link.storage {
-                source_current = (self.link.source(t) - port.dc_link) / storage.source_resistance;
-                source_loss = storage.source_resistance * source_current * source_current;
-                dy[4] = (source_current - link_current) / storage.capacitance;
+                let source = self.link.source_at(t, self.ripple_phase);
+                source_current = (source - port.dc_link) * (1.0 / storage.source_resistance);
+                source_loss = source_current * source_current * storage.source_resistance;
+                dy[4] = (source_current - link_current) * (1.0 / storage.capacitance);
             }
             if N == WITH_LEDGER {
-                dy[WITH_EDDY] = self.link.source(t) * source_current;
+                dy[WITH_EDDY] = self.link.source_at(t, self.ripple_phase) * source_current;
                 dy[WITH_EDDY + 1] = source_loss;
-                dy[WITH_EDDY + 2] = (0..3)
-                    .map(|k| {
-                        let rail = if self.modes[k].is_upper() { port.dc_link } else { 0.0 };
-                        // A blocked leg's current is zero only up to the integrator's error; it loses nothing.
-                        if self.modes[k].direction() == 0.0 {
-                            0.0
-                        } else {
-                            (rail - potentials[k]) * port.current[k]
-                        }
-                    })
-                    .sum();
-                dy[WITH_EDDY + 3] = 1.5 * self.motor.resistance * current.dot(current);
+                let [a, b, c] = [0, 1, 2].map(|k| {
+                    let drop = self.legs.rail[k] * port.dc_link - potentials[k];
+                    // A blocked leg's current is zero only up to the integrator's error; it loses nothing.
+                    let blocked = (self.legs.blocked[k] + self.legs.idle).above(zero);
+                    T::choose(blocked, zero, drop * port.current[k])
+                });
+                dy[WITH_EDDY + 2] = a + b + c;
+                dy[WITH_EDDY + 3] = current.dot(current) * (1.5 * self.motor.resistance);
                 dy[WITH_EDDY + 4] = eddy_loss;
                 dy[WITH_EDDY + 5] = torque * mechanical_speed;
-                dy[WITH_EDDY + 6] =
-                    self.motion.friction(&self.motor.rotor, mechanical_speed) * mechanical_speed;
+                dy[WITH_EDDY + 6] = friction * mechanical_speed;
                 dy[WITH_EDDY + 7] = self.load_torque * mechanical_speed;
             }
         }
         Evaluation { slope: dy, operating, potentials }
+    }
+}
+
+/// One machine with its gates, modes and motion.
+#[derive(Clone, Debug)]
+pub struct Flow<'a> {
+    /// What they make of it while they hold.
+    pub machine: Machine<'a>,
+    /// Switches and diodes.
+    pub bridge: &'a Bridge,
+    /// Which switches are on.
+    pub gates: [Gate; 3],
+    /// Between which electrical angles in rad the brake lets the rotor play, if it is applied.
+    pub stops: Option<[f64; 2]>,
+    /// On which sides of zero ψ_d and ψ_q are, +1 or −1, where the core has kinks there; 0 where it has none.
+    pub sides: [f64; 2],
+    modes: Modes,
+    motion: Motion,
+}
+
+impl<'a> Flow<'a> {
+    /// With all gates off and nothing conducting.
+    pub fn new(motor: &'a Motor, bridge: &'a Bridge, link: &'a DcLink, motion: Motion) -> Self {
+        let modes = [Conduction::Blocked; 3];
+        let machine = Machine {
+            motor,
+            link,
+            ripple_phase: link.ripple_phase,
+            legs: Legs::new(&bridge.devices, modes),
+            moves: motion.moves(),
+            dry_friction: motion.friction(&motor.rotor, 0.0),
+            load_torque: 0.0,
+            angle: 0.0,
+            heading: Heading::ZERO,
+        };
+        let sides = motor.magnetics.core().kinks().map(f64::from);
+        Self { machine, bridge, gates: [Gate::Off; 3], stops: None, sides, modes, motion }
+    }
+
+    /// Which devices conduct.
+    pub const fn modes(&self) -> Modes {
+        self.modes
+    }
+
+    /// Other devices conduct.
+    pub fn conduct(&mut self, modes: Modes) {
+        self.modes = modes;
+        self.machine.legs = Legs::new(&self.bridge.devices, modes);
+    }
+
+    /// Whether the rotor moves.
+    pub const fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// The rotor moves otherwise, from this angle in rad on.
+    pub fn turn(&mut self, motion: Motion, angle: f64) {
+        self.motion = motion;
+        self.machine.moves = motion.moves();
+        self.machine.dry_friction = motion.friction(&self.machine.motor.rotor, 0.0);
+        self.machine.angle = angle;
+        self.machine.heading = Heading::of(angle);
+    }
+
+    /// Currents, inductances, back-EMF and torque at a state. `t` in s.
+    pub fn operating<const N: usize>(&self, t: f64, y: &[f64; N]) -> Operating {
+        self.machine.operating(t, y)
+    }
+
+    /// The derivative of the state. `t` in s.
+    pub fn derivative<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; N] {
+        self.machine.evaluate(t, y).slope
+    }
+
+    /// The derivative of the state with all that it follows from. `t` in s.
+    pub fn evaluate<const N: usize>(&self, t: f64, y: &[f64; N]) -> Evaluation<N> {
+        self.machine.evaluate(t, y)
+    }
+
+    /// Terminal potentials in V against the negative rail.
+    pub fn potentials(&self, at: &Operating) -> [f64; 3] {
+        self.bridge.potentials(self.gates, self.modes, &at.port)
     }
 
     /// How far everything that makes the flow smooth is from its end, positive while it holds: the modes of the
@@ -281,8 +340,8 @@ impl<'a> Flow<'a> {
     /// where the core has kinks.
     #[inline]
     pub fn margins<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; MARGINS] {
-        let at = self.operating(t, y);
-        let potentials = self.bridge.potentials(self.gates, self.modes, &at.port);
+        let at = self.machine.operating(t, y);
+        let potentials = self.machine.legs.potentials(&at.port);
         self.margins_at(&at, potentials, y)
     }
 
@@ -291,18 +350,22 @@ impl<'a> Flow<'a> {
     pub fn margins_at<const N: usize>(
         &self,
         at: &Operating,
-        potentials: [f64; 3],
+        mut potentials: [f64; 3],
         y: &[f64; N],
     ) -> [f64; MARGINS] {
+        if self.modes == [Conduction::Blocked; 3] {
+            potentials = self.potentials(at);
+        }
+        let motor = self.machine.motor;
         let [a, b, c] = self.bridge.margins(self.gates, self.modes, potentials, &at.port);
         let side = |side: f64, flux: f64| if side == 0.0 { f64::INFINITY } else { side * flux };
         [
             a,
             b,
             c,
-            self.motion.margin(&self.motor.rotor, y[3], at.torque - self.load_torque),
+            self.motion.margin(&motor.rotor, y[3], at.torque - self.machine.load_torque),
             self.stops.map_or(f64::INFINITY, |stops| self.motion.margin_to_stop(stops, y[2])),
-            at.domain,
+            motor.magnetics.core().margin(at.core_current),
             side(self.sides[0], at.core_flux.d),
             side(self.sides[1], at.core_flux.q),
         ]
@@ -313,17 +376,17 @@ impl<'a> Flow<'a> {
         let at = Heading::of(y[2]);
         let flux = AlphaBeta::new(y[0], y[1]).park_by(at.sin, at.cos);
         let lag = if N >= WITH_EDDY { flux - Dq::new(y[CORE], y[CORE + 1]) } else { Dq::new(0.0, 0.0) };
-        self.motor.field_energy(flux, lag, y[2])
+        self.machine.motor.field_energy(flux, lag, y[2])
     }
 
     /// Energy of the rotor's motion in J.
     pub fn kinetic_energy<const N: usize>(&self, y: &[f64; N]) -> f64 {
-        let speed = y[3] / f64::from(self.motor.pole_pairs);
-        self.motor.rotor.inertia * speed * speed / 2.0
+        let speed = y[3] / f64::from(self.machine.motor.pole_pairs);
+        self.machine.motor.rotor.inertia * speed * speed / 2.0
     }
 
     /// Energy in the link's capacitor in J.
     pub fn link_energy<const N: usize>(&self, y: &[f64; N]) -> f64 {
-        self.link.storage.map_or(0.0, |storage| storage.capacitance * y[4] * y[4] / 2.0)
+        self.machine.link.storage.map_or(0.0, |storage| storage.capacitance * y[4] * y[4] / 2.0)
     }
 }

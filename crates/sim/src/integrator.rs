@@ -3,85 +3,114 @@
 //! Coefficients and the continuous extension of order 4 are those of Hairer, Nørsett and Wanner, *Solving
 //! Ordinary Differential Equations I*, section II.6 (DOPRI5).
 
-/// One step from `start` over `h`, not yet accepted.
+use standstill_plant::Lane;
+
+/// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct Attempt<const N: usize> {
+pub struct Attempt<const N: usize, T = f64> {
     /// Length in s.
-    pub h: f64,
+    pub h: T,
     /// State at the beginning.
-    pub start: [f64; N],
+    pub start: [T; N],
     /// State at the end, order 5.
-    pub end: [f64; N],
+    pub end: [T; N],
     /// Derivative at the end: the next step's first.
-    pub end_slope: [f64; N],
-    slopes: [[f64; N]; 6],
+    pub end_slope: [T; N],
+    /// Derivatives at the beginning and within.
+    pub slopes: [[T; N]; 6],
 }
 
 /// Right-hand sides that an attempt evaluates; the one at its start comes from the step before.
 pub const STAGES: u64 = 6;
 
-impl<const N: usize> Attempt<N> {
+impl<const N: usize, T: Lane> Attempt<N, T> {
     /// Takes a step; `slope` is the derivative at its beginning. That at the end is left to the caller, who may want
     /// more of that state than its derivative: neither [`Self::error`] nor [`Self::dense`] is known before.
-    #[inline]
+    #[inline(always)]
     pub fn new(
-        derivative: impl Fn(f64, &[f64; N]) -> [f64; N],
-        t: f64,
-        start: &[f64; N],
-        slope: &[f64; N],
-        h: f64,
+        mut derivative: impl FnMut(T, &[T; N]) -> [T; N],
+        t: T,
+        start: &[T; N],
+        slope: &[T; N],
+        h: T,
     ) -> Self {
         let y = start;
-        let k1 = slope;
-        let at = |c: f64, f: &dyn Fn(usize) -> f64| {
-            derivative(t + c * h, &std::array::from_fn(|n| y[n] + h * f(n)))
-        };
-        let k2 = at(0.2, &|n| k1[n] / 5.0);
-        let k3 = at(0.3, &|n| 3.0 / 40.0 * k1[n] + 9.0 / 40.0 * k2[n]);
-        let k4 = at(0.8, &|n| 44.0 / 45.0 * k1[n] - 56.0 / 15.0 * k2[n] + 32.0 / 9.0 * k3[n]);
-        let k5 = at(8.0 / 9.0, &|n| {
-            19372.0 / 6561.0 * k1[n] - 25360.0 / 2187.0 * k2[n] + 64448.0 / 6561.0 * k3[n]
-                - 212.0 / 729.0 * k4[n]
-        });
-        let k6 = at(1.0, &|n| {
-            9017.0 / 3168.0 * k1[n] - 355.0 / 33.0 * k2[n] + 46732.0 / 5247.0 * k3[n] + 49.0 / 176.0 * k4[n]
-                - 5103.0 / 18656.0 * k5[n]
-        });
-        let end: [f64; N] = std::array::from_fn(|n| {
-            y[n] + h
-                * (35.0 / 384.0 * k1[n] + 500.0 / 1113.0 * k3[n] + 125.0 / 192.0 * k4[n]
-                    - 2187.0 / 6784.0 * k5[n]
-                    + 11.0 / 84.0 * k6[n])
-        });
-        Self { h, start: *start, end, end_slope: [0.0; N], slopes: [*k1, k2, k3, k4, k5, k6] }
+        let mut k = [*slope; 6];
+        let mut end = *start;
+        // One call of the right-hand side, so that it can be part of the loop.
+        for stage in 1..=6 {
+            let [k1, k2, k3, k4, k5, k6] = &k;
+            let (c, way): (f64, [T; N]) = match stage {
+                1 => (0.2, std::array::from_fn(|n| k1[n] * (1.0 / 5.0))),
+                2 => (0.3, std::array::from_fn(|n| k1[n] * (3.0 / 40.0) + k2[n] * (9.0 / 40.0))),
+                3 => (
+                    0.8,
+                    std::array::from_fn(|n| {
+                        k1[n] * (44.0 / 45.0) - k2[n] * (56.0 / 15.0) + k3[n] * (32.0 / 9.0)
+                    }),
+                ),
+                4 => (
+                    8.0 / 9.0,
+                    std::array::from_fn(|n| {
+                        k1[n] * (19372.0 / 6561.0) - k2[n] * (25360.0 / 2187.0) + k3[n] * (64448.0 / 6561.0)
+                            - k4[n] * (212.0 / 729.0)
+                    }),
+                ),
+                5 => (
+                    1.0,
+                    std::array::from_fn(|n| {
+                        k1[n] * (9017.0 / 3168.0) - k2[n] * (355.0 / 33.0)
+                            + k3[n] * (46732.0 / 5247.0)
+                            + k4[n] * (49.0 / 176.0)
+                            - k5[n] * (5103.0 / 18656.0)
+                    }),
+                ),
+                _ => (
+                    1.0,
+                    std::array::from_fn(|n| {
+                        k1[n] * (35.0 / 384.0) + k3[n] * (500.0 / 1113.0) + k4[n] * (125.0 / 192.0)
+                            - k5[n] * (2187.0 / 6784.0)
+                            + k6[n] * (11.0 / 84.0)
+                    }),
+                ),
+            };
+            end = std::array::from_fn(|n| y[n] + h * way[n]);
+            if stage < 6 {
+                k[stage] = derivative(t + h * c, &end);
+            }
+        }
+        Self { h, start: *start, end, end_slope: [T::of(0.0); N], slopes: k }
     }
 
     /// The step with the derivative at its end.
-    #[inline]
-    pub fn with_end_slope(self, end_slope: [f64; N]) -> Self {
+    #[inline(always)]
+    pub fn with_end_slope(self, end_slope: [T; N]) -> Self {
         Self { end_slope, ..self }
     }
 
-    /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted.
-    #[inline]
-    pub fn error(&self, tolerance: &[f64; N]) -> f64 {
+    /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted. Not a
+    /// number if any of them is none.
+    #[inline(always)]
+    pub fn error(&self, tolerance: &[f64; N]) -> T {
         let [k1, _, k3, k4, k5, k6] = &self.slopes;
         let k7 = &self.end_slope;
-        (0..N)
-            .map(|n| {
-                let difference = 71.0 / 57600.0 * k1[n] - 71.0 / 16695.0 * k3[n] + 71.0 / 1920.0 * k4[n]
-                    - 17253.0 / 339_200.0 * k5[n]
-                    + 22.0 / 525.0 * k6[n]
-                    - 1.0 / 40.0 * k7[n];
-                (self.h * difference).abs() / tolerance[n]
-            })
-            // `max` would drop a NaN, and with it a step that went wrong.
-            .fold(0.0, |worst, error| if error > worst || error.is_nan() { error } else { worst })
+        let (mut worst, mut all) = (T::of(0.0), T::of(0.0));
+        for n in 0..N {
+            let difference = k1[n] * (71.0 / 57600.0) - k3[n] * (71.0 / 16695.0) + k4[n] * (71.0 / 1920.0)
+                - k5[n] * (17253.0 / 339_200.0)
+                + k6[n] * (22.0 / 525.0)
+                - k7[n] * (1.0 / 40.0);
+            let error = (self.h * difference).abs() * (1.0 / tolerance[n]);
+            worst = T::choose(error.above(worst), error, worst);
+            all = all + error;
+        }
+        // The larger of two numbers would drop what is none, and with it a step that went wrong.
+        worst + all * 0.0
     }
 
     /// The state at share `x` (0 to 1) of the step, order 4.
-    #[inline]
-    pub fn dense(&self, x: f64) -> [f64; N] {
+    #[inline(always)]
+    pub fn dense(&self, x: f64) -> [T; N] {
         let [k1, _, k3, k4, k5, k6] = &self.slopes;
         let k7 = &self.end_slope;
         std::array::from_fn(|n| {
@@ -89,21 +118,37 @@ impl<const N: usize> Attempt<N> {
             let c2 = self.h * k1[n] - way;
             let c3 = way - self.h * k7[n] - c2;
             let c4 = self.h
-                * (-12_715_105_075.0 / 11_282_082_432.0 * k1[n]
-                    + 87_487_479_700.0 / 32_700_410_799.0 * k3[n]
-                    - 10_690_763_975.0 / 1_880_347_072.0 * k4[n]
-                    + 701_980_252_875.0 / 199_316_789_632.0 * k5[n]
-                    - 1_453_857_185.0 / 822_651_844.0 * k6[n]
-                    + 69_997_945.0 / 29_380_423.0 * k7[n]);
-            self.start[n] + x * (way + (1.0 - x) * (c2 + x * (c3 + (1.0 - x) * c4)))
+                * (k1[n] * (-12_715_105_075.0 / 11_282_082_432.0)
+                    + k3[n] * (87_487_479_700.0 / 32_700_410_799.0)
+                    - k4[n] * (10_690_763_975.0 / 1_880_347_072.0)
+                    + k5[n] * (701_980_252_875.0 / 199_316_789_632.0)
+                    - k6[n] * (1_453_857_185.0 / 822_651_844.0)
+                    + k7[n] * (69_997_945.0 / 29_380_423.0));
+            self.start[n] + (way + (c2 + (c3 + c4 * (1.0 - x)) * x) * (1.0 - x)) * x
         })
+    }
+}
+
+impl<const N: usize> Attempt<N> {
+    /// A step of a shorter state as one in which nothing else changes.
+    #[inline]
+    pub fn among<const M: usize>(&self, whole: &[f64; M]) -> Attempt<M> {
+        let zero = |slope: &[f64; N]| std::array::from_fn(|n| if n < N { slope[n] } else { 0.0 });
+        Attempt {
+            h: self.h,
+            start: *whole,
+            end: std::array::from_fn(|n| if n < N { self.end[n] } else { whole[n] }),
+            end_slope: zero(&self.end_slope),
+            slopes: self.slopes.each_ref().map(zero),
+        }
     }
 
     /// The length to try next, from this one's error. A step far too long can leave the finite numbers; a shorter one
     /// need not.
     pub fn next_length(&self, error: f64) -> f64 {
         let factor = match error {
-            0.0 => 5.0,
+            // 0.9 / 5 to the fifth power: no need for a root.
+            error if error <= 1.8e-4 => 5.0,
             error if error.is_finite() => 0.9 * error.powf(-0.2),
             _ => 0.2,
         };

@@ -20,7 +20,7 @@ mod timeline;
 mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
-pub use flow::{CORE, Flow, Ledger, Operating, WITH_EDDY, WITH_LEDGER};
+pub use flow::{CORE, Evaluation, Flow, Ledger, Machine, Operating, PLANE, WITH_EDDY, WITH_LEDGER};
 pub use motion::Motion;
 pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};

@@ -100,9 +100,9 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             state[CORE..WITH_EDDY].copy_from_slice(&[d, q]);
         }
         let mut flow = Flow::new(motor, &inverter.bridge, &inverter.link, motion);
-        flow.load_torque = case.load_torque;
+        flow.machine.load_torque = case.load_torque;
         flow.stops = stops;
-        flow.settle(case.start_angle);
+        flow.turn(motion, case.start_angle);
         let settings = &case.sensors.settings;
         Self {
             case,
@@ -280,7 +280,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
         debug_assert!(self.reached == self.now, "what is sampled is there");
         let at = self.flow.operating(self.now.seconds(), &self.state);
-        let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes);
+        let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes());
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
         let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
         let there = Instant { current, dc_link, requested };
@@ -293,7 +293,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     /// Reports the state at `time` to the probe.
     fn show(&mut self, time: f64, state: &[f64; N]) {
         let at = self.flow.operating(time, state);
-        let potential = self.flow.bridge.potentials(self.flow.gates, self.flow.modes, &at.port);
+        let potential = self.flow.potentials(&at);
         self.probe.snapshot(&Snapshot {
             time,
             current: at.port.current,
@@ -302,7 +302,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             angle: state[2],
             speed: state[3],
             torque: at.torque,
-            modes: self.flow.modes,
+            modes: self.flow.modes(),
         });
     }
 }

@@ -7,72 +7,92 @@ use standstill_inverter::Gate;
 #[derive(Clone, Copy, Debug)]
 struct LegPlan {
     /// What the leg does in each of the two stages.
-    legs: [Leg<f64>; 2],
+    tasks: [Task; 2],
     /// Ends of the two stages.
     ends: [Nanos; 2],
     carrier: Nanos,
     stage: usize,
-    /// Number of the PWM period within the stage and of the switching instant within the period.
-    period: u64,
+    /// Begin of the PWM period and number of the switching instant within it.
+    begin: Nanos,
     part: u8,
     start: Nanos,
+    /// The next request: when, and which gate.
+    next: Option<(Nanos, Gate)>,
+}
+
+/// What a leg does in a stage.
+#[derive(Clone, Copy, Debug)]
+enum Task {
+    /// Keeps its gates.
+    Keep(Gate),
+    /// In each period it is low for `idle`, high for `on`, and low for the rest.
+    Modulate { idle: Nanos, on: Nanos },
+}
+
+impl Task {
+    fn new<T: Real>(leg: Leg<T>, carrier: Nanos) -> Self {
+        match leg {
+            Leg::Off => Self::Keep(Gate::Off),
+            Leg::Low => Self::Keep(Gate::Low),
+            Leg::High => Self::Keep(Gate::High),
+            Leg::Duty(duty) => {
+                // Centre-aligned: low, high in the middle of the period, low.
+                let on = on_time(duty.to_double(), carrier);
+                Self::Modulate { idle: Nanos((carrier.0 - on.0) / 2), on }
+            }
+        }
+    }
 }
 
 impl LegPlan {
-    /// The next request: when, and which gate.
-    fn peek(&self) -> Option<(Nanos, Gate)> {
-        let leg = *self.legs.get(self.stage)?;
-        let stage_start = if self.stage == 0 { self.start } else { self.ends[0] };
-        match leg {
-            Leg::Off => Some((stage_start, Gate::Off)),
-            Leg::Low => Some((stage_start, Gate::Low)),
-            Leg::High => Some((stage_start, Gate::High)),
-            Leg::Duty(duty) => {
-                // Centre-aligned: low, high in the middle of the period, low.
-                let on = on_time(duty, self.carrier);
-                let idle = Nanos((self.carrier.0 - on.0) / 2);
-                let begin = stage_start + self.carrier * self.period;
-                Some(match self.part {
-                    0 => (begin, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
-                    1 => (begin + idle, if on == Nanos::ZERO { Gate::Low } else { Gate::High }),
-                    _ => (begin + idle + on, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
-                })
-            }
-        }
+    fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
+        let mut plan = Self { tasks, ends, carrier, stage: 0, begin: start, part: 0, start, next: None };
+        plan.next = plan.request();
+        plan
+    }
+
+    /// The request at hand.
+    fn request(&self) -> Option<(Nanos, Gate)> {
+        let begin = self.begin;
+        Some(match *self.tasks.get(self.stage)? {
+            Task::Keep(gate) => (begin, gate),
+            Task::Modulate { idle, on } => match self.part {
+                0 => (begin, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
+                1 => (begin + idle, if on == Nanos::ZERO { Gate::Low } else { Gate::High }),
+                _ => (begin + idle + on, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
+            },
+        })
     }
 
     /// Steps to the request after this one.
     fn advance(&mut self) {
-        let duty = matches!(self.legs.get(self.stage), Some(Leg::Duty(_)));
-        if duty {
-            self.part = (self.part + 1) % 3;
-            self.period += u64::from(self.part == 0);
-            if self.peek().is_some_and(|(at, _)| at < self.ends[self.stage]) {
+        if let Some(Task::Modulate { .. }) = self.tasks.get(self.stage) {
+            self.part += 1;
+            if self.part == 3 {
+                (self.part, self.begin) = (0, self.begin + self.carrier);
+            }
+            self.next = self.request();
+            if self.next.is_some_and(|(at, _)| at < self.ends[self.stage]) {
                 return;
             }
         }
         self.stage += 1;
-        (self.period, self.part) = (0, 0);
+        (self.begin, self.part) = (self.ends[0], 0);
         if self.stage < 2 && self.ends[0] == self.ends[1] {
             self.stage = 2;
         }
+        self.next = self.request();
     }
-}
 
-impl LegPlan {
     /// What the leg is told just before `at`, which lies after the start of the command.
     fn told(&self, at: Nanos) -> Gate {
         let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
-        match self.legs[stage] {
-            Leg::Off => Gate::Off,
-            Leg::Low => Gate::Low,
-            Leg::High => Gate::High,
-            Leg::Duty(duty) => {
-                let on = on_time(duty, self.carrier);
-                let idle = (self.carrier.0 - on.0) / 2;
+        match self.tasks[stage] {
+            Task::Keep(gate) => gate,
+            Task::Modulate { idle, on } => {
                 let place = (before.0 - stage_start.0) % self.carrier.0;
-                if place >= idle && place < idle + on.0 { Gate::High } else { Gate::Low }
+                if place >= idle.0 && place < idle.0 + on.0 { Gate::High } else { Gate::Low }
             }
         }
     }
@@ -95,26 +115,19 @@ pub struct Timeline {
 impl Timeline {
     /// Lays out a command that starts at `start`.
     pub fn new<T: Real>(command: &Command<T>, start: Nanos, carrier: Nanos) -> Self {
-        let double = |leg: Leg<T>| match leg {
-            Leg::Off => Leg::Off,
-            Leg::Low => Leg::Low,
-            Leg::High => Leg::High,
-            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
-        };
         let first = command.stage;
         let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
         let ends = [start + first.duration, start + first.duration + second.duration];
-        let legs: [[Leg<f64>; 2]; 3] = {
-            let (Abc(a), Abc(b)) = (first.legs, second.legs);
-            std::array::from_fn(|k| [double(a[k]), double(b[k])])
-        };
-        let plans = legs.map(|legs| LegPlan { legs, ends, carrier, stage: 0, period: 0, part: 0, start });
+        let (Abc(a), Abc(b)) = (first.legs, second.legs);
+        let plans = [0, 1, 2].map(|k| {
+            LegPlan::new([Task::new(a[k], carrier), Task::new(b[k], carrier)], start, ends, carrier)
+        });
         Self { plans, end: ends[1] }
     }
 
     /// When the next request comes; none after the last.
     pub fn next(&self) -> Option<Nanos> {
-        self.plans.iter().filter_map(|plan| plan.peek().map(|(at, _)| at)).min()
+        self.plans.iter().filter_map(|plan| plan.next.map(|(at, _)| at)).min()
     }
 
     /// What the legs are told just before `at`, for a time after the start of the command.
@@ -123,8 +136,9 @@ impl Timeline {
     }
 
     /// Takes the next request of leg `k` that is due at `now`.
+    #[inline]
     pub fn take(&mut self, k: usize, now: Nanos) -> Option<Gate> {
-        let (at, gate) = self.plans[k].peek()?;
+        let (at, gate) = self.plans[k].next?;
         (at <= now).then(|| {
             self.plans[k].advance();
             gate

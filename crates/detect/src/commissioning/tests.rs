@@ -1,4 +1,4 @@
-use standstill_interface::{Abc, Angle, Real};
+use standstill_interface::{Abc, Angle, Arithmetic, Real};
 
 use super::complex::Complex;
 use super::model::{Model, UNKNOWNS};

@@ -3,7 +3,8 @@
 use standstill_interface::Dq;
 
 use super::{IronBridge, Magnetics};
-use crate::Symmetric;
+use crate::lane::power;
+use crate::{Lane, Symmetric};
 
 /// ```text
 /// i_d = [a_d0 + a_dd |ψ_d|^S + a_dq/(V+2) |ψ_d|^U |ψ_q|^(V+2)] ψ_d − i_f
@@ -43,20 +44,6 @@ pub struct Algebraic {
     pub bridge: Option<IronBridge>,
 }
 
-/// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
-#[inline]
-pub(super) fn power(x: f64, exponent: u8) -> f64 {
-    let (mut result, mut square, mut left) = (1.0, x, exponent);
-    while left > 0 {
-        if left & 1 == 1 {
-            result *= square;
-        }
-        square *= square;
-        left >>= 1;
-    }
-    result
-}
-
 impl Algebraic {
     /// The same iron with magnets that are stronger or weaker by such a factor that the flux without current is
     /// `flux` in Wb, along d. Both places where a magnet appears, i_f and ψ_n, are in proportion to its remanence. None
@@ -91,6 +78,36 @@ impl Algebraic {
         }
         Some(at(high))
     }
+
+    /// Current and inverse inductance, of any number of machines.
+    #[inline(always)]
+    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+        let (d, q) = (flux.d.abs(), flux.q.abs());
+        let (s, t) = (f64::from(self.d_exponent), f64::from(self.q_exponent));
+        let d_term = power(d, self.d_exponent) * self.dd;
+        let q_term = power(q, self.q_exponent) * self.qq;
+        let (mut slope_d, mut slope_q) = (d_term + self.d, q_term + self.q);
+        let mut gamma = Symmetric::new(d_term * (s + 1.0) + self.d, T::of(0.0), q_term * (t + 1.0) + self.q);
+        if self.cross != 0.0 {
+            let (u, v) = (f64::from(self.cross_d_exponent), f64::from(self.cross_q_exponent));
+            let (d_u, q_v) = (power(d, self.cross_d_exponent), power(q, self.cross_q_exponent));
+            let cross = d_u * q_v * self.cross;
+            let (along_d, along_q) = (cross * q * q * (1.0 / (v + 2.0)), cross * d * d * (1.0 / (u + 2.0)));
+            slope_d = slope_d + along_d;
+            slope_q = slope_q + along_q;
+            gamma.xx = gamma.xx + along_d * (u + 1.0);
+            gamma.yy = gamma.yy + along_q * (v + 1.0);
+            gamma.xy = cross * flux.d * flux.q;
+        }
+        let mut current = Dq::new(slope_d * flux.d - self.magnet_current, slope_q * flux.q);
+        if let Some(bridge) = self.bridge {
+            let (more_current, more_gamma) = bridge.evaluate(flux);
+            current = current + more_current;
+            gamma =
+                Symmetric::new(gamma.xx + more_gamma.xx, gamma.xy + more_gamma.xy, gamma.yy + more_gamma.yy);
+        }
+        (current, gamma)
+    }
 }
 
 impl Magnetics for Algebraic {
@@ -124,32 +141,7 @@ impl Magnetics for Algebraic {
         ]
     }
 
-    #[inline]
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        let (d, q) = (flux.d.abs(), flux.q.abs());
-        let (s, t) = (f64::from(self.d_exponent), f64::from(self.q_exponent));
-        let (u, v) = (f64::from(self.cross_d_exponent), f64::from(self.cross_q_exponent));
-        let d_term = self.dd * power(d, self.d_exponent);
-        let q_term = self.qq * power(q, self.q_exponent);
-        let mut slope_d = self.d + d_term;
-        let mut slope_q = self.q + q_term;
-        let mut gamma = Symmetric::new(self.d + (s + 1.0) * d_term, 0.0, self.q + (t + 1.0) * q_term);
-        if self.cross != 0.0 {
-            let (d_u, q_v) = (power(d, self.cross_d_exponent), power(q, self.cross_q_exponent));
-            let cross = self.cross * d_u * q_v;
-            slope_d += cross * q * q / (v + 2.0);
-            slope_q += cross * d * d / (u + 2.0);
-            gamma.xx += (u + 1.0) * cross * q * q / (v + 2.0);
-            gamma.yy += (v + 1.0) * cross * d * d / (u + 2.0);
-            gamma.xy = cross * flux.d * flux.q;
-        }
-        let mut current = Dq::new(slope_d * flux.d - self.magnet_current, slope_q * flux.q);
-        if let Some(bridge) = self.bridge {
-            let (more_current, more_gamma) = bridge.current_and_inverse_inductance(flux);
-            current = current + more_current;
-            gamma =
-                Symmetric::new(gamma.xx + more_gamma.xx, gamma.xy + more_gamma.xy, gamma.yy + more_gamma.yy);
-        }
-        (current, gamma)
+        self.evaluate(flux)
     }
 }

@@ -8,23 +8,23 @@ pub use series::Series;
 
 use super::harmonics::Distortion;
 use super::{Core, EddyBranch, Harmonics, Heading, Magnetics, NoConvergence};
-use crate::Symmetric;
+use crate::{Lane, Symmetric, sin_cos};
 
 /// The magnetics at one flux and one rotor angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MagneticState {
+pub struct MagneticState<T = f64> {
     /// i = ∂W/∂ψ in A, without eddy currents.
-    pub current: Dq<f64>,
+    pub current: Dq<T>,
     /// Γ = ∂²W/∂ψ² in 1/H.
-    pub inverse_inductance: Symmetric,
+    pub inverse_inductance: Symmetric<T>,
     /// ∂W/∂θ in J per 3/2 and rad, at constant ψ.
-    pub energy_slope: f64,
+    pub energy_slope: T,
     /// ∂i/∂θ in A/rad, at constant ψ.
-    pub current_slope: Dq<f64>,
+    pub current_slope: Dq<T>,
     /// Flux in Wb at which the core itself is: ψ but for harmonics.
-    pub core_flux: Dq<f64>,
+    pub core_flux: Dq<T>,
     /// Current in A of the core itself, by which its map is read: i but for harmonics, with the magnet's change on top.
-    pub core_current: Dq<f64>,
+    pub core_current: Dq<T>,
 }
 
 /// Torque of a rotor without current, from slots: `T = −T_c sin(n θ)`.
@@ -38,8 +38,9 @@ pub struct Cogging {
 
 impl Cogging {
     /// Torque in N·m at electrical angle θ in rad.
-    pub fn at(&self, angle: f64) -> f64 {
-        -self.torque * (f64::from(self.periods) * angle).sin()
+    #[inline(always)]
+    pub fn at<T: Lane>(&self, angle: T) -> T {
+        sin_cos(angle * f64::from(self.periods)).0 * -self.torque
     }
 
     /// Energy in J at electrical angle θ in rad, of which the torque is the negative slope over the mechanical angle.
@@ -156,17 +157,18 @@ impl MagneticCircuit {
     }
 
     /// Current, inductance and their slopes at a flux in Wb.
-    #[inline]
-    pub fn state(&self, flux: Dq<f64>, at: Heading) -> MagneticState {
+    #[inline(always)]
+    pub fn state<T: Lane>(&self, flux: Dq<T>, at: Heading<T>) -> MagneticState<T> {
         if let Some(distortion) = &self.distortion {
             return distortion.state(&self.core, self.magnet, flux, at);
         }
-        let (core_current, inverse_inductance) = self.core.current_and_inverse_inductance(flux);
+        let (core_current, inverse_inductance) = self.core.evaluate(flux);
+        let zero = T::of(0.0);
         MagneticState {
-            current: core_current - self.magnet,
+            current: Dq::new(core_current.d - self.magnet.d, core_current.q - self.magnet.q),
             inverse_inductance,
-            energy_slope: 0.0,
-            current_slope: Dq::new(0.0, 0.0),
+            energy_slope: zero,
+            current_slope: Dq::new(zero, zero),
             core_flux: flux,
             core_current,
         }
@@ -180,11 +182,11 @@ impl MagneticCircuit {
 
     /// Eddy currents G (ψ − χ) in A and their inverse inductance G in 1/H, where χ lags ψ by `lag` in Wb; none: no
     /// such branch.
-    #[inline]
-    pub fn eddy(&self, lag: Dq<f64>) -> Option<Eddy> {
+    #[inline(always)]
+    pub fn eddy<T: Lane>(&self, lag: Dq<T>) -> Option<Eddy<T>> {
         let (branch, g) = self.eddy?;
         Some(Eddy {
-            current: Dq::new(g.d * lag.d, g.q * lag.q),
+            current: Dq::new(lag.d * g.d, lag.q * g.q),
             inverse_inductance: g,
             time_constant: branch.time_constant,
         })
@@ -227,9 +229,9 @@ impl MagneticCircuit {
 
 /// The eddy currents at one lag.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eddy {
+pub struct Eddy<T = f64> {
     /// In A, added to the current of the core.
-    pub current: Dq<f64>,
+    pub current: Dq<T>,
     /// G in 1/H.
     pub inverse_inductance: Dq<f64>,
     /// τ in s.

@@ -15,8 +15,8 @@
 
 use standstill_interface::Dq;
 
-use super::{Heading, MagneticState, Magnetics};
-use crate::Symmetric;
+use super::{Core, Heading, MagneticState};
+use crate::{Lane, Symmetric};
 
 /// Harmonics of winding and magnet over the rotor angle. All zero: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -37,53 +37,60 @@ pub struct Harmonics {
 
 /// Lower triangular 2×2 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Lower {
-    xx: f64,
-    yx: f64,
-    yy: f64,
+struct Lower<T = f64> {
+    xx: T,
+    yx: T,
+    yy: T,
 }
 
-impl Lower {
-    const fn new(xx: f64, yx: f64, yy: f64) -> Self {
+impl<T: Lane> Lower<T> {
+    #[inline(always)]
+    const fn new(xx: T, yx: T, yy: T) -> Self {
         Self { xx, yx, yy }
     }
 
     /// G with `G Gᵀ = m`.
-    fn cholesky(m: Symmetric) -> Self {
+    #[inline(always)]
+    fn cholesky(m: Symmetric<T>) -> Self {
         let xx = m.xx.sqrt();
         let yx = m.xy / xx;
         Self::new(xx, yx, (m.yy - yx * yx).sqrt())
     }
 
+    #[inline(always)]
     fn inverse(self) -> Self {
-        Self::new(1.0 / self.xx, -self.yx / (self.xx * self.yy), 1.0 / self.yy)
+        Self::new(T::of(1.0) / self.xx, -self.yx / (self.xx * self.yy), T::of(1.0) / self.yy)
     }
 
+    #[inline(always)]
     fn times(self, other: Self) -> Self {
         Self::new(self.xx * other.xx, self.yx * other.xx + self.yy * other.yx, self.yy * other.yy)
     }
 
-    fn apply(self, v: Dq<f64>) -> Dq<f64> {
+    #[inline(always)]
+    fn apply(self, v: Dq<T>) -> Dq<T> {
         Dq::new(self.xx * v.d, self.yx * v.d + self.yy * v.q)
     }
 
-    fn apply_transposed(self, v: Dq<f64>) -> Dq<f64> {
+    #[inline(always)]
+    fn apply_transposed(self, v: Dq<T>) -> Dq<T> {
         Dq::new(self.xx * v.d + self.yx * v.q, self.yy * v.q)
     }
 
     /// `selfᵀ m self`.
-    fn congruent(self, m: Symmetric) -> Symmetric {
+    #[inline(always)]
+    fn congruent(self, m: Symmetric<T>) -> Symmetric<T> {
         let (row_x, row_y) = (m.xx * self.xx + m.xy * self.yx, m.xy * self.xx + m.yy * self.yx);
         Symmetric::new(self.xx * row_x + self.yx * row_y, self.yy * row_y, self.yy * m.yy * self.yy)
     }
 }
 
 /// The coordinates at one rotor angle.
-struct Coordinates {
-    a: Lower,
-    a_slope: Lower,
-    shift: Dq<f64>,
-    shift_slope: Dq<f64>,
+struct Coordinates<T> {
+    a: Lower<T>,
+    a_slope: Lower<T>,
+    shift: Dq<T>,
+    shift_slope: Dq<T>,
 }
 
 /// Harmonics around the operating point of a core.
@@ -98,23 +105,25 @@ pub(super) struct Distortion {
 impl Harmonics {
     /// M(θ) and its slope over θ, in H and H/rad: a 4θ term of the phases is a reflection that turns with −6θ in the
     /// rotor's frame; one phase that differs is a reflection that stands still in the stator's.
-    fn inductance(&self, at: Heading) -> (Symmetric, Symmetric) {
+    #[inline(always)]
+    fn inductance<T: Lane>(&self, at: Heading<T>) -> (Symmetric<T>, Symmetric<T>) {
         let two = at.doubled();
         let six = two.tripled();
         let (four, odd) = (1.5 * self.inductance_4, self.asymmetry / 3.0);
         let reflection =
-            |factor: f64, cos: f64, sin: f64| Symmetric::new(factor * cos, factor * sin, -factor * cos);
-        let sum = |x: Symmetric, y: Symmetric| Symmetric::new(x.xx + y.xx, x.xy + y.xy, x.yy + y.yy);
+            |factor: f64, cos: T, sin: T| Symmetric::new(cos * factor, sin * factor, -(cos * factor));
+        let sum = |x: Symmetric<T>, y: Symmetric<T>| Symmetric::new(x.xx + y.xx, x.xy + y.xy, x.yy + y.yy);
         let value = sum(reflection(four, six.cos, -six.sin), reflection(odd, two.cos, -two.sin));
         let slope = sum(reflection(-6.0 * four, six.sin, six.cos), reflection(-2.0 * odd, two.sin, two.cos));
-        (sum(value, Symmetric::new(odd, 0.0, odd)), slope)
+        (Symmetric::new(value.xx + odd, value.xy, value.yy + odd), slope)
     }
 
     /// δ(θ) and its slope over θ, in Wb and Wb/rad.
-    fn flux(&self, at: Heading) -> (Dq<f64>, Dq<f64>) {
+    #[inline(always)]
+    fn flux<T: Lane>(&self, at: Heading<T>) -> (Dq<T>, Dq<T>) {
         let six = at.doubled().tripled();
         let (d, q) = (self.flux_7 + self.flux_5, self.flux_7 - self.flux_5);
-        (Dq::new(d * six.cos, q * six.sin), Dq::new(-6.0 * d * six.sin, 6.0 * q * six.cos))
+        (Dq::new(six.cos * d, six.sin * q), Dq::new(six.sin * (-6.0 * d), six.cos * (6.0 * q)))
     }
 
     /// The largest change of the inductances in H, in any direction at any angle.
@@ -141,15 +150,17 @@ impl Distortion {
         Self { harmonics, rest, inductance, factor: Lower::cholesky(inductance) }
     }
 
-    fn coordinates(&self, at: Heading) -> Coordinates {
+    #[inline(always)]
+    fn coordinates<T: Lane>(&self, at: Heading<T>) -> Coordinates<T> {
         let (m, m_slope) = self.harmonics.inductance(at);
         let l = self.inductance;
-        let g = Lower::cholesky(Symmetric::new(l.xx + m.xx, l.xy + m.xy, l.yy + m.yy));
-        let xx = m_slope.xx / (2.0 * g.xx);
+        let g = Lower::cholesky(Symmetric::new(m.xx + l.xx, m.xy + l.xy, m.yy + l.yy));
+        let xx = m_slope.xx / (g.xx + g.xx);
         let yx = (m_slope.xy - g.yx * xx) / g.xx;
-        let yy = (m_slope.yy / 2.0 - g.yx * yx) / g.yy;
+        let yy = (m_slope.yy * 0.5 - g.yx * yx) / g.yy;
         let back = g.inverse();
-        let a = self.factor.times(back);
+        let factor = Lower::new(T::of(self.factor.xx), T::of(self.factor.yx), T::of(self.factor.yy));
+        let a = factor.times(back);
         let a_slope = a.times(Lower::new(xx, yx, yy)).times(back);
         let (shift, shift_slope) = self.harmonics.flux(at);
         Coordinates { a, a_slope: Lower::new(-a_slope.xx, -a_slope.yx, -a_slope.yy), shift, shift_slope }
@@ -167,19 +178,20 @@ impl Distortion {
     }
 
     /// The winding's state over that of the core.
-    #[inline]
-    pub(super) fn state(
+    #[inline(always)]
+    pub(super) fn state<T: Lane>(
         &self,
-        core: &impl Magnetics,
+        core: &Core,
         magnet: Dq<f64>,
-        flux: Dq<f64>,
-        at: Heading,
-    ) -> MagneticState {
+        flux: Dq<T>,
+        at: Heading<T>,
+    ) -> MagneticState<T> {
         let c = self.coordinates(at);
-        let x = flux - self.rest - c.shift;
-        let core_flux = self.rest + c.a.apply(x);
-        let (core_current, hessian) = core.current_and_inverse_inductance(core_flux);
-        let slope = core_current - magnet;
+        let rest = Dq::new(T::of(self.rest.d), T::of(self.rest.q));
+        let x = flux - rest - c.shift;
+        let core_flux = rest + c.a.apply(x);
+        let (core_current, hessian) = core.evaluate(core_flux);
+        let slope = Dq::new(core_current.d - magnet.d, core_current.q - magnet.q);
         let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
         MagneticState {
             current: c.a.apply_transposed(slope),

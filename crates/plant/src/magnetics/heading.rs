@@ -1,37 +1,43 @@
 //! The direction of the d-axis, kept as sine and cosine so that harmonics of the angle cost no trigonometry.
 
+use crate::{Lane, sin_cos};
+
 /// Sine and cosine of the electrical angle θ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Heading {
+pub struct Heading<T = f64> {
     /// sin θ.
-    pub sin: f64,
+    pub sin: T,
     /// cos θ.
-    pub cos: f64,
+    pub cos: T,
 }
 
 impl Heading {
     /// θ = 0: the d-axis on the axis of phase a.
     pub const ZERO: Self = Self { sin: 0.0, cos: 1.0 };
+}
 
+impl<T: Lane> Heading<T> {
     /// Of an angle in rad.
-    pub fn of(angle: f64) -> Self {
-        let (sin, cos) = angle.sin_cos();
+    #[inline(always)]
+    pub fn of(angle: T) -> Self {
+        let (sin, cos) = sin_cos(angle);
         Self { sin, cos }
     }
 
     /// Sine and cosine of `2θ`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn doubled(self) -> Self {
-        Self { sin: 2.0 * self.sin * self.cos, cos: 1.0 - 2.0 * self.sin * self.sin }
+        let twice = self.sin + self.sin;
+        Self { sin: twice * self.cos, cos: T::of(1.0) - twice * self.sin }
     }
 
     /// Sine and cosine of `3θ`.
-    #[inline]
+    #[inline(always)]
     #[must_use]
     pub fn tripled(self) -> Self {
         let (s, c) = (self.sin, self.cos);
-        Self { sin: s * (3.0 - 4.0 * s * s), cos: c * (4.0 * c * c - 3.0) }
+        Self { sin: s * (T::of(3.0) - s * s * 4.0), cos: c * (c * c * 4.0 - 3.0) }
     }
 }
 

@@ -4,8 +4,8 @@
 use standstill_interface::Dq;
 
 use super::Magnetics;
-use super::algebraic::power;
-use crate::Symmetric;
+use crate::lane::power;
+use crate::{Lane, Symmetric};
 
 /// Thin iron ribs beside the magnets, which the magnets saturate. With d the magnet axis,
 /// ```text
@@ -49,11 +49,12 @@ const PANELS: u8 = 8;
 
 impl IronBridge {
     /// G and s dG/ds, both in 1/H.
-    fn conductance(&self, s: f64) -> (f64, f64) {
+    #[inline(always)]
+    fn conductance<T: Lane>(&self, s: T) -> (T, T) {
         let p = power(s, self.exponent);
-        let denominator = 1.0 + self.saturation * p;
-        let g = self.strength * p / denominator;
-        (g, f64::from(self.exponent) * g / denominator)
+        let denominator = p * self.saturation + 1.0;
+        let g = p * self.strength / denominator;
+        (g, g * f64::from(self.exponent) / denominator)
     }
 
     /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
@@ -61,9 +62,25 @@ impl IronBridge {
         self.conductance(flux.abs()).0 * flux
     }
 
-    fn coordinates(&self, flux: Dq<f64>) -> (f64, f64) {
+    #[inline(always)]
+    fn coordinates<T: Lane>(&self, flux: Dq<T>) -> (T, T) {
         let b = flux.d - self.magnet_flux;
-        (b, (b * b + self.q_share * flux.q * flux.q).sqrt())
+        (b, (b * b + flux.q * self.q_share * flux.q).sqrt())
+    }
+
+    /// Current and inverse inductance, of any number of machines.
+    #[inline(always)]
+    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+        let (b, s) = self.coordinates(flux);
+        let k = self.q_share;
+        let (g, slope) = self.conductance(s);
+        // ∂G/∂ψ_d = G' ψ_b/s and ∂G/∂ψ_q = G' k_q ψ_q/s; at s = 0 all of it vanishes.
+        let bend = T::choose(s.above(T::of(0.0)), slope / (s * s), T::of(0.0));
+        let along_q = flux.q * k;
+        (
+            Dq::new(g * b, g * along_q),
+            Symmetric::new(g + bend * b * b, bend * b * along_q, g * k + bend * along_q * along_q),
+        )
     }
 }
 
@@ -83,14 +100,6 @@ impl Magnetics for IronBridge {
     }
 
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        let (b, s) = self.coordinates(flux);
-        let k = self.q_share;
-        let (g, slope) = self.conductance(s);
-        // ∂G/∂ψ_d = G' ψ_b/s and ∂G/∂ψ_q = G' k_q ψ_q/s; at s = 0 all of it vanishes.
-        let bend = if s > 0.0 { slope / (s * s) } else { 0.0 };
-        (
-            Dq::new(g * b, k * g * flux.q),
-            Symmetric::new(g + bend * b * b, bend * k * b * flux.q, k * g + bend * k * k * flux.q * flux.q),
-        )
+        self.evaluate(flux)
     }
 }

@@ -3,7 +3,7 @@
 use standstill_interface::Dq;
 
 use super::Magnetics;
-use crate::{Symmetric, Winding};
+use crate::{Lane, Symmetric, Winding};
 
 /// `W = (ψ_d − ψ_pm)² / (2 L_d) + ψ_q² / (2 L_q)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +25,14 @@ impl Linear {
             magnet_flux,
         }
     }
+
+    /// Current and inverse inductance, of any number of machines.
+    #[inline(always)]
+    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+        let (d, q) = (1.0 / self.d_axis_inductance, 1.0 / self.q_axis_inductance);
+        let current = Dq::new((flux.d - self.magnet_flux) * d, flux.q * q);
+        (current, Symmetric::new(T::of(d), T::of(0.0), T::of(q)))
+    }
 }
 
 impl Magnetics for Linear {
@@ -33,9 +41,7 @@ impl Magnetics for Linear {
         (d * d / self.d_axis_inductance + flux.q * flux.q / self.q_axis_inductance) / 2.0
     }
 
-    #[inline]
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        let (d, q) = (1.0 / self.d_axis_inductance, 1.0 / self.q_axis_inductance);
-        (Dq::new((flux.d - self.magnet_flux) * d, flux.q * q), Symmetric::new(d, 0.0, q))
+        self.evaluate(flux)
     }
 }

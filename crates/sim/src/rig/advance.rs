@@ -7,7 +7,7 @@ use standstill_plant::Heading;
 use super::Rig;
 use super::deferred::Due;
 use crate::case::RunError;
-use crate::flow::{DOMAIN, Evaluation, FLUX, MARGINS, MOTION, STOP};
+use crate::flow::{CORE, DOMAIN, Evaluation, FLUX, Flow, MARGINS, MOTION, PLANE, STOP};
 use crate::integrator::{Attempt, STAGES};
 use crate::motion::{Contact, Motion};
 use crate::trace::{Event, Probe};
@@ -36,7 +36,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// Whether new gates of a leg change the flow: unless its current flows through the same device as before.
     pub(super) fn matters(&self, leg: usize, gate: Gate) -> bool {
-        let mode = self.flow.modes[leg];
+        let mode = self.flow.modes()[leg];
         let after = match mode.direction() {
             0.0 => return true,
             direction if direction > 0.0 => Conduction::outflow(gate),
@@ -123,9 +123,9 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
     fn rests(&self) -> bool {
-        let link = self.flow.link;
-        self.flow.modes == [Conduction::Blocked; 3]
-            && !self.flow.motion.moves()
+        let link = self.flow.machine.link;
+        self.flow.modes() == [Conduction::Blocked; 3]
+            && !self.flow.motion().moves()
             && self.case.motor.magnetics.eddy_currents().is_none()
             && link.storage.is_none()
             && link.sag.is_none()
@@ -195,14 +195,20 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     fn attempt(&mut self, slope: &[f64; N], h: f64) -> (Attempt<N>, Evaluation<N>) {
         self.work.derivatives += STAGES;
         let (flow, t) = (&self.flow, self.time());
-        let attempt = Attempt::new(|t, y| flow.derivative(t, y), t, &self.state, slope, h);
-        let end = flow.evaluate(t + h, &attempt.end);
-        (attempt.with_end_slope(end.slope), end)
+        if N == CORE && !flow.motion().moves() && flow.machine.link.storage.is_none() {
+            // Nothing but the flux changes.
+            let [start, slope] = [&self.state, slope].map(|y| [y[0], y[1]]);
+            let (attempt, end) = take::<PLANE>(flow, t, &start, &slope, h);
+            let attempt = attempt.among(&self.state);
+            let Evaluation { operating, potentials, .. } = end;
+            return (attempt, Evaluation { slope: attempt.end_slope, operating, potentials });
+        }
+        take(flow, t, &self.state, slope, h)
     }
 
     /// The slack of the rotor's motion: a torque in N·m while it rests, a speed in rad/s while it slides.
     fn motion_slack(&self) -> f64 {
-        if self.flow.motion.moves() {
+        if self.flow.motion().moves() {
             return OTHER_SLACK;
         }
         let motor = &self.case.motor;
@@ -223,7 +229,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 DOMAIN => CURRENT_SLACK,
                 STOP => ANGLE_SLACK,
                 MOTION => self.motion_slack(),
-                leg if self.flow.modes[leg] == Conduction::Blocked => OTHER_SLACK,
+                leg if self.flow.modes()[leg] == Conduction::Blocked => OTHER_SLACK,
                 _ => CURRENT_SLACK,
             };
         }
@@ -333,7 +339,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let points =
             [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| self.flow.operating(begin + x * h, &at(x)).port);
         if let Some(filters) = &mut self.filters {
-            let (settings, modes) = (self.case.sensors.settings, self.flow.modes);
+            let (settings, modes) = (self.case.sensors.settings, self.flow.modes());
             let seen = points.map(|port| settings.seen(port.current, modes));
             for (k, filter) in filters.iter_mut().enumerate() {
                 filter.advance(h, seen.map(|current| current[k]));
@@ -358,7 +364,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             self.change_motion(which);
             return Ok(());
         }
-        let (modes, ended) = (self.flow.modes, which);
+        let (modes, ended) = (self.flow.modes(), which);
         let conducted = modes[ended] != Conduction::Blocked;
         self.make_zero(std::array::from_fn(|k| modes[k] == Conduction::Blocked || (conducted && k == ended)));
         self.resolve()
@@ -374,13 +380,13 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             let ahead = upper - self.state[2] < self.state[2] - lower;
             (contact, self.state[2]) = if ahead { (Contact::Upper, upper) } else { (Contact::Lower, lower) };
         }
-        if matches!(self.flow.motion, Motion::Forward | Motion::Backward) || which == STOP {
+        if matches!(self.flow.motion(), Motion::Forward | Motion::Backward) || which == STOP {
             self.state[3] = 0.0;
         }
-        let torque = self.flow.operating(self.time(), &self.state).torque - self.flow.load_torque;
-        self.flow.settle(self.state[2]);
-        self.flow.motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque, contact);
-        self.probe.event(self.time(), Event::Motion(self.flow.motion));
+        let torque = self.flow.operating(self.time(), &self.state).torque - self.flow.machine.load_torque;
+        let motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque, contact);
+        self.flow.turn(motion, self.state[2]);
+        self.probe.event(self.time(), Event::Motion(motion));
     }
 
     fn left_map(&self) -> RunError {
@@ -395,7 +401,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// Takes the integrator's drift off the currents of blocked legs.
     fn project(&mut self) {
-        let modes = self.flow.modes;
+        let modes = self.flow.modes();
         self.make_zero(modes.map(|mode| mode == Conduction::Blocked));
     }
 
@@ -449,12 +455,24 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         }
         let modes = self.flow.bridge.resolve(self.flow.gates, &port);
         for (k, phase) in Phase::ALL.into_iter().enumerate() {
-            if modes[k] != self.flow.modes[k] {
+            if modes[k] != self.flow.modes()[k] {
                 self.probe.event(self.time(), Event::Conduction(phase, modes[k]));
             }
         }
-        self.flow.modes = modes;
+        self.flow.conduct(modes);
         self.slope = None;
         Ok(())
     }
+}
+
+fn take<const N: usize>(
+    flow: &Flow,
+    t: f64,
+    start: &[f64; N],
+    slope: &[f64; N],
+    h: f64,
+) -> (Attempt<N>, Evaluation<N>) {
+    let attempt = Attempt::new(|t, y| flow.derivative(t, y), t, start, slope, h);
+    let end = flow.evaluate(t + h, &attempt.end);
+    (attempt.with_end_slope(end.slope), end)
 }

@@ -1,0 +1,167 @@
+//! Numbers side by side: the equations are written once and computed for one machine or for many alike.
+//!
+//! What is computed for `f64` and for one lane of several is the same sequence of additions, multiplications, divisions
+//! and roots, each rounded by itself, so the results are the same to the last bit. Whatever a lane does not take is
+//! computed and not chosen; there are no branches on values.
+
+use std::ops::{Add, Mul, Sub};
+
+use standstill_interface::Arithmetic;
+
+/// One number, or several side by side.
+pub trait Lane:
+    Arithmetic + Add<f64, Output = Self> + Sub<f64, Output = Self> + Mul<f64, Output = Self> + std::fmt::Debug
+{
+    /// What holds in which lane.
+    type Mask: Copy + std::fmt::Debug;
+
+    /// Absolute value.
+    #[must_use]
+    fn abs(self) -> Self;
+
+    /// Square root.
+    #[must_use]
+    fn sqrt(self) -> Self;
+
+    /// Where this number is the larger one.
+    fn above(self, other: Self) -> Self::Mask;
+
+    /// Where this bit of the number is set.
+    fn bit(self, bit: u32) -> Self::Mask;
+
+    /// `yes` where the mask holds, `no` elsewhere.
+    #[must_use]
+    fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self;
+
+    /// Whether the mask holds anywhere.
+    fn any(mask: Self::Mask) -> bool;
+
+    /// A function of two numbers that is not made of arithmetic, lane by lane.
+    fn each<const K: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; K]) -> [Self; K];
+}
+
+impl Lane for f64 {
+    type Mask = bool;
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        self.abs()
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.sqrt()
+    }
+
+    #[inline(always)]
+    fn above(self, other: Self) -> bool {
+        self > other
+    }
+
+    #[inline(always)]
+    fn bit(self, bit: u32) -> bool {
+        self.to_bits() >> bit & 1 == 1
+    }
+
+    #[inline(always)]
+    fn choose(mask: bool, yes: Self, no: Self) -> Self {
+        if mask { yes } else { no }
+    }
+
+    #[inline(always)]
+    fn any(mask: bool) -> bool {
+        mask
+    }
+
+    #[inline(always)]
+    fn each<const K: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; K]) -> [Self; K] {
+        function(x, y)
+    }
+}
+
+/// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
+#[inline(always)]
+pub(crate) fn power<T: Lane>(x: T, exponent: u8) -> T {
+    let (mut result, mut square, mut left) = (T::of(1.0), x, exponent);
+    while left > 0 {
+        if left & 1 == 1 {
+            result = result * square;
+        }
+        left >>= 1;
+        if left > 0 {
+            square = square * square;
+        }
+    }
+    result
+}
+
+/// Added to a number below 2^51, it rounds it to a whole one, which then is in the lowest bits.
+const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// π/2 in three parts, the first two with so few bits that a whole number up to 2^20 times them is exact.
+const QUARTER: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_7e-21];
+
+/// Sine and cosine of an angle in rad, within an ulp or so up to a million rad.
+///
+/// A library's may differ from one machine to the next in the last bit, and is none for several numbers side by side.
+/// Reduction to ±π/4 and the polynomials are those of fdlibm (Sun Microsystems, 1993).
+#[inline(always)]
+pub fn sin_cos<T: Lane>(angle: T) -> (T, T) {
+    let shifted = angle * std::f64::consts::FRAC_2_PI + ROUND;
+    let quarters = shifted - ROUND;
+    let x = angle - quarters * QUARTER[0] - quarters * QUARTER[1] - quarters * QUARTER[2];
+    let z = x * x;
+    let polynomial =
+        |coefficients: [f64; 5], first: f64| coefficients.iter().fold(T::of(first), |sum, c| sum * z + *c);
+    let of_sin = polynomial(
+        [
+            -2.505_076_025_340_686_3e-8,
+            2.755_731_370_707_006_8e-6,
+            -1.984_126_982_985_795e-4,
+            8.333_333_333_322_49e-3,
+            -1.666_666_666_666_663_2e-1,
+        ],
+        1.589_690_995_211_55e-10,
+    );
+    let of_cos = polynomial(
+        [
+            2.087_572_321_298_175e-9,
+            -2.755_731_435_139_066_3e-7,
+            2.480_158_728_947_673e-5,
+            -1.388_888_888_887_411e-3,
+            4.166_666_666_666_66e-2,
+        ],
+        -1.135_964_755_778_819_5e-11,
+    );
+    let sin = x + x * z * of_sin;
+    let cos = T::of(1.0) - (z * 0.5 - z * z * of_cos);
+    let odd = shifted.bit(0);
+    let (s, c) = (T::choose(odd, cos, sin), T::choose(odd, sin, cos));
+    (T::choose(shifted.bit(1), -s, s), T::choose((shifted + 1.0).bit(1), -c, c))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_sine_and_cosine_are_those_of_the_library() {
+        for n in -200_000..200_000_i32 {
+            for angle in [f64::from(n) * 1e-4, f64::from(n) * 1.234_567] {
+                let (sin, cos) = sin_cos(angle);
+                assert!((sin - angle.sin()).abs() < 2.3e-16, "{angle}: {sin} {}", angle.sin());
+                assert!((cos - angle.cos()).abs() < 2.3e-16, "{angle}: {cos} {}", angle.cos());
+            }
+        }
+        assert_eq!(sin_cos(0.0), (0.0, 1.0));
+        assert!(sin_cos(f64::NAN).0.is_nan() && sin_cos(f64::INFINITY).1.is_nan());
+    }
+
+    #[test]
+    fn analytic_powers() {
+        for exponent in 0..=20 {
+            let exact = 1.1_f64.powi(exponent.into());
+            assert!((power(1.1, exponent) / exact - 1.0).abs() < 1e-15);
+        }
+    }
+}
