@@ -4,9 +4,13 @@
 //! and roots, each rounded by itself, so the results are the same to the last bit. Whatever a lane does not take is
 //! computed and not chosen; there are no branches on values.
 
+mod pack;
+
 use std::ops::{Add, Mul, Sub};
 
 use standstill_interface::Arithmetic;
+
+pub use pack::Pack;
 
 /// One number, or several side by side.
 pub trait Lane:

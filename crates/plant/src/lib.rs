@@ -30,7 +30,7 @@ mod winding;
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use fluxmap::{FluxMap, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
-pub use lane::{Lane, sin_cos};
+pub use lane::{Lane, Pack, sin_cos};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, Heading, IronBridge, Linear, MagneticCircuit,

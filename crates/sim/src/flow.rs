@@ -194,7 +194,12 @@ impl<T: Lane> Machine<'_, T> {
     /// The derivative of the state with all that it follows from. `t` in s.
     #[inline(always)]
     pub fn evaluate<const N: usize>(&self, t: T, y: &[T; N]) -> Evaluation<N, T> {
-        let operating = self.operating(t, y);
+        self.evaluate_at(t, y, self.operating(t, y))
+    }
+
+    /// The same where currents and inductances are known already.
+    #[inline(always)]
+    pub fn evaluate_at<const N: usize>(&self, t: T, y: &[T; N], operating: Operating<T>) -> Evaluation<N, T> {
         let Operating { port, current, lag, eddy_loss, torque, .. } = operating;
         let potentials = self.legs.potentials(&port);
         let voltage = standstill_interface::Abc(potentials).clarke();
@@ -340,6 +345,7 @@ impl<'a> Flow<'a> {
     /// where the core has kinks.
     #[inline]
     pub fn margins<const N: usize>(&self, t: f64, y: &[f64; N]) -> [f64; MARGINS] {
+        debug_assert!(N >= CORE || !self.motion.moves());
         let at = self.machine.operating(t, y);
         let potentials = self.machine.legs.potentials(&at.port);
         self.margins_at(&at, potentials, y)
@@ -357,14 +363,15 @@ impl<'a> Flow<'a> {
             potentials = self.potentials(at);
         }
         let motor = self.machine.motor;
+        let (angle, speed) = if N > PLANE { (y[2], y[3]) } else { (self.machine.angle, 0.0) };
         let [a, b, c] = self.bridge.margins(self.gates, self.modes, potentials, &at.port);
         let side = |side: f64, flux: f64| if side == 0.0 { f64::INFINITY } else { side * flux };
         [
             a,
             b,
             c,
-            self.motion.margin(&motor.rotor, y[3], at.torque - self.machine.load_torque),
-            self.stops.map_or(f64::INFINITY, |stops| self.motion.margin_to_stop(stops, y[2])),
+            self.motion.margin(&motor.rotor, speed, at.torque - self.machine.load_torque),
+            self.stops.map_or(f64::INFINITY, |stops| self.motion.margin_to_stop(stops, angle)),
             motor.magnetics.core().margin(at.core_current),
             side(self.sides[0], at.core_flux.d),
             side(self.sides[1], at.core_flux.q),

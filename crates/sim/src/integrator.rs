@@ -84,6 +84,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
 
     /// The step with the derivative at its end.
     #[inline(always)]
+    #[must_use]
     pub fn with_end_slope(self, end_slope: [T; N]) -> Self {
         Self { end_slope, ..self }
     }
@@ -130,19 +131,6 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
 }
 
 impl<const N: usize> Attempt<N> {
-    /// A step of a shorter state as one in which nothing else changes.
-    #[inline]
-    pub fn among<const M: usize>(&self, whole: &[f64; M]) -> Attempt<M> {
-        let zero = |slope: &[f64; N]| std::array::from_fn(|n| if n < N { slope[n] } else { 0.0 });
-        Attempt {
-            h: self.h,
-            start: *whole,
-            end: std::array::from_fn(|n| if n < N { self.end[n] } else { whole[n] }),
-            end_slope: zero(&self.end_slope),
-            slopes: self.slopes.each_ref().map(zero),
-        }
-    }
-
     /// The length to try next, from this one's error. A step far too long can leave the finite numbers; a shorter one
     /// need not.
     pub fn next_length(&self, error: f64) -> f64 {

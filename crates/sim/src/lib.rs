@@ -15,6 +15,7 @@ mod integrator;
 mod motion;
 mod rig;
 mod sensing;
+mod step;
 mod streams;
 mod timeline;
 mod trace;

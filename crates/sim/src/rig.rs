@@ -2,6 +2,7 @@
 
 mod advance;
 mod deferred;
+mod events;
 
 use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Step};
 use standstill_inverter::{Gate, GateDriver};
@@ -9,7 +10,7 @@ use standstill_plant::Heading;
 
 use self::deferred::{Deferred, Due};
 use crate::case::{Case, Ended, Play, RotorState, Run, RunError, Work};
-use crate::flow::{CORE, Flow, Ledger, WITH_EDDY, WITH_LEDGER};
+use crate::flow::{CORE, Flow, Ledger, Operating, WITH_EDDY, WITH_LEDGER};
 use crate::motion::{Contact, Motion};
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::timeline::Timeline;
@@ -57,7 +58,8 @@ struct Rig<'a, const N: usize, P> {
     elapsed: f64,
     /// What happened between the two, nothing of which changes the flow.
     deferred: Deferred,
-    /// The state's derivative, if it is known.
+    /// The machine at the state, and the state's derivative, if they are known.
+    here: Option<Operating>,
     slope: Option<[f64; N]>,
     /// Length of the step to try next, in s.
     step_hint: f64,
@@ -126,6 +128,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             reached: Nanos::ZERO,
             elapsed: 0.0,
             deferred: Deferred::new(),
+            here: None,
             slope: None,
             step_hint: f64::INFINITY,
             moved: 0.0,
@@ -279,7 +282,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
 
     fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
         debug_assert!(self.reached == self.now, "what is sampled is there");
-        let at = self.flow.operating(self.now.seconds(), &self.state);
+        let at = self.here();
         let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes());
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
         let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
