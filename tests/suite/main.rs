@@ -9,6 +9,7 @@ mod draws;
 mod energy;
 mod error_sets;
 mod failures;
+mod lanes;
 mod magnetics;
 mod methods;
 mod pulse;

@@ -12,6 +12,7 @@
 mod case;
 mod flow;
 mod integrator;
+mod lanes;
 mod motion;
 mod rig;
 mod sensing;
@@ -22,8 +23,11 @@ mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
 pub use flow::{CORE, Evaluation, Flow, Ledger, Machine, Operating, PLANE, WITH_EDDY, WITH_LEDGER};
+pub use integrator::Attempt;
+pub use lanes::{LANES, Lanes, slopes_of_lanes, step_of_lanes};
 pub use motion::Motion;
 pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
+pub use step::{Middle, Trial, step};
 pub use streams::{Purpose, Streams};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};
