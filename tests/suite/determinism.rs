@@ -2,9 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Record};
-use standstill_detect::Decay;
-use standstill_sim::RotorState;
+use standstill_campaign::{Campaign, CampaignError, ErrorSet, Record, Scenario};
+use standstill_detect::{Decay, MethodName, Settings};
+use standstill_plant::built_in;
+use standstill_sim::{RotorState, Trace, run};
 
 use crate::bench::scenario;
 
@@ -28,6 +29,32 @@ fn law_records_do_not_depend_on_threads() {
     assert_eq!(one, records(1, 5, 700));
     // A shorter campaign is the beginning of a longer one.
     assert_eq!(one[..100], records(1, 2, 100)[..]);
+}
+
+#[test]
+fn law_watching_changes_nothing() {
+    for method in [MethodName::LineInductance, MethodName::LineInductanceFast, MethodName::HfiRotating] {
+        for (errors, rotor) in [
+            (ErrorSet::None, RotorState::Free),
+            (ErrorSet::Default, RotorState::Locked),
+            (ErrorSet::Harsh, RotorState::Free),
+        ] {
+            let motor = built_in("reluctance-6k7").expect("built in");
+            let scenario = Scenario::of_method(method, motor, errors, rotor, 7);
+            for trial in 0..if method == MethodName::HfiRotating { 1 } else { 40 } {
+                let case = scenario.case(trial);
+                let run = |probe: &mut Trace| {
+                    run(&case, &mut scenario.detector.detector().expect("settings"), false, probe)
+                };
+                let (mut coarse, mut fine) = (Trace::new(f64::INFINITY), Trace::new(3e-6));
+                let watched = [run(&mut coarse), run(&mut fine)];
+                assert_eq!(watched, [scenario.trial(trial).expect("settings").run; 2], "{method:?} {trial}");
+                let order = |trace: &Trace| trace.events.is_sorted_by(|a, b| a.0 <= b.0 + 1e-12);
+                assert!(order(&coarse) && order(&fine), "{method:?} {trial}");
+                assert!(coarse.events.len() > 50 && fine.snapshots.len() > coarse.snapshots.len());
+            }
+        }
+    }
 }
 
 #[test]

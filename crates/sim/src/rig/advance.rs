@@ -235,7 +235,9 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let parts = (h / resolution).ceil().max(1.0) as u32;
         for part in 1..=parts {
             let x = f64::from(part) / f64::from(parts);
-            while let Some((edge, _)) = self.deferred.waiting().first()
+            // What changes the flow waits for the step's end, wherever rounding puts that.
+            while let Some((edge, due)) = self.deferred.waiting().first()
+                && !matches!(due, Due::Gate(leg, gate) if self.matters(*leg, *gate))
                 && (*edge - self.reached).seconds() < self.elapsed + x * h
                 && let Some((edge, due)) = self.deferred.take()
             {
