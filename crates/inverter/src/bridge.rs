@@ -3,7 +3,7 @@
 use standstill_interface::AlphaBeta;
 use standstill_plant::Symmetric;
 
-use crate::{Conduction, Devices, Gate};
+use crate::{Conduction, Devices, Gate, Legs};
 
 /// One conduction mode per leg, a to c.
 pub type Modes = [Conduction; 3];
@@ -84,11 +84,23 @@ impl Bridge {
             }
         };
         // No choice: one mode each, as the currents flow.
+        let flowing = |leg: usize| {
+            let gate = gates[leg];
+            if port.current[leg] > 0.0 { Conduction::outflow(gate) } else { Conduction::inflow(gate) }
+        };
         if resting == [false; 3] {
-            return [0, 1, 2].map(|leg| {
-                let gate = gates[leg];
-                if port.current[leg] > 0.0 { Conduction::outflow(gate) } else { Conduction::inflow(gate) }
-            });
+            return [0, 1, 2].map(flowing);
+        }
+        // Mostly a single leg that rests goes on resting.
+        if let Some(leg) = resting.iter().position(|rests| *rests)
+            && resting != [true; 3]
+        {
+            let mut modes = [0, 1, 2].map(flowing);
+            modes[leg] = Conduction::Blocked;
+            let potential = Legs::new(&self.devices, modes).potentials(port)[leg];
+            if self.blocked_margin(gates[leg], potential, port.dc_link) >= 0.0 {
+                return modes;
+            }
         }
         let mut best = ([Conduction::Blocked; 3], f64::NEG_INFINITY);
         for a in options(0).into_iter().flatten() {

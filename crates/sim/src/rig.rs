@@ -221,10 +221,13 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             }
             self.switch(&mut timeline)?;
             let source = self.next_source_instant();
-            let edges = self.drivers.iter().filter_map(GateDriver::next_edge);
-            let next = [timeline.next(), pending.map(|(_, at)| at), source].into_iter().flatten();
-            self.now = next.chain(edges).fold(end, Nanos::min);
-            if source == Some(self.now) {
+            let sample = pending.map_or(end, |(_, at)| at);
+            let mut next = timeline.next().unwrap_or(end).min(sample).min(source.unwrap_or(end)).min(end);
+            for driver in &self.drivers {
+                next = next.min(driver.next_edge().unwrap_or(end));
+            }
+            self.now = next;
+            if source == Some(next) {
                 self.catch_up()?;
             }
         }

@@ -104,6 +104,9 @@ fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
+/// Later than any request.
+const NEVER: Nanos = Nanos(u64::MAX);
+
 /// All requests of one command.
 #[derive(Clone, Debug)]
 pub struct Timeline {
@@ -127,7 +130,9 @@ impl Timeline {
 
     /// When the next request comes; none after the last.
     pub fn next(&self) -> Option<Nanos> {
-        self.plans.iter().filter_map(|plan| plan.next.map(|(at, _)| at)).min()
+        let [a, b, c] = self.plans.each_ref().map(|plan| plan.next.map_or(NEVER, |(at, _)| at));
+        let next = a.min(b).min(c);
+        (next < NEVER).then_some(next)
     }
 
     /// What the legs are told just before `at`, for a time after the start of the command.

@@ -50,8 +50,12 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
 
     /// How far a mode is from its end at share `x` of the step; negative beyond.
     fn margin<const M: usize>(&self, attempt: &Attempt<M>, which: usize, x: f64) -> f64 {
-        let margins = self.flow.margins(self.time() + x * attempt.h, &attempt.dense(x));
-        margins[which] + self.slack(which)
+        let (t, y) = (self.time() + x * attempt.h, attempt.dense(x));
+        if which < MOTION && self.flow.modes()[which] != Conduction::Blocked {
+            let current = self.flow.operating(t, &y).port.current[which];
+            return self.flow.modes()[which].direction() * current + CURRENT_SLACK;
+        }
+        self.flow.margins(t, &y)[which] + self.slack(which)
     }
 
     /// The first end of a mode within the step: whose, and at which share of the step.
