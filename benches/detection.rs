@@ -9,9 +9,9 @@ use standstill_detect::{Decay, MethodName};
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Conduction, Gate};
 use standstill_plant::{
-    Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Place, built_in,
+    Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Pack, Place, built_in,
 };
-use standstill_sim::{CORE, Flow, Motion, RotorState};
+use standstill_sim::{CORE, Flow, LANES, Machine, Motion, PLANE, RotorState, step, step_of_lanes};
 
 fn motor() -> Motor {
     built_in("paper-5k5").unwrap_or_else(|| unreachable!("a built-in motor"))
@@ -64,6 +64,30 @@ fn right_hand_side(criterion: &mut Criterion) {
     group.finish();
 }
 
+fn one_step(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("one step");
+    let drive = ErrorSet::Default.drive(8.0, 550.0);
+    let motor = motor();
+    let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, Motion::Held);
+    flow.turn(Motion::Held, 0.75);
+    flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
+    let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
+    let (start, slope, tolerance) = ([alpha + 0.01, beta], [100.0, -20.0], [1e-9; PLANE]);
+    group.throughput(Throughput::Elements(1));
+    group.bench_function("alone", |bencher| {
+        bencher.iter(|| step(&flow.machine, black_box(1e-3), &start, black_box(&slope), 2e-5, &tolerance));
+    });
+    let machines = Machine::side_by_side(&[flow.machine; LANES]);
+    let wide = |y: [f64; PLANE]| y.map(|value| Pack([value; LANES]));
+    let (start, slope, time, h) = (wide(start), wide(slope), Pack([1e-3; LANES]), Pack([2e-5; LANES]));
+    group.throughput(Throughput::Elements(LANES as u64));
+    group.bench_function("in lanes", |bencher| {
+        bencher
+            .iter(|| step_of_lanes(black_box(&machines), &time, &start, black_box(&slope), &h, &tolerance));
+    });
+    group.finish();
+}
+
 fn one_detection(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("one detection");
     group.throughput(Throughput::Elements(1));
@@ -113,5 +137,5 @@ fn block_of_trials(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, right_hand_side, one_detection, block_of_trials);
+criterion_group!(benches, right_hand_side, one_step, one_detection, block_of_trials);
 criterion_main!(benches);
