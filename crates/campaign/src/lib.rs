@@ -26,5 +26,5 @@ pub use compare::{Adjustment, Entry, PoleRule, told};
 pub use errors::{DriveSettings, ErrorSet};
 pub use record::{Record, Verdict};
 pub use scenario::{Scenario, Specimen};
-pub use statistics::{Estimate, Occurrence, Statistics, Summary, binomial_interval};
+pub use statistics::{Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval};
 pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};

@@ -55,10 +55,25 @@ pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     }
 }
 
+/// The interval of a probability whose trials are at several points of the same random numbers: as if only one point's were
+/// known.
+pub fn clustered_interval(count: u64, total: u64, points: u64) -> Estimate {
+    if points <= 1 {
+        return binomial_interval(count, total);
+    }
+    let own = (total / points).max(1);
+    // Rounded away from the middle, so that the interval is rather too wide.
+    let low = binomial_interval((count / points).min(own), own).low;
+    let high = binomial_interval(count.div_ceil(points).min(own), own).high;
+    Estimate { value: count as f64 / total as f64, low, high }
+}
+
 /// Collects records, in memory that does not grow with their number.
 #[derive(Clone, Debug)]
 pub struct Statistics {
     limit_deg: f64,
+    /// See [`Statistics::of_points`].
+    points: u64,
     trials: u64,
     undetermined: u64,
     failed: u64,
@@ -97,7 +112,7 @@ pub struct Summary {
     pub reasons: BTreeMap<String, Occurrence>,
     /// Trials with an axis, of which the error statistics are: found and undetermined.
     pub axes: u64,
-    /// Root mean square of the axis error in degrees. Its interval is the normal one of the mean square.
+    /// Root mean square of the axis error in degrees. Its interval is that of the mean square by Student's t.
     pub rms_deg: Estimate,
     /// Mean axis error in degrees.
     pub bias_deg: Estimate,
@@ -142,6 +157,7 @@ impl Statistics {
     pub fn with_limit(limit_deg: f64) -> Self {
         Self {
             limit_deg,
+            points: 1,
             trials: 0,
             undetermined: 0,
             failed: 0,
@@ -155,6 +171,13 @@ impl Statistics {
             powers: [0.0; 3],
             magnitudes: Magnitudes::default(),
         }
+    }
+
+    /// Those of several points together. Trials of the same number share their random numbers at all points, so that they
+    /// may be as good as one: intervals are those of as many trials as a point has.
+    #[must_use]
+    pub fn of_points(self, points: u64) -> Self {
+        Self { points: points.max(1), ..self }
     }
 
     /// Adds a record.
@@ -202,9 +225,10 @@ impl Statistics {
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
         let [mean, square, fourth] = self.powers.map(|sum| sum / n);
-        let student = student(n - 1.0);
-        let half = student * ((fourth - square * square).max(0.0) / (n - 1.0)).sqrt();
-        let mean_half = student * ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt();
+        let freedom = n / self.points as f64 - 1.0;
+        let student = student(freedom);
+        let half = student * ((fourth - square * square).max(0.0) / freedom).sqrt();
+        let mean_half = student * ((square - mean * mean).max(0.0) / freedom).sqrt();
         let rms = Estimate {
             value: square.sqrt(),
             // `max` would make a number of what is none.
@@ -221,7 +245,11 @@ impl Statistics {
 
     /// The probability of a wrong pole.
     pub fn wrong_pole_probability(&self) -> Estimate {
-        binomial_interval(self.wrong_poles, self.trials)
+        self.probability(self.wrong_poles, self.trials)
+    }
+
+    fn probability(&self, count: u64, total: u64) -> Estimate {
+        clustered_interval(count, total, self.points)
     }
 
     /// The summary of what was added.
@@ -229,11 +257,12 @@ impl Statistics {
         let axes = self.magnitudes.count();
         let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
         let [bias_deg, rms_deg] = self.moments();
-        let probability = |count: u64| binomial_interval(count, self.trials);
+        let probability = |count: u64| self.probability(count, self.trials);
         let reasons = self.reasons.iter().map(|(reason, count)| {
             (reason.clone(), Occurrence { count: *count, probability: probability(*count) })
         });
-        let [p50_deg, p95_deg, p99_deg] = [0.5, 0.95, 0.99].map(|p| quantile(&self.magnitudes, p));
+        let [p50_deg, p95_deg, p99_deg] =
+            [0.5, 0.95, 0.99].map(|p| quantile(&self.magnitudes, p, self.points));
         Summary {
             trials: self.trials,
             found,
@@ -248,9 +277,9 @@ impl Statistics {
             p95_deg,
             p99_deg,
             max_deg: self.magnitudes.largest().unwrap_or(f64::NAN),
-            beyond_max: binomial_interval(0, axes),
+            beyond_max: self.probability(0, axes),
             limit_deg: self.limit_deg,
-            beyond_limit: binomial_interval(self.beyond_limit, found),
+            beyond_limit: self.probability(self.beyond_limit, found),
             wrong_poles: self.wrong_poles,
             wrong_pole_probability: self.wrong_pole_probability(),
             undetermined_probability: probability(self.undetermined),
@@ -279,17 +308,20 @@ fn student(freedom: f64) -> f64 {
 }
 
 /// A quantile with its distribution-free interval: the order statistics that enclose it with 95 %.
-fn quantile(values: &Magnitudes, p: f64) -> Estimate {
+fn quantile(values: &Magnitudes, p: f64, points: u64) -> Estimate {
     let n = values.count();
     let Some(last) = n.checked_sub(1) else {
         return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
     };
     // With n values, as many as Bin(n, p) lie below the quantile.
-    let below = |q: f64| binomial::quantile(n, p, q);
+    let own = n / points;
+    let below = |q: f64| binomial::quantile(own, p, q);
+    // Of as many independent values as a point has; each stands for one at every point.
+    let rank = |below: u64| below.saturating_mul(points);
     // A share of a count is below it.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let middle = ((p * n as f64) as u64).min(last);
-    let ranks = [Some(middle), below(0.025).checked_sub(1), Some(below(0.975))];
+    let ranks = [Some(middle), below(0.025).checked_sub(1).map(rank), Some(rank(below(0.975)))];
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
     Estimate { value, low, high }
 }
@@ -318,7 +350,7 @@ mod tests {
     #[test]
     fn analytic_quantile_of_a_ramp() {
         let ramp = ramp(1000);
-        let q = quantile(&ramp, 0.95);
+        let q = quantile(&ramp, 0.95, 1);
         assert_eq!(q.value, 950.0);
         // Normal approximation of the ranks: 950 ± 1.96 √(1000 · 0.95 · 0.05) = 950 ± 13.5.
         assert!((q.low - 936.0).abs() <= 1.0 && (q.high - 963.0).abs() <= 1.0, "{q:?}");
@@ -327,10 +359,10 @@ mod tests {
     #[test]
     fn law_small_samples_have_no_bounds_that_they_cannot_give() {
         // Of 20 values the largest is below the 95 % quantile with a probability of 0.95^20 = 36 %.
-        assert!(quantile(&ramp(20), 0.95).high.is_nan());
-        assert!(quantile(&ramp(1), 0.95).low.is_nan());
+        assert!(quantile(&ramp(20), 0.95, 1).high.is_nan());
+        assert!(quantile(&ramp(1), 0.95, 1).low.is_nan());
         // From 73 values on, the largest is an upper bound: 0.95^73 < 2.5 %.
-        assert_eq!(quantile(&ramp(74), 0.95).high, 73.0);
+        assert_eq!(quantile(&ramp(74), 0.95, 1).high, 73.0);
     }
 
     #[test]
@@ -343,6 +375,35 @@ mod tests {
         }
         let summary = statistics.summary();
         assert!((summary.wrong_pole_probability.high * 1e7 - 3.688_879).abs() < 1e-5);
+    }
+
+    #[test]
+    fn law_points_of_the_same_random_numbers_are_known_as_one() {
+        let row = |error: f64| crate::store::test_row(1, error);
+        let errors: Vec<f64> = (0..200).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let mut one = Statistics::default();
+        for error in &errors {
+            one.add_row(&row(*error));
+        }
+        // The same trials at ten points tell no more.
+        let mut ten = Statistics::default().of_points(10);
+        for _ in 0..10 {
+            for error in &errors {
+                ten.add_row(&row(*error));
+            }
+        }
+        let (one, ten) = (one.summary(), ten.summary());
+        for (a, b) in [
+            (one.rms_deg, ten.rms_deg),
+            (one.bias_deg, ten.bias_deg),
+            (one.p95_deg, ten.p95_deg),
+            (one.wrong_pole_probability, ten.wrong_pole_probability),
+            (one.undetermined_probability, ten.undetermined_probability),
+        ] {
+            for (a, b) in [(a.value, b.value), (a.low, b.low), (a.high, b.high)] {
+                assert!((a - b).abs() < 1e-9, "{a} {b}");
+            }
+        }
     }
 
     #[test]

@@ -20,3 +20,6 @@ pub use row::Row;
 pub use shards::{Shards, ShardsError};
 pub use sweep::{Sweep, SweepError};
 pub use walk::Walk;
+
+#[cfg(test)]
+pub(crate) use walk::tests::row as test_row;

@@ -108,9 +108,10 @@ impl Output {
         Ok(BufWriter::new(file))
     }
 
-    /// Ends a file: only here does a full disk show.
+    /// Ends a file: only here does a full disk show. The disk has it then.
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
-        file.flush().map_err(Error::writing(&self.target.join(name)))
+        let synced = file.flush().and_then(|()| file.get_ref().sync_all());
+        synced.map_err(Error::writing(&self.target.join(name)))
     }
 
     /// A whole file at once.
@@ -126,6 +127,8 @@ impl Output {
             let path = self.target.join(name);
             fs::rename(self.staged(name), &path).map_err(Error::writing(&path))?;
         }
+        // So that a power cut finds the files under their names. Not every system can do that for a folder.
+        let _ = File::open(&self.target).and_then(|folder| folder.sync_all());
         Ok(std::mem::take(&mut self.names))
     }
 }

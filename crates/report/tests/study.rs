@@ -59,7 +59,7 @@ fn grid() -> Study {
 }
 
 #[test]
-fn analytic_pooled_rms_is_that_of_all_trials() {
+fn analytic_pooled_points_count_alike_and_are_known_as_one() {
     let study = study(
         &["x"],
         vec![
@@ -68,12 +68,15 @@ fn analytic_pooled_rms_is_that_of_all_trials() {
         ],
     );
     let pooled = pool(&study, &study.points.iter().collect::<Vec<_>>());
-    let square: f64 = (100.0 * 9.0 + 300.0 * 16.0) / 400.0;
+    let square: f64 = (9.0 + 16.0) / 2.0;
     assert!((pooled.rms_deg.value - square.sqrt()).abs() < 1e-12);
-    let halves = (0.25 * (3.3f64.powi(2) - 9.0)).hypot(0.75 * (4.4f64.powi(2) - 16.0));
+    let halves = 0.5 * (3.3f64.powi(2) - 9.0) + 0.5 * (4.4f64.powi(2) - 16.0);
     assert!((pooled.rms_deg.high - (square + halves).sqrt()).abs() < 1e-12);
     assert_eq!((pooled.trials, pooled.wrong_poles), (400, 3));
     assert_eq!(pooled.wrong_pole.value, 3.0 / 400.0);
+    // 3 in 400 at two points are at least 1 and at most 2 in 200.
+    let of = |count| (study.binomial)(count, 200);
+    assert_eq!((pooled.wrong_pole.low, pooled.wrong_pole.high), (of(1).low, of(2).high));
     assert!(pooled.p95_deg.value.is_nan());
     // One point stays as it is, none is unknown.
     assert_eq!(pool(&study, &[&study.points[0]]).rms_deg, study.points[0].rms_deg);

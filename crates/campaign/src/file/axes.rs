@@ -163,7 +163,15 @@ impl<'a> Axis<'a> {
             AxisSpec::List(values) if values.is_empty() => {
                 Err(FileError::key(&key, "an empty list", "at least one value"))
             }
-            AxisSpec::List(values) => Ok(Self::List(values)),
+            AxisSpec::List(values) => {
+                match values.iter().enumerate().find(|(k, value)| values[..*k].contains(value)) {
+                    // Its trials would be the same, and be counted twice.
+                    Some((_, twice)) => {
+                        Err(FileError::key(&key, &format!("{twice} twice"), "each value once"))
+                    }
+                    None => Ok(Self::List(values)),
+                }
+            }
             AxisSpec::Range(range) => {
                 let of = |value: &Value| {
                     Number::of(value).ok_or_else(|| {
@@ -178,6 +186,10 @@ impl<'a> Axis<'a> {
                 if range.log && !(from.value > 0.0 && to.value > 0.0) {
                     let found = format!("{} and {}", range.from, range.to);
                     return Err(FileError::key(&key, &found, "positive ends of a logarithmic axis"));
+                }
+                if from == to && range.points != Some(1) {
+                    let found = format!("{} at both ends", range.from);
+                    return Err(FileError::key(&key, &found, "two ends, or 1 point"));
                 }
                 if range.points == Some(0) {
                     return Err(FileError::key(&key, "0 points", "at least 1"));
@@ -266,6 +278,10 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
         let found = design.points.map_or("no number".to_owned(), |points| points.to_string());
         FileError::key("design.points", &found, &format!("from 1 to {MOST_POINTS}"))
     })?;
+    if axes.is_empty() {
+        let needed = "axes, over which a design spreads its points";
+        return Err(FileError::key("design.points", "no axes", needed));
+    }
     match design.kind {
         DesignKind::Grid => unreachable!("returned above"),
         DesignKind::LatinHypercube => {

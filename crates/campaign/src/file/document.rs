@@ -129,6 +129,10 @@ fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
         Some(nearest) if strsim::jaro_winkler(nearest, word) > 0.75 => {
             format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "))
         }
+        Some(_) if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
+            let key = table.split_once('.').map_or(table, |(_, key)| key);
+            format!("a key with dots is written in quotes here: \"{key}.{word}\" = …")
+        }
         Some(_) => match places(word).iter().find(|_| table != "axes") {
             Some(place) if message.starts_with("unknown field") => {
                 format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))

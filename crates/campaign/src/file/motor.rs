@@ -99,6 +99,8 @@ impl MotorSpec {
         let base;
         let table = match self {
             Self::Named(name) => {
+                // For its messages, which name the key that there is.
+                named(name, folder, "motor")?;
                 base = std::iter::once(("base".to_owned(), Value::String(name.clone()))).collect();
                 &base
             }

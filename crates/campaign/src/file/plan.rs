@@ -11,7 +11,7 @@ use super::axes::{AxisSpec, Point, points};
 use super::document::{Document, FileError, Origin};
 use super::motor::{self, MotorSpec};
 use super::tables::ScenarioFile;
-use super::tolerances::Drawn;
+use super::tolerances::{Drawn, Tolerance};
 use crate::{Record, Scenario};
 
 /// Points of the axes, each with a scenario.
@@ -26,6 +26,9 @@ pub struct Plan {
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
 }
+
+/// Trials whose draws are looked at beforehand.
+const MOST_TRIED: u64 = 10_000_000;
 
 /// Keys that are of the run, not of what a trial is.
 const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "tolerances"];
@@ -63,13 +66,19 @@ impl Plan {
         } else {
             Some(file.motor(document.folder()).map_err(|error| document.locate(error))?)
         };
+        let motors = file.axes.contains_key("motor") || file.axes.contains_key("motor.base");
+        let relative =
+            |(key, tolerance): &(&String, &Tolerance)| key.starts_with("motor.") && tolerance.mean.is_none();
+        if let Some((key, _)) = file.tolerances.iter().find(relative).filter(|_| motors) {
+            let needed = "`mean`, because motors that are an axis have several values of it";
+            let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
+            return Err(document.locate(error));
+        }
         let plan = Self { document, resolved, motor, file, points, tolerances };
         for number in 0..plan.points.len() {
             plan.scenario(number)?;
-            if !plan.tolerances.is_empty() {
-                plan.drawn(number, 0)?;
-            }
         }
+        plan.check_draws()?;
         Ok(plan)
     }
 
@@ -119,21 +128,64 @@ impl Plan {
     }
 
     /// The scenario of one trial at a point, with what it draws.
-    pub(super) fn drawn(&self, point: usize, trial: u64) -> Result<Scenario<Method<f64>>, FileError> {
+    pub(super) fn drawn(
+        &self,
+        point: usize,
+        told: Option<&Scenario<Method<f64>>>,
+        trial: u64,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
         let drawn: Vec<(String, Value)> = self
             .tolerances
             .iter()
             .map(|drawn| (drawn.key().to_owned(), drawn.draw(self.file.seed, trial)))
             .collect();
-        self.at(point, &drawn)
+        self.with_drawn(point, told, &drawn)
+    }
+
+    /// Motor, drive and rotor with what was drawn; the detector is told what the scenario says, unless a setting of its own
+    /// was drawn.
+    fn with_drawn(
+        &self,
+        point: usize,
+        told: Option<&Scenario<Method<f64>>>,
+        drawn: &[(String, Value)],
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        let of_detector: Vec<(String, Value)> =
+            drawn.iter().filter(|(key, _)| key.starts_with("detector.")).cloned().collect();
+        let detector = match told {
+            Some(told) if of_detector.is_empty() => told.detector,
+            _ => self.at(point, &of_detector)?.detector,
+        };
+        Ok(Scenario { detector, ..self.at(point, drawn)? })
+    }
+
+    /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
+    fn check_draws(&self) -> Result<(), FileError> {
+        for drawn in &self.tolerances {
+            let draws =
+                (0..self.file.trials.min(MOST_TRIED)).map(|trial| drawn.number(self.file.seed, trial));
+            let (low, high) =
+                draws.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+            for value in [low, high] {
+                let value = (drawn.key().to_owned(), drawn.value(value));
+                self.with_drawn(0, None, &[value])?;
+            }
+        }
+        Ok(())
     }
 
     fn at(&self, point: usize, drawn: &[(String, Value)]) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.resolved.clone();
-        for (values, origin) in [(&self.points[point].values[..], Origin::Axis), (drawn, Origin::Tolerance)] {
-            for (key, value) in values {
-                document.set_value(key, value.clone(), origin)?;
-            }
+        // A motor comes before what is changed of it.
+        let (motors, others): (Vec<_>, Vec<_>) = self.points[point]
+            .values
+            .iter()
+            .partition(|(key, _)| ["motor", "motor.base"].contains(&key.as_str()));
+        for (key, value) in motors.into_iter().chain(others) {
+            document.set_value(key, value.clone(), Origin::Axis)?;
+        }
+        for (key, value) in drawn {
+            document.set_value(key, value.clone(), Origin::Tolerance)?;
         }
         let file = document.load()?;
         let scenario = match &self.motor {
@@ -156,7 +208,7 @@ impl Plan {
         let run = |scenario: &Scenario<Method<f64>>| {
             scenario.trial(trial).map_err(|error| FileError::settings(&error))
         };
-        if self.has_tolerances() { run(&self.drawn(point, trial)?) } else { run(scenario) }
+        if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
 }
 

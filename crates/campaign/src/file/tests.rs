@@ -229,7 +229,7 @@ fn law_tolerances_have_the_spread_that_is_stated() {
         "inverter.dead_time" = { normal = "200 ns", mean = "2000 ns", truncated = 1 }
         "#,
     );
-    let drawn: Vec<_> = (0..2000).map(|trial| plan.drawn(0, trial).expect("valid")).collect();
+    let drawn: Vec<_> = (0..2000).map(|trial| plan.drawn(0, None, trial).expect("valid")).collect();
     let moments = |value: &dyn Fn(&Scenario<Method<f64>>) -> f64| {
         let n = drawn.len() as f64;
         let mean = drawn.iter().map(value).sum::<f64>() / n;
@@ -241,19 +241,44 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     let expected = 4e-3 / 3.0_f64.sqrt();
     assert!((mean / 10e-3 - 1.0).abs() < 0.02 && (deviation / expected - 1.0).abs() < 0.05);
     assert!(drawn.iter().all(|s| s.drive.dead_time >= Nanos(1800) && s.drive.dead_time <= Nanos(2200)));
-    // The motor is another one, and the drive is told of it as of any motor.
-    let one = plan.trial(0, &plan.scenario(0).expect("valid"), 3).expect("valid");
+    // The motor is another one, of which the drive is not told.
+    let nominal = plan.scenario(0).expect("valid");
+    assert!(drawn.iter().all(|s| s.detector == nominal.detector));
+    let one = plan.trial(0, &nominal, 3).expect("valid");
     assert_eq!(one, drawn[3].trial(3).expect("settings"));
     // A further tolerance shifts none of the others.
     let other = self::plan(
         "[tolerances]\n\"sensors.offset\" = { normal = \"1 mA\", mean = \"9 mA\" }\n\"motor.winding.resistance\" = { normal = \"5 %\" }",
     );
-    assert_eq!(other.drawn(0, 7).expect("valid").motor.resistance, drawn[7].motor.resistance);
+    assert_eq!(other.drawn(0, None, 7).expect("valid").motor.resistance, drawn[7].motor.resistance);
+}
+
+#[test]
+fn regress_a_motor_comes_before_what_is_changed_of_it() {
+    let axes = |first: &str, second: &str| plan(&format!("[axes]\n{first}\n{second}"));
+    let motor = "motor = [\"paper-5k5\", \"surface-magnet\"]";
+    let resistance = "\"motor.winding.resistance\" = [0.5, 5]";
+    let changed = axes(resistance, motor);
+    let resistances: Vec<f64> =
+        (0..4).map(|k| changed.scenario(k).expect("valid").motor.resistance).collect();
+    assert_eq!(resistances, [0.5, 0.5, 5.0, 5.0]);
+    assert_eq!(changed.scenario(3).expect("valid"), axes(motor, resistance).scenario(3).expect("valid"));
+}
+
+#[test]
+fn law_a_width_may_have_another_prefix_than_its_mean() {
+    let of = |width: &str| {
+        let text =
+            format!("[tolerances]\n\"inverter.dead_time\" = {{ uniform = \"{width}\", mean = \"2 us\" }}");
+        plan(&text).drawn(0, None, 5).expect("valid").drive.dead_time
+    };
+    assert_eq!(of("200 ns"), of("0.2 us"));
+    assert_eq!(of("200 ns"), of("10 %"));
 }
 
 #[test]
 fn regress_mistakes_of_axes_and_tolerances_are_named() {
-    let cases: [(&str, &[&str]); 10] = [
+    let cases: [(&str, &[&str]); 15] = [
         (
             "[axes]\n\"sensors.noize\" = [1, 2]",
             &["set as an axis", "`sensors.noize`", "did you mean `noise`"],
@@ -274,8 +299,23 @@ fn regress_mistakes_of_axes_and_tolerances_are_named() {
         ),
         ("[design]\nkind = \"sobol\"", &["design.points", "from 1 to"]),
         ("[tolerances]\n\"sensors.noise\" = { normal = \"5 %\" }", &["line 2", "`mean`"]),
-        ("[tolerances]\n\"sensors.noise\" = { mean = \"1 A\", normal = \"5 V\" }", &["line 2", "same unit"]),
+        (
+            "[tolerances]\n\"sensors.noise\" = { mean = \"1 A\", normal = \"5 V\" }",
+            &["line 2", "same dimension"],
+        ),
         ("[tolerances]\n\"sensors.noise\" = { mean = \"1 A\" }", &["line 2", "`normal` and `uniform`"]),
+        // 1000 draws go five deviations far.
+        (
+            "[tolerances]\n\"sensors.noise\" = { mean = \"10 mA\", normal = \"40 %\" }",
+            &["`sensors.noise`", "drawn as a tolerance", "zero or more"],
+        ),
+        ("[axes]\n\"sensors.noise\" = [\"1 mA\", \"2 mA\", \"1 mA\"]", &["line 2", "twice"]),
+        ("[axes]\n\"sensors.noise\" = { from = 1, to = 1, points = 3 }", &["line 2", "both ends"]),
+        ("[design]\nkind = \"sobol\"\npoints = 4", &["line 3", "no axes"]),
+        (
+            "[axes]\nmotor = [\"paper-5k5\", \"surface-magnet\"]\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"5 %\" }",
+            &["line 4", "`mean`"],
+        ),
     ];
     for (text, parts) in cases {
         let message = Plan::new(document(text)).expect_err("must be refused").to_string();

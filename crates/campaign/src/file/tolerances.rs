@@ -51,7 +51,7 @@ impl Drawn {
                 return Err(FileError::key(&path, "no value to spread about", needed));
             }
         };
-        let mean = mean.ok_or_else(|| FileError::key(&path, "a value that is no number", "a number"))?;
+        let mut mean = mean.ok_or_else(|| FileError::key(&path, "a value that is no number", "a number"))?;
         let (text, cut) = match (&tolerance.normal, &tolerance.uniform) {
             (Some(text), None) => (text, Some(tolerance.truncated.unwrap_or(f64::INFINITY))),
             (None, Some(text)) if tolerance.truncated.is_none() => (text, None),
@@ -65,10 +65,13 @@ impl Drawn {
             width.ok_or_else(|| FileError::key(&path, &format!("`{text}`"), "a width of zero or more"))?;
         let width = match width.unit.as_str() {
             "%" if mean.unit != "%" => mean.value.abs() * width.value / 100.0,
-            unit if unit == mean.unit => width.value,
             _ => {
                 let found = format!("`{text}` about {}", mean.to_value());
-                return Err(FileError::key(&path, &found, "a width in per cent or in the same unit"));
+                let alike = Number::alike(mean, width);
+                let needed = "a width in per cent or in a unit of the same dimension";
+                let (middle, width) = alike.ok_or_else(|| FileError::key(&path, &found, needed))?;
+                mean = middle;
+                width.value
             }
         };
         // Below a tenth of a deviation nearly every draw would be thrown away.
@@ -82,8 +85,18 @@ impl Drawn {
         &self.key
     }
 
-    /// The value in a trial. Each key has its own stream: another tolerance does not shift it.
+    /// The value in a trial.
     pub(super) fn draw(&self, seed: u64, trial: u64) -> Value {
+        self.value(self.number(seed, trial))
+    }
+
+    /// A number as the value of the key.
+    pub(super) fn value(&self, number: f64) -> Value {
+        Number { value: number, ..self.mean.clone() }.to_value()
+    }
+
+    /// The number in a trial. Each key has its own stream: another tolerance does not shift it.
+    pub(super) fn number(&self, seed: u64, trial: u64) -> f64 {
         let seed = self.key.bytes().fold(seed ^ 0xcbf2_9ce4_8422_2325, |hash, byte| {
             (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
         });
@@ -97,6 +110,6 @@ impl Drawn {
                 }
             },
         };
-        Number { value: self.mean.value + self.width * off, ..self.mean.clone() }.to_value()
+        self.mean.value + self.width * off
     }
 }

@@ -26,6 +26,8 @@ pub enum JournalError {
     Io(PathBuf, io::Error),
     /// Not a journal, or its header is damaged.
     Foreign(PathBuf),
+    /// It ended before all its rows were read, although it had them before.
+    Short(PathBuf),
     /// Another process is writing it.
     Busy(PathBuf),
     /// The journal of another run.
@@ -42,6 +44,7 @@ impl fmt::Display for JournalError {
         match self {
             Self::Io(path, error) => write!(f, "{}: {error}", path.display()),
             Self::Foreign(path) => write!(f, "{} is no journal of a run", path.display()),
+            Self::Short(path) => write!(f, "{} has fewer rows than it had", path.display()),
             Self::Busy(path) => write!(f, "{} is being written by another process", path.display()),
             Self::Other { path, difference } => {
                 write!(f, "{} is the journal of another run: {difference}", path.display())
@@ -62,6 +65,7 @@ pub struct Journal {
     file: BufWriter<File>,
     walk: Walk,
     synced: Instant,
+    damaged: Option<PathBuf>,
 }
 
 impl Journal {
@@ -77,6 +81,7 @@ impl Journal {
             file: BufWriter::new(file),
             walk: Walk::new(identity),
             synced: Instant::now(),
+            damaged: None,
         };
         journal.file.write_all(&beginning(identity).map_err(io)?).map_err(io)?;
         journal.sync()?;
@@ -111,10 +116,29 @@ impl Journal {
                 seen(*point, row);
             }
         }
+        let end = file.metadata().map_err(io)?.len();
+        let damaged = rows.damaged.then(|| damaged_name(path));
+        if let Some(aside) = &damaged {
+            // A process that is killed leaves a block that is short; this one is whole and wrong.
+            let keep = |error| JournalError::Io(aside.clone(), error);
+            file.seek(SeekFrom::Start(rows.whole)).map_err(io)?;
+            let mut tail = File::create(aside).map_err(keep)?;
+            io::copy(&mut (&file).take(end - rows.whole), &mut tail).map_err(keep)?;
+        }
         file.set_len(rows.whole).map_err(io)?;
         file.seek(SeekFrom::End(0)).map_err(io)?;
         let file = BufWriter::new(file);
-        Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now() })
+        Ok(Self { path: path.to_owned(), file, walk: rows.walk, synced: Instant::now(), damaged })
+    }
+
+    /// Where what stood behind a damaged block was put aside, if there was one.
+    pub fn damaged(&self) -> Option<&Path> {
+        self.damaged.as_deref()
+    }
+
+    /// Whether another process is writing this journal.
+    pub fn is_busy(path: &Path) -> bool {
+        File::open(path).is_ok_and(|file| matches!(lock(&file, path), Err(JournalError::Busy(_))))
     }
 
     /// Where the run stands.
@@ -152,6 +176,11 @@ impl Journal {
     }
 }
 
+/// Beside a journal, the name of what was cut off from it.
+fn damaged_name(path: &Path) -> PathBuf {
+    path.with_extension("damaged")
+}
+
 /// Takes a journal for this process. Where the file system has no locks, nobody is kept out.
 fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
     match file.try_lock() {
@@ -180,6 +209,8 @@ pub struct Rows {
     walk: Walk,
     /// Bytes up to the end of the last whole block.
     whole: u64,
+    /// Whether what follows is not a block that was cut short, but one that is wrong.
+    damaged: bool,
 }
 
 impl Rows {
@@ -189,18 +220,24 @@ impl Rows {
         let mut file = BufReader::new(file);
         let foreign = || JournalError::Foreign(path.to_owned());
         let mut magic = [0; MAGIC.len()];
-        file.read_exact(&mut magic).map_err(|_| foreign())?;
+        file.read_exact(&mut magic).map_err(|error| match error.kind() {
+            io::ErrorKind::UnexpectedEof => foreign(),
+            _ => JournalError::Io(path.to_owned(), error),
+        })?;
         if magic != *MAGIC {
             return Err(foreign());
         }
         let mut whole = MAGIC.len() as u64;
-        let header = read_block(&mut file, &mut whole).ok_or_else(foreign)?;
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let Block::Whole(header) = read_block(&mut file, &mut whole).map_err(io)? else {
+            return Err(foreign());
+        };
         let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
         let Shard { index, count } = identity.shard;
         if identity.trials == 0 || !(1..=count).contains(&index) {
             return Err(foreign());
         }
-        Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole })
+        Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole, damaged: false })
     }
 
     /// What run it is of.
@@ -210,7 +247,15 @@ impl Rows {
 
     /// The next rows with their points; none at the end, or where a block is not whole.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
-        let Some(bytes) = read_block(&mut self.file, &mut self.whole) else { return Ok(None) };
+        let block = read_block(&mut self.file, &mut self.whole);
+        let bytes = match block.map_err(|error| JournalError::Io(self.path.clone(), error))? {
+            Block::Whole(bytes) => bytes,
+            Block::Short => return Ok(None),
+            Block::Wrong => {
+                self.damaged = true;
+                return Ok(None);
+            }
+        };
         // The checksum is right: only another version of the program writes what this one cannot read.
         let foreign = || JournalError::Foreign(self.path.clone());
         let rows: Vec<Row> = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
@@ -229,27 +274,43 @@ impl Rows {
     }
 }
 
-/// A block with the right checksum; `whole` moves behind it.
-fn read_block(file: &mut impl Read, whole: &mut u64) -> Option<Vec<u8>> {
+/// What stands where a block may be.
+enum Block {
+    Whole(Vec<u8>),
+    /// The end of the file, in a block or behind the last.
+    Short,
+    /// Another checksum.
+    Wrong,
+}
+
+/// The next block; `whole` moves behind it.
+fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
     let mut word = [0; 4];
-    file.read_exact(&mut word).ok()?;
-    let length = u32::from_le_bytes(word);
-    // After a power cut a file may end in zeros, which would pass for a block of nothing with its checksum.
-    if length == 0 {
-        return None;
+    if !read_word(file, &mut word)? {
+        return Ok(Block::Short);
     }
+    let length = u32::from_le_bytes(word);
     let mut bytes = Vec::new();
     // A damaged length must not ask for gigabytes that are not there.
-    file.take(u64::from(length)).read_to_end(&mut bytes).ok()?;
-    if bytes.len() as u64 != u64::from(length) {
-        return None;
+    file.take(u64::from(length)).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 != u64::from(length) || !read_word(file, &mut word)? {
+        return Ok(Block::Short);
     }
-    file.read_exact(&mut word).ok()?;
-    if u32::from_le_bytes(word) != crc32fast::hash(&bytes) {
-        return None;
+    // After a power cut a file may end in zeros, which would pass for a block of nothing with its checksum.
+    if length == 0 || u32::from_le_bytes(word) != crc32fast::hash(&bytes) {
+        return Ok(Block::Wrong);
     }
     *whole += 8 + u64::from(length);
-    Some(bytes)
+    Ok(Block::Whole(bytes))
+}
+
+/// Whether there were four more bytes. Only the end of a file is its end, not what the operating system could not read.
+fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
+    match file.read_exact(word) {
+        Ok(()) => Ok(true),
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => Ok(false),
+        Err(error) => Err(error),
+    }
 }
 
 #[cfg(test)]
@@ -320,6 +381,14 @@ mod tests {
                 assert_eq!(all(&path), rows[..if place as u64 == header { 0 } else { 5 }]);
             }
         }
+        // What is damaged and not only cut off is put aside, not thrown away.
+        let mut damaged = bytes.clone();
+        damaged[usize::try_from(header).expect("small") + 20] ^= 1;
+        std::fs::write(&path, &damaged).expect("written");
+        let journal = resume(&path).expect("the same run");
+        let aside = journal.damaged().expect("put aside").to_owned();
+        assert_eq!(journal.walk().left(), 100);
+        assert_eq!(std::fs::read(aside).expect("there"), damaged[usize::try_from(header).expect("small")..]);
     }
 
     #[test]

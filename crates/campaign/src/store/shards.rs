@@ -155,6 +155,10 @@ impl Shards {
             while let Some(block) = rows.block()? {
                 block.iter().try_for_each(|(point, row)| sink(*point, row))?;
             }
+            // They were complete when they were collected.
+            if !rows.is_done() {
+                return Err(JournalError::Short(journal.clone()).into());
+            }
         }
         Ok(())
     }
@@ -176,6 +180,11 @@ fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
         let paths: Result<Vec<PathBuf>, _> = entries.map(|entry| entry.map(|entry| entry.path())).collect();
         let mut paths = paths.map_err(io)?;
         paths.retain(|path| path.extension().is_some_and(|extension| extension == "journal"));
+        // Beside shards, the journal of a whole run is of another run.
+        let whole = folder.join(Shard::WHOLE.file_name());
+        if paths.len() > 1 {
+            paths.retain(|path| *path != whole);
+        }
         if paths.is_empty() {
             return Err(ShardsError::None(folder.clone()));
         }

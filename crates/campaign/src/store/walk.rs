@@ -106,14 +106,14 @@ fn next_look(trials: u64) -> u64 {
 }
 
 #[cfg(test)]
-pub(super) mod tests {
+pub(crate) mod tests {
     use super::*;
     use crate::Verdict;
     use crate::file::Document;
     use crate::store::Shard;
 
     /// A row whose axis error is `error` degrees.
-    pub(in crate::store) fn row(trial: u64, error: f64) -> Row {
+    pub(crate) fn row(trial: u64, error: f64) -> Row {
         Row {
             trial,
             true_angle_deg: trial as f64 * 0.1,

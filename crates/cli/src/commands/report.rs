@@ -46,9 +46,22 @@ pub fn run(options: &Report) -> Result<Said, Error> {
         output.file(&format!("{name}.png"), &figure.png()?)?;
     }
     let files = output.finish()?;
+    remove_stale(&out, &files);
     let (_, headline, details) = page::verdict(&run.summary);
     let text = format!("{headline}\n  {}\n\n{}", details.join("\n  "), file_list(&out, &files));
     Ok(Said { text, code: 0 })
+}
+
+/// Figures of an earlier report that this one does not have would be taken for its own.
+fn remove_stale(folder: &Path, files: &[String]) {
+    let ours = ["sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let figure = [".svg", ".png"].iter().any(|end| name.ends_with(end));
+        if figure && ours.iter().any(|ours| name.starts_with(ours)) && !files.contains(&name) {
+            let _ = std::fs::remove_file(entry.path());
+        }
+    }
 }
 
 impl Run {

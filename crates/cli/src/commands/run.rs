@@ -7,11 +7,11 @@ use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
 use standstill_campaign::file::{AxisSpec, DesignKind, Document, Origin, Plan};
-use standstill_campaign::store::{Identity, Journal, Row, Shard, Shards, Sweep as Trials};
+use standstill_campaign::store::{Identity, Journal, JournalError, Row, Shard, Shards, Sweep as Trials};
 
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;
-use crate::arguments::{Run, Sweep};
+use crate::arguments::{Results as Options, Run, Sweep};
 use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
@@ -56,7 +56,10 @@ fn document(options: &Run) -> Result<Document, Error> {
     let mut set = |key: &str, value: &str| document.set(key, value, Origin::CommandLine);
     options.set.iter().try_for_each(|(key, value)| set(key, value))?;
     options.trials.map_or(Ok(()), |trials| set("trials", &trials.to_string()))?;
-    // TOML has no numbers beyond 2^63 - 1, so the largest seeds cannot be written down.
+    if let Some(seed) = options.seed.filter(|seed| i64::try_from(*seed).is_err()) {
+        // TOML has no larger numbers, so it could not be written down.
+        return Err(Error::Arguments(format!("--seed {seed}: needed at most {} in a scenario", i64::MAX)));
+    }
     options.seed.map_or(Ok(()), |seed| set("seed", &seed.to_string()))?;
     options.stop_at.iter().try_for_each(|(key, value)| set(&format!("stop_at.{key}"), value))?;
     Ok(document)
@@ -73,7 +76,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     // Made and removed again: what cannot be written shows before the first trial.
     drop(Output::create(out, &results::names(options.results.format))?);
     let mut statistics = Statistics::default();
-    let journal = if path.exists() {
+    let mut journal = if path.exists() {
         if !options.resume {
             return Err(in_the_way(&path));
         }
@@ -81,7 +84,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     } else {
         if options.resume
             && whole
-            && let Some(report) = finished(out, &identity)?
+            && let Some(report) = finished(&options.results, &identity)?
         {
             return Ok(report);
         }
@@ -91,45 +94,69 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             let _ = std::fs::remove_dir(out);
         })?
     };
-    let done = advance(&trials, journal, statistics, &stop).inspect_err(|_| {
-        // The error itself is told by the caller, in a line.
-        let _ = std::io::Write::write_fmt(
-            &mut std::io::stderr(),
-            format_args!("standstill: what was done is kept in {}; --resume goes on\n", path.display()),
-        );
-    })?;
-    if !done {
-        return Ok(interrupted(&path));
+    if let Some(aside) = journal.damaged() {
+        tell(&format!(
+            "a block of {} is damaged; what stood behind it is in {} and is computed again",
+            path.display(),
+            aside.display()
+        ));
     }
-    if !whole {
+    // The journal stays locked until its rows are in the files.
+    let outcome = advance(&trials, &mut journal, statistics, &stop)
+        .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) });
+    match outcome {
+        Ok(Some(report)) => Ok(report),
+        Ok(None) => Ok(interrupted(&options.results, &path)),
+        Err(error) => {
+            // The error itself is told by the caller, in a line.
+            tell(&format!(
+                "what was done is kept in {}; once the cause is gone, --resume goes on",
+                path.display()
+            ));
+            Err(error)
+        }
+    }
+}
+
+/// From a journal that is complete to the files; none if interrupted.
+fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>, Error> {
+    if options.shard != Shard::WHOLE {
+        if options.results.json {
+            let json =
+                serde_json::json!({ "shard": options.shard.to_string(), "journal": path, "done": true });
+            return Ok(Some(Report { text: format!("{json:#}\n"), code: 0 }));
+        }
         let text = format!(
             "Shard {} is done: {}\nOnce all {} are there, put them together with\n  standstill merge FOLDERS --out DIR\n",
             options.shard,
             path.display(),
             options.shard.count
         );
-        return Ok(Report { text, code: 0 });
+        return Ok(Some(Report { text, code: 0 }));
     }
-    let shards = Shards::single(&path)?;
-    let Some(results) = Results::write(&options.results, &shards, &stop)? else {
-        return Ok(interrupted(&path));
-    };
+    let shards = Shards::single(path)?;
+    let Some(results) = Results::write(&options.results, &shards, stop)? else { return Ok(None) };
     // Only now that the files are in place.
-    std::fs::remove_file(&path).map_err(Error::writing(&path))?;
-    Ok(results.report(&options.results))
+    std::fs::remove_file(path).map_err(Error::writing(path))?;
+    Ok(Some(results.report(&options.results)))
+}
+
+/// A line on standard error, whether or not anybody reads it.
+fn tell(line: &str) {
+    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("standstill: {line}\n"));
 }
 
 /// Runs what is left; returns whether that was all.
 fn advance(
     trials: &Trials<'_>,
-    mut journal: Journal,
+    journal: &mut Journal,
     mut statistics: Statistics,
     stop: &AtomicBool,
 ) -> Result<bool, Error> {
     let bar = progress::bar(statistics.trials() + journal.walk().left());
     bar.set_position(statistics.trials());
     bar.reset_eta();
-    let done = trials.run(&mut journal, stop, |rows: &[Row]| {
+    let done = trials.run(journal, stop, |rows: &[Row]| {
         for row in rows {
             statistics.add_row(row);
         }
@@ -141,12 +168,13 @@ fn advance(
 }
 
 /// What there is to say if the files in this folder are already those of the run.
-fn finished(out: &Path, identity: &Identity) -> Result<Option<Report>, Error> {
-    let path = out.join(SUMMARY);
-    if !path.exists() {
+fn finished(options: &Options, identity: &Identity) -> Result<Option<Report>, Error> {
+    let path = options.out.join(SUMMARY);
+    // Trials in the other format are not what was asked for.
+    if !path.exists() || !options.out.join(results::trials_name(options.format.into())).exists() {
         return Ok(None);
     }
-    let summary = SummaryFile::read(out)?;
+    let summary = SummaryFile::read(&options.out)?;
     if let Some(difference) = summary.run.difference(identity) {
         return Err(Error::Results {
             path,
@@ -154,10 +182,19 @@ fn finished(out: &Path, identity: &Identity) -> Result<Option<Report>, Error> {
             needed: "those of this run, another --out, or no --resume to replace them".to_owned(),
         });
     }
-    Ok(Some(Report { text: format!("{} is finished; nothing to do.\n", out.display()), code: 0 }))
+    let code = u8::from(summary.summary.errors > 0);
+    let text = if options.json {
+        std::fs::read_to_string(&path).map_err(|error| Error::Read(path, error))?
+    } else {
+        format!("{} is finished; nothing to do.\n", options.out.display())
+    };
+    Ok(Some(Report { text, code }))
 }
 
 fn in_the_way(path: &Path) -> Error {
+    if Journal::is_busy(path) {
+        return Error::Journal(JournalError::Busy(path.to_owned()));
+    }
     Error::Results {
         path: path.to_owned(),
         found: "trials of a run that is not finished, or of a shard".to_owned(),
@@ -165,16 +202,17 @@ fn in_the_way(path: &Path) -> Error {
     }
 }
 
-fn interrupted(path: &Path) -> Report {
+fn interrupted(options: &Options, path: &Path) -> Report {
     let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
     if !command.iter().any(|word| word == "--resume") {
         command.push("--resume".to_owned());
     }
-    let text = format!(
-        "Interrupted: what was done is kept in {}. Go on with\n  {}\n",
-        path.display(),
-        command.join(" ")
-    );
+    let command = command.join(" ");
+    if options.json {
+        let json = serde_json::json!({ "interrupted": true, "journal": path, "resume": command });
+        return Report { text: format!("{json:#}\n"), code: INTERRUPTED };
+    }
+    let text = format!("Interrupted: what was done is kept in {}. Go on with\n  {command}\n", path.display());
     Report { text, code: INTERRUPTED }
 }
 

@@ -266,7 +266,7 @@ fn a_report_is_one_file_that_says_what_was_run() {
     for format in ["csv", "parquet"] {
         succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
         let text = succeed(&["report", format], path);
-        assert!(text.contains("in 240 starts") && text.contains("Worst point: "), "{text}");
+        assert!(text.contains("in 240 starts") && text.contains("Largest rms error of a point: "), "{text}");
         let report = path.join(format).join("report");
         let made = names(&report);
         for name in

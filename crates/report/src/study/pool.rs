@@ -9,10 +9,9 @@ pub struct Pooled {
     pub trials: u64,
     /// Root mean square in degrees.
     ///
-    /// The mean square is that of all trials. The variance of the mean square is the sum of the points' variances,
-    /// each weighted with the square of the point's share of the trials, as for strata: the points are taken as
-    /// chosen, not as drawn at random. The half width of a point is that from its estimate to its upper end, because
-    /// the lower end stops at zero.
+    /// The mean square is that of the points, each counting alike however many trials it has. Points share their random
+    /// numbers, so their errors may go together: half widths are added, not their squares. The half width of a point is
+    /// that from its estimate to its upper end, because the lower end stops at zero.
     pub rms_deg: Interval,
     /// 95th percentile in degrees. It does not follow from those of several points and is then unknown.
     pub p95_deg: Interval,
@@ -22,7 +21,8 @@ pub struct Pooled {
     pub undetermined: u64,
     /// Trials without an angle.
     pub failed: u64,
-    /// Probability of a wrong pole among all trials, with the interval of the summed counts.
+    /// Probability of a wrong pole among all trials, with the interval of as many trials as a point has: points share their random
+    /// numbers.
     pub wrong_pole: Interval,
     /// Probability of an axis without pole.
     pub undetermined_probability: Interval,
@@ -36,7 +36,17 @@ pub fn pool(study: &Study, points: &[&StudyPoint]) -> Pooled {
     let trials = sum(|point| point.trials);
     let (wrong_poles, undetermined, failed) =
         (sum(|p| p.wrong_poles), sum(|p| p.undetermined), sum(|p| p.failed));
-    let of = |count| if trials == 0 { Interval::UNKNOWN } else { (study.binomial)(count, trials) };
+    let of = |count| match (trials, points.len()) {
+        (0, _) => Interval::UNKNOWN,
+        (_, 1) => (study.binomial)(count, trials),
+        // As if only one point's trials were known, rounded to the wider side.
+        (_, many) => {
+            let own = (trials / many as u64).max(1);
+            let low = (study.binomial)((count / many as u64).min(own), own).low;
+            let high = (study.binomial)(count.div_ceil(many as u64).min(own), own).high;
+            Interval { value: count as f64 / trials as f64, low, high }
+        }
+    };
     let with_axes: Vec<&&StudyPoint> = points.iter().filter(|point| point.axes > 0).collect();
     Pooled {
         trials,
@@ -55,18 +65,16 @@ fn rms(points: &[&&StudyPoint]) -> Interval {
     if let [one] = points {
         return one.rms_deg;
     }
-    let total: f64 = points.iter().map(|point| point.axes as f64).sum();
-    let (mut square, mut variance) = (0.0, 0.0);
+    let (mut square, mut half) = (0.0, 0.0);
     for point in points {
-        let share = point.axes as f64 / total;
+        let share = 1.0 / points.len() as f64;
         let own = point.rms_deg.value.powi(2);
         square += share * own;
-        variance += (share * (point.rms_deg.high.powi(2) - own)).powi(2);
+        half += share * (point.rms_deg.high.powi(2) - own);
     }
     if points.is_empty() {
         return Interval::UNKNOWN;
     }
-    let half = variance.sqrt();
     // `max` would make a number of what is none.
     let low = if half.is_nan() { half } else { (square - half).max(0.0).sqrt() };
     Interval { value: square.sqrt(), low, high: (square + half).sqrt() }

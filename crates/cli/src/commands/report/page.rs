@@ -48,11 +48,14 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let s = &summary.summary;
     let percent = |share: f64| format!("{:.*} %", digits(share), 100.0 * share);
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
-    let tone = if s.wrong_poles > 0 || s.errors > 0 {
+    let unsure = s.wrong_pole_probability.high > OFTEN;
+    let tone = if s.wrong_poles > 0 || s.errors > 0 || s.found == 0 {
         Tone::Bad
-    } else if silent > OFTEN {
+    } else if !summary.points.is_empty() {
         // A sweep goes where the method fails: that is what it is for.
-        if summary.points.is_empty() { Tone::Warning } else { Tone::Neutral }
+        Tone::Neutral
+    } else if silent > OFTEN || unsure || s.beyond_limit.value > OFTEN {
+        Tone::Warning
     } else {
         Tone::Good
     };
@@ -83,10 +86,27 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     if s.errors > 0 {
         details.push(format!("{} trials could not be simulated", s.errors));
     }
+    if unsure && s.wrong_poles == 0 {
+        details.push("Too few starts to rule out wrong poles in one of a hundred".to_owned());
+    }
     if let (Some(best), Some(worst)) = extremes(&summary.points) {
         let shown = Shown::of(&summary.points);
-        details.push(format!("Best point: {}", describe(best, &shown)));
-        details.push(format!("Worst point: {}", describe(worst, &shown)));
+        let rms = |point: &PointSummary| {
+            let s = &point.summary;
+            format!("{}° over {} axes at {}", number(s.rms_deg.value, 3), s.axes, describe(point, &shown))
+        };
+        details.push(format!("Smallest rms error of a point: {}", rms(best)));
+        details.push(format!("Largest rms error of a point: {}", rms(worst)));
+        let without = |point: &PointSummary| 1.0 - point.summary.found as f64 / point.summary.trials as f64;
+        let most = summary.points.iter().max_by(|a, b| without(a).total_cmp(&without(b)));
+        if let Some(point) = most.filter(|point| without(point) > 0.0) {
+            details.push(format!(
+                "Most starts without an answer: {} at {}",
+                percent(without(point)),
+                describe(point, &shown)
+            ));
+        }
+        details.push("Trials of the same number share their random numbers at all points; what is said of all points together is as sure as one point's trials make it".to_owned());
     }
     (tone, format!("{poles}; {rms}"), details)
 }
@@ -104,7 +124,7 @@ fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values: Vec<String> =
         values.map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.unit)).collect();
     let values: Vec<&str> = values.iter().map(|value| value.trim_end()).collect();
-    format!("{}° rms at {}", number(point.summary.rms_deg.value, 3), values.join(", "))
+    values.join(", ")
 }
 
 fn facts(run: &Run) -> Vec<(String, String)> {
@@ -270,7 +290,7 @@ fn reproduce(run: &Run) -> Vec<Block> {
         Block::Text(format!(
             "The same program version writes the same bytes on any machine and any number of threads. Save the scenario as scenario.toml{}.",
             if run.summary.run.scenario.contains("has the CRC-32") {
-                ", with the motor's own files beside it"
+                ", with the motor's own files where it names them"
             } else {
                 ""
             }

@@ -134,7 +134,7 @@ impl Results {
         .map(|(key, value)| (key.to_owned(), value));
         let failed = |error: TableError| Error::table(&path, error);
         let mut trials = Writer::new(output.begin(name)?, format, columns, &metadata).map_err(failed)?;
-        let mut all = Statistics::with_limit(limit);
+        let mut all = Statistics::with_limit(limit).of_points(identity.points);
         let mut points = Points { axes, coordinates, limit, current: None, done: Vec::new() };
         let bar = progress::writing(identity.rows());
         let written = shards.rows(|point, row| {
