@@ -90,8 +90,8 @@ impl Output {
             }
             Err(error) => {
                 unfinished.remove();
-                // The operating system's own words: the temporary folder's name would only confuse.
-                let error = error.raw_os_error().map_or(error, std::io::Error::from_raw_os_error);
+                // Without the temporary folder's name, which would only confuse.
+                let error = std::io::Error::from(error.kind());
                 Err(Error::Write(target.to_owned(), error))
             }
         }

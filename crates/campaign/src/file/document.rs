@@ -287,7 +287,20 @@ impl Document {
         });
         let file = self.file.display();
         let place = match (by_change, self.span(&key)) {
-            (Some((_, origin)), _) => origin.to_string(),
+            (Some((changed, origin)), _) => {
+                let table = match origin {
+                    Origin::CommandLine => None,
+                    Origin::Axis => Some("axes"),
+                    Origin::Tolerance => Some("tolerances"),
+                };
+                // An axis may be the file's own, or of the command line.
+                let own = table.map(|table| format!("{table}.{changed}"));
+                let own = own.filter(|own| self.changed.iter().all(|(key, _)| key != own));
+                match own.and_then(|own| self.span(&own)) {
+                    Some(span) => format!("{file}: line {}, {origin}", line_of(&self.text, span.start)),
+                    None => origin.to_string(),
+                }
+            }
             (None, Some(span)) => format!("{file}: line {}", line_of(&self.text, span.start)),
             (None, None) => file.to_string(),
         };
@@ -302,10 +315,13 @@ impl Document {
         let mut rest = key;
         while !rest.is_empty() {
             // The keys of axes and tolerances have dots in them.
-            let (part, after) = rest.split_once('.').unwrap_or((rest, ""));
             let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
-            let Some((name, value)) = named(rest).or_else(|| named(part)) else { break };
-            rest = if name.get_ref().as_ref() == rest { "" } else { after };
+            let heads = std::iter::successors(Some(rest), |head| head.rsplit_once('.').map(|(head, _)| head));
+            let Some((head, (name, value))) = heads.into_iter().find_map(|head| Some((head, named(head)?)))
+            else {
+                break;
+            };
+            rest = rest[head.len()..].trim_start_matches('.');
             found = Some(name.span());
             let DeValue::Table(below) = value.get_ref() else { break };
             table = below;

@@ -278,10 +278,10 @@ fn law_a_width_may_have_another_prefix_than_its_mean() {
 
 #[test]
 fn regress_mistakes_of_axes_and_tolerances_are_named() {
-    let cases: [(&str, &[&str]); 15] = [
+    let cases: [(&str, &[&str]); 16] = [
         (
             "[axes]\n\"sensors.noize\" = [1, 2]",
-            &["set as an axis", "`sensors.noize`", "did you mean `noise`"],
+            &["s.toml: line 2, set as an axis", "`sensors.noize`", "did you mean `noise`"],
         ),
         (
             "[axes]\n\"sensors.noise\" = { from = \"0 mA\", to = \"1 V\", points = 3 }",
@@ -304,7 +304,11 @@ fn regress_mistakes_of_axes_and_tolerances_are_named() {
             &["line 2", "same dimension"],
         ),
         ("[tolerances]\n\"sensors.noise\" = { mean = \"1 A\" }", &["line 2", "`normal` and `uniform`"]),
-        // 1000 draws go five deviations far.
+        (
+            "[tolerances]\n\"sensors.noise\" = { norml = \"5 %\" }",
+            &["line 2", "norml", "did you mean `normal`"],
+        ),
+        // 1000 draws go three deviations far.
         (
             "[tolerances]\n\"sensors.noise\" = { mean = \"10 mA\", normal = \"40 %\" }",
             &["`sensors.noise`", "drawn as a tolerance", "zero or more"],
