@@ -15,7 +15,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
 }
 
 /// Wilson's interval, which is near enough to the exact one for a picture.
-fn binomial(count: u64, total: u64) -> Interval {
+fn binomial(count: u64, total: u64, _points: u64) -> Interval {
     let (k, n) = (count as f64, total as f64);
     let (p, z) = (k / n, 1.96);
     let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);

@@ -37,7 +37,7 @@ fn study(keys: &[&str], points: Vec<StudyPoint>) -> Study {
         points,
         design: Design::Grid,
         cloud: None,
-        binomial: |count, total| interval(count as f64 / total as f64, 0.01),
+        binomial: |count, total, points| interval(count as f64 / total as f64, 0.01 * points as f64),
     }
 }
 
@@ -74,9 +74,7 @@ fn analytic_pooled_points_count_alike_and_are_known_as_one() {
     assert!((pooled.rms_deg.high - (square + halves).sqrt()).abs() < 1e-12);
     assert_eq!((pooled.trials, pooled.wrong_poles), (400, 3));
     assert_eq!(pooled.wrong_pole.value, 3.0 / 400.0);
-    // 3 in 400 at two points are at least 1 and at most 2 in 200.
-    let of = |count| (study.binomial)(count, 200);
-    assert_eq!((pooled.wrong_pole.low, pooled.wrong_pole.high), (of(1).low, of(2).high));
+    assert_eq!(pooled.wrong_pole, (study.binomial)(3, 400, 2));
     assert!(pooled.p95_deg.value.is_nan());
     // One point stays as it is, none is unknown.
     assert_eq!(pool(&study, &[&study.points[0]]).rms_deg, study.points[0].rms_deg);

@@ -114,8 +114,8 @@ pub struct Study {
     pub design: Design,
     /// Single trials of all points together, where they were collected.
     pub cloud: Option<ErrorCloud>,
-    /// The exact interval of a probability from a count in a total.
-    pub binomial: fn(u64, u64) -> Interval,
+    /// The exact interval of a probability from a count in a total over so many points of the same random numbers.
+    pub binomial: fn(u64, u64, u64) -> Interval,
 }
 
 /// What is written over a figure.

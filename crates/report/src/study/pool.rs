@@ -38,14 +38,7 @@ pub fn pool(study: &Study, points: &[&StudyPoint]) -> Pooled {
         (sum(|p| p.wrong_poles), sum(|p| p.undetermined), sum(|p| p.failed));
     let of = |count| match (trials, points.len()) {
         (0, _) => Interval::UNKNOWN,
-        (_, 1) => (study.binomial)(count, trials),
-        // As if only one point's trials were known, rounded to the wider side.
-        (_, many) => {
-            let own = (trials / many as u64).max(1);
-            let low = (study.binomial)((count / many as u64).min(own), own).low;
-            let high = (study.binomial)(count.div_ceil(many as u64).min(own), own).high;
-            Interval { value: count as f64 / trials as f64, low, high }
-        }
+        (_, many) => (study.binomial)(count, trials, many as u64),
     };
     let with_axes: Vec<&&StudyPoint> = points.iter().filter(|point| point.axes > 0).collect();
     Pooled {

@@ -1,7 +1,7 @@
 //! From the results of a run to what its figures are drawn from.
 
 use standstill_campaign::file::{AxisSpec, DesignKind};
-use standstill_campaign::{Estimate, Summary, binomial_interval};
+use standstill_campaign::{Estimate, Summary, clustered_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
 
 use super::Run;
@@ -40,7 +40,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
             DesignKind::LatinHypercube | DesignKind::Sobol => Design::Scattered,
         },
         cloud: Some(cloud),
-        binomial: |count, total| interval(&binomial_interval(count, total)),
+        binomial: |count, total, points| interval(&clustered_interval(count, total, points)),
     }
 }
 
