@@ -32,9 +32,14 @@ pub struct GateDriver {
     requested: Gate,
     gate: Gate,
     // At most an edge to Off and one to on for the latest request, and one pair still due from the one before.
-    edges: [(Nanos, Gate); 4],
+    edges: [(Nanos, Gate); ROOM],
+    // Where in the ring the next one is, and how many follow each other from there.
+    first: usize,
     pending: usize,
 }
+
+/// A power of two, so that places in the ring need no division.
+const ROOM: usize = 4;
 
 impl GateDriver {
     /// A driver with both switches off.
@@ -47,12 +52,26 @@ impl GateDriver {
         self.gate
     }
 
+    /// What the leg was told last.
+    pub fn requested(&self) -> Gate {
+        self.requested
+    }
+
     /// The next edge, if one is due.
+    #[inline]
     pub fn next_edge(&self) -> Option<Nanos> {
-        (self.pending > 0).then(|| self.edges[0].0)
+        (self.pending > 0).then(|| self.edge(0).0)
+    }
+
+    /// The next edge, if it comes whatever the leg is told from `at` on: a request withdraws what is to come after
+    /// its own switch-off.
+    #[inline]
+    pub fn next_certain_edge(&self, at: Nanos) -> Option<Nanos> {
+        self.next_edge().filter(|edge| *edge < at + self.timing.turn_off_delay)
     }
 
     /// Tells the leg at time `at` what to do from now on. Later requests must not come with earlier times.
+    #[inline]
     pub fn request(&mut self, at: Nanos, wanted: Gate) {
         if wanted == self.requested {
             return;
@@ -60,7 +79,7 @@ impl GateDriver {
         self.requested = wanted;
         let off_at = at + self.timing.turn_off_delay;
         // A switch-on that has not happened by then will not: a pulse shorter than the dead time is lost.
-        while self.pending > 0 && self.edges[self.pending - 1].0 >= off_at {
+        while self.pending > 0 && self.edge(self.pending - 1).0 >= off_at {
             self.pending -= 1;
         }
         self.push(off_at, Gate::Off);
@@ -73,21 +92,33 @@ impl GateDriver {
 
     fn push(&mut self, at: Nanos, gate: Gate) {
         // Requests so fast that four edges are pending at once are within one delay: only the last two matter.
-        if self.pending == self.edges.len() {
-            self.edges.copy_within(2.., 0);
-            self.pending -= 2;
+        if self.pending == ROOM {
+            self.drop_first();
+            self.drop_first();
         }
-        self.edges[self.pending] = (at, gate);
+        self.edges[(self.first + self.pending) % ROOM] = (at, gate);
         self.pending += 1;
     }
 
+    /// The pending edge with this number.
+    #[inline]
+    fn edge(&self, number: usize) -> (Nanos, Gate) {
+        self.edges[(self.first + number) % ROOM]
+    }
+
+    #[inline]
+    fn drop_first(&mut self) {
+        self.first = (self.first + 1) % ROOM;
+        self.pending -= 1;
+    }
+
     /// Carries out the edges due at `now`; true if the gates changed.
+    #[inline]
     pub fn advance(&mut self, now: Nanos) -> bool {
         let before = self.gate;
-        while self.pending > 0 && self.edges[0].0 <= now {
-            self.gate = self.edges[0].1;
-            self.edges.copy_within(1.., 0);
-            self.pending -= 1;
+        while self.pending > 0 && self.edge(0).0 <= now {
+            self.gate = self.edge(0).1;
+            self.drop_first();
         }
         before != self.gate
     }
@@ -149,12 +180,11 @@ mod tests {
                 while leg.next_edge().is_some_and(|at| at.0 < (step + 1) * 731) {
                     let at = leg.next_edge().unwrap_or_default();
                     // One edge at a time: two at the same instant would hide the Off between them.
-                    let due = leg.edges[0].1;
+                    let due = leg.edge(0).1;
                     assert!(last == Gate::Off || due == Gate::Off || last == due, "{last:?} to {due:?}");
                     last = due;
                     leg.gate = due;
-                    leg.edges.copy_within(1.., 0);
-                    leg.pending -= 1;
+                    leg.drop_first();
                     assert!(at.0 >= 731 * step.saturating_sub(5));
                 }
             }

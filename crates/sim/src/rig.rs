@@ -5,7 +5,7 @@ mod deferred;
 mod events;
 
 use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Step};
-use standstill_inverter::{Gate, GateDriver};
+use standstill_inverter::Gate;
 use standstill_plant::Heading;
 
 use self::deferred::{Deferred, Due};
@@ -42,8 +42,7 @@ struct Rig<'a, const N: usize, P> {
     case: &'a Case<'a>,
     probe: &'a mut P,
     flow: Flow<'a>,
-    drivers: [GateDriver; 3],
-    requested: [Gate; 3],
+    timeline: Timeline,
     sampler: Sampler,
     filters: Option<[LowPass; 3]>,
     link_filter: Option<LowPass>,
@@ -110,8 +109,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             case,
             probe,
             flow,
-            drivers: inverter.gates.map(GateDriver::new),
-            requested: [Gate::Off; 3],
+            timeline: Timeline::new(inverter.gates),
             sampler: Sampler::new(case.sensors, case.streams),
             filters: settings.bandwidth.map(|corner| [LowPass::new(corner, 0.0); 3]),
             link_filter: settings
@@ -193,9 +191,8 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             self.catch_up()?;
             return Err(error);
         }
-        let (start, before) = (self.now, self.requested);
-        let mut timeline = Timeline::new(command, start, self.case.inverter.carrier_period);
-        let end = timeline.end;
+        let start = self.now;
+        let end = start + command.duration();
         if end <= start || end > self.case.time_limit {
             self.catch_up()?;
             return Err(RunError::TimeLimit(self.case.time_limit));
@@ -204,6 +201,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             self.catch_up()?;
         }
         self.deferred.push(self.now, Due::Command);
+        self.timeline.begin(command, start, self.case.inverter.carrier_period);
         let mut triggers = (0..command.sampling.count).map(|n| command.sampling.trigger(n));
         let mut pending = self.next_trigger(&mut triggers, start, end);
         loop {
@@ -211,7 +209,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
                 && at <= self.now
             {
                 // The drive knows what it told the legs at the trigger, not when the sample was really taken.
-                let told = if nominal == Nanos::ZERO { before } else { timeline.told(start + nominal) };
+                let told = self.timeline.told(start + nominal);
                 self.catch_up()?;
                 readings.push(self.sample(nominal, told));
                 pending = self.next_trigger(&mut triggers, start, end);
@@ -219,13 +217,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             if self.now >= end {
                 return Ok(());
             }
-            self.switch(&mut timeline)?;
+            self.switch()?;
             let source = self.next_source_instant();
             let sample = pending.map_or(end, |(_, at)| at);
-            let mut next = timeline.next().unwrap_or(end).min(sample).min(source.unwrap_or(end)).min(end);
-            for driver in &self.drivers {
-                next = next.min(driver.next_edge().unwrap_or(end));
-            }
+            let next = self.timeline.next().min(sample).min(source.unwrap_or(end)).min(end);
             self.now = next;
             if source == Some(next) {
                 self.catch_up()?;
@@ -254,18 +249,12 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         Some((nominal, at))
     }
 
-    /// Tells the legs what is due now and carries out the gate edges that are due.
-    fn switch(&mut self, timeline: &mut Timeline) -> Result<(), RunError> {
-        let mut edges = [None; 3];
-        for (k, edge) in edges.iter_mut().enumerate() {
-            while let Some(gate) = timeline.take(k, self.now) {
-                self.requested[k] = gate;
-                self.drivers[k].request(self.now, gate);
-            }
-            if self.drivers[k].advance(self.now) {
-                *edge = Some(self.drivers[k].gate());
-            }
+    /// Carries out the gate edges that are due.
+    fn switch(&mut self) -> Result<(), RunError> {
+        if self.timeline.next() > self.now {
+            return Ok(());
         }
+        let edges = self.timeline.take(self.now);
         if edges == [None; 3] {
             return Ok(());
         }

@@ -1,24 +1,13 @@
-//! From a command to what each leg is told, and when.
+//! From a command to what each leg's gates do, and when.
+
+#[cfg(test)]
+mod tests;
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Real, Stage};
-use standstill_inverter::Gate;
+use standstill_inverter::{Gate, GateDriver, GateTiming};
 
-/// One leg's requests over one command, in order of time.
-#[derive(Clone, Copy, Debug)]
-struct LegPlan {
-    /// What the leg does in each of the two stages.
-    tasks: [Task; 2],
-    /// Ends of the two stages.
-    ends: [Nanos; 2],
-    carrier: Nanos,
-    stage: usize,
-    /// Begin of the PWM period and number of the switching instant within it.
-    begin: Nanos,
-    part: u8,
-    start: Nanos,
-    /// The next request: when, and which gate.
-    next: Option<(Nanos, Gate)>,
-}
+/// Later than any request and any edge.
+const NEVER: Nanos = Nanos(u64::MAX);
 
 /// What a leg does in a stage.
 #[derive(Clone, Copy, Debug)]
@@ -35,53 +24,81 @@ impl Task {
             Leg::Off => Self::Keep(Gate::Off),
             Leg::Low => Self::Keep(Gate::Low),
             Leg::High => Self::Keep(Gate::High),
-            Leg::Duty(duty) => {
+            Leg::Duty(duty) => match on_time(duty.to_double(), carrier) {
+                Nanos::ZERO => Self::Keep(Gate::Low),
+                on if on == carrier => Self::Keep(Gate::High),
                 // Centre-aligned: low, high in the middle of the period, low.
-                let on = on_time(duty.to_double(), carrier);
-                Self::Modulate { idle: Nanos((carrier.0 - on.0) / 2), on }
-            }
+                on => Self::Modulate { idle: Nanos((carrier.0 - on.0) / 2), on },
+            },
+        }
+    }
+
+    /// What the leg is told at the begin of the stage.
+    fn first(self) -> Gate {
+        match self {
+            Self::Keep(gate) => gate,
+            Self::Modulate { idle: Nanos::ZERO, .. } => Gate::High,
+            Self::Modulate { .. } => Gate::Low,
         }
     }
 }
 
-impl LegPlan {
-    fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
-        let mut plan = Self { tasks, ends, carrier, stage: 0, begin: start, part: 0, start, next: None };
-        plan.next = plan.request();
-        plan
-    }
+/// One leg's requests over one command, in order of time. What repeats the request before is no request.
+#[derive(Clone, Copy, Debug)]
+struct LegPlan {
+    /// What the leg does in each of the two stages.
+    tasks: [Task; 2],
+    start: Nanos,
+    /// Ends of the two stages.
+    ends: [Nanos; 2],
+    carrier: Nanos,
+    /// The stage at hand, and whether the next request opens it.
+    stage: usize,
+    opens: bool,
+    /// The next request: when, or never after the last, and which gate.
+    at: Nanos,
+    gate: Gate,
+}
 
-    /// The request at hand.
-    fn request(&self) -> Option<(Nanos, Gate)> {
-        let begin = self.begin;
-        Some(match *self.tasks.get(self.stage)? {
-            Task::Keep(gate) => (begin, gate),
-            Task::Modulate { idle, on } => match self.part {
-                0 => (begin, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
-                1 => (begin + idle, if on == Nanos::ZERO { Gate::Low } else { Gate::High }),
-                _ => (begin + idle + on, if idle == Nanos::ZERO { Gate::High } else { Gate::Low }),
-            },
-        })
+impl LegPlan {
+    /// Of a leg that is told nothing.
+    const NONE: Self = Self {
+        tasks: [Task::Keep(Gate::Off); 2],
+        start: Nanos::ZERO,
+        ends: [Nanos::ZERO; 2],
+        carrier: Nanos::ZERO,
+        stage: 2,
+        opens: false,
+        at: NEVER,
+        gate: Gate::Off,
+    };
+
+    fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
+        Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
     /// Steps to the request after this one.
     fn advance(&mut self) {
-        if let Some(Task::Modulate { .. }) = self.tasks.get(self.stage) {
-            self.part += 1;
-            if self.part == 3 {
-                (self.part, self.begin) = (0, self.begin + self.carrier);
-            }
-            self.next = self.request();
-            if self.next.is_some_and(|(at, _)| at < self.ends[self.stage]) {
+        if let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage)
+            && *idle > Nanos::ZERO
+        {
+            let (wait, gate) = match self.gate {
+                Gate::High => (*on, Gate::Low),
+                _ if self.opens => (*idle, Gate::High),
+                _ => (self.carrier - *on, Gate::High),
+            };
+            (self.at, self.gate, self.opens) = (self.at + wait, gate, false);
+            if self.at < self.ends[self.stage] {
                 return;
             }
         }
         self.stage += 1;
-        (self.begin, self.part) = (self.ends[0], 0);
-        if self.stage < 2 && self.ends[0] == self.ends[1] {
-            self.stage = 2;
+        self.opens = true;
+        if self.stage == 1 && self.ends[0] < self.ends[1] {
+            (self.at, self.gate) = (self.ends[0], self.tasks[1].first());
+        } else {
+            (self.stage, self.at) = (2, NEVER);
         }
-        self.next = self.request();
     }
 
     /// What the leg is told just before `at`, which lies after the start of the command.
@@ -104,110 +121,100 @@ fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
-/// Later than any request.
-const NEVER: Nanos = Nanos(u64::MAX);
+/// One leg: what it is told, and its driver.
+#[derive(Clone, Debug)]
+struct Line {
+    plan: LegPlan,
+    driver: GateDriver,
+    /// The driver's next edge.
+    due: Nanos,
+    /// What the leg was told last before the command.
+    before: Gate,
+}
 
-/// All requests of one command.
+impl Line {
+    /// Gives the driver one request after the other, until its next edge is one that no later request withdraws.
+    fn look_ahead(&mut self) {
+        while self.plan.at < NEVER && self.driver.next_certain_edge(self.plan.at).is_none() {
+            self.tell();
+        }
+        self.due = self.driver.next_edge().unwrap_or(NEVER);
+    }
+
+    fn tell(&mut self) {
+        self.driver.request(self.plan.at, self.plan.gate);
+        self.plan.advance();
+    }
+}
+
+/// The gate edges of all legs, command after command.
+///
+/// What a command will tell the legs is known when it begins: only the edges that follow are instants, not the
+/// requests that they follow from.
 #[derive(Clone, Debug)]
 pub struct Timeline {
-    plans: [LegPlan; 3],
-    /// End of the command.
-    pub end: Nanos,
+    lines: [Line; 3],
+    start: Nanos,
+    next: Nanos,
 }
 
 impl Timeline {
-    /// Lays out a command that starts at `start`.
-    pub fn new<T: Real>(command: &Command<T>, start: Nanos, carrier: Nanos) -> Self {
+    /// Before the first command, all switches off.
+    pub fn new(timings: [GateTiming; 3]) -> Self {
+        let line = |timing| Line {
+            plan: LegPlan::NONE,
+            driver: GateDriver::new(timing),
+            due: NEVER,
+            before: Gate::Off,
+        };
+        Self { lines: timings.map(line), start: Nanos::ZERO, next: NEVER }
+    }
+
+    /// Lays out the next command, which starts at `start`, where the one before ended.
+    pub fn begin<T: Real>(&mut self, command: &Command<T>, start: Nanos, carrier: Nanos) {
         let first = command.stage;
         let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
         let ends = [start + first.duration, start + first.duration + second.duration];
         let (Abc(a), Abc(b)) = (first.legs, second.legs);
-        let plans = [0, 1, 2].map(|k| {
-            LegPlan::new([Task::new(a[k], carrier), Task::new(b[k], carrier)], start, ends, carrier)
-        });
-        Self { plans, end: ends[1] }
+        for (k, line) in self.lines.iter_mut().enumerate() {
+            // Requests whose edges come after the end of their command.
+            while line.plan.at < NEVER {
+                line.tell();
+            }
+            line.before = line.driver.requested();
+            let tasks = [Task::new(a[k], carrier), Task::new(b[k], carrier)];
+            line.plan = LegPlan::new(tasks, start, ends, carrier);
+            line.look_ahead();
+        }
+        self.start = start;
+        self.find_next();
     }
 
-    /// When the next request comes; none after the last.
-    pub fn next(&self) -> Option<Nanos> {
-        let [a, b, c] = self.plans.each_ref().map(|plan| plan.next.map_or(NEVER, |(at, _)| at));
-        let next = a.min(b).min(c);
-        (next < NEVER).then_some(next)
+    fn find_next(&mut self) {
+        let [a, b, c] = &self.lines;
+        self.next = a.due.min(b.due).min(c.due);
     }
 
-    /// What the legs are told just before `at`, for a time after the start of the command.
+    /// When the next edge comes; later than everything if none does.
+    pub const fn next(&self) -> Nanos {
+        self.next
+    }
+
+    /// What the legs are told just before `at`, a time of this command or its start.
     pub fn told(&self, at: Nanos) -> [Gate; 3] {
-        [0, 1, 2].map(|k| self.plans[k].told(at))
+        self.lines.each_ref().map(|line| if at > self.start { line.plan.told(at) } else { line.before })
     }
 
-    /// Takes the next request of leg `k` that is due at `now`.
-    #[inline]
-    pub fn take(&mut self, k: usize, now: Nanos) -> Option<Gate> {
-        let (at, gate) = self.plans[k].next?;
-        (at <= now).then(|| {
-            self.plans[k].advance();
-            gate
-        })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use standstill_interface::{Phase, Sampling};
-
-    fn requests(command: &Command<f64>, leg: usize) -> Vec<(u64, Gate)> {
-        let mut line = Timeline::new(command, Nanos(1000), Nanos::from_micros(100));
-        let mut seen = Vec::new();
-        while let Some(at) = line.next() {
-            for k in 0..3 {
-                while let Some(gate) = line.take(k, at) {
-                    if k == leg {
-                        seen.push((at.0, gate));
-                    }
-                }
+    /// Carries out the edges that are due at `now`: the new gates of the legs whose gates change.
+    pub fn take(&mut self, now: Nanos) -> [Option<Gate>; 3] {
+        let mut edges = [None; 3];
+        for (line, edge) in self.lines.iter_mut().zip(&mut edges) {
+            if line.due <= now {
+                *edge = line.driver.advance(now).then(|| line.driver.gate());
+                line.look_ahead();
             }
         }
-        seen
-    }
-
-    #[test]
-    fn analytic_a_pulse_and_its_decay() {
-        let command = Command::sequence(
-            Stage::line(Phase::A, Phase::B, Nanos::from_micros(80)),
-            Stage::freewheel(Phase::A, Phase::B, Nanos::from_micros(20)),
-            Sampling::NONE,
-        );
-        assert_eq!(requests(&command, 0), [(1000, Gate::High), (81_000, Gate::Low)]);
-        assert_eq!(requests(&command, 2), [(1000, Gate::Off), (81_000, Gate::Off)]);
-    }
-
-    #[test]
-    fn analytic_pwm_is_centred() {
-        let legs = Abc::new(Leg::Duty(0.5), Leg::Duty(0.0), Leg::Duty(1.0));
-        let command = Command::hold(Stage { legs, duration: Nanos::from_micros(200) }, Sampling::NONE);
-        assert_eq!(
-            requests(&command, 0),
-            [
-                (1000, Gate::Low),
-                (26_000, Gate::High),
-                (76_000, Gate::Low),
-                (101_000, Gate::Low),
-                (126_000, Gate::High),
-                (176_000, Gate::Low),
-            ]
-        );
-        let line = Timeline::new(&command, Nanos(1000), Nanos::from_micros(100));
-        for (at, expected) in [
-            (26_000, Gate::Low),
-            (26_001, Gate::High),
-            (76_000, Gate::High),
-            (76_001, Gate::Low),
-            (201_000, Gate::Low),
-        ] {
-            assert_eq!(line.told(Nanos(at))[0], expected, "{at}");
-        }
-        assert!(requests(&command, 1).iter().all(|(_, gate)| *gate == Gate::Low));
-        assert!(requests(&command, 2).iter().all(|(_, gate)| *gate == Gate::High));
+        self.find_next();
+        edges
     }
 }
