@@ -176,8 +176,9 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
-        let drawn = Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU);
-        let angle = self.start_angle.unwrap_or(drawn);
+        let angle = self
+            .start_angle
+            .unwrap_or_else(|| Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU));
         self.case_at(angle, Specimen { drive: trial, noise: trial })
     }
 
@@ -199,7 +200,11 @@ impl<S: Settings<f64>> Scenario<S> {
             start_angle: angle,
             rotor,
             load_torque: self.load_torque,
-            streams: Streams::new(self.seed, specimen.noise),
+            streams: if specimen.noise == specimen.drive {
+                drive
+            } else {
+                Streams::new(self.seed, specimen.noise)
+            },
             tolerance: self.tolerance,
             time_limit: Case::TIME_LIMIT,
         }

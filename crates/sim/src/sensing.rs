@@ -38,13 +38,44 @@ pub struct Adc {
     pub high: f64,
 }
 
-impl Adc {
+/// The same with what follows from it.
+#[derive(Clone, Copy, Debug)]
+struct Converter {
+    low: f64,
+    /// From one code to the next.
+    step: f64,
+    /// The last code.
+    last: f64,
+}
+
+impl From<Adc> for Converter {
+    fn from(Adc { bits, low, high }: Adc) -> Self {
+        let last = f64::from((1_u32 << bits) - 1);
+        Self { low, step: (high - low) / (last + 1.0), last }
+    }
+}
+
+impl Converter {
     /// Rounds to the nearest code; true if that was the first or the last.
+    #[inline]
     fn convert(&self, value: f64) -> (f64, bool) {
-        let last = f64::from((1_u32 << self.bits) - 1);
-        let step = (self.high - self.low) / (last + 1.0);
-        let code = ((value - self.low) / step).round().clamp(0.0, last);
-        (self.low + code * step, code == 0.0 || code == last)
+        let code = nearest(((value - self.low) / self.step).clamp(0.0, self.last));
+        (self.low + code * self.step, code == 0.0 || code == self.last)
+    }
+}
+
+/// The nearest whole number to one between 0 and 2^32, halves upwards: `round` without a call of the library.
+#[inline]
+fn nearest(value: f64) -> f64 {
+    // What is no number stays none.
+    #[allow(clippy::cast_possible_truncation)]
+    let below = value as i64 as f64;
+    if value - below >= 0.5 {
+        below + 1.0
+    } else if value.is_nan() {
+        value
+    } else {
+        below
     }
 }
 

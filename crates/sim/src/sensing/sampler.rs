@@ -5,13 +5,15 @@ use rand_chacha::ChaCha8Rng;
 use standstill_interface::{Abc, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
-use super::{Arrangement, Sensors, normal};
+use super::{Arrangement, Converter, Sensors, normal};
 use crate::{Purpose, Streams};
 
 /// Takes the samples of one run.
 #[derive(Debug)]
 pub struct Sampler {
     sensors: Sensors,
+    adc: Option<Converter>,
+    link_adc: Option<Converter>,
     noise: ChaCha8Rng,
     link_noise: ChaCha8Rng,
     jitter: ChaCha8Rng,
@@ -32,6 +34,8 @@ impl Sampler {
     pub fn new(sensors: Sensors, streams: Streams) -> Self {
         Self {
             sensors,
+            adc: sensors.settings.adc.map(Converter::from),
+            link_adc: sensors.settings.dc_link.adc.map(Converter::from),
             noise: streams.open(Purpose::CurrentNoise),
             link_noise: streams.open(Purpose::LinkNoise),
             jitter: streams.open(Purpose::Jitter),
@@ -52,13 +56,13 @@ impl Sampler {
 
     /// One sample; `at` is the trigger's nominal time after the start of its command.
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
-        let s = self.sensors.settings;
-        let noise: [f64; 3] =
-            std::array::from_fn(|_| if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 });
-        let raw: [(f64, bool); 3] = std::array::from_fn(|k| {
-            let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise[k];
-            s.adc.map_or((value, false), |adc| adc.convert(value))
-        });
+        let s = &self.sensors.settings;
+        let mut raw = [(0.0, false); 3];
+        for (k, raw) in raw.iter_mut().enumerate() {
+            let noise = if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 };
+            let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise;
+            *raw = self.adc.map_or((value, false), |adc| adc.convert(value));
+        }
         let measured = |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured });
         let derived = |k: usize| {
             let (x, y) = (raw[(k + 1) % 3], raw[(k + 2) % 3]);
@@ -83,7 +87,7 @@ impl Sampler {
             dc_link += s.dc_link.noise * normal(&mut self.link_noise);
         }
         let mut dc_link_clipped = false;
-        if let Some(adc) = s.dc_link.adc {
+        if let Some(adc) = self.link_adc {
             (dc_link, dc_link_clipped) = adc.convert(dc_link);
         }
         Reading {
@@ -122,11 +126,29 @@ mod tests {
 
     #[test]
     fn analytic_adc_rounds_and_clips() {
-        let adc = Adc { bits: 12, low: -20.0, high: 20.0 };
+        let adc = Converter::from(Adc { bits: 12, low: -20.0, high: 20.0 });
         let step = 40.0 / 4096.0;
         assert_eq!(adc.convert(0.6 * step), (step, false));
         assert_eq!(adc.convert(25.0), (20.0 - step, true));
         assert_eq!(adc.convert(-25.0), (-20.0, true));
+    }
+
+    #[test]
+    fn law_codes_are_rounded_as_the_library_rounds() {
+        for adc in [Adc { bits: 12, low: -20.0, high: 20.0 }, Adc { bits: 3, low: 0.0, high: 8.0 }] {
+            let (last, converter) = (f64::from((1_u32 << adc.bits) - 1), Converter::from(adc));
+            let step = (adc.high - adc.low) / (last + 1.0);
+            for n in -3000..40_000 {
+                let value = adc.low + f64::from(n) * step * 0.125;
+                for value in [value.next_down(), value, value.next_up()] {
+                    let code = ((value - adc.low) / step).round().clamp(0.0, last);
+                    let expected = (adc.low + code * step, code == 0.0 || code == last);
+                    assert_eq!(converter.convert(value), expected, "{value}");
+                }
+            }
+            assert!(converter.convert(f64::NAN).0.is_nan());
+            assert_eq!(converter.convert(f64::INFINITY), (adc.low + last * step, true));
+        }
     }
 
     #[test]
