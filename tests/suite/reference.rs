@@ -1,7 +1,8 @@
-//! Saturated cores on a turning rotor against SciPy at a relative tolerance of 1e-13 (`tests/cross/scipy_reference.py`).
+//! Saturated cores against SciPy at a relative tolerance of 1e-13: on a turning rotor (`tests/cross/scipy_reference.py`),
+//! and with an idle leg's diode (`benches/tools/scipy_hybrid.py`).
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
-use standstill_inverter::OpenLeg;
+use standstill_inverter::{Bridge, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Friction, Motor, built_in};
 use standstill_sim::{NoProbe, RotorState, Tolerance, Trace, run};
 
@@ -66,4 +67,51 @@ fn against_scipy(name: &str, inertia: f64, angle: f64, golden: &str) {
 fn cross_saturated_core_and_turning_rotor_against_scipy() {
     against_scipy("paper-5k5", 1e-3, 0.7, include_str!("../cross/scipy_paper-5k5.csv"));
     against_scipy("pm-reluctance", 2e-5, 2.0, include_str!("../cross/scipy_pm-reluctance.csv"));
+}
+
+/// Three line pulses of `benches/tools/problem.py`, each followed by a low-side freewheel: the sampled currents in A.
+fn line_pulses(motor: &Motor, open_leg: OpenLeg, tolerance: Tolerance) -> Vec<[f64; 3]> {
+    let stage = |legs, micros| Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) };
+    let command = Command::sequence(
+        stage([Leg::High, Leg::Low, Leg::Off], 80),
+        stage([Leg::Low, Leg::Low, Leg::Off], 2320),
+        Sampling { first: Nanos::from_micros(80), interval: Nanos::from_micros(400), count: 6 },
+    );
+    let devices =
+        Devices { switch_drop: 0.9, switch_resistance: 50e-3, diode_drop: 1.0, diode_resistance: 30e-3 };
+    let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
+    let inverter =
+        Inverter { bridge: Bridge { devices, open_leg }, gates: [timing; 3], ..ideal_inverter(open_leg) };
+    let mut case = exact_case(motor, inverter, 20.0);
+    case.tolerance = tolerance;
+    let mut script = Script::new(vec![command; 3]);
+    run(&case, &mut script, false, &mut NoProbe);
+    script.readings.iter().map(|reading| reading.current.0).collect()
+}
+
+#[test]
+fn cross_idle_leg_on_a_saturated_core_against_scipy() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let mut reader = csv::Reader::from_reader(include_str!("../../benches/tools/reference.csv").as_bytes());
+    let rows: Vec<[f64; 4]> = reader.deserialize().map(|row| row.expect("golden row")).collect();
+    // The diode of the idle leg carries current in every sample of the freewheels.
+    assert_eq!(rows.iter().filter(|row| row[3] > 0.5e-3).count(), 15);
+    let deviation = |open_leg, flux| {
+        let ours = line_pulses(&motor, open_leg, Tolerance { flux });
+        assert_eq!(ours.len(), rows.len());
+        let pairs = rows
+            .iter()
+            .zip(&ours)
+            .flat_map(|(row, ours)| row[1..].iter().zip(ours).map(|(a, b)| (a - b).abs()));
+        pairs.fold(0.0, f64::max)
+    };
+    // Two other methods of SciPy differ from the reference by up to 1e-11 A.
+    let (usual, tight) = (Tolerance::default().flux, 1e-14);
+    for (flux, bound) in [(usual, 1e-9), (tight, 2e-11)] {
+        let worst = deviation(OpenLeg::Diodes, flux);
+        println!("{flux:.0e} Wb: {worst:.1e} A");
+        assert!(worst < bound, "{worst:e} A at {flux:e} Wb");
+    }
+    // Without the diode the currents are others: the comparison would notice.
+    assert!(deviation(OpenLeg::Open, usual) > 1e-2);
 }
