@@ -1,17 +1,28 @@
-//! What a right-hand side, a detection and a block of trials cost: `cargo bench`, or `cargo bench -- --quick`.
+//! What a right-hand side, a step, a segment, a detection and a block of trials cost, alone and side by side: `cargo bench`,
+//! or `cargo bench -- --quick`.
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
+use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
-use standstill_detect::{Decay, MethodName};
-use standstill_interface::{AlphaBeta, Dq};
+use standstill_detect::{Method, MethodName};
+use standstill_interface::{
+    AlphaBeta, Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step,
+};
 use standstill_inverter::{Conduction, Gate};
 use standstill_plant::{
-    Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Pack, Place, built_in,
+    Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Place, built_in,
 };
-use standstill_sim::{CORE, Flow, LANES, Machine, Motion, PLANE, RotorState, step, step_of_lanes};
+use standstill_sim::{
+    Ask, Bank, CORE, Flow, LANES, Motion, NoProbe, PLANE, RotorState, run, run_side_by_side,
+};
+
+/// Trials side by side: several times the lanes, so that those which stay empty at the end count little.
+const BLOCK: u64 = 64;
+
+const TOLERANCE: [f64; CORE] = [1e-9; CORE];
 
 fn motor() -> Motor {
     built_in("paper-5k5").unwrap_or_else(|| unreachable!("a built-in motor"))
@@ -32,14 +43,72 @@ fn mapped(motor: &Motor) -> Motor {
     Motor { magnetics, ..motor.clone() }
 }
 
-fn scenario(decay: Decay, rotor: RotorState) -> Scenario {
-    Scenario::paper(motor(), ErrorSet::Default, decay, rotor, 1)
+fn scenario(method: MethodName, errors: ErrorSet, rotor: RotorState) -> Scenario<Method<f64>> {
+    Scenario::of_method(method, motor(), errors, rotor, 1)
 }
 
-fn right_hand_side(criterion: &mut Criterion) {
+/// A machine during a line pulse.
+fn pulsed<'a>(motor: &'a Motor, drive: &'a Scenario<Method<f64>>, motion: Motion) -> (Flow<'a>, [f64; CORE]) {
+    let mut flow = Flow::new(motor, &drive.drive.bridge, &drive.drive.link, motion);
+    flow.turn(motion, 0.75);
+    flow.gates = [Gate::High, Gate::Low, Gate::Off];
+    flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
+    let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
+    (flow, [alpha + 0.01, beta, 0.75, 1.0, 550.0])
+}
+
+fn ask<'a, const N: usize>(flow: &'a Flow, state: &[f64; CORE]) -> Ask<'a, N> {
+    let start = std::array::from_fn(|n| state[n]);
+    Ask { machine: &flow.machine, limits: &flow.limits, time: 1e-3, start, h: 2e-5 }
+}
+
+/// The same machine in each lane.
+fn bank<'a>(flow: &Flow<'a>) -> Bank<'a> {
+    let mut bank = Bank::new(flow.machine.motor, flow.machine.link, TOLERANCE);
+    (0..LANES).for_each(|lane| bank.seat(lane, &flow.machine, &flow.limits));
+    bank
+}
+
+/// Right-hand sides and steps of one machine, with a state of `N` numbers.
+fn kernels<const N: usize>(criterion: &mut Criterion, name: &str, flow: &Flow, state: &[f64; CORE]) {
+    let tolerance: [f64; N] = std::array::from_fn(|n| TOLERANCE[n]);
+    let put = |bank: &mut Bank| (0..LANES).for_each(|lane| bank.put(lane, &black_box(ask::<N>(flow, state))));
+
     let mut group = criterion.benchmark_group("right-hand side");
     group.throughput(Throughput::Elements(1));
-    let drive = ErrorSet::Default.drive(8.0, 550.0);
+    let (terminals, ask_alone) = (flow.machine.terminals(), ask::<N>(flow, state));
+    group.bench_function(format!("{name}, alone"), |bencher| {
+        bencher.iter(|| {
+            flow.machine.evaluate(&terminals, black_box(ask_alone.time), black_box(&ask_alone.start)).slope
+        });
+    });
+    let mut lanes = bank(flow);
+    put(&mut lanes);
+    group.throughput(Throughput::Elements(LANES as u64));
+    group.bench_function(format!("{name}, in lanes"), |bencher| {
+        bencher.iter(|| black_box(&mut lanes).slopes::<N>(flow.machine.moves));
+    });
+    group.finish();
+
+    let mut group = criterion.benchmark_group("one step");
+    group.throughput(Throughput::Elements(1));
+    group.bench_function(format!("{name}, alone"), |bencher| {
+        bencher.iter(|| black_box(ask_alone).stride(&tolerance));
+    });
+    group.throughput(Throughput::Elements(LANES as u64));
+    group.bench_function(format!("{name}, in lanes"), |bencher| {
+        // With all that machines put into their lanes and take out of them.
+        bencher.iter(|| {
+            put(&mut lanes);
+            lanes.step();
+            (0..LANES).for_each(|lane| _ = black_box(lanes.take::<N>(lane)));
+        });
+    });
+    group.finish();
+}
+
+fn machines(criterion: &mut Criterion) {
+    let drive = scenario(MethodName::LineInductance, ErrorSet::Default, RotorState::Locked);
     let saturated = motor();
     let slotted = built_in("slot-harmonics").unwrap_or_else(|| unreachable!("a built-in motor"));
     let kinds = [
@@ -49,93 +118,93 @@ fn right_hand_side(criterion: &mut Criterion) {
         ("map", mapped(&saturated)),
     ];
     for (name, motor) in kinds {
-        for (state, motion) in [("locked", Motion::Held), ("moving", Motion::Forward)] {
-            let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, motion);
-            flow.turn(motion, 0.75);
-            flow.gates = [Gate::High, Gate::Low, Gate::Off];
-            flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
-            let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
-            let y: [f64; CORE] = [alpha + 0.01, beta, 0.75, 1.0, 550.0];
-            group.bench_function(format!("{name}, {state}"), |bencher| {
-                bencher.iter(|| flow.derivative(black_box(1e-3), black_box(&y)));
-            });
-        }
+        let (held, state) = pulsed(&motor, &drive, Motion::Held);
+        kernels::<PLANE>(criterion, &format!("{name}, locked"), &held, &state);
+        let (moving, state) = pulsed(&motor, &drive, Motion::Forward);
+        kernels::<CORE>(criterion, &format!("{name}, moving"), &moving, &state);
     }
-    group.finish();
 }
 
-fn one_step(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("one step");
-    let drive = ErrorSet::Default.drive(8.0, 550.0);
-    let motor = motor();
-    let mut flow = Flow::new(&motor, &drive.bridge, &drive.link, Motion::Held);
-    flow.turn(Motion::Held, 0.75);
-    flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
-    let AlphaBeta { alpha, beta } = motor.open_circuit_flux(0.75);
-    let (start, slope, tolerance) = ([alpha + 0.01, beta], [100.0, -20.0], [1e-9; PLANE]);
-    group.throughput(Throughput::Elements(1));
-    group.bench_function("alone", |bencher| {
-        bencher.iter(|| step(&flow.machine, black_box(1e-3), &start, black_box(&slope), 2e-5, &tolerance));
-    });
-    let machines = Machine::side_by_side(&[flow.machine; LANES]);
-    let wide = |y: [f64; PLANE]| y.map(|value| Pack([value; LANES]));
-    let (start, slope, time, h) = (wide(start), wide(slope), Pack([1e-3; LANES]), Pack([2e-5; LANES]));
-    group.throughput(Throughput::Elements(LANES as u64));
-    group.bench_function("in lanes", |bencher| {
-        bencher
-            .iter(|| step_of_lanes(black_box(&machines), &time, &start, black_box(&slope), &h, &tolerance));
-    });
+/// One line pulse and no more.
+#[derive(Clone, Default)]
+struct Pulse(bool);
+
+impl Detector<f64> for Pulse {
+    fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
+        if std::mem::replace(&mut self.0, true) {
+            return Step::Done(Outcome::Failed {
+                fault: Fault::UnexpectedReadings,
+                findings: Findings::default(),
+            });
+        }
+        let stage = Stage::line(Phase::A, Phase::B, Nanos::from_micros(80));
+        Step::Drive(Command::hold(stage, Sampling::NONE))
+    }
+}
+
+/// From rest to the end of a pulse of 80 µs, without anything on the way.
+fn one_segment(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("one segment");
+    for (name, rotor) in [("locked", RotorState::Locked), ("free", RotorState::Free)] {
+        // An ideal drive: its gates switch when they are told, and once.
+        let scenario = scenario(MethodName::LineInductance, ErrorSet::None, rotor);
+        let cases: Vec<_> = (0..BLOCK).map(|trial| (scenario.case(trial), Pulse::default())).collect();
+        let segments = |case| run(case, &mut Pulse::default(), false, &mut NoProbe).work.segments;
+        assert!(cases.iter().all(|(case, _)| segments(case) == 1), "nothing on the way");
+        group.throughput(Throughput::Elements(1));
+        let mut turn = cases.iter().cycle();
+        group.bench_function(format!("{name}, alone"), |bencher| {
+            bencher.iter(|| turn.next().map(|(case, _)| segments(black_box(case))));
+        });
+        group.throughput(Throughput::Elements(BLOCK));
+        group.bench_function(format!("{name}, in lanes"), |bencher| {
+            bencher.iter(|| {
+                let (motor, link) = (&scenario.motor, &scenario.drive.link);
+                run_side_by_side(motor, link, cases.iter().cloned(), |_, run| _ = black_box(run));
+            });
+        });
+    }
     group.finish();
 }
 
 fn one_detection(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("one detection");
-    group.throughput(Throughput::Elements(1));
-    for (name, decay, rotor) in [
-        ("slow decay, locked", Decay::Slow, RotorState::Locked),
-        ("fast decay, locked", Decay::Fast, RotorState::Locked),
-        ("fast decay, free", Decay::Fast, RotorState::Free),
-    ] {
-        let scenario = scenario(decay, rotor);
-        let mut trial = 0;
-        group.bench_function(name, |bencher| {
-            bencher.iter(|| {
-                trial += 1;
-                scenario.trial(black_box(trial))
-            });
+    // Some take a tenth of a second, and a block of them several.
+    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let locked = MethodName::ALL.map(|method| (method, RotorState::Locked, "locked"));
+    let free = [MethodName::LineInductanceFast, MethodName::MaximumLikelihood]
+        .map(|method| (method, RotorState::Free, "free"));
+    for (method, rotor, state) in locked.into_iter().chain(free) {
+        let scenario = scenario(method, ErrorSet::Default, rotor);
+        let mut trials = (0..BLOCK).cycle();
+        group.throughput(Throughput::Elements(1));
+        group.bench_function(format!("{method}, {state}, alone"), |bencher| {
+            bencher.iter(|| trials.next().map(|trial| scenario.trial(trial)));
         });
-    }
-    for method in MethodName::ALL {
-        // A second and more of PWM: its right-hand sides are those of the injections.
-        if method == MethodName::DcAlignment {
-            continue;
-        }
-        let scenario = Scenario::of_method(method, motor(), ErrorSet::Default, RotorState::Locked, 1);
-        let mut trial = 0;
-        group.bench_function(method.name(), |bencher| {
-            bencher.iter(|| {
-                trial += 1;
-                scenario.trial(black_box(trial))
-            });
+        // Of seconds of PWM, fewer.
+        let block = if method == MethodName::DcAlignment { 16 } else { BLOCK };
+        group.throughput(Throughput::Elements(block));
+        group.bench_function(format!("{method}, {state}, in lanes"), |bencher| {
+            bencher.iter(|| scenario.trials(0..block, |record| _ = black_box(record)));
         });
     }
     group.finish();
 }
 
-fn block_of_trials(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("block of trials");
-    let trials = 512;
+fn campaign(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("campaign");
+    let trials = 4096;
     group.throughput(Throughput::Elements(trials));
     group.sample_size(10);
-    let scenario = scenario(Decay::Fast, RotorState::Locked);
-    for threads in [1, 2] {
-        let campaign = Campaign { scenario: &scenario, trials, threads: Some(threads) };
-        group.bench_function(format!("{threads} threads"), |bencher| {
+    let scenario = scenario(MethodName::LineInductanceFast, ErrorSet::Default, RotorState::Locked);
+    for (name, threads) in [("one thread", Some(1)), ("all threads", None)] {
+        let campaign = Campaign { scenario: &scenario, trials, threads };
+        group.bench_function(name, |bencher| {
             bencher.iter(|| campaign.run(&AtomicBool::new(false), |_| Ok::<(), CampaignError>(())));
         });
     }
     group.finish();
 }
 
-criterion_group!(benches, right_hand_side, one_step, one_detection, block_of_trials);
+criterion_group!(benches, machines, one_segment, one_detection, campaign);
 criterion_main!(benches);

@@ -2,11 +2,11 @@
 
 use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
-use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Reading, Step};
+use standstill_interface::{Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Step};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{
-    Cogging, Core, EddyBranch, Friction, Harmonics, Heading, Linear, MagneticCircuit, Motor, Temperature,
-    Winding, built_in, built_in_names,
+    Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, Heading, Linear, MagneticCircuit, Magnetics,
+    MapPoint, MapReport, MapSamples, Motor, Place, Temperature, Winding, built_in, built_in_names,
 };
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
@@ -77,6 +77,21 @@ pub fn all_kinds_of_motors() -> Vec<Motor> {
         all.extend([motor.linearised(), frictionless, hot, distorted, eddy, everything, motor]);
     }
     all
+}
+
+/// A map of the motor's core up to `reach` in A, 31 × 31 points.
+pub fn mapped(motor: &Motor, reach: f64) -> (Motor, MapReport) {
+    let axis = |k: usize| reach * (k as f64 / 15.0 - 1.0);
+    let point = |d: usize, q: usize| {
+        let (i_d, i_q) = (axis(d), axis(q));
+        let flux = motor.magnetics.core().flux_at(Dq::new(i_d, i_q)).expect("convex");
+        MapPoint { i_d, i_q, psi_d: flux.d, psi_q: flux.q, place: Place::Cell(d + 1, q + 1) }
+    };
+    let points = (0..31).flat_map(|d| (0..31).map(move |q| point(d, q))).collect();
+    let samples = MapSamples { file: "sampled".to_owned(), points, pole_pairs: None, resistance: None };
+    let (map, report) = FluxMap::new(&samples).expect("a map");
+    let magnetics = MagneticCircuit::new(Core::Map(map)).expect("convex");
+    (Motor { magnetics, ..motor.clone() }, report)
 }
 
 /// Ideal switches and no dead time on a stiff link of 550 V; an idle leg with or without diodes.

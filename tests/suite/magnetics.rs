@@ -2,15 +2,12 @@
 
 use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
-use standstill_interface::{Abc, Command, Dq, Leg, Nanos, Sampling, Stage};
+use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
 use standstill_inverter::OpenLeg;
-use standstill_plant::{
-    Core, EddyBranch, FluxMap, Harmonics, MagneticCircuit, Magnetics, MapPoint, MapReport, MapSamples, Motor,
-    Place, Temperature, built_in,
-};
+use standstill_plant::{EddyBranch, Harmonics, Motor, Temperature, built_in};
 use standstill_sim::{Ended, Event, NoProbe, RotorState, RunError, Tolerance, Trace, run};
 
-use crate::bench::{Script, exact_case, ideal_inverter, paper_motor};
+use crate::bench::{Script, exact_case, ideal_inverter, mapped, paper_motor};
 
 #[test]
 fn analytic_the_current_of_a_voltage_step_with_eddy_currents() {
@@ -76,21 +73,6 @@ fn analytic_a_fourth_harmonic_costs_what_the_small_error_formula_says() {
     let one_phase = with(Harmonics { asymmetry: odd, ..Harmonics::default() });
     let expected = (odd / 9.0 / saliency / 2.0 * 2.0 * std::f64::consts::FRAC_1_SQRT_2).to_degrees();
     assert!((one_phase / expected - 1.0).abs() < 0.05, "{one_phase} {expected}");
-}
-
-/// A map of the motor's core up to `reach` in A, 31 × 31 points.
-fn mapped(motor: &Motor, reach: f64) -> (Motor, MapReport) {
-    let axis = |k: usize| reach * (k as f64 / 15.0 - 1.0);
-    let point = |d: usize, q: usize| {
-        let (i_d, i_q) = (axis(d), axis(q));
-        let flux = motor.magnetics.core().flux_at(Dq::new(i_d, i_q)).expect("convex");
-        MapPoint { i_d, i_q, psi_d: flux.d, psi_q: flux.q, place: Place::Cell(d + 1, q + 1) }
-    };
-    let points = (0..31).flat_map(|d| (0..31).map(move |q| point(d, q))).collect();
-    let samples = MapSamples { file: "sampled".to_owned(), points, pole_pairs: None, resistance: None };
-    let (map, report) = FluxMap::new(&samples).expect("a map");
-    let magnetics = MagneticCircuit::new(Core::Map(map)).expect("convex");
-    (Motor { magnetics, ..motor.clone() }, report)
 }
 
 #[test]

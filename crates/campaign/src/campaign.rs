@@ -1,10 +1,10 @@
 //! Running many trials on all cores, in order.
 
 use std::fmt;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
-use rayon::prelude::*;
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
 use crate::pace::Pace;
@@ -42,8 +42,8 @@ impl fmt::Display for CampaignError {
 impl std::error::Error for CampaignError {}
 
 impl<S: Settings<f64> + Sync> Campaign<'_, S> {
-    /// Runs the trials and hands each record to `sink`, in the order of their numbers. Stops early, after a
-    /// whole block, once `stop` is set; returns the number of trials done.
+    /// Runs the trials and hands each record to `sink`, in the order of their numbers. Stops early
+    /// once `stop` is set; returns the number of trials done.
     pub fn run<E: From<CampaignError>>(
         &self,
         stop: &AtomicBool,
@@ -55,18 +55,42 @@ impl<S: Settings<f64> + Sync> Campaign<'_, S> {
             .build()
             .map_err(CampaignError::Threads)?;
         let mut done = 0;
-        let mut pace = Pace::START;
+        let mut pace = Pace::new(pool.current_num_threads());
         while done < self.trials && !stop.load(Ordering::Relaxed) {
             let start = Instant::now();
             let end = (done + pace.size()).min(self.trials);
-            let block: Result<Vec<Record>, SettingsError> = pool
-                .install(|| (done..end).into_par_iter().map(|trial| self.scenario.trial(trial)).collect());
-            for record in &block.map_err(CampaignError::Settings)? {
+            for record in &self.block(&pool, done..end, stop).map_err(CampaignError::Settings)? {
                 sink(record)?;
+                done += 1;
             }
-            done = end;
             pace = pace.after(start);
         }
         Ok(done)
+    }
+
+    /// Some trials, in order; each thread takes the next one when a lane of it is free. After `stop` is set none is begun,
+    /// and those that were come to their ends: the first of the block.
+    fn block(
+        &self,
+        pool: &rayon::ThreadPool,
+        trials: Range<u64>,
+        stop: &AtomicBool,
+    ) -> Result<Vec<Record>, SettingsError> {
+        let next = AtomicU64::new(trials.start);
+        let parts = pool.broadcast(|_| {
+            let mut records = Vec::new();
+            let take = || {
+                let go_on = !stop.load(Ordering::Relaxed);
+                go_on.then(|| next.fetch_add(1, Ordering::Relaxed)).filter(|trial| *trial < trials.end)
+            };
+            self.scenario.trials(std::iter::from_fn(take), |record| records.push(record))?;
+            Ok(records)
+        });
+        let mut all = Vec::new();
+        for part in parts {
+            all.append(&mut part?);
+        }
+        all.sort_unstable_by_key(|record| record.trial);
+        Ok(all)
     }
 }

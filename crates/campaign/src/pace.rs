@@ -2,29 +2,62 @@
 
 use std::time::{Duration, Instant};
 
-/// Blocks as long as an interruption may wait: between them records are handed on and an interruption is looked for. The
-/// records are the same whatever the blocks are.
+use standstill_sim::LANES;
+
+/// Blocks of trials: between them records are handed on. The records are the same whatever the blocks are.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Pace(u64);
+pub(crate) struct Pace {
+    size: u64,
+    least: u64,
+}
 
-/// Trials of a block at least and at most.
-const BLOCK: [u64; 2] = [8, 512];
+/// Trials of a block at most.
+const MOST: u64 = 2048;
 
-/// How long a block may take and still be followed by a larger one.
-const SHORT: Duration = Duration::from_millis(100);
+/// How long a block should take.
+const LONG: Duration = Duration::from_millis(150);
 
 impl Pace {
-    /// Before the first block.
-    pub(crate) const START: Self = Self(BLOCK[0]);
+    /// Before the first block: all lanes of all threads have work.
+    pub(crate) const fn new(threads: usize) -> Self {
+        let least = (LANES * threads) as u64;
+        Self { size: least, least }
+    }
 
     /// Trials of the next block.
     pub(crate) const fn size(self) -> u64 {
-        self.0
+        self.size
     }
 
-    /// After a block that began then.
+    /// After a block that began then: at most twice as many, and fewer at once where they took too long.
     pub(crate) fn after(self, begun: Instant) -> Self {
-        let [least, most] = BLOCK;
-        Self(if begun.elapsed() < SHORT { (2 * self.0).min(most) } else { (self.0 / 2).max(least) })
+        self.next(begun.elapsed())
+    }
+
+    fn next(self, took: Duration) -> Self {
+        let share = LONG.as_secs_f64() / took.as_secs_f64().max(1e-9);
+        // A share of at most two of a small number.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let size = (self.size as f64 * share.min(2.0)) as u64;
+        Self { size: size.min(MOST).max(self.least), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_blocks_grow_while_they_are_short_and_shrink_at_once() {
+        let mut pace = Pace::new(2);
+        assert_eq!(pace.size(), 16);
+        for _ in 0..20 {
+            pace = pace.next(Duration::from_micros(10));
+        }
+        assert_eq!(pace.size(), MOST);
+        // A slower point: a hundred times as long as it should be.
+        assert_eq!(pace.next(Duration::from_secs(15)).size(), 20);
+        assert_eq!(pace.next(Duration::from_secs(60)).size(), 16);
+        assert_eq!(Pace::new(64).next(Duration::from_secs(9)).size(), 512);
     }
 }

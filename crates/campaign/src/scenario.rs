@@ -1,5 +1,6 @@
 //! A scenario: everything that the trials of a campaign have in common.
 
+use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use rand::RngExt;
@@ -10,6 +11,7 @@ use standstill_interface::{Detector, Dq, Nanos};
 use standstill_plant::{Heading, Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
+    run_side_by_side,
 };
 
 use crate::{DriveSettings, ErrorSet, Record};
@@ -227,6 +229,25 @@ impl<S: Settings<f64>> Scenario<S> {
     /// A trial with the scenario's own detector.
     pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
         Ok(self.trial_with(trial, &mut self.detector.detector()?))
+    }
+
+    /// Trials side by side in this thread, which is several times as fast as one after the other; `done` gets each record
+    /// as it comes to its end.
+    pub fn trials(
+        &self,
+        trials: impl IntoIterator<Item = u64>,
+        mut done: impl FnMut(Record),
+    ) -> Result<(), SettingsError> {
+        self.detector.detector()?;
+        let numbers = RefCell::new(Vec::new());
+        let cases = trials.into_iter().map_while(|trial| {
+            numbers.borrow_mut().push(trial);
+            Some((self.case(trial), self.detector.detector().ok()?))
+        });
+        run_side_by_side(&self.motor, &self.drive.link, cases, |number, run| {
+            done(Record { trial: numbers.borrow()[number], run });
+        });
+        Ok(())
     }
 
     /// A trial with any detector.

@@ -6,11 +6,11 @@ use standstill_detect::MethodName;
 use standstill_plant::{built_in, built_in_names};
 use standstill_sim::RotorState;
 
-/// Most that a list grows from nothing to the readings of one command: 4, 8, 16, ...
+/// Most that two lists grow: from the readings of one command to those of the one with the most.
 const MOST: u64 = 8;
 
-/// Neither drawing a case nor making a detector takes memory from the allocator, and a run takes it only for the list of
-/// a command's readings.
+/// Neither drawing a case nor making a detector takes memory from the allocator, and a run takes it only for the lists of
+/// a command's readings: what was read, and what the detector sees of it.
 #[test]
 fn law_a_trial_allocates_nothing_but_the_list_of_its_readings() {
     for name in built_in_names() {

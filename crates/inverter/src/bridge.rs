@@ -231,16 +231,6 @@ impl Bridge {
             if low.is_finite() && high.is_finite() { (low + high) / 2.0 } else { port.dc_link / 2.0 };
         holding.map(|e| common + e)
     }
-
-    /// How far each leg is from changing its mode, positive while the mode holds: the current in A of a
-    /// conducting leg, the distance to the nearer bound in V of a blocked one.
-    #[inline]
-    pub fn margins(&self, gates: [Gate; 3], modes: Modes, potentials: [f64; 3], port: &Port) -> [f64; 3] {
-        std::array::from_fn(|leg| match modes[leg] {
-            Conduction::Blocked => self.blocked_margin(gates[leg], potentials[leg], port.dc_link),
-            mode => mode.direction() * port.current[leg],
-        })
-    }
 }
 
 /// The mode of a leg with this current.

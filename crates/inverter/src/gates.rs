@@ -52,7 +52,7 @@ impl GateDriver {
         self.gate
     }
 
-    /// What the leg was told last.
+    /// What the leg was told last: with requests of the future if it was told ahead.
     pub fn requested(&self) -> Gate {
         self.requested
     }

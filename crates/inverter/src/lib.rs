@@ -12,7 +12,7 @@
 //! the three legs follow from the gates and the port (currents, inductances, back-EMF): [`Bridge::resolve`].
 //! While they hold, [`Bridge::potentials`] gives the terminal potentials; a blocked leg's potential is the one
 //! that keeps its current at zero, one linear equation, so there is no off-resistance and nothing stiff.
-//! [`Bridge::margins`] are positive while the modes hold; where one crosses zero, the modes change.
+//! A mode holds while its leg's current flows its way, or its potential stays between [`Bridge::clamps`].
 
 mod bridge;
 mod devices;
@@ -23,7 +23,7 @@ mod link;
 pub use bridge::{Bridge, Modes, OpenLeg, Port};
 pub use devices::{Clamp, Conduction, Devices};
 pub use gates::{Gate, GateDriver, GateTiming};
-pub use legs::Legs;
+pub use legs::{LegMode, LegModes, Legs, Terminals};
 pub use link::{DcLink, Sag, Storage};
 
 use standstill_interface::Nanos;

@@ -30,6 +30,13 @@ pub trait Lane:
     /// Where this number is the larger one.
     fn above(self, other: Self) -> Self::Mask;
 
+    /// The smaller of two numbers, if both are any.
+    #[inline(always)]
+    #[must_use]
+    fn least(self, other: Self) -> Self {
+        Self::choose(self.above(other), other, self)
+    }
+
     /// Where this bit of the number is set.
     fn bit(self, bit: u32) -> Self::Mask;
 
@@ -105,6 +112,15 @@ const ROUND: f64 = 6_755_399_441_055_744.0;
 /// π/2 in three parts, the first two with so few bits that a whole number up to 2^20 times them is exact.
 const QUARTER: [f64; 3] = [1.570_796_326_734_125_6, 6.077_100_506_303_966e-11, 2.022_266_248_795_950_7e-21];
 
+#[inline(always)]
+fn polynomial<T: Lane>(x: T, coefficients: [f64; 5], first: f64) -> T {
+    let mut sum = T::of(first);
+    for c in coefficients {
+        sum = sum * x + c;
+    }
+    sum
+}
+
 /// Sine and cosine of an angle in rad, within an ulp or so up to a million rad.
 ///
 /// A library's may differ from one machine to the next in the last bit, and is none for several numbers side by side.
@@ -115,9 +131,8 @@ pub fn sin_cos<T: Lane>(angle: T) -> (T, T) {
     let quarters = shifted - ROUND;
     let x = angle - quarters * QUARTER[0] - quarters * QUARTER[1] - quarters * QUARTER[2];
     let z = x * x;
-    let polynomial =
-        |coefficients: [f64; 5], first: f64| coefficients.iter().fold(T::of(first), |sum, c| sum * z + *c);
     let of_sin = polynomial(
+        z,
         [
             -2.505_076_025_340_686_3e-8,
             2.755_731_370_707_006_8e-6,
@@ -128,6 +143,7 @@ pub fn sin_cos<T: Lane>(angle: T) -> (T, T) {
         1.589_690_995_211_55e-10,
     );
     let of_cos = polynomial(
+        z,
         [
             2.087_572_321_298_175e-9,
             -2.755_731_435_139_066_3e-7,

@@ -153,14 +153,31 @@ impl Core {
         match self {
             Self::Linear(core) => core.evaluate(flux),
             Self::Algebraic(core) => core.evaluate(flux),
-            Self::Map(core) => one_by_one(core, flux),
-            Self::Series(core) => one_by_one(&**core, flux),
+            Self::Map(core) => one_by_one(core, &flux),
+            Self::Series(core) => one_by_one(&**core, &flux),
         }
+    }
+
+    /// [`Magnetics::margin`] in A, of any number of machines side by side.
+    #[inline(always)]
+    pub fn room<T: Lane>(&self, current: Dq<T>) -> T {
+        match self {
+            Self::Linear(_) | Self::Algebraic(_) => T::of(f64::INFINITY),
+            Self::Map(_) | Self::Series(_) => self.looked_up(&current),
+        }
+    }
+
+    #[inline(never)]
+    fn looked_up<T: Lane>(&self, current: &Dq<T>) -> T {
+        let [room] = T::each(current.d, current.q, |d, q| [self.margin(Dq::new(d, q))]);
+        room
     }
 }
 
-#[inline(always)]
-fn one_by_one<T: Lane>(core: &impl Magnetics, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+// Not inlined: where numbers that were computed one by one meet those of wide registers, a compiler would take the
+// latter apart.
+#[inline(never)]
+fn one_by_one<T: Lane>(core: &impl Magnetics, flux: &Dq<T>) -> (Dq<T>, Symmetric<T>) {
     let [d, q, xx, xy, yy] = T::each(flux.d, flux.q, |d, q| {
         let (i, gamma) = core.current_and_inverse_inductance(Dq::new(d, q));
         [i.d, i.q, gamma.xx, gamma.xy, gamma.yy]

@@ -57,7 +57,7 @@ impl Motor {
     /// Torque in N·m from slots, without current, at electrical angle θ in rad.
     #[inline(always)]
     pub fn cogging<T: Lane>(&self, angle: T) -> T {
-        self.rotor.cogging.map_or(T::of(0.0), |cogging| cogging.at(angle))
+        if let Some(cogging) = &self.rotor.cogging { cogging.at(angle) } else { T::of(0.0) }
     }
 
     /// Energy in J of the field at a flux in Wb in the rotor's plane, which eddy currents lag behind by `lag` in Wb.

@@ -83,7 +83,8 @@ impl Case<'_> {
 /// How much work a run was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Evaluations of the right-hand side.
+    /// Evaluations of the right-hand side in steps. What locates events and makes currents zero comes on top: a few in a
+    /// hundred.
     pub derivatives: u64,
     /// Accepted integration steps.
     pub steps: u64,

@@ -5,6 +5,23 @@
 
 use standstill_plant::Lane;
 
+/// Something for each number of a state. Spelled out, for a compiler that made a loop of it would put the same number of
+/// several machines apart and not those of all machines side by side.
+macro_rules! each {
+    ($n:ident $do:block) => {
+        each!($n $do 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14);
+    };
+    ($n:ident $do:block $($k:literal)+) => {
+        $(
+            let $n = $k;
+            if $n < N $do
+        )+
+    };
+}
+
+/// Derivatives that a step needs: six within it and the one at its end.
+pub const STAGES: usize = 7;
+
 /// One step from `start` over `h`, not yet accepted; of one machine or of several side by side.
 #[derive(Clone, Copy, Debug)]
 pub struct Attempt<const N: usize, T = f64> {
@@ -14,89 +31,104 @@ pub struct Attempt<const N: usize, T = f64> {
     pub start: [T; N],
     /// State at the end, order 5.
     pub end: [T; N],
-    /// Derivative at the end: the next step's first.
-    pub end_slope: [T; N],
-    /// Derivatives at the beginning and within.
-    pub slopes: [[T; N]; 6],
+    /// Derivatives at the beginning, within, and at the end.
+    pub slopes: [[T; N]; STAGES],
 }
 
-/// Right-hand sides that an attempt evaluates; the one at its start comes from the step before.
-pub const STAGES: u64 = 6;
-
 impl<const N: usize, T: Lane> Attempt<N, T> {
-    /// Takes a step; `slope` is the derivative at its beginning. That at the end is left to the caller, who may want
-    /// more of that state than its derivative: neither [`Self::error`] nor [`Self::dense`] is known before.
+    /// A step of which nothing is known yet.
     #[inline(always)]
-    pub fn new(
-        mut derivative: impl FnMut(T, &[T; N]) -> [T; N],
-        t: T,
-        start: &[T; N],
-        slope: &[T; N],
-        h: T,
-    ) -> Self {
-        let y = start;
-        let mut k = [*slope; 6];
-        let mut end = *start;
-        // One call of the right-hand side, so that it can be part of the loop.
-        for stage in 1..=6 {
-            let [k1, k2, k3, k4, k5, k6] = &k;
-            let (c, way): (f64, [T; N]) = match stage {
-                1 => (0.2, std::array::from_fn(|n| k1[n] * (1.0 / 5.0))),
-                2 => (0.3, std::array::from_fn(|n| k1[n] * (3.0 / 40.0) + k2[n] * (9.0 / 40.0))),
-                3 => (
-                    0.8,
-                    std::array::from_fn(|n| {
-                        k1[n] * (44.0 / 45.0) - k2[n] * (56.0 / 15.0) + k3[n] * (32.0 / 9.0)
-                    }),
-                ),
-                4 => (
-                    8.0 / 9.0,
-                    std::array::from_fn(|n| {
-                        k1[n] * (19372.0 / 6561.0) - k2[n] * (25360.0 / 2187.0) + k3[n] * (64448.0 / 6561.0)
-                            - k4[n] * (212.0 / 729.0)
-                    }),
-                ),
-                5 => (
-                    1.0,
-                    std::array::from_fn(|n| {
-                        k1[n] * (9017.0 / 3168.0) - k2[n] * (355.0 / 33.0)
-                            + k3[n] * (46732.0 / 5247.0)
-                            + k4[n] * (49.0 / 176.0)
-                            - k5[n] * (5103.0 / 18656.0)
-                    }),
-                ),
-                _ => (
-                    1.0,
-                    std::array::from_fn(|n| {
-                        k1[n] * (35.0 / 384.0) + k3[n] * (500.0 / 1113.0) + k4[n] * (125.0 / 192.0)
-                            - k5[n] * (2187.0 / 6784.0)
-                            + k6[n] * (11.0 / 84.0)
-                    }),
-                ),
-            };
-            end = std::array::from_fn(|n| y[n] + h * way[n]);
-            if stage < 6 {
-                k[stage] = derivative(t + h * c, &end);
-            }
-        }
-        Self { h, start: *start, end, end_slope: [T::of(0.0); N], slopes: k }
+    pub fn new(start: [T; N], h: T) -> Self {
+        Self { h, start, end: start, slopes: [[T::of(0.0); N]; STAGES] }
     }
 
-    /// The step with the derivative at its end.
+    /// Takes the step.
     #[inline(always)]
     #[must_use]
-    pub fn with_end_slope(self, end_slope: [T; N]) -> Self {
-        Self { end_slope, ..self }
+    pub fn take(mut self, mut derivative: impl FnMut(T, &[T; N]) -> [T; N], t: T) -> Self {
+        // One call of the right-hand side, so that it can be part of the loop.
+        for stage in 0..STAGES {
+            let (share, y) = self.wants(stage);
+            self.knows(stage, &y, derivative(t + self.h * share, &y));
+        }
+        self
+    }
+
+    /// The state whose derivative the step needs next, and its share of the step; it has those of all stages before. After
+    /// the last comes the middle of the step, from dense output.
+    #[inline(always)]
+    pub fn wants(&self, stage: usize) -> (f64, [T; N]) {
+        let [k1, k2, k3, k4, k5, k6, _] = &self.slopes;
+        let mut way = [T::of(0.0); N];
+        let share = match stage {
+            0 => return (0.0, self.start),
+            1 => {
+                each!(n {
+                    way[n] = k1[n] * (1.0 / 5.0);
+                });
+                0.2
+            }
+            2 => {
+                each!(n {
+                    way[n] = k1[n] * (3.0 / 40.0) + k2[n] * (9.0 / 40.0);
+                });
+                0.3
+            }
+            3 => {
+                each!(n {
+                    way[n] = k1[n] * (44.0 / 45.0) - k2[n] * (56.0 / 15.0) + k3[n] * (32.0 / 9.0);
+                });
+                0.8
+            }
+            4 => {
+                each!(n {
+                    way[n] = k1[n] * (19372.0 / 6561.0) - k2[n] * (25360.0 / 2187.0)
+                        + k3[n] * (64448.0 / 6561.0)
+                        - k4[n] * (212.0 / 729.0);
+                });
+                8.0 / 9.0
+            }
+            5 => {
+                each!(n {
+                    way[n] = k1[n] * (9017.0 / 3168.0) - k2[n] * (355.0 / 33.0)
+                        + k3[n] * (46732.0 / 5247.0)
+                        + k4[n] * (49.0 / 176.0)
+                        - k5[n] * (5103.0 / 18656.0);
+                });
+                1.0
+            }
+            6 => {
+                each!(n {
+                    way[n] = k1[n] * (35.0 / 384.0) + k3[n] * (500.0 / 1113.0) + k4[n] * (125.0 / 192.0)
+                        - k5[n] * (2187.0 / 6784.0)
+                        + k6[n] * (11.0 / 84.0);
+                });
+                1.0
+            }
+            _ => return (0.5, self.dense(0.5)),
+        };
+        each!(n {
+            way[n] = self.start[n] + self.h * way[n];
+        });
+        (share, way)
+    }
+
+    /// Takes the derivative that was wanted, at the state where it is.
+    #[inline(always)]
+    pub fn knows(&mut self, stage: usize, y: &[T; N], slope: [T; N]) {
+        if stage < STAGES {
+            self.end = *y;
+            self.slopes[stage] = slope;
+        }
     }
 
     /// The largest component of the error estimate, each relative to its tolerance: at most 1 to be accepted. Not a
     /// number if any of them is none.
     #[inline(always)]
     pub fn error(&self, tolerance: &[f64; N]) -> T {
-        let [k1, _, k3, k4, k5, k6] = &self.slopes;
-        let k7 = &self.end_slope;
+        let [k1, _, k3, k4, k5, k6, k7] = &self.slopes;
         let (mut worst, mut all) = (T::of(0.0), T::of(0.0));
-        for n in 0..N {
+        each!(n {
             let difference = k1[n] * (71.0 / 57600.0) - k3[n] * (71.0 / 16695.0) + k4[n] * (71.0 / 1920.0)
                 - k5[n] * (17253.0 / 339_200.0)
                 + k6[n] * (22.0 / 525.0)
@@ -104,7 +136,7 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
             let error = (self.h * difference).abs() * (1.0 / tolerance[n]);
             worst = T::choose(error.above(worst), error, worst);
             all = all + error;
-        }
+        });
         // The larger of two numbers would drop what is none, and with it a step that went wrong.
         worst + all * 0.0
     }
@@ -112,9 +144,9 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
     /// The state at share `x` (0 to 1) of the step, order 4.
     #[inline(always)]
     pub fn dense(&self, x: f64) -> [T; N] {
-        let [k1, _, k3, k4, k5, k6] = &self.slopes;
-        let k7 = &self.end_slope;
-        std::array::from_fn(|n| {
+        let [k1, _, k3, k4, k5, k6, k7] = &self.slopes;
+        let mut state = [T::of(0.0); N];
+        each!(n {
             let way = self.end[n] - self.start[n];
             let c2 = self.h * k1[n] - way;
             let c3 = way - self.h * k7[n] - c2;
@@ -125,23 +157,22 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
                     + k5[n] * (701_980_252_875.0 / 199_316_789_632.0)
                     - k6[n] * (1_453_857_185.0 / 822_651_844.0)
                     + k7[n] * (69_997_945.0 / 29_380_423.0));
-            self.start[n] + (way + (c2 + (c3 + c4 * (1.0 - x)) * x) * (1.0 - x)) * x
-        })
+            state[n] = self.start[n] + (way + (c2 + (c3 + c4 * (1.0 - x)) * x) * (1.0 - x)) * x;
+        });
+        state
     }
 }
 
-impl<const N: usize> Attempt<N> {
-    /// The length to try next, from this one's error. A step far too long can leave the finite numbers; a shorter one
-    /// need not.
-    pub fn next_length(&self, error: f64) -> f64 {
-        let factor = match error {
-            // 0.9 / 5 to the fifth power: no need for a root.
-            error if error <= 1.8e-4 => 5.0,
-            error if error.is_finite() => 0.9 * error.powf(-0.2),
-            _ => 0.2,
-        };
-        self.h * factor.clamp(0.2, 5.0)
-    }
+/// The length in s to try after a step of `h` seconds with this error. A step far too long can leave the finite numbers; a
+/// shorter one need not.
+pub fn next_length(h: f64, error: f64) -> f64 {
+    let factor = match error {
+        // 0.9 / 5 to the fifth power: no need for a root.
+        error if error <= 1.8e-4 => 5.0,
+        error if error.is_finite() => 0.9 * error.powf(-0.2),
+        _ => 0.2,
+    };
+    h * factor.clamp(0.2, 5.0)
 }
 
 #[cfg(test)]
@@ -152,15 +183,8 @@ mod tests {
         [y[1], -y[0]]
     }
 
-    fn whole(
-        f: impl Fn(f64, &[f64; 2]) -> [f64; 2],
-        t: f64,
-        y: &[f64; 2],
-        slope: &[f64; 2],
-        h: f64,
-    ) -> Attempt<2> {
-        let attempt = Attempt::new(&f, t, y, slope, h);
-        attempt.with_end_slope(f(t + h, &attempt.end))
+    fn whole(f: impl Fn(f64, &[f64; 2]) -> [f64; 2], t: f64, y: &[f64; 2], h: f64) -> Attempt<2> {
+        Attempt::new(*y, h).take(f, t)
     }
 
     fn integrate(steps: u32) -> (f64, f64) {
@@ -169,7 +193,7 @@ mod tests {
         let mut dense_error: f64 = 0.0;
         for step in 0..steps {
             let t = f64::from(step) * h;
-            let attempt = whole(oscillator, t, &y, &oscillator(t, &y), h);
+            let attempt = whole(oscillator, t, &y, h);
             dense_error = dense_error.max((attempt.dense(0.4)[0] - (t + 0.4 * h).cos()).abs());
             y = attempt.end;
         }
@@ -187,11 +211,11 @@ mod tests {
 
     #[test]
     fn law_dense_output_meets_both_ends_and_the_error_sees_nan() {
-        let attempt = whole(oscillator, 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
+        let attempt = whole(oscillator, 0.0, &[1.0, 0.0], 0.3);
         assert_eq!(attempt.dense(0.0), attempt.start);
         assert!((attempt.dense(1.0)[0] - attempt.end[0]).abs() < 1e-15);
-        let broken = whole(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], &[0.0, -1.0], 0.3);
+        let broken = whole(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], 0.3);
         assert!(broken.error(&[1.0; 2]).is_nan());
-        assert!((broken.next_length(f64::NAN) - 0.2 * 0.3).abs() < 1e-15);
+        assert!((next_length(0.3, f64::NAN) - 0.2 * 0.3).abs() < 1e-15);
     }
 }

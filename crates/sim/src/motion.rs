@@ -71,26 +71,28 @@ impl Motion {
         dry + rotor.friction.viscous * mechanical_speed
     }
 
-    /// How far the motion is from changing, positive while it holds: a torque in N·m when resting, a speed in
-    /// rad/s when sliding.
-    pub fn margin(self, rotor: &Rotor, speed: f64, torque: f64) -> f64 {
+    /// How far the motion is from changing, positive while it holds, as a constant and the factors of the speed, of the
+    /// electromagnetic torque, cogging included, and of the magnitude of what is left of it beside the load: a torque in N·m when
+    /// resting, a speed in rad/s when sliding.
+    pub fn limits(self, rotor: &Rotor, load: f64) -> [f64; 4] {
+        let stiction = rotor.friction.stiction;
         match self {
-            Self::Held | Self::Floating => f64::INFINITY,
-            Self::Resting => rotor.friction.stiction - torque.abs(),
-            Self::Forward => speed,
-            Self::Backward => -speed,
-            Self::AtUpper => rotor.friction.stiction + torque,
-            Self::AtLower => rotor.friction.stiction - torque,
+            Self::Held | Self::Floating => [f64::INFINITY, 0.0, 0.0, 0.0],
+            Self::Resting => [stiction, 0.0, 0.0, -1.0],
+            Self::Forward => [0.0, 1.0, 0.0, 0.0],
+            Self::Backward => [0.0, -1.0, 0.0, 0.0],
+            Self::AtUpper => [stiction - load, 0.0, 1.0, 0.0],
+            Self::AtLower => [stiction + load, 0.0, -1.0, 0.0],
         }
     }
 
-    /// How far the rotor is from the end of the brake's play that it may run into, in rad electrical.
-    pub fn margin_to_stop(self, [lower, upper]: [f64; 2], angle: f64) -> f64 {
+    /// The angles in rad electrical at which the rotor may run into an end of the brake's play.
+    pub const fn way(self, [lower, upper]: [f64; 2]) -> [f64; 2] {
         match self {
-            Self::Forward => upper - angle,
-            Self::Backward => angle - lower,
-            Self::Floating => (upper - angle).min(angle - lower),
-            Self::Held | Self::Resting | Self::AtUpper | Self::AtLower => f64::INFINITY,
+            Self::Forward => [f64::NEG_INFINITY, upper],
+            Self::Backward => [lower, f64::INFINITY],
+            Self::Floating => [lower, upper],
+            Self::Held | Self::Resting | Self::AtUpper | Self::AtLower => [f64::NEG_INFINITY, f64::INFINITY],
         }
     }
 }
@@ -107,13 +109,20 @@ mod tests {
         backlash: 0.0,
     };
 
+    /// With a load of 0.2 N·m; `torque` is what is left beside it.
+    fn margin(motion: Motion, speed: f64, torque: f64) -> f64 {
+        let [constant, by_speed, by_torque, by_size] = motion.limits(&ROTOR, 0.2);
+        constant + by_speed * speed + by_torque * (torque + 0.2) + by_size * torque.abs()
+    }
+
     #[test]
     fn law_a_rotor_rests_until_the_torque_exceeds_its_stiction() {
         let resolve = |speed, torque| Motion::resolve(&ROTOR, speed, torque, Contact::None);
         assert_eq!(resolve(0.0, 0.29), Motion::Resting);
         assert_eq!(resolve(0.0, -0.31), Motion::Backward);
         assert_eq!(resolve(1.0, -0.31), Motion::Forward);
-        assert!(Motion::Resting.margin(&ROTOR, 0.0, -0.31) < 0.0);
+        assert!(margin(Motion::Resting, 0.0, -0.31) < 0.0 && margin(Motion::Resting, 0.0, 0.29) > 0.0);
+        assert!(margin(Motion::Forward, -1e-3, 0.0) < 0.0 && margin(Motion::Backward, -1e-3, 0.0) > 0.0);
     }
 
     #[test]
@@ -124,10 +133,10 @@ mod tests {
         assert_eq!(at(Contact::Upper, -0.31), Motion::Backward);
         assert_eq!(at(Contact::Lower, -100.0), Motion::AtLower);
         assert_eq!(at(Contact::Lower, 0.31), Motion::Forward);
-        assert!(Motion::AtUpper.margin(&ROTOR, 0.0, -0.31) < 0.0);
-        assert!(Motion::AtLower.margin(&ROTOR, 0.0, 0.31) < 0.0);
-        assert!(Motion::Forward.margin_to_stop([-1.0, 1.0], 1.1) < 0.0);
-        assert!(Motion::Backward.margin_to_stop([-1.0, 1.0], -1.1) < 0.0);
+        assert!(margin(Motion::AtUpper, 0.0, -0.31) < 0.0 && margin(Motion::AtUpper, 0.0, 0.31) > 0.0);
+        assert!(margin(Motion::AtLower, 0.0, 0.31) < 0.0 && margin(Motion::AtLower, 0.0, -0.31) > 0.0);
+        assert_eq!(Motion::Forward.way([-1.0, 1.0])[1], 1.0);
+        assert_eq!(Motion::Backward.way([-1.0, 1.0])[0], -1.0);
     }
 
     #[test]

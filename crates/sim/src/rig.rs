@@ -4,13 +4,17 @@ mod advance;
 mod deferred;
 mod events;
 
-use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Step};
-use standstill_inverter::Gate;
+use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Sampling, Step};
+use standstill_inverter::{Gate, Port};
 use standstill_plant::Heading;
 
+use self::advance::Span;
 use self::deferred::{Deferred, Due};
 use crate::case::{Case, Ended, Play, RotorState, Run, RunError, Work};
-use crate::flow::{CORE, Flow, Ledger, Operating, WITH_EDDY, WITH_LEDGER};
+use crate::flow::Flow;
+use crate::lanes::{Alone, Steps, at_once};
+use crate::ledger::Ledger;
+use crate::machine::{CORE, WITH_EDDY, WITH_LEDGER};
 use crate::motion::{Contact, Motion};
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::timeline::Timeline;
@@ -29,17 +33,19 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     probe: &mut impl Probe,
 ) -> Run<T> {
     if ledger {
-        Rig::<WITH_LEDGER, _>::new(case, probe).detect(detector)
+        at_once(Rig::<WITH_LEDGER, _, _>::new(case, probe, Alone).detect(detector))
     } else if case.motor.magnetics.eddy_currents().is_some() {
-        Rig::<WITH_EDDY, _>::new(case, probe).detect(detector)
+        at_once(Rig::<WITH_EDDY, _, _>::new(case, probe, Alone).detect(detector))
     } else {
-        Rig::<CORE, _>::new(case, probe).detect(detector)
+        at_once(Rig::<CORE, _, _>::new(case, probe, Alone).detect(detector))
     }
 }
 
 /// Motor, bridge, link, sensors and time: the state of a run.
-struct Rig<'a, const N: usize, P> {
+pub(crate) struct Rig<'a, const N: usize, P, S> {
     case: &'a Case<'a>,
+    /// Who carries out the steps.
+    steps: S,
     probe: &'a mut P,
     flow: Flow<'a>,
     timeline: Timeline,
@@ -55,11 +61,14 @@ struct Rig<'a, const N: usize, P> {
     /// The instant up to which the flow has been carried, and the time in s since then.
     reached: Nanos,
     elapsed: f64,
+    /// The way to the instant at hand.
+    span: Span,
     /// What happened between the two, nothing of which changes the flow.
     deferred: Deferred,
-    /// The machine at the state, and the state's derivative, if they are known.
-    here: Option<Operating>,
-    slope: Option<[f64; N]>,
+    /// The machine at the state as the bridge sees it, if that is known.
+    here: Option<Port>,
+    /// Whether time has passed since then in which nothing happened.
+    waited: bool,
     /// Length of the step to try next, in s.
     step_hint: f64,
     moved: f64,
@@ -69,8 +78,31 @@ struct Rig<'a, const N: usize, P> {
     work: Work,
 }
 
-impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
-    fn new(case: &'a Case<'a>, probe: &'a mut P) -> Self {
+/// A command on its way.
+struct Course {
+    start: Nanos,
+    end: Nanos,
+    sampling: Sampling,
+    /// Of the trigger after the one that is pending.
+    number: u32,
+    /// The next trigger: its nominal time after the start, and when it really samples.
+    pending: Option<(Nanos, Nanos)>,
+}
+
+/// What the flow must be carried to.
+enum Next {
+    /// The trigger of this nominal time.
+    Sample(Nanos),
+    /// These gate edges, of which one changes the flow.
+    Switch([Option<Gate>; 3]),
+    /// An instant of the DC source.
+    Source,
+    /// The end of the command.
+    End,
+}
+
+impl<'a, const N: usize, P: Probe, S: Steps> Rig<'a, N, P, S> {
+    pub(crate) fn new(case: &'a Case<'a>, probe: &'a mut P, steps: S) -> Self {
         let Case { motor, inverter, .. } = case;
         let torque = motor.cogging(case.start_angle) - case.load_torque;
         let (motion, stops) = match case.rotor {
@@ -104,9 +136,12 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         flow.machine.load_torque = case.load_torque;
         flow.stops = stops;
         flow.turn(motion, case.start_angle);
+        steps.legs_changed(&flow.machine, &flow.limits);
+        steps.motion_changed(&flow.machine, &flow.limits);
         let settings = &case.sensors.settings;
         Self {
             case,
+            steps,
             probe,
             flow,
             timeline: Timeline::new(inverter.gates),
@@ -125,9 +160,10 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             now: Nanos::ZERO,
             reached: Nanos::ZERO,
             elapsed: 0.0,
+            span: Span::default(),
             deferred: Deferred::new(),
             here: None,
-            slope: None,
+            waited: false,
             step_hint: f64::INFINITY,
             moved: 0.0,
             peak_current: 0.0,
@@ -136,18 +172,18 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         }
     }
 
-    fn detect<T: Real, D: Detector<T> + ?Sized>(mut self, detector: &mut D) -> Run<T> {
+    pub(crate) async fn detect<T: Real, D: Detector<T> + ?Sized>(mut self, detector: &mut D) -> Run<T> {
         let before = (self.flow.field_energy(&self.state), self.flow.link_energy(&self.state));
         let mut readings: Vec<Reading<T>> = Vec::new();
         let ended = loop {
             match detector.step(&readings) {
-                Step::Done(outcome) => match self.catch_up() {
+                Step::Done(outcome) => match self.catch_up().await {
                     Ok(()) => break Ended::Outcome(outcome),
                     Err(error) => break Ended::Error(error),
                 },
                 Step::Drive(command) => {
                     readings.clear();
-                    if let Err(error) = self.carry_out(&command, &mut readings) {
+                    if let Err(error) = self.carry_out(&command, &mut readings).await {
                         break Ended::Error(error);
                     }
                 }
@@ -181,49 +217,89 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
         }
     }
 
-    /// Carries out one command. At each instant: first the samples, then what the legs are told, then the gates.
-    fn carry_out<T: Real>(
+    /// Carries out one command. At each instant: first the samples, then the gates.
+    async fn carry_out<T: Real>(
         &mut self,
         command: &Command<T>,
         readings: &mut Vec<Reading<T>>,
     ) -> Result<(), RunError> {
         if let Err(error) = validate(command, self.case.inverter.carrier_period) {
-            self.catch_up()?;
+            self.catch_up().await?;
             return Err(error);
         }
         let start = self.now;
         let end = start + command.duration();
         if end <= start || end > self.case.time_limit {
-            self.catch_up()?;
+            self.catch_up().await?;
             return Err(RunError::TimeLimit(self.case.time_limit));
         }
         if self.deferred.is_nearly_full() {
-            self.catch_up()?;
+            self.catch_up().await?;
         }
         self.deferred.push(self.now, Due::Command);
         self.timeline.begin(command, start, self.case.inverter.carrier_period);
-        let mut triggers = (0..command.sampling.count).map(|n| command.sampling.trigger(n));
-        let mut pending = self.next_trigger(&mut triggers, start, end);
+        let mut course = Course { start, end, sampling: command.sampling, number: 0, pending: None };
+        self.next_trigger(&mut course);
         loop {
-            while let Some((nominal, at)) = pending
+            match self.proceed(&mut course) {
+                Next::Sample(nominal) => {
+                    // The drive knows what it told the legs at the trigger, not when the sample was really taken.
+                    let told = self.timeline.told(start + nominal);
+                    if !self.is_there() {
+                        self.catch_up().await?;
+                    }
+                    readings.push(self.sample(nominal, told));
+                    self.next_trigger(&mut course);
+                }
+                Next::Switch(edges) => {
+                    if !self.is_there() {
+                        self.catch_up().await?;
+                    }
+                    for (k, gate) in edges.into_iter().enumerate() {
+                        if let Some(gate) = gate {
+                            self.carry(Due::Gate(k, gate));
+                        }
+                    }
+                    self.resolve()?;
+                }
+                Next::Source => self.catch_up().await?,
+                Next::End => return Ok(()),
+            }
+        }
+    }
+
+    /// Goes on in time to what the flow must be carried to.
+    fn proceed(&mut self, course: &mut Course) -> Next {
+        loop {
+            if let Some((nominal, at)) = course.pending
                 && at <= self.now
             {
-                // The drive knows what it told the legs at the trigger, not when the sample was really taken.
-                let told = self.timeline.told(start + nominal);
-                self.catch_up()?;
-                readings.push(self.sample(nominal, told));
-                pending = self.next_trigger(&mut triggers, start, end);
+                return Next::Sample(nominal);
             }
-            if self.now >= end {
-                return Ok(());
+            if self.now >= course.end {
+                return Next::End;
             }
-            self.switch()?;
-            let source = self.next_source_instant();
-            let sample = pending.map_or(end, |(_, at)| at);
-            let next = self.timeline.next().min(sample).min(source.unwrap_or(end)).min(end);
-            self.now = next;
-            if source == Some(next) {
-                self.catch_up()?;
+            if self.timeline.next() <= self.now {
+                let edges = self.timeline.take(self.now);
+                let full = self.deferred.is_nearly_full();
+                let matters = |k: usize| edges[k].is_some_and(|gate| self.matters(k, gate));
+                if matters(0) || matters(1) || matters(2) || full && edges != [None; 3] {
+                    return Next::Switch(edges);
+                }
+                for (k, gate) in edges.into_iter().enumerate() {
+                    if let Some(gate) = gate {
+                        self.deferred.push(self.now, Due::Gate(k, gate));
+                    }
+                }
+            }
+            let sample = course.pending.map_or(course.end, |(_, at)| at);
+            self.now = self.timeline.next().min(sample).min(course.end);
+            if self.case.inverter.link.sag.is_some()
+                && let Some(source) = self.next_source_instant()
+                && source <= self.now
+            {
+                self.now = source;
+                return Next::Source;
             }
         }
     }
@@ -237,47 +313,22 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
             .find(|at| *at > self.now)
     }
 
-    fn next_trigger(
-        &mut self,
-        triggers: &mut impl Iterator<Item = Nanos>,
-        start: Nanos,
-        end: Nanos,
-    ) -> Option<(Nanos, Nanos)> {
-        let nominal = triggers.next()?;
-        // Jitter may bring two triggers out of order; a converter takes them one after the other.
-        let at = self.sampler.instant(start + nominal, start, end).max(self.now);
-        Some((nominal, at))
-    }
-
-    /// Carries out the gate edges that are due.
-    fn switch(&mut self) -> Result<(), RunError> {
-        if self.timeline.next() > self.now {
-            return Ok(());
-        }
-        let edges = self.timeline.take(self.now);
-        if edges == [None; 3] {
-            return Ok(());
-        }
-        let edges = || edges.into_iter().enumerate().filter_map(|(k, gate)| Some((k, gate?)));
-        if self.deferred.is_nearly_full() || edges().any(|(k, gate)| self.matters(k, gate)) {
-            self.catch_up()?;
-            for (k, gate) in edges() {
-                self.carry(Due::Gate(k, gate));
-            }
-            return self.resolve();
-        }
-        for (k, gate) in edges() {
-            self.deferred.push(self.now, Due::Gate(k, gate));
-        }
-        Ok(())
+    fn next_trigger(&mut self, course: &mut Course) {
+        let Course { start, end, sampling, number, .. } = *course;
+        course.pending = (number < sampling.count).then(|| {
+            let nominal = sampling.trigger(number);
+            // Jitter may bring two triggers out of order; a converter takes them one after the other.
+            (nominal, self.sampler.instant(start + nominal, start, end).max(self.now))
+        });
+        course.number += 1;
     }
 
     fn sample<T: Real>(&mut self, nominal: Nanos, requested: [Gate; 3]) -> Reading<T> {
         debug_assert!(self.reached == self.now, "what is sampled is there");
         let at = self.here();
-        let unfiltered = self.case.sensors.settings.seen(at.port.current, self.flow.modes());
+        let unfiltered = self.case.sensors.settings.seen(at.current, self.flow.modes());
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
-        let dc_link = self.link_filter.map_or(at.port.dc_link, |filter| filter.output());
+        let dc_link = self.link_filter.map_or(at.dc_link, |filter| filter.output());
         let there = Instant { current, dc_link, requested };
         let reading: Reading<T> = self.sampler.read(nominal, &there);
         let seen = reading.current.map(Real::to_double).0;
@@ -288,12 +339,12 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
     /// Reports the state at `time` to the probe.
     fn show(&mut self, time: f64, state: &[f64; N]) {
         let at = self.flow.operating(time, state);
-        let potential = self.flow.potentials(&at);
+        let (potential, port) = (self.flow.potentials(&at), self.flow.machine.port(&at));
         self.probe.snapshot(&Snapshot {
             time,
-            current: at.port.current,
+            current: port.current,
             potential,
-            dc_link: at.port.dc_link,
+            dc_link: port.dc_link,
             angle: state[2],
             speed: state[3],
             torque: at.torque,
@@ -303,7 +354,7 @@ impl<'a, const N: usize, P: Probe> Rig<'a, N, P> {
 }
 
 /// Absolute tolerances of the state, all from the one of the flux: what moves a current as much.
-fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
+pub(crate) fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     let flux = case.tolerance.flux;
     // An angle error turns the magnet's flux; a speed error does within a millisecond.
     let angle = flux / case.motor.magnet_flux.max(0.1);

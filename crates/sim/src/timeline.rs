@@ -206,6 +206,8 @@ impl Timeline {
     }
 
     /// Carries out the edges that are due at `now`: the new gates of the legs whose gates change.
+    // Inlined, so that what it returns stays in registers.
+    #[inline(always)]
     pub fn take(&mut self, now: Nanos) -> [Option<Gate>; 3] {
         let mut edges = [None; 3];
         for (line, edge) in self.lines.iter_mut().zip(&mut edges) {

@@ -1,6 +1,8 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
 use std::fmt::Write as _;
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 use standstill_detect::Method;
@@ -209,6 +211,30 @@ impl Plan {
             scenario.trial(trial).map_err(|error| FileError::settings(&error))
         };
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
+    }
+
+    /// Some trials at a point, in order: side by side, unless each has a machine of its own. After `stop` is set none is
+    /// begun.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trials(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        trials: Range<u64>,
+        stop: &AtomicBool,
+    ) -> Result<Vec<Record>, FileError> {
+        let trials = trials.take_while(|_| !stop.load(Ordering::Relaxed));
+        if self.has_tolerances() {
+            return trials.map(|trial| self.trial(point, scenario, trial)).collect();
+        }
+        let mut records = Vec::new();
+        scenario
+            .trials(trials, |record| records.push(record))
+            .map_err(|error| FileError::settings(&error))?;
+        records.sort_unstable_by_key(|record| record.trial);
+        Ok(records)
     }
 }
 

@@ -1,5 +1,7 @@
 //! Several numbers side by side, in an array that a compiler puts into wide registers where it may use them.
 
+#![allow(clippy::needless_range_loop, reason = "iterators are closures")]
+
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use standstill_interface::Arithmetic;
@@ -11,26 +13,19 @@ use super::Lane;
 #[repr(align(64))]
 pub struct Pack<const K: usize>(pub [f64; K]);
 
-impl<const K: usize> Pack<K> {
-    #[inline(always)]
-    fn zip(self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
-        Self(std::array::from_fn(|k| of(self.0[k], other.0[k])))
-    }
-
-    #[inline(always)]
-    fn map(self, of: impl Fn(f64) -> f64) -> Self {
-        Self(std::array::from_fn(|k| of(self.0[k])))
-    }
-}
-
+// Loops and no closures below: what is not inlined into a function that is compiled for wide registers is compiled for
+// narrow ones.
 macro_rules! operations {
-    ($($trait:ident $method:ident $operator:tt),+) => {$(
+    ($($trait:ident $method:ident $assign:tt),+) => {$(
         impl<const K: usize> $trait for Pack<K> {
             type Output = Self;
 
             #[inline(always)]
-            fn $method(self, other: Self) -> Self {
-                self.zip(other, |x, y| x $operator y)
+            fn $method(mut self, other: Self) -> Self {
+                for k in 0..K {
+                    self.0[k] $assign other.0[k];
+                }
+                self
             }
         }
 
@@ -38,21 +33,27 @@ macro_rules! operations {
             type Output = Self;
 
             #[inline(always)]
-            fn $method(self, other: f64) -> Self {
-                self.map(|x| x $operator other)
+            fn $method(mut self, other: f64) -> Self {
+                for k in 0..K {
+                    self.0[k] $assign other;
+                }
+                self
             }
         }
     )+};
 }
 
-operations!(Add add +, Sub sub -, Mul mul *, Div div /);
+operations!(Add add +=, Sub sub -=, Mul mul *=, Div div /=);
 
 impl<const K: usize> Neg for Pack<K> {
     type Output = Self;
 
     #[inline(always)]
-    fn neg(self) -> Self {
-        self.map(|x| -x)
+    fn neg(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = -*x;
+        }
+        self
     }
 }
 
@@ -68,34 +69,55 @@ impl<const K: usize> Lane for Pack<K> {
     type Mask = [u64; K];
 
     #[inline(always)]
-    fn abs(self) -> Self {
-        self.map(f64::abs)
+    fn abs(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = x.abs();
+        }
+        self
     }
 
     #[inline(always)]
-    fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+    fn sqrt(mut self) -> Self {
+        for x in &mut self.0 {
+            *x = x.sqrt();
+        }
+        self
     }
 
     #[inline(always)]
     fn above(self, other: Self) -> Self::Mask {
-        std::array::from_fn(|k| if self.0[k] > other.0[k] { u64::MAX } else { 0 })
+        let mut mask = [0; K];
+        for k in 0..K {
+            mask[k] = if self.0[k] > other.0[k] { u64::MAX } else { 0 };
+        }
+        mask
     }
 
     #[inline(always)]
     fn bit(self, bit: u32) -> Self::Mask {
-        std::array::from_fn(|k| (self.0[k].to_bits() >> bit & 1).wrapping_neg())
+        let mut mask = [0; K];
+        for k in 0..K {
+            mask[k] = (self.0[k].to_bits() >> bit & 1).wrapping_neg();
+        }
+        mask
     }
 
     #[inline(always)]
     fn choose(mask: Self::Mask, yes: Self, no: Self) -> Self {
-        let bits = |k: usize| yes.0[k].to_bits() & mask[k] | no.0[k].to_bits() & !mask[k];
-        Self(std::array::from_fn(|k| f64::from_bits(bits(k))))
+        let mut chosen = yes;
+        for k in 0..K {
+            chosen.0[k] = f64::from_bits(yes.0[k].to_bits() & mask[k] | no.0[k].to_bits() & !mask[k]);
+        }
+        chosen
     }
 
     #[inline(always)]
     fn any(mask: Self::Mask) -> bool {
-        mask.iter().fold(0, |all, lane| all | lane) != 0
+        let mut all = 0;
+        for lane in mask {
+            all |= lane;
+        }
+        all != 0
     }
 
     #[inline(always)]

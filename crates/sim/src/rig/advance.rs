@@ -1,32 +1,57 @@
 //! From one instant to the next: steps, and what is carried along with them.
 
-use standstill_interface::Phase;
-use standstill_inverter::{Conduction, Gate};
+use standstill_interface::{Nanos, Phase};
+use standstill_inverter::{Conduction, Gate, Port};
 
 use super::Rig;
 use super::deferred::Due;
 use crate::case::RunError;
-use crate::flow::{CORE, Operating, PLANE};
-use crate::integrator::STAGES;
-use crate::step::{Trial, step};
+use crate::flow::Flow;
+use crate::integrator::{STAGES, next_length};
+use crate::lanes::{Steps, turn};
+use crate::machine::{CORE, PLANE};
+use crate::stride::{Ask, Stride};
 use crate::trace::{Event, Probe};
 
 /// Events within one segment beyond which the modes are taken to chatter. A segment of a PWM period has at most
 /// a handful.
 const MOST_EVENTS: u32 = 1000;
 
-impl<const N: usize, P: Probe> Rig<'_, N, P> {
+/// From the last instant to the one at hand.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Span {
+    /// In s.
+    length: f64,
+    /// Where the step at hand ends at the latest, in s since the last instant.
+    stop: f64,
+    /// What ended within the step at hand, and how long it is until then, in s.
+    cut: Option<(usize, f64)>,
+    /// Events so far.
+    events: u32,
+}
+
+impl<const N: usize, P: Probe, S: Steps> Rig<'_, N, P, S> {
     /// Time in s since the start of the run.
     pub(super) fn time(&self) -> f64 {
         self.reached.seconds() + self.elapsed
     }
 
-    /// The machine at the state.
-    pub(super) fn here(&mut self) -> Operating {
-        if let Some(here) = self.here {
-            return here;
+    /// The machine at the state, as the bridge sees it.
+    pub(super) fn here(&mut self) -> Port {
+        if let Some(here) = &mut self.here {
+            if self.waited {
+                // While nothing happened, only the link's voltage changed.
+                here.dc_link = self
+                    .flow
+                    .machine
+                    .link
+                    .source_at(self.reached.seconds() + self.elapsed, self.flow.machine.ripple_phase);
+                self.waited = false;
+            }
+            return *here;
         }
-        let here = self.flow.operating(self.time(), &self.state);
+        self.waited = false;
+        let here = self.flow.machine.port(&self.flow.operating(self.time(), &self.state));
         self.here = Some(here);
         here
     }
@@ -42,37 +67,70 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         after != mode
     }
 
+    /// Whether the flow is at the instant at hand; else it must be carried there. What waits for this instant is carried out.
+    pub(super) fn is_there(&mut self) -> bool {
+        let there = self.reached == self.now;
+        if there {
+            self.carry_all();
+        }
+        there
+    }
+
     /// Carries the flow to the instant at hand.
-    pub(super) fn catch_up(&mut self) -> Result<(), RunError> {
-        let span = (self.now - self.reached).seconds();
+    pub(super) async fn catch_up(&mut self) -> Result<(), RunError> {
+        self.begin_span();
+        while let Some(h) = self.next_step()? {
+            if N == CORE && !self.flow.motion().moves() && self.flow.machine.link.storage.is_none() {
+                // Nothing but the flux changes.
+                if !self.try_step::<PLANE>(h)? {
+                    turn().await;
+                    self.finish_step(h, &self.steps.answer::<PLANE>())?;
+                }
+            } else if !self.try_step::<N>(h)? {
+                turn().await;
+                self.finish_step(h, &self.steps.answer::<N>())?;
+            }
+        }
+        self.carry_all();
+        self.reached = self.now;
         self.elapsed = 0.0;
-        if span > 0.0 {
+        Ok(())
+    }
+
+    /// Sets out for the instant at hand.
+    fn begin_span(&mut self) {
+        self.elapsed = 0.0;
+        self.span = Span { length: (self.now - self.reached).seconds(), ..Span::default() };
+        if self.span.length > 0.0 {
             self.work.segments += 1;
             if self.probe.resolution().is_some() {
                 let state = self.state;
                 self.show(self.time(), &state);
             }
-            let mut events = 0;
-            while self.elapsed < span {
-                let stop = if events == 0 { span } else { self.next_that_matters(span)? };
-                if stop <= self.elapsed {
-                    continue;
-                }
-                if self.rests() {
-                    self.wait(stop);
-                } else if self.step(stop)? {
-                    events += 1;
-                    if events > MOST_EVENTS {
-                        return Err(RunError::Chatter);
-                    }
-                }
-            }
         }
-        self.carry_until(f64::INFINITY);
-        self.reached = self.now;
-        self.elapsed = 0.0;
-        self.project();
-        Ok(())
+    }
+
+    /// The length in s of the next step that is to be tried; none at the instant at hand.
+    fn next_step(&mut self) -> Result<Option<f64>, RunError> {
+        if let Some((_, h)) = self.span.cut {
+            return Ok(Some(h));
+        }
+        while self.elapsed < self.span.length {
+            self.span.stop = if self.span.events == 0 {
+                self.span.length
+            } else {
+                self.next_that_matters(self.span.length)?
+            };
+            let remaining = self.span.stop - self.elapsed;
+            if remaining <= 0.0 {
+                continue;
+            }
+            if !self.rests() {
+                return Ok(Some(remaining.min(self.step_hint).min(self.longest_step)));
+            }
+            self.wait(self.span.stop);
+        }
+        Ok(None)
     }
 
     /// After a change of modes: when the next waiting change that now matters is, at the end of the span at the latest.
@@ -86,10 +144,16 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let stop = (*at - self.reached).seconds();
         if stop <= self.elapsed {
             self.carry_until(stop);
-            self.project();
             self.resolve()?;
         }
         Ok(stop.min(span))
+    }
+
+    /// Carries out all changes that waited.
+    fn carry_all(&mut self) {
+        while let Some((at, due)) = self.deferred.take() {
+            self.carry_at(at, due);
+        }
     }
 
     /// Carries out the changes that waited for up to `elapsed` seconds since the last instant.
@@ -98,16 +162,17 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             && (*at - self.reached).seconds() <= elapsed
             && let Some((at, due)) = self.deferred.take()
         {
-            self.carry_at(at.seconds(), due);
+            self.carry_at(at, due);
         }
     }
 
     /// Carries out a change of the instant at hand.
     pub(super) fn carry(&mut self, due: Due) {
-        self.carry_at(self.now.seconds(), due);
+        self.carry_at(self.now, due);
     }
 
-    fn carry_at(&mut self, time: f64, due: Due) {
+    #[inline]
+    fn carry_at(&mut self, at: Nanos, due: Due) {
         let event = match due {
             Due::Command => Event::Command,
             Due::Gate(leg, gate) => {
@@ -115,7 +180,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 Event::Gate(Phase::ALL[leg], gate)
             }
         };
-        self.probe.event(time, event);
+        self.probe.event(at.seconds(), event);
     }
 
     /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
@@ -135,52 +200,17 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         let state = self.state;
         self.watch(begin, h, |_| state);
         self.filter(begin, h, |_| state);
-        (self.here, self.slope) = (None, None);
+        self.waited = true;
         self.elapsed = elapsed;
     }
 
-    /// One accepted step, to `stop` at most, in s since the last instant; true if it ended in an event.
-    fn step(&mut self, stop: f64) -> Result<bool, RunError> {
-        if N == CORE && !self.flow.motion().moves() && self.flow.machine.link.storage.is_none() {
-            // Nothing but the flux changes.
-            self.step_of::<PLANE>(stop)
-        } else {
-            self.step_of::<N>(stop)
-        }
-    }
-
-    /// The same of the first `M` numbers of the state.
-    fn step_of<const M: usize>(&mut self, stop: f64) -> Result<bool, RunError> {
-        let slope = if let Some(slope) = self.slope {
-            part(&slope)
-        } else {
-            self.work.derivatives += 1;
-            let here = self.here();
-            self.flow.machine.evaluate_at::<M>(self.time(), &part(&self.state), here).slope
-        };
-        let remaining = stop - self.elapsed;
-        let mut h = remaining.min(self.step_hint).min(self.longest_step);
-        let trial = loop {
-            let trial = self.attempt::<M>(&slope, h);
-            let error = trial.error;
-            if error <= 1.0 {
-                // A step cut short by the end of the span says little about the next one's length.
-                let next = trial.attempt.next_length(error);
-                self.step_hint = if h < self.step_hint { next.max(self.step_hint) } else { next };
-                break trial;
-            }
-            if h < 1e-15 {
-                return Err(RunError::NotFinite);
-            }
-            self.step_hint = trial.attempt.next_length(error).min(0.9 * h);
-            h = self.step_hint;
-        };
-        if let Some((which, share)) = self.find_event(&trial) {
-            let cut = self.attempt::<M>(&slope, h * share);
-            self.accept(&cut);
-            self.slope = None;
+    /// What follows from a step of `h` seconds: it is taken, tried again shorter, or cut where something ended within it.
+    fn finish_step<const M: usize>(&mut self, h: f64, stride: &Stride<M>) -> Result<(), RunError> {
+        let stop = self.span.stop;
+        if let Some((which, _)) = self.span.cut.take() {
+            self.accept(h, stride);
             // A cut of no length still ends the mode that it was to end.
-            self.elapsed = (self.elapsed + cut.attempt.h).min(stop);
+            self.elapsed = (self.elapsed + h).min(stop);
             self.carry_until(self.elapsed);
             self.work.events += 1;
             self.handle_event(which)?;
@@ -188,43 +218,68 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
                 let state = self.state;
                 self.show(self.time(), &state);
             }
-            return Ok(true);
+            self.span.events += 1;
+            return if self.span.events > MOST_EVENTS { Err(RunError::Chatter) } else { Ok(()) };
         }
-        self.accept(&trial);
-        let mut slope = [0.0; N];
-        slope[..M].copy_from_slice(&trial.attempt.end_slope);
-        self.slope = Some(slope);
-        self.elapsed = if h == remaining { stop } else { self.elapsed + h };
-        Ok(false)
+        let error = stride.error;
+        if error <= 1.0 {
+            // A step cut short by the end of the span says little about the next one's length.
+            let next = next_length(h, error);
+            self.step_hint = if h < self.step_hint { next.max(self.step_hint) } else { next };
+        } else if h < 1e-15 {
+            return Err(RunError::NotFinite);
+        } else {
+            self.step_hint = next_length(h, error).min(0.9 * h);
+            return Ok(());
+        }
+        if stride.margin < 0.0
+            && let Some((which, share)) = self.first_zero(h, stride).or_else(|| self.find_event::<M>(h))
+        {
+            self.span.cut = Some((which, h * share));
+            return Ok(());
+        }
+        self.accept(h, stride);
+        self.elapsed = if h == stop - self.elapsed { stop } else { self.elapsed + h };
+        Ok(())
     }
 
-    fn attempt<const M: usize>(&mut self, slope: &[f64; M], h: f64) -> Trial<M> {
-        self.work.derivatives += STAGES;
-        let start = part(&self.state);
-        step(&self.flow.machine, self.time(), &start, slope, h, &part(&self.tolerance))
+    /// Tries a step of `h` seconds from the state; false if it must be waited for.
+    fn try_step<const M: usize>(&mut self, h: f64) -> Result<bool, RunError> {
+        // Those of the step and the one in its middle.
+        self.work.derivatives += STAGES as u64 + 1;
+        match self.steps.ask(&self.ask::<M>(h), &part(&self.tolerance)) {
+            Some(stride) => self.finish_step(h, &stride).map(|()| true),
+            None => Ok(false),
+        }
     }
 
-    /// Makes the end of an attempt the state.
-    fn accept<const M: usize>(&mut self, trial: &Trial<M>) {
+    pub(super) fn ask<const M: usize>(&self, h: f64) -> Ask<'_, M> {
+        let Flow { machine, limits, .. } = &self.flow;
+        Ask { machine, limits, time: self.time(), start: part(&self.state), h }
+    }
+
+    /// Makes the end of a step of `h` seconds the state.
+    fn accept<const M: usize>(&mut self, h: f64, stride: &Stride<M>) {
         if self.probe.resolution().is_some() || self.filters.is_some() || self.link_filter.is_some() {
-            let (begin, h, whole) = (self.time(), trial.attempt.h, self.state);
+            let (begin, whole) = (self.time(), self.state);
+            let attempt = self.ask::<M>(h).attempt(&self.flow.machine.terminals());
             let at = |x: f64| {
                 let mut state = whole;
-                let changed = if x == 1.0 { trial.attempt.end } else { trial.attempt.dense(x) };
+                let changed = if x == 1.0 { stride.end } else { attempt.dense(x) };
                 state[..M].copy_from_slice(&changed);
                 state
             };
             self.watch(begin, h, at);
             self.filter(begin, h, at);
         }
-        self.state[..M].copy_from_slice(&trial.attempt.end);
-        self.here = Some(trial.end.operating);
+        self.state[..M].copy_from_slice(&stride.end);
+        self.here = Some(stride.port);
+        self.waited = false;
         self.work.steps += 1;
         if M > PLANE {
             self.moved = self.moved.max((self.state[2] - self.case.start_angle).abs());
         }
-        let current = trial.end.operating.port.current;
-        self.peak_current = current.iter().fold(self.peak_current, |peak, i| peak.max(i.abs()));
+        self.peak_current = stride.port.current.iter().fold(self.peak_current, |peak, i| peak.max(i.abs()));
     }
 
     /// Shows who watches a step of `h` seconds with the state at shares of it, and the gate edges on the way.
@@ -243,7 +298,7 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             {
                 let share = ((edge.seconds() - begin) / h).clamp(0.0, 1.0);
                 self.show(edge.seconds(), &at(share));
-                self.carry_at(edge.seconds(), due);
+                self.carry_at(edge, due);
             }
             self.show(begin + x * h, &at(x));
         }
@@ -254,8 +309,10 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         if self.filters.is_none() && self.link_filter.is_none() || h <= 0.0 {
             return;
         }
-        let points =
-            [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| self.flow.operating(begin + x * h, &at(x)).port);
+        let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| {
+            let machine = &self.flow.machine;
+            machine.port(&machine.operating(begin + x * h, &at(x)))
+        });
         if let Some(filters) = &mut self.filters {
             let (settings, modes) = (self.case.sensors.settings, self.flow.modes());
             let seen = points.map(|port| settings.seen(port.current, modes));

@@ -1,15 +1,17 @@
 //! What ends within a step: changes of conduction and of motion, and the state that follows.
 
 use standstill_interface::{AlphaBeta, Phase};
-use standstill_inverter::Conduction;
+use standstill_inverter::{Conduction, Legs};
 use standstill_plant::Heading;
 
 use super::Rig;
 use crate::case::RunError;
-use crate::flow::{DOMAIN, FLUX, MARGINS, MOTION, STOP};
 use crate::integrator::Attempt;
+use crate::lanes::Steps;
+use crate::limits::{DOMAIN, FLUX, MARGINS, MOTION, STOP};
+use crate::machine::Machine;
 use crate::motion::{Contact, Motion};
-use crate::step::Trial;
+use crate::stride::{Stride, lowest_at, quartic};
 use crate::trace::{Event, Probe};
 
 /// How far beyond zero a margin must be to count as crossed: the next mode then contradicts the last one by more
@@ -24,7 +26,7 @@ const OTHER_SLACK: f64 = 1e-6;
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;
 
-impl<const N: usize, P: Probe> Rig<'_, N, P> {
+impl<const N: usize, P: Probe, S: Steps> Rig<'_, N, P, S> {
     /// The slack of the rotor's motion: a torque in N·m while it rests, a speed in rad/s while it slides.
     fn motion_slack(&self) -> f64 {
         if self.flow.motion().moves() {
@@ -51,39 +53,69 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
     /// How far a mode is from its end at share `x` of the step; negative beyond.
     fn margin<const M: usize>(&self, attempt: &Attempt<M>, which: usize, x: f64) -> f64 {
         let (t, y) = (self.time() + x * attempt.h, attempt.dense(x));
-        if which < MOTION && self.flow.modes()[which] != Conduction::Blocked {
-            let current = self.flow.operating(t, &y).port.current[which];
-            return self.flow.modes()[which].direction() * current + CURRENT_SLACK;
-        }
         self.flow.margins(t, &y)[which] + self.slack(which)
     }
 
-    /// The first end of a mode within the step: whose, and at which share of the step.
-    ///
-    /// The margins are looked at in the middle and at the end. What dips below zero and returns within half a
-    /// step is smaller than the step's tolerance allows to matter.
-    pub(super) fn find_event<const M: usize>(&self, trial: &Trial<M>) -> Option<(usize, f64)> {
-        let attempt = &trial.attempt;
-        let end = self.flow.margins_at(&trial.end.operating, trial.end.potentials, &attempt.end);
-        let middle =
-            self.flow.margins_at(&trial.middle.operating, trial.middle.potentials, &trial.middle_state);
-        let holds = |margins: &[f64; MARGINS]| margins.iter().all(|margin| *margin >= 0.0);
-        if holds(&middle) && holds(&end) {
+    /// The leg whose current is the first to reach zero within a step of `h` seconds, and the share of the step at which it
+    /// does, from the currents and how fast they rise at its ends. None: none does, or something else ends too.
+    pub(super) fn first_zero<const M: usize>(&self, h: f64, stride: &Stride<M>) -> Option<(usize, f64)> {
+        if stride.crossing.other_margin < 0.0 {
             return None;
         }
-        let with_slack =
-            |margins: [f64; MARGINS]| std::array::from_fn(|which| margins[which] + self.slack(which));
-        let [middle, end]: [[f64; MARGINS]; 2] = [middle, end].map(with_slack);
+        let begin = self.here?.current;
         let mut first: Option<(usize, f64)> = None;
-        for which in 0..MARGINS {
-            let bracket = if middle[which] < 0.0 {
-                [(0.0, self.margin(attempt, which, 0.0)), (0.5, middle[which])]
-            } else if end[which] < 0.0 {
-                [(0.5, middle[which]), (1.0, end[which])]
+        for (leg, mode) in self.flow.modes().into_iter().enumerate() {
+            let [begin, middle, end] = [begin, stride.crossing.middle_current, stride.port.current]
+                .map(|current| mode.direction() * current[leg] + CURRENT_SLACK);
+            let rise = stride.crossing.rise.map(|rise| mode.direction() * rise[leg] * h);
+            let at = quartic([begin, middle, end], rise);
+            let bracket = if middle < 0.0 {
+                [(0.0, begin), (0.5, middle)]
+            } else if end < 0.0 {
+                [(0.5, middle), (1.0, end)]
             } else {
                 continue;
             };
-            let share = self.locate(attempt, which, bracket);
+            let share = locate(at, 1e-3 * OTHER_SLACK, bracket);
+            if first.is_none_or(|(_, earliest)| share < earliest) {
+                first = Some((leg, share));
+            }
+        }
+        first
+    }
+
+    /// The first end of a mode within a step of `h` seconds from the state: whose, and at which share of the step.
+    pub(super) fn find_event<const M: usize>(&self, h: f64) -> Option<(usize, f64)> {
+        let attempt = &self.ask::<M>(h).attempt(&self.flow.machine.terminals());
+        let begin = self.flow.margins(self.time(), &attempt.start);
+        let middle = self.flow.margins(self.time() + h * 0.5, &attempt.dense(0.5));
+        let end = self.flow.margins(self.time() + h, &attempt.end);
+        let with_slack =
+            |margins: [f64; MARGINS]| std::array::from_fn(|which| margins[which] + self.slack(which));
+        let [begin, middle, end]: [[f64; MARGINS]; 3] = [begin, middle, end].map(with_slack);
+        let mut first: Option<(usize, f64)> = None;
+        for which in 0..MARGINS {
+            let bracket = if middle[which] < 0.0 {
+                [(0.0, begin[which]), (0.5, middle[which])]
+            } else if end[which] < 0.0 {
+                [(0.5, middle[which]), (1.0, end[which])]
+            } else if let Some(low) = lowest_at(begin[which], middle[which], end[which])
+                && let at_low = self.margin(attempt, which, low)
+                && at_low < 0.0
+            {
+                // It dips and returns.
+                let before = if low > 0.5 { (0.5, middle[which]) } else { (0.0, begin[which]) };
+                [before, (low, at_low)]
+            } else {
+                continue;
+            };
+            // The rotor is put where the stop is: that must not move it by more than rounding.
+            let close = match which {
+                STOP => 0.1 * ANGLE_SLACK,
+                MOTION => 1e-3 * self.motion_slack(),
+                _ => 1e-3 * OTHER_SLACK,
+            };
+            let share = locate(|x| self.margin(attempt, which, x), close, bracket);
             if first.is_none_or(|(_, earliest)| share < earliest) {
                 first = Some((which, share));
             }
@@ -91,46 +123,12 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         first
     }
 
-    /// The share of the step at which margin `which` ends, just beyond zero: between two shares with their margins.
-    fn locate<const M: usize>(&self, attempt: &Attempt<M>, which: usize, bracket: [(f64, f64); 2]) -> f64 {
-        // Regula falsi with the Illinois modification on the dense output: as safe as bisection, and quick.
-        let [(mut low, mut at_low), (mut high, mut at_high)] = bracket;
-        at_low = at_low.max(0.0);
-        // The rotor is put where the stop is: that must not move it by more than rounding.
-        let close = match which {
-            STOP => 0.1 * ANGLE_SLACK,
-            MOTION => 1e-3 * self.motion_slack(),
-            _ => 1e-3 * OTHER_SLACK,
-        };
-        let mut side = 0;
-        for _ in 0..60 {
-            if high - low < 1e-13 || at_high > -close {
-                break;
-            }
-            // Aimed just beyond zero, where the search is to end, but no further than rounding needs.
-            let middle = low + (high - low) * (at_low + 1e-3 * close) / (at_low - at_high);
-            let middle = if middle > low && middle < high { middle } else { (low + high) / 2.0 };
-            let value = self.margin(attempt, which, middle);
-            if value < 0.0 {
-                if side == -1 {
-                    at_low /= 2.0;
-                }
-                (high, at_high, side) = (middle, value, -1);
-            } else {
-                if side == 1 {
-                    at_high /= 2.0;
-                }
-                (low, at_low, side) = (middle, value, 1);
-            }
-        }
-        high
-    }
-
     /// Ends the mode whose margin reached zero and finds what follows.
     pub(super) fn handle_event(&mut self, which: usize) -> Result<(), RunError> {
         if which >= FLUX {
-            self.flow.sides[which - FLUX] *= -1.0;
-            return Ok(());
+            self.flow.cross(which - FLUX);
+            self.steps.motion_changed(&self.flow.machine, &self.flow.limits);
+            return self.resolve();
         }
         if which == DOMAIN {
             self.probe.event(self.time(), Event::LeftMap);
@@ -138,7 +136,8 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         }
         if which == STOP || which == MOTION {
             self.change_motion(which);
-            return Ok(());
+            // What the rotor induces may have changed at once.
+            return self.resolve();
         }
         let (modes, ended) = (self.flow.modes(), which);
         let conducted = modes[ended] != Conduction::Blocked;
@@ -159,11 +158,11 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         if matches!(self.flow.motion(), Motion::Forward | Motion::Backward) || which == STOP {
             self.state[3] = 0.0;
         }
-        (self.here, self.slope) = (None, None);
-        let torque = self.here().torque - self.flow.machine.load_torque;
+        let torque = self.flow.operating(self.time(), &self.state).torque - self.flow.machine.load_torque;
         let motion = Motion::resolve(&self.case.motor.rotor, self.state[3], torque, contact);
         self.flow.turn(motion, self.state[2]);
-        (self.here, self.slope) = (None, None);
+        self.steps.motion_changed(&self.flow.machine, &self.flow.limits);
+        self.here = None;
         self.probe.event(self.time(), Event::Motion(motion));
     }
 
@@ -177,57 +176,21 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
         RunError::LeftMap { current_ma: [milli(current.d), milli(current.q)] }
     }
 
-    /// Takes the integrator's drift off the currents of blocked legs.
-    pub(super) fn project(&mut self) {
-        let modes = self.flow.modes();
-        self.make_zero(modes.map(|mode| mode == Conduction::Blocked));
-    }
-
-    /// Makes the currents of these legs exactly zero, where the integrator has them zero up to its error.
+    /// Makes the currents of these legs zero, where the step has them zero up to its error.
     fn make_zero(&mut self, legs: [bool; 3]) {
-        match legs.iter().filter(|leg| **leg).count() {
-            0 => {}
-            1 => self.project_leg(legs.iter().position(|leg| *leg).unwrap_or_default()),
-            // The currents sum to zero, so all three are. Leg by leg, each would disturb the others.
-            _ => self.project_all(),
-        }
-    }
-
-    /// Moves the flux to where no current flows: that of the magnet, but for eddy currents.
-    fn project_all(&mut self) {
-        for _ in 0..3 {
-            let at = self.here();
-            if at.current.norm() < 1e-15 {
-                break;
-            }
-            (self.here, self.slope) = (None, None);
-            let excess = at.port.inverse_inductance.inverse().times(at.current);
-            self.state[0] -= excess.alpha;
-            self.state[1] -= excess.beta;
-        }
-    }
-
-    /// Moves the flux as a voltage impulse at terminal `k` would, until that phase's current is zero.
-    fn project_leg(&mut self, k: usize) {
-        for _ in 0..3 {
-            let port = self.here().port;
-            if port.current[k].abs() < 1e-15 {
-                break;
-            }
-            (self.here, self.slope) = (None, None);
-            let mut unit = [0.0; 3];
-            unit[k] = 1.0;
-            let push: AlphaBeta<f64> = standstill_interface::Abc(unit).clarke();
-            let response = port.inverse_inductance.times(push).phases().0[k];
-            let impulse = push * (-port.current[k] / response);
-            self.state[0] += impulse.alpha;
-            self.state[1] += impulse.beta;
+        let machine = Machine { legs: Legs::blocked(legs), ..self.flow.machine };
+        let terminals = machine.terminals();
+        // One Newton step leaves the square of the error, the second nothing.
+        for _ in 0..2 {
+            let mut at = machine.operating(self.time(), &self.state);
+            machine.settle(&terminals, &mut self.state, &mut at);
+            self.here = Some(machine.port(&at));
         }
     }
 
     /// Finds the conduction modes that fit the gates and the state.
     pub(super) fn resolve(&mut self) -> Result<(), RunError> {
-        let port = self.here().port;
+        let port = self.here();
         if !port.current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
         }
@@ -238,7 +201,36 @@ impl<const N: usize, P: Probe> Rig<'_, N, P> {
             }
         }
         self.flow.conduct(modes);
-        self.slope = None;
+        self.steps.legs_changed(&self.flow.machine, &self.flow.limits);
         Ok(())
     }
+}
+
+/// The share of a step at which a margin ends, just beyond zero by `close` at most: between two shares with their margins.
+fn locate(margin: impl Fn(f64) -> f64, close: f64, bracket: [(f64, f64); 2]) -> f64 {
+    // Regula falsi with the Illinois modification: as safe as bisection, and quick.
+    let [(mut low, mut at_low), (mut high, mut at_high)] = bracket;
+    at_low = at_low.max(0.0);
+    let mut side = 0;
+    for _ in 0..60 {
+        if high - low < 1e-13 || at_high > -close {
+            break;
+        }
+        // Aimed just beyond zero, where the search is to end, but no further than rounding needs.
+        let middle = low + (high - low) * (at_low + 1e-3 * close) / (at_low - at_high);
+        let middle = if middle > low && middle < high { middle } else { (low + high) / 2.0 };
+        let value = margin(middle);
+        if value < 0.0 {
+            if side == -1 {
+                at_low /= 2.0;
+            }
+            (high, at_high, side) = (middle, value, -1);
+        } else {
+            if side == 1 {
+                at_high /= 2.0;
+            }
+            (low, at_low, side) = (middle, value, 1);
+        }
+    }
+    high
 }

@@ -1,0 +1,49 @@
+//! Accounts of energy.
+
+/// Where the energy went, in J since the start of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ledger {
+    /// Delivered by the DC source.
+    pub source: f64,
+    /// Lost in the source's resistance.
+    pub source_loss: f64,
+    /// Lost in switches and diodes.
+    pub device_loss: f64,
+    /// Lost in the winding.
+    pub copper_loss: f64,
+    /// Lost in eddy currents.
+    pub eddy_loss: f64,
+    /// Work of the electromagnetic torque, cogging included, on the rotor.
+    pub shaft_work: f64,
+    /// Of that, lost in friction.
+    pub friction_loss: f64,
+    /// Of that, done on the load.
+    pub load_work: f64,
+    /// Of that, lost where the rotor ran into the end of the brake's play.
+    pub impact_loss: f64,
+    /// Change of the energy in the link's capacitor.
+    pub link_change: f64,
+    /// Change of the magnetic field's energy, with what eddy currents and cogging store.
+    pub field_change: f64,
+    /// Change of the rotor's kinetic energy.
+    pub kinetic_change: f64,
+}
+
+impl Ledger {
+    /// What the source delivered and no account shows: zero but for the integrator's error.
+    pub fn imbalance(&self) -> f64 {
+        self.source
+            - self.source_loss
+            - self.device_loss
+            - self.copper_loss
+            - self.eddy_loss
+            - self.shaft_work
+            - self.link_change
+            - self.field_change
+    }
+
+    /// The same on the mechanical side: shaft work that is in no account.
+    pub fn mechanical_imbalance(&self) -> f64 {
+        self.shaft_work - self.friction_loss - self.load_work - self.impact_loss - self.kinetic_change
+    }
+}
