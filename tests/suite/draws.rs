@@ -155,3 +155,21 @@ fn law_filters_in_the_rig_lag_and_do_not_blow_up() {
     let expected = sharp * (1.0 - tau / 80e-6);
     assert!((read(&scenario) / expected - 1.0).abs() < 1e-3, "{} {expected}", read(&scenario));
 }
+
+#[test]
+fn law_a_filter_on_a_rippling_link_reads_alike_after_one_wait_and_after_many() {
+    let read = |corner: f64, pieces: u64| {
+        let mut exact = scenario(ErrorSet::None, Decay::Fast, RotorState::Locked);
+        exact.drive.link.ripple = 0.05;
+        exact.sensors.dc_link.bandwidth = Some(corner);
+        let duration = Nanos(20_500_000 / pieces);
+        let command = Command::hold(Stage::off(duration), Sampling::once(duration));
+        let mut script = Script::new(vec![command; usize::try_from(pieces).expect("few")]);
+        run(&exact.case(0), &mut script, false, &mut NoProbe);
+        script.readings.last().expect("a reading").dc_link
+    };
+    for corner in [20.0, 200.0, 2000.0] {
+        let (one, many) = (read(corner, 1), read(corner, 1000));
+        assert!((one - many).abs() < 0.1, "{corner} Hz: {one} V, {many} V");
+    }
+}

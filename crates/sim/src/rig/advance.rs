@@ -309,9 +309,23 @@ impl<const N: usize, P: Probe, S: Steps> Rig<'_, N, P, S> {
         if self.filters.is_none() && self.link_filter.is_none() || h <= 0.0 {
             return;
         }
-        let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|x| {
-            let machine = &self.flow.machine;
-            machine.port(&machine.operating(begin + x * h, &at(x)))
+        // A filter takes a cubic through four points: too few for a ripple of which a long step has several periods.
+        let link = self.flow.machine.link;
+        let ripples = self.link_filter.is_some() && link.ripple != 0.0;
+        let parts = if ripples { (8.0 * h * link.ripple_frequency).ceil().max(1.0) } else { 1.0 };
+        let mut part = 0.0;
+        while part < parts {
+            self.filter_part(begin, h, [part / parts, (part + 1.0) / parts], &at);
+            part += 1.0;
+        }
+    }
+
+    /// The same over a part of it, between two shares.
+    fn filter_part(&mut self, begin: f64, whole: f64, [from, to]: [f64; 2], at: &impl Fn(f64) -> [f64; N]) {
+        let h = whole * (to - from);
+        let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|share| {
+            let (machine, x) = (&self.flow.machine, from + (to - from) * share);
+            machine.port(&machine.operating(begin + x * whole, &at(x)))
         });
         if let Some(filters) = &mut self.filters {
             let (settings, modes) = (self.case.sensors.settings, self.flow.modes());
