@@ -104,12 +104,10 @@ impl Steps for Seat<'_, '_> {
 
 /// Runs detections side by side in the lanes of one thread, until `cases` has no more. All cases have the first one's
 /// motor, tolerance and kind of link. `done` gets each run with the number of its case, as they come to their ends, not in
-/// their order.
+/// their order. Each run is the one that [`crate::run`] gives, to the last bit.
 ///
 /// # Panics
 /// On a case with another motor, another tolerance or a link that differs in more than the phase of its ripple.
-///
-/// Each run is the one that [`crate::run`] gives, to the last bit.
 pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     motor: &'a Motor,
     link: &'a DcLink,
