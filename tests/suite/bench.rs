@@ -104,6 +104,14 @@ pub fn ideal_inverter(open_leg: OpenLeg) -> Inverter {
     }
 }
 
+/// With usual drops and dead time.
+pub fn usual_inverter(open_leg: OpenLeg) -> Inverter {
+    let devices =
+        Devices { switch_drop: 0.9, switch_resistance: 50e-3, diode_drop: 1.0, diode_resistance: 30e-3 };
+    let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
+    Inverter { bridge: Bridge { devices, open_leg }, gates: [timing; 3], ..ideal_inverter(open_leg) }
+}
+
 /// A case with exact sensors and a locked rotor.
 pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_> {
     Case {

@@ -2,11 +2,11 @@
 //! and with an idle leg's diode (`benches/tools/scipy_hybrid.py`).
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
-use standstill_inverter::{Bridge, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::OpenLeg;
 use standstill_plant::{Friction, Motor, built_in};
 use standstill_sim::{NoProbe, RotorState, Tolerance, Trace, run};
 
-use crate::bench::{Script, exact_case, ideal_inverter};
+use crate::bench::{Script, exact_case, ideal_inverter, usual_inverter};
 
 /// The sequence of the script: legs (high or low), and how long in µs.
 fn commands() -> Vec<Command<f64>> {
@@ -77,12 +77,7 @@ fn line_pulses(motor: &Motor, open_leg: OpenLeg, tolerance: Tolerance) -> Vec<[f
         stage([Leg::Low, Leg::Low, Leg::Off], 2320),
         Sampling { first: Nanos::from_micros(80), interval: Nanos::from_micros(400), count: 6 },
     );
-    let devices =
-        Devices { switch_drop: 0.9, switch_resistance: 50e-3, diode_drop: 1.0, diode_resistance: 30e-3 };
-    let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
-    let inverter =
-        Inverter { bridge: Bridge { devices, open_leg }, gates: [timing; 3], ..ideal_inverter(open_leg) };
-    let mut case = exact_case(motor, inverter, 20.0);
+    let mut case = exact_case(motor, usual_inverter(open_leg), 20.0);
     case.tolerance = tolerance;
     let mut script = Script::new(vec![command; 3]);
     run(&case, &mut script, false, &mut NoProbe);

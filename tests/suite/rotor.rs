@@ -2,12 +2,12 @@
 
 use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance, MethodName};
-use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
-use standstill_inverter::{DcLink, OpenLeg};
+use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
+use standstill_inverter::{DcLink, Inverter, OpenLeg};
 use standstill_plant::{Cogging, Friction, Motor, built_in};
-use standstill_sim::{Ended, Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
+use standstill_sim::{Case, Ended, Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
 
-use crate::bench::{Script, exact_case, ideal_inverter, paper_motor, scenario};
+use crate::bench::{Script, exact_case, ideal_inverter, paper_motor, scenario, usual_inverter};
 
 /// Largest movement in electrical degrees over 24 angles.
 fn largest_move(decay: Decay, rotor: RotorState) -> f64 {
@@ -230,4 +230,37 @@ fn regress_a_step_much_too_long_is_tried_again_shorter() {
         Scenario::of_method(MethodName::Subdivision, motor, ErrorSet::Default, RotorState::Free, 1);
     let record = scenario.trial(50).expect("settings");
     assert!(matches!(record.run.ended, Ended::Outcome(_)), "{:?}", record.run.ended);
+}
+
+/// A torque that passes the stiction and is below it again by the end of a step starts the rotor all the same.
+#[test]
+fn regress_a_rotor_that_a_step_would_leave_at_rest_starts_when_it_must() {
+    let motor = built_in("low-inertia").expect("built in");
+    let (o, l, h) = (Leg::Off, Leg::Low, Leg::High);
+    let pulses = |angle, sequence: [([Leg<f64>; 3], u64); 3]| {
+        let commands = sequence.map(|(legs, micros)| {
+            let duration = Nanos::from_micros(micros);
+            Command::hold(Stage { legs: Abc(legs), duration }, Sampling::once(duration))
+        });
+        let go = |flux| {
+            let inverter = Inverter { link: DcLink::stiff(60.0), ..usual_inverter(OpenLeg::Diodes) };
+            let case = Case {
+                rotor: RotorState::Free,
+                tolerance: Tolerance { flux },
+                ..exact_case(&motor, inverter, angle)
+            };
+            let mut script = Script::new(commands.to_vec());
+            let run = run(&case, &mut script, false, &mut NoProbe);
+            let currents: Vec<f64> = script.readings.iter().flat_map(|reading| reading.current.0).collect();
+            (currents, run.moved, run.work.events)
+        };
+        let (usual, tight) = (go(1e-9), go(1e-12));
+        assert!(tight.1 > 1e-5, "it turns by {} rad", tight.1);
+        assert_eq!(usual.2, tight.2, "events at {angle}°");
+        let off = usual.0.iter().zip(&tight.0).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max);
+        assert!(off < 1e-6, "{off:e} A at {angle}°");
+    };
+    // Found among random sequences: without a look between middle and end they were off by 1e-4 A.
+    pulses(336.0, [([h, l, o], 90), ([o, o, l], 51), ([o, l, h], 127)]);
+    pulses(167.0, [([h, l, l], 76), ([o, l, h], 36), ([l, h, l], 158)]);
 }
