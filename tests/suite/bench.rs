@@ -4,9 +4,10 @@ use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
 use standstill_interface::{Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Step};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_numeric::Heading;
 use standstill_plant::{
-    Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, Heading, Linear, MagneticCircuit, Magnetics,
-    MapPoint, MapReport, MapSamples, Motor, Place, Temperature, Winding, built_in, built_in_names,
+    Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, Linear, MagneticCircuit, Magnetics, MapPoint,
+    MapReport, MapSamples, Motor, Place, Temperature, Winding, built_in, built_in_names,
 };
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 

@@ -8,7 +8,8 @@ use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
 };
 use standstill_interface::{Detector, Dq, Nanos};
-use standstill_plant::{Heading, Motor, NoConvergence, PolarityPoint};
+use standstill_numeric::Heading;
+use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
     run_side_by_side,

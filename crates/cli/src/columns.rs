@@ -6,7 +6,7 @@ use serde::Serialize;
 use standstill_campaign::file::Point;
 use standstill_campaign::store::Row;
 use standstill_inverter::Conduction;
-use standstill_plant::si_value;
+use standstill_quantity::si_value;
 use standstill_report::table::{Column, Kind, Value};
 use standstill_sim::{Event, Snapshot, Trace};
 

@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::{Estimate, Summary};
+use standstill_quantity::magnitude;
 
 /// A number with so many decimals; a dash for what is none.
 pub fn number(value: f64, digits: usize) -> String {
@@ -29,13 +30,7 @@ fn percent(probability: &Estimate) -> String {
 
 /// Decimals for two significant digits of a share in per cent.
 pub fn digits(share: f64) -> usize {
-    if !share.is_normal() {
-        return 2;
-    }
-    // Of an f64: from -308 to 308.
-    #[allow(clippy::cast_possible_truncation)]
-    let magnitude = (100.0 * share).log10().floor() as isize;
-    usize::try_from(1 - magnitude).unwrap_or(0).max(2)
+    magnitude(100.0 * share).map_or(2, |magnitude| usize::try_from(1 - magnitude).unwrap_or(0).max(2))
 }
 
 /// A count among others, as a probability in per cent; of none, what it is at most.

@@ -47,23 +47,6 @@ fn finish(
     lines.join("\n") + "\n"
 }
 
-/// Decimals for numbers of which the largest has this size: so many, but at least three and at most seven significant
-/// digits of that one. There are motors of milliamperes and of kiloamperes.
-pub fn decimals(usual: usize, largest: f64) -> usize {
-    if !largest.is_normal() {
-        return usual;
-    }
-    // Of an f64: from -308 to 308.
-    #[allow(clippy::cast_possible_truncation)]
-    let magnitude = largest.abs().log10().floor() as isize;
-    usual.max(usize::try_from(2 - magnitude).unwrap_or(0)).min(usize::try_from(6 - magnitude).unwrap_or(0))
-}
-
-/// One number, see [`decimals`].
-pub fn number(usual: usize, value: f64) -> String {
-    format!("{:.*}", decimals(usual, value), value + 0.0)
-}
-
 /// Fills paragraphs to a width, each line behind `indent`.
 pub fn fill(text: &str, width: usize, indent: &str) -> String {
     let mut filled = String::new();
@@ -84,22 +67,6 @@ pub fn fill(text: &str, width: usize, indent: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn regress_numbers_of_any_size_have_digits() {
-        for (usual, value, text) in [
-            (2, 8.0, "8.00"),
-            (2, 88.0, "88.00"),
-            (2, 0.0, "0.00"),
-            (2, 0.008, "0.00800"),
-            (3, 1.23456e-5, "0.0000123"),
-            (2, 123_456.78, "123456.8"),
-            (3, -4.2e7, "-42000000"),
-            (6, 0.45, "0.450000"),
-        ] {
-            assert_eq!(number(usual, value), text);
-        }
-    }
 
     #[test]
     fn regress_parser_messages_become_one_line() {

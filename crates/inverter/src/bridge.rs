@@ -4,7 +4,7 @@
 mod tests;
 
 use standstill_interface::AlphaBeta;
-use standstill_plant::Symmetric;
+use standstill_numeric::Symmetric;
 
 use crate::{Conduction, Devices, Gate};
 

@@ -1,7 +1,7 @@
 //! What the modes make of the legs while they hold: the terminal potentials of one machine, or of several side by side.
 
 use standstill_interface::{AlphaBeta, Dq};
-use standstill_plant::{Heading, Lane, Symmetric};
+use standstill_numeric::{Heading, Lane, Symmetric};
 
 use crate::bridge::AXES;
 use crate::devices::Clamp;

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use standstill_plant::{Lane, sin_cos};
+use standstill_numeric::{Lane, sin_cos};
 
 /// A dip of the source voltage: a smooth trough (raised cosine), so that nothing in it is an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -8,12 +8,13 @@ use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
-
-use crate::quantity::unit::{
+use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
     Second, Volt, Watt, Weber,
 };
-use crate::{FluxMap, MapError, MapReport, MapSamples, Quantity, Unit};
+use standstill_quantity::{Quantity, Unit};
+
+use crate::{FluxMap, MapError, MapReport, MapSamples};
 
 fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
     Entry {

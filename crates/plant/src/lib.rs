@@ -16,30 +16,24 @@
 mod datasheet;
 mod fluxmap;
 mod import;
-mod lane;
 mod library;
 mod magnetics;
 mod motor;
-mod quantity;
 mod rotor;
 mod survey;
-mod symmetric;
 mod thermal;
 mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use fluxmap::{FluxMap, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
-pub use lane::{Lane, Pack, sin_cos};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
-    Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, Heading, IronBridge, Linear, MagneticCircuit,
+    Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, IronBridge, Linear, MagneticCircuit,
     MagneticState, Magnetics, NoConvergence, Series,
 };
 pub use motor::Motor;
-pub use quantity::{Quantity, QuantityError, Unit, any_quantity, si_value, unit};
 pub use rotor::{Friction, Rotor};
 pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
-pub use symmetric::Symmetric;
 pub use thermal::{Temperature, TemperatureError, Thermal};
 pub use winding::{Winding, rotor_angle_from_lines};

@@ -11,22 +11,22 @@ mod algebraic;
 mod circuit;
 mod eddy;
 mod harmonics;
-mod heading;
 mod iron_bridge;
 mod linear;
 
-use standstill_interface::Dq;
 use std::fmt;
+
+use standstill_interface::Dq;
+use standstill_numeric::{Lane, Symmetric};
+
+use crate::FluxMap;
 
 pub use algebraic::Algebraic;
 pub use circuit::{Cogging, Eddy, MagneticCircuit, MagneticState, Series};
 pub use eddy::EddyBranch;
 pub use harmonics::Harmonics;
-pub use heading::Heading;
 pub use iron_bridge::IronBridge;
 pub use linear::Linear;
-
-use crate::{FluxMap, Lane, Symmetric};
 
 /// A core without losses: flux linkage in Wb to current in A.
 pub trait Magnetics {

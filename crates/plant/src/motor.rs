@@ -1,8 +1,9 @@
 //! A motor: everything that the simulation needs, validated.
 
 use standstill_interface::{AlphaBeta, Dq};
+use standstill_numeric::{Heading, Lane};
 
-use crate::{Core, Heading, Lane, Linear, MagneticCircuit, Rotor, Thermal, Winding};
+use crate::{Core, Linear, MagneticCircuit, Rotor, Thermal, Winding};
 
 /// A permanent-magnet synchronous motor. SI units; currents and fluxes are peak values of a phase, and their d and q
 /// amplitude-invariant. Made by [`crate::DataSheet::motor`], which checks that the

@@ -2,8 +2,9 @@
 
 use serde::Serialize;
 use standstill_interface::Dq;
+use standstill_numeric::{Heading, Symmetric};
 
-use crate::{Harmonics, Heading, MagneticCircuit, NoConvergence, Symmetric};
+use crate::{Harmonics, MagneticCircuit, NoConvergence};
 
 /// Which of two opposite voltage vectors along the d-axis raises the larger current, at the currents surveyed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]

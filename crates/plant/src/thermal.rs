@@ -109,9 +109,11 @@ impl Motor {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-    use crate::{Harmonics, Heading, built_in, built_in_names};
     use standstill_interface::Dq;
+    use standstill_numeric::Heading;
+
+    use super::*;
+    use crate::{Harmonics, built_in, built_in_names};
 
     #[test]
     fn analytic_a_hot_motor_has_more_resistance_and_less_flux() {

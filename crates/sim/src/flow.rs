@@ -2,7 +2,8 @@
 
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{Bridge, Conduction, DcLink, Gate, LegModes, Modes};
-use standstill_plant::{Heading, Magnetics, Motor};
+use standstill_numeric::Heading;
+use standstill_plant::{Magnetics, Motor};
 
 use crate::limits::{Limits, MARGINS};
 use crate::machine::{CORE, Evaluation, Machine, Operating, WITH_EDDY};

@@ -3,7 +3,7 @@
 //! Coefficients and the continuous extension of order 4 are those of Hairer, Nørsett and Wanner, *Solving
 //! Ordinary Differential Equations I*, section II.6 (DOPRI5).
 
-use standstill_plant::Lane;
+use standstill_numeric::Lane;
 
 /// Something for each number of a state. Spelled out, for a compiler that made a loop of it would put the same number of
 /// several machines apart and not those of all machines side by side.

@@ -1,7 +1,8 @@
 //! How far what makes the flow smooth is from its end.
 
 use standstill_inverter::{Bridge, Conduction, Gate, Modes};
-use standstill_plant::{Lane, Motor};
+use standstill_numeric::Lane;
+use standstill_plant::Motor;
 
 use crate::machine::{Evaluation, Machine, PLANE};
 use crate::motion::Motion;

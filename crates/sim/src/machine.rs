@@ -13,7 +13,8 @@
 
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_inverter::{DcLink, Legs, Port, Terminals};
-use standstill_plant::{Heading, Lane, Motor, Symmetric};
+use standstill_numeric::{Heading, Lane, Symmetric};
+use standstill_plant::Motor;
 
 /// Length of the state of a rotor at rest on a stiff link: ψ_α, ψ_β in Wb.
 pub const PLANE: usize = 2;

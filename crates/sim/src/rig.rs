@@ -6,7 +6,7 @@ mod events;
 
 use standstill_interface::{Command, Detector, Dq, Leg, Nanos, Reading, Real, Sampling, Step};
 use standstill_inverter::{Gate, Port};
-use standstill_plant::Heading;
+use standstill_numeric::Heading;
 
 use self::advance::Span;
 use self::deferred::{Deferred, Due};

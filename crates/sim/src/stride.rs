@@ -1,7 +1,7 @@
 //! One step with all that is asked of it, of one machine or of several side by side.
 
 use standstill_inverter::{Port, Terminals};
-use standstill_plant::Lane;
+use standstill_numeric::Lane;
 
 use crate::integrator::{Attempt, STAGES};
 use crate::limits::{Limits, MARGINS};

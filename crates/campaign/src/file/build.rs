@@ -8,7 +8,8 @@ use standstill_detect::{
 };
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
-use standstill_plant::{Motor, Quantity, Temperature, Unit};
+use standstill_plant::{Motor, Temperature};
+use standstill_quantity::{Quantity, Unit};
 use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
 
 use super::document::FileError;

@@ -1,6 +1,6 @@
 //! A number as it is written, with its unit if it has one: what can be varied without knowing what it is.
 
-use standstill_plant::any_quantity;
+use standstill_quantity::{any_quantity, rounded, split};
 use toml::Value;
 
 /// A number and its unit.
@@ -22,11 +22,9 @@ impl Number {
                 Some(Self { value: *number, unit: String::new(), whole: false })
             }
             Value::String(text) => {
-                let text = text.trim();
-                let digits = text.find(|c: char| !(c.is_ascii_digit() || "+-.eE".contains(c)));
-                let (number, unit) = text.split_at(digits.unwrap_or(text.len()));
-                let value = number.trim().parse().ok().filter(|value: &f64| value.is_finite())?;
-                Some(Self { value, unit: unit.trim().to_owned(), whole: false })
+                let (number, unit) = split(text);
+                let value = number.parse().ok().filter(|value: &f64| value.is_finite())?;
+                Some(Self { value, unit: unit.to_owned(), whole: false })
             }
             _ => None,
         }
@@ -53,8 +51,7 @@ impl Number {
 
     /// As it would be written.
     pub(super) fn to_value(&self) -> Value {
-        // Twelve digits hide what arithmetic rounds.
-        let value: f64 = format!("{:.11e}", self.value).parse().unwrap_or(self.value);
+        let value = rounded(self.value, 0);
         if !self.unit.is_empty() {
             return Value::String(format!("{value} {}", self.unit));
         }

@@ -4,8 +4,8 @@ use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Serialize};
 use standstill_detect::MethodName;
-use standstill_plant::Quantity;
-use standstill_plant::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
 
 use super::axes::{AxisSpec, DesignTable};
 use super::motor::MotorSpec;

@@ -1,6 +1,6 @@
 //! In which order a run has its rows: point by point, trial by trial.
 
-use standstill_plant::Quantity;
+use standstill_quantity::Quantity;
 
 use super::identity::Identity;
 use super::row::Row;

@@ -13,7 +13,7 @@ use crate::arguments::Check;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress;
-use crate::text::{self, fill, table};
+use crate::text::{fill, table};
 
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
@@ -75,7 +75,7 @@ fn factor(value: f64) -> String {
 
 /// A current in A, of motors of milliamperes as well.
 fn amperes(value: f64) -> String {
-    if value > 0.0 { text::number(1, value) } else { "–".to_owned() }
+    if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
 }
 
 fn cells(candidate: &Candidate) -> Vec<String> {

@@ -8,6 +8,7 @@ use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Occurrence, Sce
 use standstill_detect::{Method, MethodName};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
+use standstill_quantity::decimals;
 use standstill_sim::RotorState;
 
 use crate::Report;
@@ -19,7 +20,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
-use crate::text::{decimals, wide_table};
+use crate::text::wide_table;
 
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;

@@ -7,6 +7,7 @@ use serde_json::json;
 use standstill_plant::{
     Core, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature, Survey,
 };
+use standstill_quantity::{decimals, number};
 
 use crate::Report;
 use crate::arguments::Magnetics;
@@ -14,7 +15,7 @@ use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
 use crate::output::Output;
-use crate::text::{decimals, number, table};
+use crate::text::table;
 
 /// Points from no current to the largest.
 const STEPS: u16 = 10;

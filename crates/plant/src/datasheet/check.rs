@@ -3,10 +3,11 @@
 use std::fmt;
 
 use standstill_interface::Dq;
+use standstill_quantity::Unit;
+use standstill_quantity::unit::One;
 
 use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced};
-use crate::quantity::unit::One;
-use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Unit, Winding};
+use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Winding};
 
 impl DataSheet {
     /// The motor, if the numbers make one.

@@ -1,9 +1,11 @@
 //! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, temperature.
 
+use standstill_numeric::Heading;
+use standstill_quantity::unit::One;
+
 use super::check::Check;
 use super::{EddyTable, HarmonicsTable, MotorError, RotorTable, Sourced, ThermalTable};
-use crate::quantity::unit::One;
-use crate::{Cogging, EddyBranch, Friction, Harmonics, Heading, MagneticCircuit, Rotor, Thermal};
+use crate::{Cogging, EddyBranch, Friction, Harmonics, MagneticCircuit, Rotor, Thermal};
 
 impl Check<'_> {
     pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {

@@ -2,9 +2,9 @@
 
 use nalgebra::DMatrix;
 use standstill_interface::Dq;
+use standstill_numeric::Symmetric;
 
 use super::MapAxes;
-use crate::Symmetric;
 use crate::import::{MapError, MapPoint, MapSamples, Place};
 
 /// Fluxes over a rectangle of currents; the first index of a matrix is that of i_d.

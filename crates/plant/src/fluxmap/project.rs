@@ -14,11 +14,11 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use standstill_interface::Dq;
+use standstill_numeric::Symmetric;
 
 use super::grid::Grid;
 use super::noise;
 use super::spline::{Basis, Local};
-use crate::Symmetric;
 
 /// A point of the projected map.
 pub(super) struct Sample {

@@ -9,10 +9,11 @@
 use std::sync::Arc;
 
 use standstill_interface::Dq;
+use standstill_numeric::Symmetric;
 
 use super::grid::Grid;
 use super::project::{CoEnergy, Sample};
-use crate::{Magnetics, Symmetric};
+use crate::Magnetics;
 
 /// Coefficients along an axis that one point depends on.
 const WIDTH: usize = 6;

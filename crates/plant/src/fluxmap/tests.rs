@@ -1,8 +1,9 @@
 use standstill_interface::Dq;
+use standstill_numeric::Heading;
 
 use super::*;
 use crate::import::{MapPoint, Place};
-use crate::{Heading, MagneticCircuit, Magnetics, built_in};
+use crate::{MagneticCircuit, Magnetics, built_in};
 
 /// A map of a core, sampled on a grid.
 fn sampled(core: &impl Magnetics, d: &[f64], q: &[f64]) -> MapSamples {

@@ -1,10 +1,9 @@
 //! Algebraic saturation after Hinkkanen et al. 2017, <https://doi.org/10.1109/TIA.2016.2644624>.
 
 use standstill_interface::Dq;
+use standstill_numeric::{Lane, Symmetric, power};
 
 use super::{IronBridge, Magnetics};
-use crate::lane::power;
-use crate::{Lane, Symmetric};
 
 /// ```text
 /// i_d = [a_d0 + a_dd |ψ_d|^S + a_dq/(V+2) |ψ_d|^U |ψ_q|^(V+2)] ψ_d − i_f

@@ -6,9 +6,10 @@ use standstill_interface::Dq;
 
 pub use series::Series;
 
+use standstill_numeric::{Heading, Lane, Symmetric, sin_cos};
+
 use super::harmonics::Distortion;
-use super::{Core, EddyBranch, Harmonics, Heading, Magnetics, NoConvergence};
-use crate::{Lane, Symmetric, sin_cos};
+use super::{Core, EddyBranch, Harmonics, Magnetics, NoConvergence};
 
 /// The magnetics at one flux and one rotor angle.
 #[derive(Clone, Copy, Debug, PartialEq)]

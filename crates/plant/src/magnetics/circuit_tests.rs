@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use standstill_interface::{AlphaBeta, Dq};
+use standstill_numeric::Heading;
 
 use super::*;
 use crate::{Motor, built_in, built_in_names};

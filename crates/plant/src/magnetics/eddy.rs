@@ -10,8 +10,7 @@
 //! inductance `Γ⁻¹`, an infinitely short one `(Γ + G)⁻¹`. The branch turns with the rotor.
 
 use standstill_interface::Dq;
-
-use crate::Symmetric;
+use standstill_numeric::Symmetric;
 
 /// Eddy currents of the rotor.
 #[derive(Clone, Copy, Debug, PartialEq)]

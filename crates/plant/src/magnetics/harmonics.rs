@@ -14,9 +14,9 @@
 //! `L₀ + M = G Gᵀ`, `A = G₀ G⁻¹`.
 
 use standstill_interface::Dq;
+use standstill_numeric::{Heading, Lane, Symmetric};
 
-use super::{Core, Heading, MagneticState};
-use crate::{Lane, Symmetric};
+use super::{Core, MagneticState};
 
 /// Harmonics of winding and magnet over the rotor angle. All zero: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

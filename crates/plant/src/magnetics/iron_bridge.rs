@@ -2,10 +2,9 @@
 //! <https://doi.org/10.1109/ICEM60801.2024.10700403>.
 
 use standstill_interface::Dq;
+use standstill_numeric::{Lane, Symmetric, power};
 
 use super::Magnetics;
-use crate::lane::power;
-use crate::{Lane, Symmetric};
 
 /// Thin iron ribs beside the magnets, which the magnets saturate. With d the magnet axis,
 /// ```text

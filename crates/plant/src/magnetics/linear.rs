@@ -1,9 +1,10 @@
 //! Constant inductances: equations (1) and (2) in the rotor's frame.
 
 use standstill_interface::Dq;
+use standstill_numeric::{Lane, Symmetric};
 
 use super::Magnetics;
-use crate::{Lane, Symmetric, Winding};
+use crate::Winding;
 
 /// `W = (ψ_d − ψ_pm)² / (2 L_d) + ψ_q² / (2 L_q)`.
 #[derive(Clone, Copy, Debug, PartialEq)]

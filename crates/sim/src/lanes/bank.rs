@@ -3,7 +3,8 @@
 use multiversion::multiversion;
 use standstill_interface::AlphaBeta;
 use standstill_inverter::{DcLink, LegMode, Legs, Port};
-use standstill_plant::{Heading, Motor, Pack, Symmetric};
+use standstill_numeric::{Heading, Pack, Symmetric};
+use standstill_plant::Motor;
 
 use crate::limits::Limits;
 use crate::machine::{CORE, Machine, PLANE};

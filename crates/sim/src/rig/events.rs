@@ -2,7 +2,7 @@
 
 use standstill_interface::{AlphaBeta, Phase};
 use standstill_inverter::{Conduction, Legs};
-use standstill_plant::Heading;
+use standstill_numeric::Heading;
 
 use super::Rig;
 use crate::case::RunError;

@@ -121,8 +121,9 @@ fn extremes(points: &[PointSummary]) -> (Option<&PointSummary>, Option<&PointSum
 
 fn describe(point: &PointSummary, shown: &[Shown]) -> String {
     let values = shown.iter().zip(point.values.values());
-    let values: Vec<String> =
-        values.map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.unit)).collect();
+    let values: Vec<String> = values
+        .map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.scale.unit))
+        .collect();
     let values: Vec<&str> = values.iter().map(|value| value.trim_end()).collect();
     values.join(", ")
 }
@@ -226,7 +227,7 @@ fn points(points: &[PointSummary]) -> Table {
     };
     let axis = |axis: &Shown| {
         if numeric(&axis.key) {
-            TableColumn::number(axis.key.as_str(), axis.unit.as_str())
+            TableColumn::number(axis.key.as_str(), axis.scale.unit.as_str())
         } else {
             TableColumn::text(axis.key.as_str())
         }

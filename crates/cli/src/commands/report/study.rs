@@ -21,7 +21,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
         let place = |of: &PointSummary| {
             let values = shown.iter().map(|axis| match of.values.get(&axis.key) {
                 Some(serde_json::Value::Number(number)) => {
-                    Coordinate::Number(axis.number(number.as_f64().unwrap_or(f64::NAN)))
+                    Coordinate::Number(axis.scale.number(number.as_f64().unwrap_or(f64::NAN)))
                 }
                 Some(serde_json::Value::String(name)) => Coordinate::Name(name.clone()),
                 other => Coordinate::Name(other.map_or_else(String::new, ToString::to_string)),
@@ -72,7 +72,7 @@ fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
         AxisSpec::Range(range) => range.log,
         AxisSpec::List(_) => least > 0.0 && largest / least > LONG,
     };
-    StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.unit.clone(), logarithmic }
+    StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.scale.unit.clone(), logarithmic }
 }
 
 fn point(coordinates: Vec<Coordinate>, s: &Summary) -> StudyPoint {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use standstill_campaign::file::{Document, Point};
 use standstill_campaign::store::{Identity, JournalError, Shards};
 use standstill_campaign::{Statistics, Summary};
-use standstill_plant::Quantity;
+use standstill_quantity::Quantity;
 use standstill_report::table::{Column, Format, TableError, Writer};
 
 use crate::Report;

@@ -6,9 +6,9 @@
 //! Then `∂W/∂ψ = i` and `Γ = (Γ₀⁻¹ + M)⁻¹`: again one energy, at rest where the core alone is.
 
 use standstill_interface::Dq;
+use standstill_numeric::Symmetric;
 
 use super::MagneticCircuit;
-use crate::Symmetric;
 use crate::magnetics::{Core, Magnetics};
 
 /// A core behind a constant inductance.
@@ -113,8 +113,10 @@ impl MagneticCircuit {
 
 #[cfg(test)]
 mod tests {
+    use standstill_numeric::Heading;
+
     use super::*;
-    use crate::{Heading, built_in, built_in_names};
+    use crate::{built_in, built_in_names};
 
     const ADDED: Dq<f64> = Dq::new(0.2e-3, -0.3e-3);
 

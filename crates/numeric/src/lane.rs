@@ -30,11 +30,18 @@ pub trait Lane:
     /// Where this number is the larger one.
     fn above(self, other: Self) -> Self::Mask;
 
-    /// The smaller of two numbers, if both are any.
+    /// The smaller of two numbers; where `other` is not a number, this one.
     #[inline(always)]
     #[must_use]
     fn least(self, other: Self) -> Self {
         Self::choose(self.above(other), other, self)
+    }
+
+    /// The larger of two numbers; where `other` is not a number, this one.
+    #[inline(always)]
+    #[must_use]
+    fn greatest(self, other: Self) -> Self {
+        Self::choose(other.above(self), other, self)
     }
 
     /// Where this bit of the number is set.
@@ -91,8 +98,12 @@ impl Lane for f64 {
 }
 
 /// `x^n` by squaring: the same multiplications in the same order everywhere, unlike a library's `pow`.
+///
+/// ```
+/// assert_eq!(standstill_numeric::power(1.5, 3), 3.375);
+/// ```
 #[inline(always)]
-pub(crate) fn power<T: Lane>(x: T, exponent: u8) -> T {
+pub fn power<T: Lane>(x: T, exponent: u8) -> T {
     let (mut result, mut square, mut left) = (T::of(1.0), x, exponent);
     while left > 0 {
         if left & 1 == 1 {
@@ -175,6 +186,15 @@ mod tests {
         }
         assert_eq!(sin_cos(0.0), (0.0, 1.0));
         assert!(sin_cos(f64::NAN).0.is_nan() && sin_cos(f64::INFINITY).1.is_nan());
+    }
+
+    #[test]
+    fn analytic_the_smaller_and_the_larger_of_two() {
+        for (a, b) in [(1.0, 2.0), (2.0, 1.0), (-1.0, -2.0), (-3.0, 4.0), (f64::NEG_INFINITY, 0.0)] {
+            let (low, high) = if a < b { (a, b) } else { (b, a) };
+            assert_eq!((a.least(b), a.greatest(b)), (low, high));
+        }
+        assert_eq!((1.0.least(f64::NAN), 1.0.greatest(f64::NAN)), (1.0, 1.0));
     }
 
     #[test]

@@ -145,6 +145,8 @@ mod tests {
         let lanes = [
             (x + y * x - y / x).0,
             Pack::choose(x.above(y), x, y).0,
+            x.least(y).0,
+            x.greatest(y).0,
             (x.abs().sqrt() * 3.0 - 1.0 + 0.5).0,
             sin_cos(x).0.0,
             (-sin_cos(x).1).0,
@@ -155,6 +157,8 @@ mod tests {
             let single = [
                 x + y * x - y / x,
                 if x > y { x } else { y },
+                if x > y { y } else { x },
+                if y > x { y } else { x },
                 x.abs().sqrt() * 3.0 - 1.0 + 0.5,
                 sin_cos(x).0,
                 -sin_cos(x).1,

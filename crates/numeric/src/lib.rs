@@ -1,0 +1,23 @@
+//! What everything computes with: the same operations, in the same order, on every machine.
+//!
+//! * [`Lane`]: a number, or several of them side by side ([`Pack`]). Equations are written once for both.
+//! * [`sin_cos`], [`power`]: functions of a lane that no library has for several numbers.
+//! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
+//! * [`Heading`]: an angle as its sine and cosine.
+//!
+//! ```
+//! use standstill_numeric::{Pack, sin_cos};
+//!
+//! let angles = Pack([0.0, 0.5, 1.0, 1.5]);
+//! let (sin, _) = sin_cos(angles);
+//! // A lane has the bits that the number has alone.
+//! assert_eq!(sin.0[2].to_bits(), sin_cos(1.0).0.to_bits());
+//! ```
+
+mod heading;
+mod lane;
+mod symmetric;
+
+pub use heading::Heading;
+pub use lane::{Lane, Pack, power, sin_cos};
+pub use symmetric::Symmetric;
