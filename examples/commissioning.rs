@@ -8,6 +8,7 @@
 //! other, then is tried at 200 others with what it learnt among its settings.
 //!
 //! Run with `cargo run --release --example commissioning`.
+#![allow(clippy::disallowed_methods, reason = "an example may differ in its last digits")]
 
 use std::error::Error;
 use std::f64::consts::TAU;

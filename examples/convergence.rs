@@ -5,6 +5,7 @@
 //! five: ten times the work, a hundred thousand times less error.
 //!
 //! Run with `cargo run --release --example convergence`; writes `standstill-out/examples/convergence.svg` and `.png`.
+#![allow(clippy::disallowed_methods, reason = "an example may differ in its last digits")]
 
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,

@@ -5,6 +5,7 @@
 //! vectors, 60° apart, are enough to tell the two harmonics apart.
 //!
 //! Run with `cargo run --release --example own_detector`.
+#![allow(clippy::disallowed_methods, reason = "an example may differ in its last digits")]
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,6 @@
 //! The test suite. Names carry the kind of evidence: `analytic_` against a closed form, `law_` against a law of
 //! physics, `cross_` against another program, `regress_` against a mistake once made.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 mod accuracy;
 mod bench;

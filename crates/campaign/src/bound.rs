@@ -115,8 +115,8 @@ impl Bound {
     /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.
     pub fn rms(bounds: &[Self]) -> Self {
         let n = bounds.len() as f64;
-        let rms =
-            |of: fn(&Self) -> f64| (bounds.iter().map(|bound| of(bound).powi(2)).sum::<f64>() / n).sqrt();
+        let squares = |of: fn(&Self) -> f64| bounds.iter().map(|bound| of(bound) * of(bound)).sum::<f64>();
+        let rms = |of: fn(&Self) -> f64| (squares(of) / n).sqrt();
         let known = bounds.iter().all(|bound| bound.hybrid_deg.is_some());
         let hybrid = |of: fn(&Self) -> f64| known.then(|| rms(of));
         Self {

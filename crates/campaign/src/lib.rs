@@ -6,6 +6,7 @@
 //! A trial is a pure function of the scenario and its number, so a campaign gives the same records in the same
 //! order on any number of threads ([`Campaign`]). A failed trial is a record like any other. What no method can do better
 //! with the same excitation is told by [`Bounds`].
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod bound;
 mod campaign;

@@ -8,7 +8,7 @@ use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
 };
 use standstill_interface::{Detector, Dq, Nanos};
-use standstill_numeric::Heading;
+use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
     Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
@@ -78,7 +78,7 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
     let rest = motor.magnetics.rest(Heading::ZERO);
     let least = (0..32_u8)
         .filter_map(|step| {
-            let (sin, cos) = (TAU * f64::from(step) / 32.0).sin_cos();
+            let (sin, cos) = sin_cos(TAU * f64::from(step) / 32.0);
             // Where a map ends nothing is known.
             let flux = motor.magnetics.flux_at(Dq::new(cos, sin) * current, Heading::ZERO).ok()?;
             Some((flux - rest).norm())

@@ -4,6 +4,7 @@ mod arguments;
 mod columns;
 mod commands;
 mod error;
+#[allow(clippy::disallowed_methods, reason = "pictures may differ by a shade from one machine to the next")]
 mod figures;
 mod interrupt;
 mod log;

@@ -4,6 +4,7 @@
 //! or `f64`, that runs in firmware as it does in the simulator. "The paper" is Chen Cheng and Tao Ze'an 2019
 //! (article 1673-6540(2019)06-0102-04).
 #![no_std]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod alignment;
 mod bipolar;

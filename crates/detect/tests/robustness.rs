@@ -1,4 +1,5 @@
 //! No reading, setting or nameplate makes a detector panic, run for ever or name an angle that is none.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 use standstill_detect::{
     Adaptive, Correction, Decay, Method, MethodName, ModulationSettings, Nameplate, PolarityRule,

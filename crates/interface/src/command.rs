@@ -2,7 +2,8 @@
 
 use core::ops::{Add, Mul, Sub};
 
-use num_traits::{Float, ToPrimitive};
+use num_traits::ToPrimitive;
+use num_traits::float::FloatCore;
 
 use crate::{Abc, Phase};
 
@@ -22,7 +23,7 @@ impl Nanos {
 
     /// The nearest to a time in s; zero for what is negative or no number.
     pub fn from_seconds(seconds: f64) -> Self {
-        Self(Float::round(seconds * 1e9).to_u64().unwrap_or(if seconds > 0.0 { u64::MAX } else { 0 }))
+        Self(FloatCore::round(seconds * 1e9).to_u64().unwrap_or(if seconds > 0.0 { u64::MAX } else { 0 }))
     }
 
     /// In seconds.

@@ -13,6 +13,7 @@
 //! code runs in this simulator and in firmware. A [`Reading`] has no field for the true rotor angle: a
 //! detector cannot look.
 #![no_std]
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod angle;
 mod command;

@@ -2,7 +2,8 @@
 
 use core::ops::{Add, Div, Mul, Neg, Sub};
 
-use num_traits::{Float, FloatConst};
+use num_traits::FloatConst;
+use num_traits::float::FloatCore;
 
 /// What the vectors of the planes are made of: a number, or several side by side that are computed alike.
 pub trait Arithmetic:
@@ -14,11 +15,82 @@ pub trait Arithmetic:
 
 /// `f32` or `f64`. A detector is written once and runs in double precision here, in single precision on a
 /// microcontroller.
+///
+/// All that is not exact by definition, such as the sine, is that of the `libm` crate, whatever a C library would say: the
+/// same bits on every machine. That is why this is no `num_traits::Float`, which takes the C library's functions as soon as
+/// any crate of a program asks it for `std`.
+///
+/// ```
+/// use standstill_interface::Real;
+///
+/// fn length<T: Real>(x: T, y: T) -> T {
+///     x.hypot(y)
+/// }
+///
+/// assert_eq!((length(3.0_f32, 4.0), length(0.6_f64, 0.8)), (5.0, 1.0));
+/// ```
 pub trait Real:
-    Arithmetic + Float + FloatConst + core::fmt::Debug + core::fmt::Display + Send + Sync + 'static
+    Arithmetic + FloatCore + FloatConst + core::fmt::Debug + core::fmt::Display + Send + Sync + 'static
 {
     /// The value in double precision.
     fn to_double(self) -> f64;
+
+    /// Square root, which is exact but for the last rounding.
+    #[must_use]
+    fn sqrt(self) -> Self;
+
+    /// Sine of an angle in rad.
+    #[must_use]
+    fn sin(self) -> Self;
+
+    /// Cosine of an angle in rad.
+    #[must_use]
+    fn cos(self) -> Self;
+
+    /// Sine and cosine of an angle in rad.
+    fn sin_cos(self) -> (Self, Self) {
+        (self.sin(), self.cos())
+    }
+
+    /// Tangent of an angle in rad.
+    #[must_use]
+    fn tan(self) -> Self;
+
+    /// The angle in rad, from −π/2 to π/2, with this sine.
+    #[must_use]
+    fn asin(self) -> Self;
+
+    /// The angle in rad, from 0 to π, with this cosine.
+    #[must_use]
+    fn acos(self) -> Self;
+
+    /// The angle in rad, from −π to π, of the point that is this high and `x` to the right.
+    #[must_use]
+    fn atan2(self, x: Self) -> Self;
+
+    /// √(x² + y²), also where the squares would overflow.
+    #[must_use]
+    fn hypot(self, other: Self) -> Self;
+
+    /// e^x.
+    #[must_use]
+    fn exp(self) -> Self;
+
+    /// e^x − 1, exact near zero.
+    #[must_use]
+    fn exp_m1(self) -> Self;
+
+    /// Natural logarithm.
+    #[must_use]
+    fn ln(self) -> Self;
+
+    /// ln(1 + x), exact near zero.
+    #[must_use]
+    fn ln_1p(self) -> Self;
+
+    /// x^y.
+    #[must_use]
+    fn powf(self, exponent: Self) -> Self;
 }
 
 impl Arithmetic for f64 {
@@ -36,14 +108,83 @@ impl Arithmetic for f32 {
     }
 }
 
-impl Real for f64 {
-    fn to_double(self) -> f64 {
-        self
-    }
+macro_rules! real {
+    ($($float:ident: $sqrt:ident $sin:ident $cos:ident $tan:ident $asin:ident $acos:ident $atan2:ident $hypot:ident $exp:ident $exp_m1:ident $ln:ident $ln_1p:ident $pow:ident;)*) => {$(
+        impl Real for $float {
+            #[inline]
+            fn to_double(self) -> f64 {
+                self.into()
+            }
+
+            #[inline]
+            fn sqrt(self) -> Self {
+                libm::$sqrt(self)
+            }
+
+            #[inline]
+            fn sin(self) -> Self {
+                libm::$sin(self)
+            }
+
+            #[inline]
+            fn cos(self) -> Self {
+                libm::$cos(self)
+            }
+
+            #[inline]
+            fn tan(self) -> Self {
+                libm::$tan(self)
+            }
+
+            #[inline]
+            fn asin(self) -> Self {
+                libm::$asin(self)
+            }
+
+            #[inline]
+            fn acos(self) -> Self {
+                libm::$acos(self)
+            }
+
+            #[inline]
+            fn atan2(self, x: Self) -> Self {
+                libm::$atan2(self, x)
+            }
+
+            #[inline]
+            fn hypot(self, other: Self) -> Self {
+                libm::$hypot(self, other)
+            }
+
+            #[inline]
+            fn exp(self) -> Self {
+                libm::$exp(self)
+            }
+
+            #[inline]
+            fn exp_m1(self) -> Self {
+                libm::$exp_m1(self)
+            }
+
+            #[inline]
+            fn ln(self) -> Self {
+                libm::$ln(self)
+            }
+
+            #[inline]
+            fn ln_1p(self) -> Self {
+                libm::$ln_1p(self)
+            }
+
+            #[inline]
+            fn powf(self, exponent: Self) -> Self {
+                libm::$pow(self, exponent)
+            }
+        }
+    )*};
 }
 
-impl Real for f32 {
-    fn to_double(self) -> f64 {
-        f64::from(self)
-    }
+real! {
+    f32: sqrtf sinf cosf tanf asinf acosf atan2f hypotf expf expm1f logf log1pf powf;
+    f64: sqrt sin cos tan asin acos atan2 hypot exp expm1 log log1p pow;
 }

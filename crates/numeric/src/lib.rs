@@ -2,6 +2,7 @@
 //!
 //! * [`Lane`]: a number, or several of them side by side ([`Pack`]). Equations are written once for both.
 //! * [`sin_cos`], [`power`]: functions of a lane that no library has for several numbers.
+//! * [`sin`], [`exp`], [`ln`], [`hypot`] and so on: functions of one number, from a library that every machine has alike.
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
 //!
@@ -13,11 +14,14 @@
 //! // A lane has the bits that the number has alone.
 //! assert_eq!(sin.0[2].to_bits(), sin_cos(1.0).0.to_bits());
 //! ```
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod functions;
 mod heading;
 mod lane;
 mod symmetric;
 
+pub use functions::{atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_gamma, log10, powf, sin};
 pub use heading::Heading;
 pub use lane::{Lane, Pack, power, sin_cos};
 pub use symmetric::Symmetric;

@@ -2,6 +2,8 @@
 
 use standstill_interface::{AlphaBeta, Arithmetic, Dq};
 
+use crate::hypot;
+
 /// A symmetric 2×2 matrix `[xx, xy; xy, yy]`, in whichever plane its user works.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Symmetric<T = f64> {
@@ -69,7 +71,7 @@ impl Symmetric {
     /// The smaller eigenvalue.
     pub fn smaller_eigenvalue(self) -> f64 {
         let (mean, half) = ((self.xx + self.yy) / 2.0, (self.xx - self.yy) / 2.0);
-        mean - half.hypot(self.xy)
+        mean - hypot(half, self.xy)
     }
 }
 

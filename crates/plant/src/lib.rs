@@ -12,6 +12,7 @@
 //!
 //! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
 //! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod datasheet;
 mod fluxmap;

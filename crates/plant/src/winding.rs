@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use nalgebra::Matrix3;
 use standstill_interface::{Abc, Dq, Phase};
+use standstill_numeric::{atan2, cos};
 
 use crate::{FluxMap, Magnetics};
 
@@ -40,8 +41,8 @@ impl Winding {
     /// [`Winding::d_axis_inductance`] and [`Winding::q_axis_inductance`] are positive.
     pub fn inductance_matrix(&self, angle: f64) -> Matrix3<f64> {
         let self_inductance =
-            |shift: f64| self.mean_inductance + self.leakage + self.saliency * (2.0 * angle + shift).cos();
-        let mutual = |shift: f64| -self.mean_inductance / 2.0 + self.saliency * (2.0 * angle + shift).cos();
+            |shift: f64| self.mean_inductance + self.leakage + self.saliency * cos(2.0 * angle + shift);
+        let mutual = |shift: f64| -self.mean_inductance / 2.0 + self.saliency * cos(2.0 * angle + shift);
         let third = 2.0 * PI / 3.0;
         let (ab, bc, ac) = (mutual(-third), mutual(0.0), mutual(third));
         Matrix3::new(
@@ -69,8 +70,7 @@ impl Winding {
     pub fn line_inductances(&self, angle: f64) -> Abc<f64> {
         let third = 2.0 * PI / 3.0;
         Abc::new(-third, 0.0, third).map(|shift| {
-            3.0 * self.mean_inductance + 2.0 * self.leakage
-                - 3.0 * self.saliency * (2.0 * angle + shift).cos()
+            3.0 * self.mean_inductance + 2.0 * self.leakage - 3.0 * self.saliency * cos(2.0 * angle + shift)
         })
     }
 
@@ -94,7 +94,7 @@ pub fn rotor_angle_from_lines(lines: Abc<f64>, saliency_sign: f64) -> f64 {
     let Abc([ab, bc, ca]) = lines;
     let sine = 3.0_f64.sqrt() * (ca - ab) * saliency_sign.signum();
     let cosine = (ca + ab - 2.0 * bc) * saliency_sign.signum();
-    (sine.atan2(cosine) / 2.0).rem_euclid(PI)
+    (atan2(sine, cosine) / 2.0).rem_euclid(PI)
 }
 
 #[cfg(test)]

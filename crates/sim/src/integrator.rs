@@ -3,7 +3,7 @@
 //! Coefficients and the continuous extension of order 4 are those of Hairer, Nørsett and Wanner, *Solving
 //! Ordinary Differential Equations I*, section II.6 (DOPRI5).
 
-use standstill_numeric::Lane;
+use standstill_numeric::{Lane, powf};
 
 /// Something for each number of a state. Spelled out, for a compiler that made a loop of it would put the same number of
 /// several machines apart and not those of all machines side by side.
@@ -169,7 +169,7 @@ pub fn next_length(h: f64, error: f64) -> f64 {
     let factor = match error {
         // 0.9 / 5 to the fifth power: no need for a root.
         error if error <= 1.8e-4 => 5.0,
-        error if error.is_finite() => 0.9 * error.powf(-0.2),
+        error if error.is_finite() => 0.9 * powf(error, -0.2),
         _ => 0.2,
     };
     h * factor.clamp(0.2, 5.0)

@@ -1,6 +1,7 @@
 //! From sensitivities and noise to the standard deviation of the angle.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use standstill_numeric::power;
 use standstill_sim::SensorSettings;
 
 use super::replay::Readings;
@@ -44,7 +45,7 @@ impl Noise {
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
         let mut variance = sensors.noise * sensors.noise;
         if let Some(adc) = sensors.adc {
-            let step = (adc.high - adc.low) / f64::from(adc.bits).exp2();
+            let step = (adc.high - adc.low) / power(2.0, adc.bits);
             variance += step * step / 12.0;
             for (measured, current) in readings.measured.iter_mut().zip(&readings.current) {
                 for (measured, current) in measured.iter_mut().zip(current) {
@@ -148,7 +149,10 @@ impl Information {
             .iter()
             .zip(eigen.eigenvectors.column_iter())
             .filter(|(value, _)| **value > RANK)
-            .map(|(value, vector)| vector.dot(&shared).powi(2) / value)
+            .map(|(value, vector)| {
+                let along = vector.dot(&shared);
+                along * along / value
+            })
             .sum();
         let left = 1.0 - taken;
         if left > RANK { 1.0 / (whole * left).sqrt() } else { f64::INFINITY }

@@ -7,6 +7,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_numeric::{exp, log10};
 use standstill_sim::{Purpose, Streams};
 use toml::Value;
 
@@ -229,8 +230,8 @@ impl<'a> Axis<'a> {
             }
             Self::Range { from, to, log, .. } => {
                 let value = if *log {
-                    let [a, b] = [from.value, to.value].map(f64::log10);
-                    ((a + (b - a) * share) * LN_10).exp()
+                    let [a, b] = [from.value, to.value].map(log10);
+                    exp((a + (b - a) * share) * LN_10)
                 } else {
                     from.value + (to.value - from.value) * share
                 };

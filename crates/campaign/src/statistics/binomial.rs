@@ -4,7 +4,7 @@
 //! million trials one never came back. Here the continued fraction runs until it has converged, which takes some √n terms,
 //! and roots are enclosed.
 
-use statrs::function::gamma::ln_gamma;
+use standstill_numeric::{exp, exp_m1, ln, ln_1p, ln_gamma};
 
 /// P(X ≥ `count`) of `total` trials with the probability `p` each; `count` from 1 to `total`.
 fn at_least(count: u64, total: u64, p: f64) -> f64 {
@@ -12,19 +12,19 @@ fn at_least(count: u64, total: u64, p: f64) -> f64 {
 }
 
 /// The regularised incomplete beta function I_x(a, b).
-fn beta(a: f64, b: f64, x: f64) -> f64 {
+pub(super) fn beta(a: f64, b: f64, x: f64) -> f64 {
     if x <= 0.0 {
         return 0.0;
     }
     if x >= 1.0 {
         return 1.0;
     }
-    let front = ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * x.ln() + b * (-x).ln_1p();
+    let front = ln_gamma(a + b) - ln_gamma(a) - ln_gamma(b) + a * ln(x) + b * ln_1p(-x);
     // The fraction converges fast on this side of the mean only.
     if x < (a + 1.0) / (a + b + 2.0) {
-        front.exp() * fraction(a, b, x) / a
+        exp(front) * fraction(a, b, x) / a
     } else {
-        1.0 - front.exp() * fraction(b, a, 1.0 - x) / b
+        1.0 - exp(front) * fraction(b, a, 1.0 - x) / b
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn lower(count: u64, total: u64, tail: f64) -> f64 {
         return 0.0;
     }
     if count == total {
-        return (tail.ln() / total as f64).exp();
+        return exp(ln(tail) / total as f64);
     }
     let (mut low, mut high) = (0.0, count as f64 / total as f64);
     // The tail grows with the probability; what is enclosed is halved until doubles end.
@@ -83,7 +83,7 @@ pub(super) fn lower(count: u64, total: u64, tail: f64) -> f64 {
 pub(super) fn upper(count: u64, total: u64, tail: f64) -> f64 {
     if count == 0 {
         // Without the rounding of 1 − (1 − p).
-        return -(tail.ln() / total as f64).exp_m1();
+        return -exp_m1(ln(tail) / total as f64);
     }
     1.0 - lower(total - count, total, tail)
 }

@@ -1,4 +1,5 @@
 //! The command as its users meet it: what it prints and writes, and what it says to mistakes.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 mod campaigns;
 mod maps;

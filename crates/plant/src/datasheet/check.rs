@@ -3,6 +3,7 @@
 use std::fmt;
 
 use standstill_interface::Dq;
+use standstill_numeric::sin_cos;
 use standstill_quantity::Unit;
 use standstill_quantity::unit::One;
 
@@ -242,7 +243,7 @@ impl Check<'_> {
     /// current in any direction.
     fn core(&self, motor: &Motor) -> Result<(), MotorError> {
         for step in 0..48 {
-            let (sin, cos) = (f64::from(step) * std::f64::consts::TAU / 48.0).sin_cos();
+            let (sin, cos) = sin_cos(f64::from(step) * std::f64::consts::TAU / 48.0);
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {
                 let current = Dq::new(cos, sin) * (motor.rated_current * share);
                 let core = motor.magnetics.core();

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use standstill_interface::Dq;
-use standstill_numeric::Symmetric;
+use standstill_numeric::{Symmetric, atan2, sin};
 
 use super::MapAxes;
 use crate::import::{MapError, MapPoint, MapSamples, Place};
@@ -179,7 +179,7 @@ impl Grid {
     /// By how much the flux without current is ahead of +d, in degrees.
     pub(super) fn off_axis(&self) -> f64 {
         let rest = self.at_rest();
-        rest.q.atan2(rest.d).to_degrees()
+        atan2(rest.q, rest.d).to_degrees()
     }
 
     fn axes(&self, file: &str) -> Result<MapAxes, MapError> {
@@ -187,11 +187,11 @@ impl Grid {
         if rest.norm() < NO_FLUX * self.largest_flux() {
             return Ok(MapAxes::NoMagnet);
         }
-        let angle = rest.q.atan2(rest.d).to_degrees();
+        let angle = atan2(rest.q, rest.d).to_degrees();
         let quarters = (angle / 90.0).round();
         let off = angle - 90.0 * quarters;
         if off.abs() > OFF_AXIS
-            && rest.norm() * off.to_radians().sin().abs() > FLUX_NOISE * self.largest_flux()
+            && rest.norm() * sin(off.to_radians()).abs() > FLUX_NOISE * self.largest_flux()
         {
             let found = format!("flux without current at {angle:.2}° from d");
             let needed = format!(

@@ -14,7 +14,7 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use standstill_interface::Dq;
-use standstill_numeric::Symmetric;
+use standstill_numeric::{Symmetric, hypot};
 
 use super::grid::Grid;
 use super::noise;
@@ -152,7 +152,7 @@ impl CoEnergy {
             let (d, q) = (along(&self.d, &d, order_d), along(&self.q, &q, order_q));
             let shares = d * q.transpose();
             let variance = shares.zip_fold(&sums, 0.0, |variance, share, sum| variance + share * share / sum);
-            (variance.sqrt() * noise).hypot(bias)
+            hypot(variance.sqrt() * noise, bias)
         })
     }
 

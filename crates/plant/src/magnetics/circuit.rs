@@ -6,7 +6,7 @@ use standstill_interface::Dq;
 
 pub use series::Series;
 
-use standstill_numeric::{Heading, Lane, Symmetric, sin_cos};
+use standstill_numeric::{Heading, Lane, Symmetric, cos, sin_cos};
 
 use super::harmonics::Distortion;
 use super::{Core, EddyBranch, Harmonics, Magnetics, NoConvergence};
@@ -47,7 +47,7 @@ impl Cogging {
     /// Energy in J at electrical angle θ in rad, of which the torque is the negative slope over the mechanical angle.
     pub fn energy(&self, angle: f64, pole_pairs: u32) -> f64 {
         let n = f64::from(self.periods);
-        -self.torque / (n * f64::from(pole_pairs)) * (n * angle).cos()
+        -self.torque / (n * f64::from(pole_pairs)) * cos(n * angle)
     }
 }
 

@@ -1,5 +1,7 @@
 //! The sensors' filters.
 
+use standstill_numeric::exp;
+
 /// A first-order low-pass filter, exact up to rounding for an input that is a cubic over the step.
 #[derive(Clone, Copy, Debug)]
 pub struct LowPass {
@@ -23,8 +25,8 @@ impl LowPass {
             // On short steps the powers of τ/h below would blow up rounding. The 3/8 rule on the convolution
             // with the filter's response is exact there to r⁵.
             let [a, b, c, d] = x;
-            let ends = a * (-r).exp() + 3.0 * b * (-2.0 * r / 3.0).exp() + 3.0 * c * (-r / 3.0).exp() + d;
-            self.output = self.output * (-r).exp() + r / 8.0 * ends;
+            let ends = a * exp(-r) + 3.0 * b * exp(-2.0 * r / 3.0) + 3.0 * c * exp(-r / 3.0) + d;
+            self.output = self.output * exp(-r) + r / 8.0 * ends;
             return;
         }
         // The cubic's derivatives at both ends; the filter follows x − τ x' + τ² x'' − τ³ x''' plus a transient.
@@ -35,7 +37,7 @@ impl LowPass {
         let ratio = self.time_constant / h;
         let follow = |x: f64, end: usize| x - ratio * (first[end] - ratio * (second[end] - ratio * third));
         let transient = self.output - follow(a, 0);
-        self.output = follow(d, 1) + transient * (-h / self.time_constant).exp();
+        self.output = follow(d, 1) + transient * exp(-h / self.time_constant);
     }
 }
 
