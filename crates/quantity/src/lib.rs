@@ -2,7 +2,7 @@
 //!
 //! There is one table of prefixes, one parser and one printer.
 //!
-//! * [`Quantity`]: a number of one dimension, in SI; [`unit`]: the dimensions.
+//! * [`Quantity`]: a number of one dimension, in SI; [`unit`](mod@unit): the dimensions.
 //! * [`any_quantity`], [`split`]: of texts whose dimension is not known.
 //! * [`Scale`], [`number`], [`rounded`]: the unit that suits some values, and how many digits.
 //!
