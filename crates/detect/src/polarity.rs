@@ -13,163 +13,24 @@
 
 mod pointer;
 mod sequential;
+mod settings;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{
-    Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Outcome, Polarity, Reading, Real, Sampling,
-    Stage, Undetermined,
+    Angle, Command, Fault, Findings, Outcome, Polarity, PoleEvidence, Reading, Real, Undetermined,
 };
 
-use crate::nameplate::Nameplate;
-use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 use crate::settle::{Settler, all_seen, link};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
-
-/// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
-/// magnetics, and the one thing about the poles that no measurement at standstill can tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signature {
-    /// The one towards north.
-    Normal,
-    /// The one towards south.
-    Inverted,
-    /// Neither, or it depends on the current: no pole is named.
-    None,
-}
-
-/// When the pole is certain enough.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum PolarityRule<T> {
-    /// After one vector each way, as in the paper: the larger current decides if the difference exceeds the noise.
-    TwoVectors,
-    /// After as many as it takes.
-    Sequential(SequentialSettings<T>),
-}
+pub use settings::{PolarityRule, PolaritySettings, Signature};
 
 /// Pairs before the sequential test may stop; and where they scatter by more than so many times the variance that the
 /// sensors' noise gives them, which few pairs do by chance.
 const LEAST_PAIRS: u16 = 2;
 const SCATTERED_PAIRS: u16 = 4;
 const BY_CHANCE: f64 = 4.0;
-
-/// Settings of the polarity test.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PolaritySettings<T> {
-    /// Period of the drive's PWM carrier.
-    pub carrier_period: Nanos,
-    /// Carrier periods per vector.
-    pub periods: u16,
-    /// Current in A that a vector is to reach: near the rated current.
-    pub current: T,
-    /// Resistance of a phase in Ω, to choose the voltage; a rough value will do.
-    pub resistance: T,
-    /// Dead time of the drive, for its compensation. Zero: none.
-    pub dead_time: Nanos,
-    /// Current in A that a vector must at least raise.
-    pub least_current: T,
-    /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
-    pub least_margin: T,
-    /// What the motor's answer means.
-    pub signature: Signature,
-    /// When to stop.
-    pub rule: PolarityRule<T>,
-}
-
-impl<T: Real> PolaritySettings<T> {
-    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of at least 1 ms, and so long that at most
-    /// 0.3 of the link is needed, which PWM can give in any direction.
-    pub fn near_rated_current(drive: &Nameplate<T>, signature: Signature, rule: PolarityRule<T>) -> Self {
-        let carrier_period = drive.carrier_period;
-        let current = drive.rated_current * T::of(1.02);
-        // A millisecond, in whole periods.
-        let least = u16::try_from((1_000_000 / carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
-        let duration = drive.d_axis_inductance * current / (T::of(0.3) * drive.dc_link);
-        let needed = Nanos::from_seconds(duration.to_double()).0.div_ceil(carrier_period.0.max(1));
-        Self {
-            carrier_period,
-            periods: u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20)),
-            current,
-            resistance: drive.resistance,
-            dead_time: drive.dead_time,
-            least_current: drive.rated_current * T::of(0.02),
-            least_margin: drive.rated_current * T::of(0.01),
-            signature,
-            rule,
-        }
-    }
-
-    pub(crate) fn check(&self) -> Result<(), SettingsError> {
-        require(self.carrier_period > Nanos::ZERO, "polarity.carrier_period", "positive")?;
-        require(self.periods > 0, "polarity.periods", "at least 1")?;
-        require(self.duration() <= LONGEST, "polarity.periods", "such that a vector lasts a minute at most")?;
-        require_positive(self.current, "polarity.current")?;
-        require_zero_or_more(self.resistance, "polarity.resistance")?;
-        require(
-            self.dead_time * 4 < self.carrier_period,
-            "polarity.dead_time",
-            "less than a quarter of the carrier period",
-        )?;
-        require_positive(self.least_current, "polarity.least_current")?;
-        require_zero_or_more(self.least_margin, "polarity.least_margin")?;
-        match &self.rule {
-            PolarityRule::TwoVectors => Ok(()),
-            PolarityRule::Sequential(settings) => settings.check(),
-        }
-    }
-
-    /// The difference in A that a pole needs when a reading's noise has this standard deviation in A.
-    ///
-    /// With three independent sensors i_d has √(2/3) of a reading's noise, the difference of two of them √(4/3), of
-    /// which four standard deviations are exceeded once in 30,000 times each way. With two sensors i_d is noisier, by
-    /// up to 1.6 times, depending on the angle.
-    pub(crate) fn needed_margin(&self, noise: T) -> T {
-        self.least_margin.max(T::of(4.0) * T::of(4.0 / 3.0).sqrt() * noise)
-    }
-
-    /// Length of one vector.
-    pub fn duration(&self) -> Nanos {
-        self.carrier_period * u64::from(self.periods)
-    }
-
-    /// Amplitude in V of the vector that raises the wanted current in the d-axis: `L_d I / t + R I / 2`.
-    pub(crate) fn amplitude(&self, d_axis_inductance: T) -> T {
-        let duration = T::of(self.duration().seconds());
-        self.current * (d_axis_inductance / duration + self.resistance / T::of(2.0))
-    }
-
-    /// The vector at `angle`, by PWM on all three legs; `dc_link` in V. Sampled at its end; for the sequential test at
-    /// the end of each carrier period, to know the mean of the DC link.
-    ///
-    /// The dead time takes from each leg a share of the period in the direction of its current, which is the
-    /// direction of its voltage here. Near zero the direction is uncertain and the compensation fades out.
-    pub(crate) fn command(&self, angle: Angle<T>, amplitude: T, dc_link: T) -> Command<T> {
-        let (sin, cos) = angle.radians().sin_cos();
-        let lost = T::of(self.dead_time.seconds() / self.carrier_period.seconds());
-        let half = T::of(0.5);
-        let phases = AlphaBeta::new(cos, sin).phases();
-        let legs = phases.map(|share| {
-            let sure = (share * T::of(5.0)).max(-T::one()).min(T::one());
-            Leg::Duty((half + share * amplitude / dc_link + sure * lost).max(T::zero()).min(T::one()))
-        });
-        let duration = self.duration();
-        let sampling = match self.rule {
-            PolarityRule::TwoVectors => Sampling::once(duration),
-            PolarityRule::Sequential(_) => Sampling {
-                first: self.carrier_period,
-                interval: self.carrier_period,
-                count: u32::from(self.periods),
-            },
-        };
-        Command::hold(Stage { legs, duration }, sampling)
-    }
-
-    /// i_d in A of phase currents, in the frame at `angle`.
-    pub(crate) fn direct_current(current: Abc<T>, angle: Angle<T>) -> T {
-        current.clarke().park(angle).d
-    }
-}
 
 /// What the test says.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -182,13 +43,34 @@ pub struct Pole<T> {
     pub polarity: Option<Polarity<T>>,
     /// Probability that the pole is wrong, where the rule knows it.
     pub error: Option<T>,
+    /// What speaks for it, referred to `angle`; none without a signature.
+    pub evidence: Option<PoleEvidence<T>>,
 }
 
 impl<T: Real> Pole<T> {
+    /// The end of `axis` that the evidence, referred to it, speaks for if it is enough; if not, the pole stays open for
+    /// this reason.
+    fn decided(axis: Angle<T>, evidence: Option<PoleEvidence<T>>, reason: Undetermined<T>) -> Self {
+        let named = evidence.is_some_and(|evidence| evidence.is_enough());
+        let towards = evidence.is_some_and(|evidence| evidence.deviations > T::zero());
+        let turned = named && !towards;
+        Self {
+            angle: if turned { axis.opposite() } else { axis },
+            undetermined: (!named).then(|| evidence.map_or(Undetermined::NoSignature, |_| reason)),
+            polarity: None,
+            error: None,
+            evidence: if turned { evidence.map(PoleEvidence::opposite) } else { evidence },
+        }
+    }
+
     /// The end of a detection that found this and, before, these.
     pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
-        let findings =
-            Findings { polarity: self.polarity.or(findings.polarity), pole_error: self.error, ..findings };
+        let findings = Findings {
+            polarity: self.polarity.or(findings.polarity),
+            pole_error: self.error,
+            pole_evidence: self.evidence,
+            ..findings
+        };
         match self.undetermined {
             _ if !self.angle.radians().is_finite() => Outcome::Failed { fault: Fault::NotANumber, findings },
             None => Outcome::Found { angle: self.angle, findings },
@@ -353,11 +235,11 @@ impl<T: Real> PolarityTest<T> {
         (mean, if scatter > least { scatter } else { least }, least)
     }
 
-    /// The probability of a wrong pole.
-    fn error(&self, sequential: &SequentialSettings<T>) -> T {
+    /// The mean difference and its variance, of what scatters and of what repetition does not reveal.
+    fn mean(&self, sequential: &SequentialSettings<T>) -> (T, T) {
         let (mean, variance, _) = self.differences();
         let n = T::of(f64::from(self.pairs()));
-        sequential.error_of(mean, variance / n + sequential.floor * sequential.floor)
+        (mean, variance / n + sequential.floor * sequential.floor)
     }
 
     /// Whether no more pairs are needed, or allowed.
@@ -372,33 +254,32 @@ impl<T: Real> PolarityTest<T> {
         let (_, variance, least) = self.differences();
         // More than the sensors' noise makes of it is known from the pairs alone.
         let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
-        known && self.error(sequential) <= sequential.error
+        let (mean, variance) = self.mean(sequential);
+        known && sequential.evidence(mean, variance).is_enough()
     }
 
     fn answer(&self) -> Pole<T> {
-        if self.settings.signature == Signature::None {
-            let undetermined = Some(Undetermined::NoSignature);
-            return Pole { angle: self.axis, undetermined, polarity: None, error: None };
+        let signature = self.settings.signature;
+        if signature == Signature::None {
+            return Pole::decided(self.axis, None, Undetermined::NoSignature);
         }
         let n = T::of(f64::from(self.pairs()));
         let (along, against) = (self.along / n, self.against / n);
-        let (more, undetermined, error) = match self.settings.rule {
+        let (draws_more, reason, error) = match self.settings.rule {
             PolarityRule::TwoVectors => {
-                let margin = (along - against).abs();
-                let needed = self.settings.needed_margin(self.settler.noise.deviation());
-                let reason = (margin < needed || !margin.is_finite())
-                    .then_some(Undetermined::MarginBelowNoise { margin, needed });
-                (along - against, reason, None)
+                let noise = self.settler.noise.deviation();
+                let (margin, needed) = ((along - against).abs(), self.settings.needed_margin(noise));
+                let evidence = self.settings.two_vectors(along - against, noise);
+                (evidence, Undetermined::MarginBelowNoise { margin, needed }, None)
             }
             PolarityRule::Sequential(sequential) => {
-                let (error, allowed) = (self.error(&sequential), sequential.error);
-                let reason = (error > allowed || error.is_nan())
-                    .then_some(Undetermined::NotDecided { error, allowed });
-                (self.sum, reason, Some(error))
+                let (mean, variance) = self.mean(&sequential);
+                let (error, allowed) = (sequential.error_of(mean, variance), sequential.error);
+                let evidence = sequential.evidence(mean, variance);
+                (evidence, Undetermined::NotDecided { error, allowed }, Some(error))
             }
         };
-        let towards = (more > T::zero()) == (self.settings.signature == Signature::Normal);
-        let angle = if towards || undetermined.is_some() { self.axis } else { self.axis.opposite() };
-        Pole { angle, undetermined, polarity: Some(Polarity { along, against }), error }
+        let pole = Pole::decided(self.axis, signature.towards_north(draws_more), reason);
+        Pole { polarity: Some(Polarity { along, against }), error, ..pole }
     }
 }

@@ -4,7 +4,9 @@ use standstill_detect::{
     Adaptive, Correction, Decay, Method, MethodName, ModulationSettings, Nameplate, PolarityRule,
     PolaritySettings, PulseTrainSettings, SequentialSettings, Settings, SettleSettings, Signature,
 };
-use standstill_interface::{Abc, Command, Detector, Leg, Nanos, Outcome, Reading, Real, Sensed, Step};
+use standstill_interface::{
+    Abc, Command, Detector, Leg, Nanos, Outcome, PoleEvidence, Reading, Real, Sensed, Step,
+};
 
 /// A small deterministic generator (xorshift).
 struct Random(u64);
@@ -357,6 +359,11 @@ fn run<T: Real>(detector: &mut impl Detector<T>, drive: &mut Drive, steps: u32) 
                 if let Outcome::Found { angle, findings } | Outcome::Axis { angle, findings, .. } = outcome {
                     assert!(angle.radians() >= T::zero() && angle.radians() < T::TAU(), "{outcome:?}");
                     assert!(findings.pole_error.is_none_or(|error| !error.is_nan()), "{outcome:?}");
+                    let found = matches!(outcome, Outcome::Found { .. });
+                    let speaks = |evidence: PoleEvidence<T>| {
+                        evidence.is_enough() == found && !(found && evidence.deviations <= T::zero())
+                    };
+                    assert!(findings.pole_evidence.is_none_or(speaks), "{outcome:?}");
                 }
                 if let Outcome::Failed { fault, .. } = outcome {
                     assert!(!fault.to_string().is_empty());

@@ -4,7 +4,7 @@ use std::vec::Vec;
 use standstill_interface::Angle;
 
 use super::*;
-use crate::testing::{LineMotor, Noise};
+use crate::testing::{LineMotor, Noise, mean_and_deviation};
 
 fn settings<T: Real>() -> BipolarSettings<T> {
     BipolarSettings {
@@ -104,4 +104,31 @@ fn law_a_link_below_the_drops_is_a_fault() {
     let round = &mut LineMotor { saliency: 0.0, slope: 0.0, ..LineMotor::at(33.0) };
     let outcome = detect(self::settings::<f64>(), round);
     assert!(matches!(outcome, Outcome::Failed { fault: Fault::NoSaliency { .. }, .. }), "{outcome:?}");
+}
+
+#[test]
+fn law_right_poles_have_positive_evidence_that_scatters_by_one_deviation() {
+    // Offsets known from many samples and no floor: the readings' noise is the only error.
+    let mut settings =
+        BipolarSettings { gain_tolerance: 0.0, pole_floor: 1e-9, pole_error: 1e-2, ..settings::<f64>() };
+    (settings.train.zeroing, settings.train.rounds) = (3000, 12);
+    for (slope, signature) in [(3e-5, Signature::Normal), (-3e-5, Signature::Inverted)] {
+        let settings = BipolarSettings { signature, ..settings };
+        let (mut all, mut named) = (Vec::new(), 0);
+        for trial in 0..400 {
+            let mut motor = LineMotor { slope, ..LineMotor::at(130.0) }.with_noise(0.03, trial);
+            let outcome = detect(settings, &mut motor);
+            let evidence = motor.evidence(&outcome);
+            if let Outcome::Found { angle, findings } = outcome {
+                let right = motor.error(angle).abs() < 90.0;
+                assert_eq!(right, evidence > 0.0);
+                assert_eq!(findings.pole_evidence.expect("named").deviations, evidence.abs());
+                named += 1;
+            }
+            all.push(evidence);
+        }
+        let (mean, deviation) = mean_and_deviation(&all);
+        assert!((2.5..3.5).contains(&mean) && (0.9..1.12).contains(&deviation), "{mean} {deviation}");
+        assert!((100..300).contains(&named), "{named}");
+    }
 }

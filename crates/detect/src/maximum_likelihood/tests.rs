@@ -4,7 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Phase, Sensed, Undetermined};
 
 use super::*;
-use crate::testing::LineMotor;
+use crate::testing::{LineMotor, mean_and_deviation};
 
 fn nameplate<T: Real>() -> Nameplate<T> {
     Nameplate {
@@ -330,4 +330,25 @@ fn law_each_train_compares_the_sensors_anew() {
     let alone = after(last, &mut LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) });
     let [grown, alone] = [grown, alone].map(|detector| detector.gains.measured(1.0).1);
     assert!((0..3).all(|k| (grown[k] / alone[k] - 1.0).abs() < 1e-2), "{grown:?} {alone:?}");
+}
+
+#[test]
+fn law_right_poles_have_positive_evidence_that_scatters_by_no_more_than_one_deviation() {
+    let (fixed, adaptive) =
+        (MaximumLikelihoodSettings::suited(&nameplate()), MaximumLikelihoodSettings::adaptive(&nameplate()));
+    for settings in [fixed, adaptive] {
+        // Offsets known from many samples and no floor: the readings' noise is the only error.
+        let mut settings = MaximumLikelihoodSettings { gain_tolerance: 0.0, pole_floor: 1e-9, ..settings };
+        settings.train.zeroing = 10_000;
+        let evidence = |trial| {
+            let mut motor = LineMotor { slope: 5e-5, ..LineMotor::at(130.0) }.with_noise(0.03, trial);
+            let outcome = detect(settings, &mut motor, |_| ());
+            motor.evidence(&outcome)
+        };
+        let all: Vec<f64> = (0..200).map(evidence).collect();
+        let (mean, deviation) = mean_and_deviation(&all);
+        // What t_s leaves uncertain of the three slopes is common to them. It cancels in D, whose deviation is stated
+        // as if it did not.
+        assert!(mean > 3.0 && (0.5..1.1).contains(&deviation), "{mean} {deviation}");
+    }
 }

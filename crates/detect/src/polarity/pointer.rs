@@ -1,8 +1,8 @@
 //! The pole from a direction along the magnet.
 
-use standstill_interface::{AlphaBeta, Angle, Real, Undetermined};
+use standstill_interface::{AlphaBeta, Angle, PoleEvidence, Real, Undetermined};
 
-use super::sequential::tail;
+use super::sequential::{tail, tail_beyond};
 use super::{Pole, Signature};
 
 /// Reads the pole from a direction that points along the magnet, measured together with the axis: the part of `D` that
@@ -29,17 +29,14 @@ impl<T: Real> Pointer<T> {
         let off_axis = on.q.abs().atan2(on.d.abs());
         // A direction is only as well known as its noise lets it be.
         let most = Self::most_off_axis() + self.deviation / on.d.abs();
-        let undetermined = if signature == Signature::None {
-            Some(Undetermined::NoSignature)
-        } else if error > allowed || !error.is_finite() {
-            Some(Undetermined::NotDecided { error, allowed })
-        } else if off_axis > most {
-            Some(Undetermined::OffAxis { angle: off_axis, allowed: most })
+        let (enough, across) = (tail_beyond(allowed), off_axis > most);
+        let needed = if across { T::infinity() } else { enough };
+        let reason = if across && z.abs() >= enough {
+            Undetermined::OffAxis { angle: off_axis, allowed: most }
         } else {
-            None
+            Undetermined::NotDecided { error, allowed }
         };
-        let towards = (on.d > T::zero()) == (signature == Signature::Normal);
-        let angle = if towards || undetermined.is_some() { axis } else { axis.opposite() };
-        Pole { angle, undetermined, polarity: None, error: Some(error) }
+        let evidence = signature.towards_north(PoleEvidence { deviations: z, needed });
+        Pole { error: Some(error), ..Pole::decided(axis, evidence, reason) }
     }
 }

@@ -1,6 +1,6 @@
 //! When enough pairs of vectors have been given.
 
-use standstill_interface::Real;
+use standstill_interface::{PoleEvidence, Real};
 
 use crate::settings::{SettingsError, require, require_error, require_positive};
 
@@ -55,6 +55,19 @@ impl<T: Real> SequentialSettings<T> {
         let wald = one / (one + (T::of(2.0) * self.effect * mean.abs() / variance).exp());
         wald.max(tail(mean * mean / variance))
     }
+
+    /// The same in standard deviations `√v` of the mean, for the pole that draws more current: Wald's rule and the tail
+    /// both ask for so many.
+    pub(super) fn evidence(&self, mean: T, variance: T) -> PoleEvidence<T> {
+        let deviation = variance.sqrt();
+        let wald = deviation * ((T::one() - self.error) / self.error).ln() / (T::of(2.0) * self.effect);
+        PoleEvidence { deviations: mean / deviation, needed: wald.max(tail_beyond(self.error)) }
+    }
+}
+
+/// Standard deviations beyond which [`tail`] is less than this probability.
+pub(super) fn tail_beyond<T: Real>(probability: T) -> T {
+    (-T::of(2.0) * (T::of(2.0) * probability).ln()).sqrt()
 }
 
 /// An upper bound of the normal distribution's tail beyond z, from z²: `exp(−z²/2)/2`.

@@ -1,9 +1,11 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::Sensed;
+mod evidence;
 
-use super::sequential::tail;
+use standstill_interface::{Abc, AlphaBeta, Leg, Nanos, Sampling, Sensed};
+
+use super::sequential::{tail, tail_beyond};
 use super::*;
 use crate::settle::SettleSettings;
 use crate::testing::Noise;
