@@ -1,20 +1,41 @@
-//! All methods in one type, by name.
+//! All methods in one type, by name. A method is a file below and a line in the list.
+
+mod alignment;
+mod bipolar;
+mod line_inductance;
+mod maximum_likelihood;
+mod pulsating;
+mod rotating;
+mod subdivision;
 
 use core::fmt;
 
-use standstill_interface::{Detector, Nanos, Reading, Real, Step};
+use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
-use crate::alignment::{Alignment, AlignmentSettings};
-use crate::bipolar::{Bipolar, BipolarSettings};
-use crate::line_inductance::{LineInductance, LineInductanceSettings};
-use crate::maximum_likelihood::{MaximumLikelihood, MaximumLikelihoodSettings};
-use crate::modulation::ModulationSettings;
 use crate::nameplate::Nameplate;
-use crate::polarity::PolaritySettings;
-use crate::pulsating::{PulsatingInjection, PulsatingInjectionSettings};
-use crate::rotating::{RotatingInjection, RotatingInjectionSettings};
+use crate::parts::both_ways::BothWaysSettings;
+use crate::parts::modulation::ModulationSettings;
+use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
-use crate::subdivision::{Subdivision, SubdivisionSettings};
+pub use alignment::{Alignment, AlignmentSettings};
+pub use bipolar::{Bipolar, BipolarSettings};
+pub use line_inductance::{LineInductance, LineInductanceSettings};
+pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
+pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
+pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use subdivision::{Subdivision, SubdivisionSettings};
+
+#[cfg(test)]
+pub(crate) use {maximum_likelihood::likelihood, pulsating::Pulsating, rotating::Rotating};
+
+/// A detection as its method writes it: steps that a fault can end, and what was learnt so far.
+pub(crate) trait Sequence<T: Real> {
+    /// As [`Detector::step`].
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>>;
+
+    /// What was measured up to now.
+    fn findings(&self) -> &Findings<T>;
+}
 
 /// The methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -90,6 +111,13 @@ macro_rules! methods {
         pub enum AnyDetector<T> {
             $($(#[$doc])* $variant($detector<T>)),*
         }
+
+        $(impl<T: Real> Detector<T> for $detector<T> {
+            fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+                let step = self.next(readings);
+                step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: *self.findings() }))
+            }
+        })*
 
         impl<T: Real> Detector<T> for AnyDetector<T> {
             fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
@@ -179,9 +207,10 @@ impl<T: Real> Method<T> {
             Self::LineInductance(settings) => {
                 Self::LineInductance(LineInductanceSettings { pulse, ..settings })
             }
-            Self::Bipolar(settings) => {
-                Self::Bipolar(BipolarSettings { train: settings.train.with_pulse(pulse), ..settings })
-            }
+            Self::Bipolar(settings) => Self::Bipolar(BipolarSettings(BothWaysSettings {
+                train: settings.0.train.with_pulse(pulse),
+                ..settings.0
+            })),
             Self::MaximumLikelihood(settings) => Self::MaximumLikelihood(settings.with_pulse(pulse)),
             _ => return None,
         })

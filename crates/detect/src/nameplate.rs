@@ -2,8 +2,8 @@
 
 use standstill_interface::{Nanos, Real};
 
-use crate::lines::SaliencySign;
-use crate::polarity::Signature;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::Signature;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
@@ -45,11 +45,7 @@ pub struct Nameplate<T> {
 impl<T: Real> Nameplate<T> {
     /// The sign of L_B.
     pub fn saliency(&self) -> SaliencySign {
-        if self.d_axis_inductance > self.q_axis_inductance {
-            SaliencySign::Positive
-        } else {
-            SaliencySign::Negative
-        }
+        SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
     }
 
     /// Mean inductance in H of two phases in series: L_d + L_q.

@@ -5,9 +5,9 @@ use std::vec::Vec;
 
 use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Outcome, Phase, Reading, Real, Sensed};
 
-use crate::likelihood::{LineParameters, PulseModel};
-use crate::lines::line_directions;
-use crate::train::LINES;
+use crate::method::likelihood::{LineParameters, PulseModel};
+use crate::parts::lines::line_directions;
+use crate::parts::train::LINES;
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);

@@ -274,8 +274,8 @@ impl DetectorTable {
             let rounds = count("detector.rounds", rounds, 255.0)?;
             match method {
                 Method::LineInductance(LineInductanceSettings { pulses, .. }) => *pulses = rounds,
-                Method::Bipolar(settings) => settings.train.rounds = rounds,
-                Method::MaximumLikelihood(settings) => settings.train.rounds = rounds,
+                Method::Bipolar(settings) => settings.0.train.rounds = rounds,
+                Method::MaximumLikelihood(settings) => settings.pulses.train.rounds = rounds,
                 _ => return Err(foreign("rounds")),
             }
         }
@@ -286,8 +286,8 @@ impl DetectorTable {
                 Method::Subdivision(settings) => settings.least_saliency = least,
                 Method::HfiRotating(settings) => settings.0.least_saliency = least,
                 Method::HfiPulsating(settings) => settings.0.least_saliency = least,
-                Method::Bipolar(settings) => settings.least_saliency = least,
-                Method::MaximumLikelihood(settings) => settings.least_saliency = least,
+                Method::Bipolar(settings) => settings.0.least_saliency = least,
+                Method::MaximumLikelihood(settings) => settings.pulses.least_saliency = least,
                 Method::DcAlignment(_) => return Err(foreign("least_saliency")),
             }
         }
@@ -340,8 +340,8 @@ impl DetectorTable {
 
     fn set_pole_error(method: &mut Method<f64>, error: f64) -> Option<()> {
         match method {
-            Method::Bipolar(settings) => settings.pole_error = error,
-            Method::MaximumLikelihood(settings) => settings.pole_error = error,
+            Method::Bipolar(settings) => settings.0.pole_error = error,
+            Method::MaximumLikelihood(settings) => settings.pulses.pole_error = error,
             other => match &mut other.polarity_mut()?.rule {
                 PolarityRule::Sequential(sequential) => sequential.error = error,
                 PolarityRule::TwoVectors => return None,

@@ -75,9 +75,9 @@ fn analytic_each_key_is_where_it_belongs() {
     assert_eq!((s.sensors.noise, adc.bits, adc.low, adc.high), (12e-3, 12, -25.0, 25.0));
     assert_eq!(s.sensors.jitter, Nanos(100));
     let Method::MaximumLikelihood(detector) = s.detector else { panic!("another method") };
-    assert_eq!((detector.train.pulse, detector.train.rounds), (Nanos(180_000), 4));
+    assert_eq!((detector.pulses.train.pulse, detector.pulses.train.rounds), (Nanos(180_000), 4));
     // The detector knows the drive of the file.
-    assert_eq!((detector.train.dead_time, detector.pole_error), (Nanos(1500), 1e-4));
+    assert_eq!((detector.pulses.train.dead_time, detector.pulses.pole_error), (Nanos(1500), 1e-4));
 }
 
 #[test]

@@ -162,8 +162,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
 
 fn train(settings: &Method<f64>) -> Option<&PulseTrainSettings<f64>> {
     match settings {
-        Method::Bipolar(settings) => Some(&settings.train),
-        Method::MaximumLikelihood(settings) => Some(&settings.train),
+        Method::Bipolar(settings) => Some(&settings.0.train),
+        Method::MaximumLikelihood(settings) => Some(&settings.pulses.train),
         _ => None,
     }
 }
@@ -207,18 +207,18 @@ fn all_settings(method: &Method<f64>) -> Vec<(&'static str, String)> {
             all
         }
         Method::Bipolar(s) => {
-            let mut all = of_train(&s.train);
-            all.push(("signature", words(s.signature).to_owned()));
+            let mut all = of_train(&s.0.train);
+            all.push(("signature", words(s.0.signature).to_owned()));
             all
         }
         Method::MaximumLikelihood(s) => {
-            let mut all = of_train(&s.train);
+            let mut all = of_train(&s.pulses.train);
             if let Some(adaptive) = s.adaptive {
                 all.push(("adaptive.deviation", format!("{:.2}°", adaptive.deviation.to_degrees())));
                 all.push(("adaptive.longest", microseconds(adaptive.longest)));
                 all.push(("adaptive.most_current", format!("{:.3} A", adaptive.most_current)));
             }
-            all.push(("signature", words(s.signature).to_owned()));
+            all.push(("signature", words(s.pulses.signature).to_owned()));
             all
         }
         Method::HfiRotating(s) => {
