@@ -6,6 +6,7 @@
 #![no_std]
 
 mod commissioning;
+pub mod keys;
 mod method;
 mod nameplate;
 mod parts;
@@ -16,6 +17,7 @@ mod testing;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };
+pub use keys::{Key, Keyed, Kind, Lines, Setting, Value};
 pub use method::{
     Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
     LineInductanceSettings, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,

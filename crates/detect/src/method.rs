@@ -12,8 +12,8 @@ use core::fmt;
 
 use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
+use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
-use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
@@ -127,6 +127,36 @@ macro_rules! methods {
             }
         }
 
+        impl<T: Real> Method<T> {
+            /// A key's value; none if the method as it is set has no such key.
+            pub fn get(&self, key: &Key) -> Option<Value> {
+                match self {
+                    $(Self::$variant(settings) => $settings::<T>::setting(key).and_then(|s| (s.get)(settings))),*
+                }
+            }
+
+            /// Sets a key to a value within its range; false if the method as it is set has no such key.
+            pub fn set(&mut self, key: &Key, value: Value) -> bool {
+                match self {
+                    $(Self::$variant(settings) => $settings::<T>::setting(key).is_some_and(|s| (s.set)(settings, value))),*
+                }
+            }
+
+            /// See [`Keyed::describe`].
+            pub fn describe(&self, line: &mut Lines<'_>) {
+                match self {
+                    $(Self::$variant(settings) => settings.describe(line)),*
+                }
+            }
+
+            /// Whether its method has such a key.
+            pub fn has(&self, key: &Key) -> bool {
+                match self {
+                    $(Self::$variant(_) => $settings::<T>::setting(key).is_some()),*
+                }
+            }
+        }
+
         impl<T: Real> Settings<T> for Method<T> {
             type Detector = AnyDetector<T>;
 
@@ -191,8 +221,8 @@ impl<T: Real> Method<T> {
     }
 
     /// Whether its axis comes from line pulses.
-    pub const fn has_line_pulses(&self) -> bool {
-        matches!(self, Self::LineInductance(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_))
+    pub fn has_line_pulses(&self) -> bool {
+        self.has(&keys::PULSE)
     }
 
     /// Whether its pulses depend on what it reads.
@@ -202,18 +232,8 @@ impl<T: Real> Method<T> {
 
     /// The same with line pulses of this length; none of a method without line pulses.
     #[must_use]
-    pub fn with_pulse(self, pulse: Nanos) -> Option<Self> {
-        Some(match self {
-            Self::LineInductance(settings) => {
-                Self::LineInductance(LineInductanceSettings { pulse, ..settings })
-            }
-            Self::Bipolar(settings) => Self::Bipolar(BipolarSettings(BothWaysSettings {
-                train: settings.0.train.with_pulse(pulse),
-                ..settings.0
-            })),
-            Self::MaximumLikelihood(settings) => Self::MaximumLikelihood(settings.with_pulse(pulse)),
-            _ => return None,
-        })
+    pub fn with_pulse(mut self, pulse: Nanos) -> Option<Self> {
+        self.set(&keys::PULSE, Value::time(pulse)).then_some(self)
     }
 
     /// A method as it suits this motor and drive, told the motor's polarity signature.

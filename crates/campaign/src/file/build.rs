@@ -3,8 +3,7 @@
 use std::path::Path;
 
 use standstill_detect::{
-    LineInductanceSettings, MaximumLikelihoodSettings, Method, PolarityRule, SequentialSettings, Settings,
-    Signature,
+    Key, Kind, Method, PolarityRule, SequentialSettings, Settings, Signature, Value, keys,
 };
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
@@ -100,9 +99,6 @@ impl ScenarioFile {
         if let Some(poles) = self.detector.signature {
             let signature = poles.into();
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
-        }
-        if let Some(tolerance) = self.detector.gain_tolerance {
-            nameplate.gain_tolerance = at_least_zero("detector.gain_tolerance", tolerance)?;
         }
         if let Some(dead_time) = self.detector.dead_time {
             nameplate.dead_time = time("detector.dead_time", dead_time)?;
@@ -265,32 +261,6 @@ impl DetectorTable {
             let key = format!("detector.{key}");
             FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
         };
-        if let Some(pulse) = self.pulse {
-            let needed = "from 1 µs to 10 ms";
-            let pulse = in_range("detector.pulse", pulse, [1e-6, 10e-3], needed)?;
-            *method = method.with_pulse(Nanos::from_seconds(pulse)).ok_or_else(|| foreign("pulse"))?;
-        }
-        if let Some(rounds) = self.rounds {
-            let rounds = count("detector.rounds", rounds, 255.0)?;
-            match method {
-                Method::LineInductance(LineInductanceSettings { pulses, .. }) => *pulses = rounds,
-                Method::Bipolar(settings) => settings.0.train.rounds = rounds,
-                Method::MaximumLikelihood(settings) => settings.pulses.train.rounds = rounds,
-                _ => return Err(foreign("rounds")),
-            }
-        }
-        if let Some(least) = self.least_saliency {
-            let least = share("detector.least_saliency", least)?;
-            match method {
-                Method::LineInductance(settings) => settings.least_saliency = least,
-                Method::Subdivision(settings) => settings.least_saliency = least,
-                Method::HfiRotating(settings) => settings.0.least_saliency = least,
-                Method::HfiPulsating(settings) => settings.0.least_saliency = least,
-                Method::Bipolar(settings) => settings.0.least_saliency = least,
-                Method::MaximumLikelihood(settings) => settings.pulses.least_saliency = least,
-                Method::DcAlignment(_) => return Err(foreign("least_saliency")),
-            }
-        }
         if let Some(decide) = self.polarity {
             let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
             polarity.rule = match decide {
@@ -298,55 +268,41 @@ impl DetectorTable {
                 Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
             };
         }
-        if let Some(current) = self.vector_current {
-            let current = positive("detector.vector_current", current)?;
-            method.polarity_mut().ok_or_else(|| foreign("vector_current"))?.current = current;
-        }
-        if let Some(error) = self.pole_error {
-            let error =
-                in_range("detector.pole_error", error, [1e-30, 0.5], "a probability from 1e-30 to 0.5")?;
-            Self::set_pole_error(method, error).ok_or_else(|| foreign("pole_error"))?;
-        }
-        if self.gain_tolerance.is_some()
-            && !matches!(method, Method::Bipolar(_) | Method::MaximumLikelihood(_))
-        {
-            return Err(foreign("gain_tolerance"));
-        }
-        if let Some(deviation) = self.deviation {
-            let deviation = positive("detector.deviation", deviation)?.to_radians();
-            match method {
-                Method::MaximumLikelihood(MaximumLikelihoodSettings { adaptive: Some(adaptive), .. }) => {
-                    adaptive.deviation = deviation;
-                }
-                _ => return Err(foreign("deviation")),
-            }
-        }
-        if let Some(voltage) = self.voltage {
-            let voltage = positive("detector.voltage", voltage)?;
-            match method {
-                Method::HfiRotating(settings) => settings.0.voltage = voltage,
-                Method::HfiPulsating(settings) => settings.0.voltage = voltage,
-                _ => return Err(foreign("voltage")),
-            }
-        }
-        if let Some(compensation) = self.compensation {
-            let modulation = method.modulation_mut().ok_or_else(|| foreign("compensation"))?;
-            if !compensation {
-                (modulation.dead_time, modulation.drop) = (Nanos::ZERO, 0.0);
+        for key in keys::ALL {
+            if let Some(value) = self.value(key)?
+                && !method.set(key, value)
+            {
+                return Err(foreign(key.name));
             }
         }
         Ok(())
     }
 
-    fn set_pole_error(method: &mut Method<f64>, error: f64) -> Option<()> {
-        match method {
-            Method::Bipolar(settings) => settings.0.pole_error = error,
-            Method::MaximumLikelihood(settings) => settings.pulses.pole_error = error,
-            other => match &mut other.polarity_mut()?.rule {
-                PolarityRule::Sequential(sequential) => sequential.error = error,
-                PolarityRule::TwoVectors => return None,
-            },
+    /// A key's value in its unit, if the table has it and it is within the key's range.
+    fn value(&self, key: &Key) -> Result<Option<Value>, FileError> {
+        fn number<U: Unit>(key: &Key, value: Option<Quantity<U>>) -> Result<Option<Value>, FileError> {
+            let Kind::Number { range, needed, whole, .. } = key.kind else { return Ok(None) };
+            let name = format!("detector.{}", key.name);
+            let checked = |value: Quantity<U>| {
+                let number = in_range(&name, value, range, needed)?;
+                if whole && number.fract() != 0.0 {
+                    return Err(FileError::key(&name, &value.to_string(), needed));
+                }
+                Ok(Value::Number(number))
+            };
+            value.map(checked).transpose()
         }
-        Some(())
+        match key.name {
+            "pulse" => number(key, self.pulse),
+            "rounds" => number(key, self.rounds),
+            "least_saliency" => number(key, self.least_saliency),
+            "vector_current" => number(key, self.vector_current),
+            "pole_error" => number(key, self.pole_error),
+            "gain_tolerance" => number(key, self.gain_tolerance),
+            "deviation" => number(key, self.deviation),
+            "voltage" => number(key, self.voltage),
+            "compensation" => Ok(self.compensation.map(Value::Flag)),
+            _ => Ok(None),
+        }
     }
 }

@@ -17,6 +17,7 @@ use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
 };
 
+use crate::keys::{self, Keyed, Setting};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::modulation::ModulationSettings;
@@ -251,6 +252,14 @@ impl<T: Real> Sequence<T> for Alignment<T> {
     fn findings(&self) -> &Findings<T> {
         &self.findings
     }
+}
+
+impl<T: Real> Keyed for AlignmentSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[Setting::new(
+        &keys::COMPENSATION,
+        |s| Some(s.modulation.compensation()),
+        |s, value| s.modulation.set_compensation(value),
+    )];
 }
 
 impl<T: Real> Settings<T> for AlignmentSettings<T> {

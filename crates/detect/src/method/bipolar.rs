@@ -9,6 +9,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
 
+use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
@@ -151,6 +152,35 @@ impl<T: Real> Sequence<T> for Bipolar<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+}
+
+impl<T: Real> Keyed for BipolarSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.0.train.pulse)),
+            |s, value| {
+                s.0.train = s.0.train.with_pulse(value.nanos());
+                true
+            },
+        ),
+        Setting::new(
+            &keys::ROUNDS,
+            |s| Some(Value::Number(f64::from(s.0.train.rounds))),
+            |s, value| {
+                s.0.train.rounds = value.count();
+                true
+            },
+        ),
+        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        self.0.train.describe(line);
+        line("signature", format_args!("{}", self.0.signature.in_words()));
     }
 }
 

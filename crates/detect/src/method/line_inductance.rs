@@ -14,6 +14,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
 
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
@@ -270,6 +271,33 @@ impl<T: Real> Sequence<T> for LineInductance<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+}
+
+impl<T: Real> Keyed for LineInductanceSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(PULSE, s => s.pulse, Value::time, nanos),
+        Setting::new(
+            &keys::ROUNDS,
+            |s| Some(Value::Number(f64::from(s.pulses))),
+            |s, value| {
+                s.pulses = value.count();
+                true
+            },
+        ),
+        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
+        Setting::new(
+            &keys::POLE_ERROR,
+            |s| s.polarity.pole_error(),
+            |s, value| s.polarity.set_pole_error(value),
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        line("pulse", format_args!("{}", Microseconds(self.pulse)));
+        line("pulses", format_args!("{}", self.pulses));
+        self.polarity.describe(line);
     }
 }
 

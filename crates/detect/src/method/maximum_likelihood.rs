@@ -16,6 +16,7 @@ mod tests;
 
 use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
 
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
@@ -333,6 +334,51 @@ impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+}
+
+impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.pulses.train.pulse)),
+            |s, value| {
+                *s = s.with_pulse(value.nanos());
+                true
+            },
+        ),
+        Setting::new(
+            &keys::ROUNDS,
+            |s| Some(Value::Number(f64::from(s.pulses.train.rounds))),
+            |s, value| {
+                s.pulses.train.rounds = value.count();
+                true
+            },
+        ),
+        place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
+        Setting::new(
+            &keys::DEVIATION,
+            |s| s.adaptive.map(|adaptive| Value::Number(adaptive.deviation.to_double().to_degrees())),
+            |s, value| match &mut s.adaptive {
+                Some(adaptive) => {
+                    adaptive.deviation = T::of(value.number().to_radians());
+                    true
+                }
+                None => false,
+            },
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        self.pulses.train.describe(line);
+        if let Some(adaptive) = self.adaptive {
+            line("adaptive.deviation", format_args!("{:.2}°", adaptive.deviation.to_degrees()));
+            line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
+            line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
+        }
+        line("signature", format_args!("{}", self.pulses.signature.in_words()));
     }
 }
 

@@ -10,6 +10,7 @@
 
 use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
 
+use crate::keys::{self, Keyed, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings};
 use crate::settings::{Settings, SettingsError};
@@ -78,6 +79,24 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         self.measurements += 1;
         Ok((self.measurements >= s.iterations).then_some(self.axis))
     }
+}
+
+impl<T: Real> Keyed for PulsatingInjectionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.0.polarity.current, Value::of, real),
+        Setting::new(
+            &keys::POLE_ERROR,
+            |s| s.0.polarity.pole_error(),
+            |s, value| s.0.polarity.set_pole_error(value),
+        ),
+        place!(VOLTAGE, s => s.0.voltage, Value::of, real),
+        Setting::new(
+            &keys::COMPENSATION,
+            |s| Some(s.0.modulation.compensation()),
+            |s, value| s.0.modulation.set_compensation(value),
+        ),
+    ];
 }
 
 impl<T: Real> Settings<T> for PulsatingInjectionSettings<T> {

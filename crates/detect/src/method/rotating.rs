@@ -9,6 +9,7 @@
 
 use standstill_interface::{AlphaBeta, Angle, Fault, Findings, Nanos, Real};
 
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::Nameplate;
 use crate::parts::complex::{Complex, Turning};
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings};
@@ -80,6 +81,33 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
+    }
+}
+
+impl<T: Real> Keyed for RotatingInjectionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.0.polarity.current, Value::of, real),
+        Setting::new(
+            &keys::POLE_ERROR,
+            |s| s.0.polarity.pole_error(),
+            |s, value| s.0.polarity.set_pole_error(value),
+        ),
+        place!(VOLTAGE, s => s.0.voltage, Value::of, real),
+        Setting::new(
+            &keys::COMPENSATION,
+            |s| Some(s.0.modulation.compensation()),
+            |s, value| s.0.modulation.set_compensation(value),
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        let s = &self.0;
+        line("voltage", format_args!("{:.1} V", s.voltage));
+        line("cycle", format_args!("{}", Microseconds(s.modulation.carrier_period * u64::from(s.periods))));
+        line("ramp", format_args!("{} cycles", s.ramp));
+        line("cycles", format_args!("{}", s.cycles));
+        s.polarity.describe(line);
     }
 }
 

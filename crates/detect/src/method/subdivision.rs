@@ -13,6 +13,7 @@ mod tests;
 
 use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
 
+use crate::keys::{self, Keyed, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
@@ -212,6 +213,14 @@ impl<T: Real> Sequence<T> for Subdivision<T> {
     fn findings(&self) -> &Findings<T> {
         &self.findings
     }
+}
+
+impl<T: Real> Keyed for SubdivisionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
+        Setting::new(&keys::POLE_ERROR, |s| s.vector.pole_error(), |s, value| s.vector.set_pole_error(value)),
+    ];
 }
 
 impl<T: Real> Settings<T> for SubdivisionSettings<T> {

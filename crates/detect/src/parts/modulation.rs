@@ -2,6 +2,7 @@
 
 use standstill_interface::{Abc, AlphaBeta, Command, Leg, Nanos, Real, Sampling, Stage};
 
+use crate::keys::Value;
 use crate::nameplate::Nameplate;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
@@ -30,6 +31,19 @@ impl<T: Real> ModulationSettings<T> {
             inductance: drive.line_inductance() / T::of(2.0),
             fade: drive.rated_current * T::of(0.002),
         }
+    }
+
+    /// Whether dead time or drops are compensated.
+    pub(crate) fn compensation(&self) -> Value {
+        Value::Flag(self.dead_time > Nanos::ZERO || self.drop > T::zero())
+    }
+
+    /// Leaves both uncompensated if it is not to be; what to compensate is known from the drive.
+    pub(crate) fn set_compensation(&mut self, value: Value) -> bool {
+        if !value.is_set() {
+            (self.dead_time, self.drop) = (Nanos::ZERO, T::zero());
+        }
+        true
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {

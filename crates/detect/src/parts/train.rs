@@ -16,6 +16,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
+use crate::keys::{Lines, Microseconds};
 use crate::nameplate::Nameplate;
 use crate::parts::settle::{all_seen, largest, link};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
@@ -86,6 +87,14 @@ impl<T: Real> PulseTrainSettings<T> {
         let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
         let pulse = interval * self.samples_on() as u64;
         Self { pulse, interval, rest: rest_after(pulse), ..self }
+    }
+
+    /// What an engineer would copy into a drive.
+    pub(crate) fn describe(&self, line: &mut Lines<'_>) {
+        line("train.pulse", format_args!("{}", Microseconds(self.pulse)));
+        line("train.rest", format_args!("{}", Microseconds(self.rest)));
+        line("train.rounds", format_args!("{}", self.rounds));
+        line("train.interval", format_args!("{}", Microseconds(self.interval)));
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {

@@ -3,6 +3,7 @@
 use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Nanos, PoleEvidence, Real, Sampling, Stage};
 
 use super::sequential::SequentialSettings;
+use crate::keys::{Lines, Microseconds, Value};
 use crate::nameplate::Nameplate;
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 
@@ -19,6 +20,15 @@ pub enum Signature {
 }
 
 impl Signature {
+    /// What it says of the motor.
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Normal => "north draws more current",
+            Self::Inverted => "south draws more current",
+            Self::None => "both draw the same",
+        }
+    }
+
     /// What speaks for the pole that draws more current, referred to north; none if neither does.
     pub(super) fn towards_north<T: Real>(self, draws_more: PoleEvidence<T>) -> Option<PoleEvidence<T>> {
         match self {
@@ -81,6 +91,39 @@ impl<T: Real> PolaritySettings<T> {
             least_margin: drive.rated_current * T::of(0.01),
             signature,
             rule,
+        }
+    }
+
+    /// What an engineer would copy into a drive.
+    pub(crate) fn describe(&self, line: &mut Lines<'_>) {
+        line("polarity.current", format_args!("{:.3} A", self.current));
+        line("polarity vector", format_args!("{}", Microseconds(self.duration())));
+        line("polarity.signature", format_args!("{}", self.signature.in_words()));
+        match self.rule {
+            PolarityRule::TwoVectors => line("polarity.rule", format_args!("two vectors")),
+            PolarityRule::Sequential(rule) => {
+                let error = rule.error.to_double();
+                line("polarity.rule", format_args!("sequential, wrong in {error:.0e} of cases"));
+            }
+        }
+    }
+
+    /// Probability of a wrong pole that is allowed, where the rule is one of it.
+    pub(crate) fn pole_error(&self) -> Option<Value> {
+        match self.rule {
+            PolarityRule::Sequential(sequential) => Some(Value::of(sequential.error)),
+            PolarityRule::TwoVectors => None,
+        }
+    }
+
+    /// Sets it; false where the rule knows none.
+    pub(crate) fn set_pole_error(&mut self, value: Value) -> bool {
+        match &mut self.rule {
+            PolarityRule::Sequential(sequential) => {
+                sequential.error = value.real();
+                true
+            }
+            PolarityRule::TwoVectors => false,
         }
     }
 
