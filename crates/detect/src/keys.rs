@@ -42,6 +42,8 @@ pub enum Kind {
     Number {
         /// Symbol of the unit; empty for shares and pure numbers.
         unit: &'static str,
+        /// Whether they are shares, which people write in per cent.
+        share: bool,
         /// Whether they are whole.
         whole: bool,
         /// From this to this.
@@ -94,7 +96,11 @@ pub trait Keyed: Sized + 'static {
 }
 
 const fn number(unit: &'static str, range: [f64; 2], needed: &'static str) -> Kind {
-    Kind::Number { unit, whole: false, range, needed }
+    Kind::Number { unit, share: false, whole: false, range, needed }
+}
+
+const fn share(range: [f64; 2], needed: &'static str) -> Kind {
+    Kind::Number { unit: "", share: true, whole: false, range, needed }
 }
 
 const MORE_THAN_ZERO: ([f64; 2], &str) = ([f64::MIN_POSITIVE, 1e12], "more than zero");
@@ -110,14 +116,20 @@ pub static PULSE: Key = Key {
 pub static ROUNDS: Key = Key {
     name: "rounds",
     about: "Times that all lines are pulsed, or pulses per line.",
-    kind: Kind::Number { unit: "", whole: true, range: [0.0, 255.0], needed: "a whole number from 0 to 255" },
+    kind: Kind::Number {
+        unit: "",
+        share: false,
+        whole: true,
+        range: [0.0, 255.0],
+        needed: "a whole number from 0 to 255",
+    },
 };
 
 /// |L_B| / L_A below which no angle is named.
 pub static LEAST_SALIENCY: Key = Key {
     name: "least_saliency",
     about: "|L_B| / L_A below which no angle is named.",
-    kind: number("", [0.0, 1.0], "a share from 0 to 1"),
+    kind: share([0.0, 1.0], "a share from 0 to 1"),
 };
 
 /// Current of a polarity test's vectors.
@@ -131,14 +143,14 @@ pub static VECTOR_CURRENT: Key = Key {
 pub static POLE_ERROR: Key = Key {
     name: "pole_error",
     about: "Probability of a wrong pole that is allowed.",
-    kind: number("", [1e-30, 0.5], "a probability from 1e-30 to 0.5"),
+    kind: share([1e-30, 0.5], "a probability from 1e-30 to 0.5"),
 };
 
 /// Spread of the current sensors' gains.
 pub static GAIN_TOLERANCE: Key = Key {
     name: "gain_tolerance",
     about: "Standard deviation of the current sensors' gains that the detector is told; 0: equal.",
-    kind: number("", [0.0, 1e12], "zero or more"),
+    kind: share([0.0, 1e12], "zero or more"),
 };
 
 /// When an adaptive method is content.
@@ -167,8 +179,8 @@ pub static ALL: [&Key; 9] = [
     &PULSE,
     &ROUNDS,
     &LEAST_SALIENCY,
-    &VECTOR_CURRENT,
     &POLE_ERROR,
+    &VECTOR_CURRENT,
     &GAIN_TOLERANCE,
     &DEVIATION,
     &VOLTAGE,

@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-use standstill_detect::{
-    Key, Kind, Method, PolarityRule, SequentialSettings, Settings, Signature, Value, keys,
-};
+use standstill_detect::{Method, Settings, Signature};
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
 use standstill_plant::{Motor, Temperature};
@@ -13,8 +11,8 @@ use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::tables::{
-    Decide, DetectorTable, ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile,
-    SensorArrangement, SensorsTable,
+    ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile, SensorArrangement,
+    SensorsTable,
 };
 use crate::{DriveSettings, ErrorSet, Scenario};
 
@@ -249,60 +247,6 @@ impl From<Poles> for Signature {
             Poles::Normal => Self::Normal,
             Poles::Inverted => Self::Inverted,
             Poles::None => Self::None,
-        }
-    }
-}
-
-impl DetectorTable {
-    /// Sets what the table has in the settings of a method, for a motor whose poles' currents differ by `difference`.
-    fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
-        let name = self.method.0;
-        let foreign = |key: &str| {
-            let key = format!("detector.{key}");
-            FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
-        };
-        if let Some(decide) = self.polarity {
-            let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
-            polarity.rule = match decide {
-                Decide::TwoVectors => PolarityRule::TwoVectors,
-                Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
-            };
-        }
-        for key in keys::ALL {
-            if let Some(value) = self.value(key)?
-                && !method.set(key, value)
-            {
-                return Err(foreign(key.name));
-            }
-        }
-        Ok(())
-    }
-
-    /// A key's value in its unit, if the table has it and it is within the key's range.
-    fn value(&self, key: &Key) -> Result<Option<Value>, FileError> {
-        fn number<U: Unit>(key: &Key, value: Option<Quantity<U>>) -> Result<Option<Value>, FileError> {
-            let Kind::Number { range, needed, whole, .. } = key.kind else { return Ok(None) };
-            let name = format!("detector.{}", key.name);
-            let checked = |value: Quantity<U>| {
-                let number = in_range(&name, value, range, needed)?;
-                if whole && number.fract() != 0.0 {
-                    return Err(FileError::key(&name, &value.to_string(), needed));
-                }
-                Ok(Value::Number(number))
-            };
-            value.map(checked).transpose()
-        }
-        match key.name {
-            "pulse" => number(key, self.pulse),
-            "rounds" => number(key, self.rounds),
-            "least_saliency" => number(key, self.least_saliency),
-            "vector_current" => number(key, self.vector_current),
-            "pole_error" => number(key, self.pole_error),
-            "gain_tolerance" => number(key, self.gain_tolerance),
-            "deviation" => number(key, self.deviation),
-            "voltage" => number(key, self.voltage),
-            "compensation" => Ok(self.compensation.map(Value::Flag)),
-            _ => Ok(None),
         }
     }
 }
