@@ -110,3 +110,29 @@ fn analytic_the_tail_is_as_probable_as_asked_for() {
     }
     assert!((tail_beyond(1e-6_f32) - 5.1228).abs() < 1e-3);
 }
+
+#[test]
+fn analytic_walds_rule_and_the_tail_need_what_their_probabilities_say() {
+    let mut decided_by_wald = 0;
+    for effect in [1e-3, 0.02, 0.3] {
+        for deviation in [0.003, 0.02, 0.1] {
+            let rule = SequentialSettings { error: 1e-6_f64, effect, floor: 0.003, most_pairs: 8 };
+            let needed = rule.evidence(1.0, deviation * deviation).needed;
+            decided_by_wald += u32::from(needed > 1.001 * tail_beyond(1e-6));
+            for (share, enough) in [(1.0 - 1e-6, false), (1.0 + 1e-6, true)] {
+                for sign in [1.0, -1.0] {
+                    let mean = sign * share * needed * deviation;
+                    let evidence = rule.evidence(mean, deviation * deviation);
+                    assert_eq!(evidence.is_enough(), enough, "{effect} {deviation}");
+                    assert_eq!(
+                        rule.error_of(mean, deviation * deviation) <= 1e-6,
+                        enough,
+                        "{effect} {deviation}"
+                    );
+                    assert!((evidence.deviations - mean / deviation).abs() < 1e-9 * needed);
+                }
+            }
+        }
+    }
+    assert!((2..8).contains(&decided_by_wald), "{decided_by_wald}");
+}
