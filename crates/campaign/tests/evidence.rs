@@ -1,14 +1,16 @@
 //! What every method says for the pole that it names or leaves open, in closed loop.
 
-use standstill_campaign::{Adjustment, ErrorSet, PoleRule, Scenario, Specimen};
-use standstill_detect::{Method, MethodName, Settings, Signature};
+use standstill_campaign::{ErrorSet, Scenario, Specimen};
+use standstill_detect::{
+    Method, MethodName, Nameplate, PolarityRule, SequentialSettings, Settings, Signature,
+};
 use standstill_interface::{Angle, Outcome, PoleEvidence};
 use standstill_plant::built_in;
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
-fn scenario(method: MethodName, motor: &str, errors: ErrorSet, change: Adjustment) -> Scenario<Method<f64>> {
+fn scenario(method: MethodName, motor: &str, errors: ErrorSet) -> Scenario<Method<f64>> {
     let motor = built_in(motor).expect("built in");
-    change.scenario(method, motor, errors, RotorState::Locked, 1).expect("applies")
+    Scenario::of_method(method, motor, errors, RotorState::Locked, 1)
 }
 
 /// How trials end on a rotor held at an angle of its own, or at 50° with the noise alone drawn anew; and where its north is.
@@ -44,7 +46,7 @@ fn law_a_pole_is_named_exactly_where_its_evidence_is_enough() {
     for motor in ["paper-5k5", "pm-reluctance", "surface-magnet"] {
         for method in MethodName::ALL {
             for errors in [ErrorSet::Default, ErrorSet::Harsh] {
-                let scenario = scenario(method, motor, errors, Adjustment::default());
+                let scenario = scenario(method, motor, errors);
                 for (outcome, north) in outcomes(&scenario, few(method), false) {
                     if matches!(outcome, Outcome::Failed { .. }) {
                         assert_eq!(outcome.evidence_for(north), None);
@@ -69,8 +71,12 @@ fn law_a_pole_is_named_exactly_where_its_evidence_is_enough() {
 fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
     for method in MethodName::ALL.into_iter().filter(|method| few(*method) > 0) {
         let told = |signature| {
-            let change = Adjustment { signature: Some(signature), ..Adjustment::default() };
-            outcomes(&scenario(method, "paper-5k5", ErrorSet::Default, change), 2, false)
+            let motor = built_in("paper-5k5").expect("built in");
+            let scenario = Scenario::new(motor, ErrorSet::Default, RotorState::Locked, 1, |drive| {
+                let drive = Nameplate { signature, pulse_signature: signature, ..*drive };
+                Method::suited(method, &drive)
+            });
+            outcomes(&scenario, 2, false)
         };
         let evidence = |(outcome, north): &(Outcome<f64>, Angle<f64>)| outcome.evidence_for(*north);
         for (right, wrong) in told(Signature::Normal).iter().zip(&told(Signature::Inverted)) {
@@ -93,16 +99,19 @@ fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
 
 #[test]
 fn law_noise_alone_scatters_the_evidence_by_about_one_deviation() {
-    let sequential = Adjustment { rule: Some(PoleRule::Sequential), ..Adjustment::default() };
     // The readings from which a method knows its noise: three phases of eleven waits or more; 18 pulses in six groups;
     // samples without number.
-    for (method, change, known_from) in [
-        (MethodName::LineInductanceFast, Adjustment::default(), 33.0),
-        (MethodName::LineInductanceFast, sequential, 39.0),
-        (MethodName::Bipolar, Adjustment::default(), 12.0),
-        (MethodName::MaximumLikelihood, Adjustment::default(), f64::INFINITY),
+    for (method, sequential, known_from) in [
+        (MethodName::LineInductanceFast, false, 33.0),
+        (MethodName::LineInductanceFast, true, 39.0),
+        (MethodName::Bipolar, false, 12.0),
+        (MethodName::MaximumLikelihood, false, f64::INFINITY),
     ] {
-        let scenario = scenario(method, "paper-5k5", ErrorSet::Noise, change);
+        let mut scenario = scenario(method, "paper-5k5", ErrorSet::Noise);
+        if sequential {
+            let rule = PolarityRule::Sequential(SequentialSettings::new(0.1));
+            scenario.detector.polarity_mut().expect("a polarity test").rule = rule;
+        }
         let all: Vec<f64> = outcomes(&scenario, 200, true)
             .iter()
             .map(|(outcome, north)| outcome.evidence_for(*north).expect("a signature"))
