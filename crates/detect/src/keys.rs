@@ -198,6 +198,11 @@ impl Value {
         Self::Number(time.seconds())
     }
 
+    /// A count.
+    pub fn times(count: u8) -> Self {
+        Self::Number(f64::from(count))
+    }
+
     /// A number as such; of a flag 0 or 1.
     pub fn number(self) -> f64 {
         match self {
@@ -243,7 +248,7 @@ impl<S> Setting<S> {
 /// A [`Setting`] that is always there: the place of its value, and how a [`Value`] is made from it and to it.
 macro_rules! place {
     ($key:ident, $s:ident => $place:expr, $from:path, $to:ident) => {
-        Setting::new(
+        crate::keys::Setting::new(
             &crate::keys::$key,
             |$s| Some($from($place)),
             |$s, value| {

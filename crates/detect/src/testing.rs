@@ -3,11 +3,34 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Outcome, Phase, Reading, Real, Sensed};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real, Sensed,
+};
 
 use crate::method::likelihood::{LineParameters, PulseModel};
+use crate::nameplate::Nameplate;
 use crate::parts::lines::line_directions;
+use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
+
+/// A motor and drive like the paper's.
+pub(crate) const PLATE: Nameplate<f64> = Nameplate {
+    rated_current: 7.0,
+    resistance: 1.2,
+    d_axis_inductance: 10e-3,
+    q_axis_inductance: 18e-3,
+    magnet_flux: 0.5,
+    signature: Signature::Normal,
+    pulse_signature: Signature::Normal,
+    polarity_difference: 0.1,
+    rated_pulse: Nanos::from_micros(300),
+    gain_tolerance: 0.005,
+    dc_link: 540.0,
+    dead_time: Nanos(2000),
+    carrier_period: Nanos::from_micros(100),
+    switch_drop: [1.0, 0.01],
+    diode_drop: [1.0, 0.01],
+};
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);

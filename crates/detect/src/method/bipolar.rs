@@ -165,14 +165,7 @@ impl<T: Real> Keyed for BipolarSettings<T> {
                 true
             },
         ),
-        Setting::new(
-            &keys::ROUNDS,
-            |s| Some(Value::Number(f64::from(s.0.train.rounds))),
-            |s, value| {
-                s.0.train.rounds = value.count();
-                true
-            },
-        ),
+        place!(ROUNDS, s => s.0.train.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),

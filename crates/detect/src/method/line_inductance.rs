@@ -277,14 +277,7 @@ impl<T: Real> Sequence<T> for LineInductance<T> {
 impl<T: Real> Keyed for LineInductanceSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(PULSE, s => s.pulse, Value::time, nanos),
-        Setting::new(
-            &keys::ROUNDS,
-            |s| Some(Value::Number(f64::from(s.pulses))),
-            |s, value| {
-                s.pulses = value.count();
-                true
-            },
-        ),
+        place!(ROUNDS, s => s.pulses, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
         Setting::new(

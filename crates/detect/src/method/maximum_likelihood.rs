@@ -347,14 +347,7 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
                 true
             },
         ),
-        Setting::new(
-            &keys::ROUNDS,
-            |s| Some(Value::Number(f64::from(s.pulses.train.rounds))),
-            |s, value| {
-                s.pulses.train.rounds = value.count();
-                true
-            },
-        ),
+        place!(ROUNDS, s => s.pulses.train.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),

@@ -10,9 +10,9 @@
 
 use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
 
-use crate::keys::{self, Keyed, Setting, Value, place};
+use crate::keys::{Keyed, Setting};
 use crate::nameplate::Nameplate;
-use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings};
+use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
 use crate::settings::{Settings, SettingsError};
 
 /// Settings of the pulsating injection.
@@ -82,21 +82,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
 }
 
 impl<T: Real> Keyed for PulsatingInjectionSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = &[
-        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
-        place!(VECTOR_CURRENT, s => s.0.polarity.current, Value::of, real),
-        Setting::new(
-            &keys::POLE_ERROR,
-            |s| s.0.polarity.pole_error(),
-            |s, value| s.0.polarity.set_pole_error(value),
-        ),
-        place!(VOLTAGE, s => s.0.voltage, Value::of, real),
-        Setting::new(
-            &keys::COMPENSATION,
-            |s| Some(s.0.modulation.compensation()),
-            |s, value| s.0.modulation.set_compensation(value),
-        ),
-    ];
+    const SETTINGS: &'static [Setting<Self>] = keys_of_injection!();
 }
 
 impl<T: Real> Settings<T> for PulsatingInjectionSettings<T> {

@@ -288,3 +288,25 @@ impl<T: Real, D: Demodulator<T>> Sequence<T> for Injection<T, D> {
         &self.findings
     }
 }
+
+/// The keys of a method by injection, whose settings are a [`InjectionSettings`] of its own kind.
+macro_rules! keys_of_injection {
+    () => {
+        &[
+            crate::keys::place!(LEAST_SALIENCY, s => s.0.least_saliency, crate::keys::Value::of, real),
+            crate::keys::place!(VECTOR_CURRENT, s => s.0.polarity.current, crate::keys::Value::of, real),
+            crate::keys::Setting::new(
+                &crate::keys::POLE_ERROR,
+                |s| s.0.polarity.pole_error(),
+                |s, value| s.0.polarity.set_pole_error(value),
+            ),
+            crate::keys::place!(VOLTAGE, s => s.0.voltage, crate::keys::Value::of, real),
+            crate::keys::Setting::new(
+                &crate::keys::COMPENSATION,
+                |s| Some(s.0.modulation.compensation()),
+                |s, value| s.0.modulation.set_compensation(value),
+            ),
+        ]
+    };
+}
+pub(crate) use keys_of_injection;
