@@ -10,6 +10,7 @@
 
 mod axes;
 mod build;
+mod detector;
 mod document;
 mod motor;
 mod number;
@@ -21,12 +22,13 @@ mod tolerances;
 mod units;
 
 pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
+pub use detector::DetectorTable;
 pub use document::{Document, FileError, Origin};
 pub use motor::MotorSpec;
 pub use plan::Plan;
 pub use tables::{
-    Decide, DetectorTable, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName,
-    RotorTable, ScenarioFile, SensorArrangement, SensorsTable, StopTable,
+    Decide, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName, RotorTable,
+    ScenarioFile, SensorArrangement, SensorsTable, StopTable,
 };
 pub use tolerances::Tolerance;
 pub use units::{is_share, schema, unit};

@@ -29,7 +29,6 @@
 //! What no position can tell is a common turn of all: where θ = 0 is. It is defined by the winding, as is that H and P
 //! are real, which holds for motors whose halves about the d-axis are alike.
 
-mod complex;
 mod correction;
 mod fit;
 mod model;
@@ -42,10 +41,10 @@ use standstill_interface::{Abc, Angle, Real};
 
 pub use correction::Correction;
 
-use crate::lines::SaliencySign;
+use crate::parts::complex::{Complex, Turning};
+use crate::parts::lines::{SaliencySign, reflection};
 use crate::settings::{SettingsError, require, require_positive};
-use complex::Complex;
-use correction::sign_of;
+
 use fit::{Extent, Factor, Normal, Position, minimise};
 use model::{Model, at};
 
@@ -216,7 +215,7 @@ impl<T: Real> Commissioning<T> {
             return Err(CommissioningError::NotInductive);
         }
         let free = self.positions.get_mut(self.count).ok_or(CommissioningError::Full { room: CAPACITY })?;
-        let (z, mean) = Complex::of_lines(lines);
+        let (z, mean) = reflection(lines);
         *free = Position { z, north };
         self.means = self.means + mean;
         self.count += 1;
@@ -239,7 +238,7 @@ impl<T: Real> Commissioning<T> {
         // In units of |L_B|: squares of microhenries are too small for single precision.
         let count = T::of(self.count as f64);
         let mean = self.means / count;
-        let unit = positions.iter().fold(T::zero(), |sum, position| sum + position.z.norm()) / count;
+        let unit = positions.iter().fold(T::zero(), |sum, position| sum + position.z.length()) / count;
         if unit <= mean * T::epsilon() {
             return Err(self.unexplained(T::infinity()));
         }
@@ -248,7 +247,7 @@ impl<T: Real> Commissioning<T> {
         }
         let start = Model {
             offset: Complex::zero(),
-            saliency: sign_of(self.settings.saliency),
+            saliency: self.settings.saliency.factor(),
             fourth: T::zero(),
             saturation: T::zero(),
         };

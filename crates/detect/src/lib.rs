@@ -6,43 +6,31 @@
 #![no_std]
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
-mod alignment;
-mod bipolar;
 mod commissioning;
-mod injection;
-mod likelihood;
-mod line_inductance;
-mod lines;
-mod maximum_likelihood;
+pub mod keys;
 mod method;
-mod modulation;
 mod nameplate;
-mod polarity;
-mod pulsating;
-mod rotating;
+mod parts;
 mod settings;
-mod settle;
-mod subdivision;
 #[cfg(test)]
 mod testing;
-mod train;
 
-pub use alignment::{Alignment, AlignmentSettings};
-pub use bipolar::{Bipolar, BipolarSettings};
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };
-pub use injection::InjectionSettings;
-pub use line_inductance::{LineInductance, LineInductanceSettings};
-pub use lines::{Interval, Saliency, SaliencySign, line_impedance};
-pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
-pub use method::{AnyDetector, Method, MethodName};
-pub use modulation::ModulationSettings;
+pub use keys::{Key, Keyed, Kind, Lines, Setting, Value};
+pub use method::{
+    Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
+    LineInductanceSettings, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,
+    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
+    Subdivision, SubdivisionSettings,
+};
 pub use nameplate::Nameplate;
-pub use polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettings, Signature};
-pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
-pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use parts::both_ways::BothWaysSettings;
+pub use parts::injection::InjectionSettings;
+pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
+pub use parts::modulation::ModulationSettings;
+pub use parts::polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettings, Signature};
+pub use parts::settle::SettleSettings;
+pub use parts::train::PulseTrainSettings;
 pub use settings::{Decay, Settings, SettingsError};
-pub use settle::SettleSettings;
-pub use subdivision::{Subdivision, SubdivisionSettings};
-pub use train::PulseTrainSettings;

@@ -1,20 +1,41 @@
-//! All methods in one type, by name.
+//! All methods in one type, by name. A method is a file below and a line in the list.
+
+mod alignment;
+mod bipolar;
+mod line_inductance;
+mod maximum_likelihood;
+mod pulsating;
+mod rotating;
+mod subdivision;
 
 use core::fmt;
 
-use standstill_interface::{Detector, Nanos, Reading, Real, Step};
+use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
 
-use crate::alignment::{Alignment, AlignmentSettings};
-use crate::bipolar::{Bipolar, BipolarSettings};
-use crate::line_inductance::{LineInductance, LineInductanceSettings};
-use crate::maximum_likelihood::{MaximumLikelihood, MaximumLikelihoodSettings};
-use crate::modulation::ModulationSettings;
+use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
-use crate::polarity::PolaritySettings;
-use crate::pulsating::{PulsatingInjection, PulsatingInjectionSettings};
-use crate::rotating::{RotatingInjection, RotatingInjectionSettings};
+use crate::parts::modulation::ModulationSettings;
+use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
-use crate::subdivision::{Subdivision, SubdivisionSettings};
+pub use alignment::{Alignment, AlignmentSettings};
+pub use bipolar::{Bipolar, BipolarSettings};
+pub use line_inductance::{LineInductance, LineInductanceSettings};
+pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
+pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
+pub use rotating::{RotatingInjection, RotatingInjectionSettings};
+pub use subdivision::{Subdivision, SubdivisionSettings};
+
+#[cfg(test)]
+pub(crate) use {maximum_likelihood::likelihood, pulsating::Pulsating, rotating::Rotating};
+
+/// A detection as its method writes it: steps that a fault can end, and what was learnt so far.
+pub(crate) trait Sequence<T: Real> {
+    /// As [`Detector::step`].
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>>;
+
+    /// What was measured up to now.
+    fn findings(&self) -> &Findings<T>;
+}
 
 /// The methods.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -91,10 +112,47 @@ macro_rules! methods {
             $($(#[$doc])* $variant($detector<T>)),*
         }
 
+        $(impl<T: Real> Detector<T> for $detector<T> {
+            fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+                let step = self.next(readings);
+                step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: *self.findings() }))
+            }
+        })*
+
         impl<T: Real> Detector<T> for AnyDetector<T> {
             fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
                 match self {
                     $(Self::$variant(detector) => detector.step(readings)),*
+                }
+            }
+        }
+
+        impl<T: Real> Method<T> {
+            /// A key's value; none if the method as it is set has no such key.
+            pub fn get(&self, key: &Key) -> Option<Value> {
+                match self {
+                    $(Self::$variant(settings) => $settings::<T>::setting(key).and_then(|s| (s.get)(settings))),*
+                }
+            }
+
+            /// Sets a key to a value within its range; false if the method as it is set has no such key.
+            pub fn set(&mut self, key: &Key, value: Value) -> bool {
+                match self {
+                    $(Self::$variant(settings) => $settings::<T>::setting(key).is_some_and(|s| (s.set)(settings, value))),*
+                }
+            }
+
+            /// See [`Keyed::describe`].
+            pub fn describe(&self, line: &mut Lines<'_>) {
+                match self {
+                    $(Self::$variant(settings) => settings.describe(line)),*
+                }
+            }
+
+            /// Whether its method has such a key.
+            pub fn has(&self, key: &Key) -> bool {
+                match self {
+                    $(Self::$variant(_) => $settings::<T>::setting(key).is_some()),*
                 }
             }
         }
@@ -163,8 +221,8 @@ impl<T: Real> Method<T> {
     }
 
     /// Whether its axis comes from line pulses.
-    pub const fn has_line_pulses(&self) -> bool {
-        matches!(self, Self::LineInductance(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_))
+    pub fn has_line_pulses(&self) -> bool {
+        self.has(&keys::PULSE)
     }
 
     /// Whether its pulses depend on what it reads.
@@ -174,17 +232,8 @@ impl<T: Real> Method<T> {
 
     /// The same with line pulses of this length; none of a method without line pulses.
     #[must_use]
-    pub fn with_pulse(self, pulse: Nanos) -> Option<Self> {
-        Some(match self {
-            Self::LineInductance(settings) => {
-                Self::LineInductance(LineInductanceSettings { pulse, ..settings })
-            }
-            Self::Bipolar(settings) => {
-                Self::Bipolar(BipolarSettings { train: settings.train.with_pulse(pulse), ..settings })
-            }
-            Self::MaximumLikelihood(settings) => Self::MaximumLikelihood(settings.with_pulse(pulse)),
-            _ => return None,
-        })
+    pub fn with_pulse(mut self, pulse: Nanos) -> Option<Self> {
+        self.set(&keys::PULSE, Value::time(pulse)).then_some(self)
     }
 
     /// A method as it suits this motor and drive, told the motor's polarity signature.

@@ -2,8 +2,8 @@
 
 use standstill_interface::{Nanos, Real};
 
-use crate::lines::SaliencySign;
-use crate::polarity::Signature;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::Signature;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
@@ -45,11 +45,7 @@ pub struct Nameplate<T> {
 impl<T: Real> Nameplate<T> {
     /// The sign of L_B.
     pub fn saliency(&self) -> SaliencySign {
-        if self.d_axis_inductance > self.q_axis_inductance {
-            SaliencySign::Positive
-        } else {
-            SaliencySign::Negative
-        }
+        SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
     }
 
     /// Mean inductance in H of two phases in series: L_d + L_q.
@@ -114,24 +110,7 @@ impl<T: Real> Nameplate<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const PLATE: Nameplate<f64> = Nameplate {
-        rated_current: 7.0,
-        resistance: 1.2,
-        d_axis_inductance: 10e-3,
-        q_axis_inductance: 18e-3,
-        magnet_flux: 0.5,
-        signature: Signature::Normal,
-        pulse_signature: Signature::Normal,
-        polarity_difference: 0.1,
-        rated_pulse: Nanos::from_micros(300),
-        gain_tolerance: 0.005,
-        dc_link: 540.0,
-        dead_time: Nanos(2000),
-        carrier_period: Nanos::from_micros(100),
-        switch_drop: [1.0, 0.01],
-        diode_drop: [1.0, 0.01],
-    };
+    use crate::testing::PLATE;
 
     #[test]
     fn analytic_a_pulse_raises_its_share_of_the_rated_current() {

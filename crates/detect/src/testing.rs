@@ -3,11 +3,34 @@
 extern crate std;
 use std::vec::Vec;
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Phase, Reading, Real, Sensed};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Leg, Nanos, Outcome, Phase, Reading, Real, Sensed,
+};
 
-use crate::likelihood::{LineParameters, PulseModel};
-use crate::lines::line_directions;
-use crate::train::LINES;
+use crate::method::likelihood::{LineParameters, PulseModel};
+use crate::nameplate::Nameplate;
+use crate::parts::lines::line_directions;
+use crate::parts::polarity::Signature;
+use crate::parts::train::LINES;
+
+/// A motor and drive like the paper's.
+pub(crate) const PLATE: Nameplate<f64> = Nameplate {
+    rated_current: 7.0,
+    resistance: 1.2,
+    d_axis_inductance: 10e-3,
+    q_axis_inductance: 18e-3,
+    magnet_flux: 0.5,
+    signature: Signature::Normal,
+    pulse_signature: Signature::Normal,
+    polarity_difference: 0.1,
+    rated_pulse: Nanos::from_micros(300),
+    gain_tolerance: 0.005,
+    dc_link: 540.0,
+    dead_time: Nanos(2000),
+    carrier_period: Nanos::from_micros(100),
+    switch_drop: [1.0, 0.01],
+    diode_drop: [1.0, 0.01],
+};
 
 /// Normally distributed numbers, the same each time.
 pub(crate) struct Noise(u64);
@@ -120,9 +143,27 @@ impl LineMotor {
         currents.into_iter().enumerate().map(reading).collect()
     }
 
+    /// The same motor with this noise in A and that of another trial.
+    pub fn with_noise(mut self, deviation: f64, trial: u32) -> Self {
+        (self.deviation, self.noise) = (deviation, Noise::new(u64::from(trial) + 1));
+        self
+    }
+
+    /// What an outcome says for the motor's north pole, found or not, in standard deviations.
+    pub fn evidence(&self, outcome: &Outcome<f64>) -> f64 {
+        outcome.evidence_for(Angle::from_radians(self.angle)).expect("evidence")
+    }
+
     /// Way in degrees from the motor's angle to this one.
     pub fn error<T: Real>(&self, found: Angle<T>) -> f64 {
         let found = Angle::from_radians(found.radians().to_double());
         found.difference(Angle::from_radians(self.angle)).to_degrees()
     }
+}
+
+/// Mean and standard deviation.
+pub(crate) fn mean_and_deviation(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    (mean, (values.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt())
 }

@@ -27,6 +27,6 @@ pub use angle::Angle;
 pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
-pub use outcome::{Fault, Findings, Outcome, Polarity, Undetermined};
+pub use outcome::{Fault, Findings, Outcome, Polarity, PoleEvidence, Undetermined};
 pub use reading::{Reading, Sensed};
 pub use real::{Arithmetic, Real};

@@ -20,6 +20,36 @@ impl<T: Real> Polarity<T> {
     }
 }
 
+/// What the readings say of the pole, in standard deviations of what may be wrong with them.
+///
+/// The sign refers to the angle of the outcome that it comes with: positive speaks for the north pole at that angle,
+/// negative for the other end of the axis. An angle that was found is the end that the evidence speaks for, so there it
+/// is positive. Where the pole is undetermined, the outcome's angle is either end and the sign says which one the
+/// readings lean to. [`Outcome::evidence_for`] refers it to a given pole, which makes it one number across found and
+/// undetermined starts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoleEvidence<T> {
+    /// Signed. Infinite where nothing is known to be wrong with the readings.
+    pub deviations: T,
+    /// What the method demands before it names a pole. Infinite where no amount would do, because what the evidence
+    /// is made of contradicts the axis.
+    pub needed: T,
+}
+
+impl<T: Real> PoleEvidence<T> {
+    /// Whether it names a pole: exactly then a start is found.
+    pub fn is_enough(&self) -> bool {
+        // Where no amount would do, an infinite one does not either.
+        self.deviations.abs() >= self.needed && self.needed < T::infinity()
+    }
+
+    /// The same, referred to the other end of the axis.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        Self { deviations: -self.deviations, ..self }
+    }
+}
+
 /// What a detector learnt about the motor on the way. A method fills in what it measures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Findings<T> {
@@ -37,6 +67,10 @@ pub struct Findings<T> {
     pub angle_deviation: Option<T>,
     /// Probability that the pole is the wrong one, as the method judges it.
     pub pole_error: Option<T>,
+    /// What speaks for the pole. None before there is an axis; where the motor's poles answer alike by its configured
+    /// signature, so that no reading could speak for either; and of a method that measures no pole, such as one that
+    /// turns the rotor to a known angle.
+    pub pole_evidence: Option<PoleEvidence<T>>,
     /// Gains of the phases' current sensors relative to their mean, where a method compares them.
     pub sensor_gain: Option<Abc<T>>,
 }
@@ -51,6 +85,7 @@ impl<T> Default for Findings<T> {
             polarity: None,
             angle_deviation: None,
             pole_error: None,
+            pole_evidence: None,
             sensor_gain: None,
         }
     }
@@ -168,6 +203,32 @@ impl<T: Copy> Outcome<T> {
                 findings
             }
         }
+    }
+}
+
+impl<T: Real> Outcome<T> {
+    /// The evidence in standard deviations that the north pole is at `north`, good to 90°, and not opposite. A simulation
+    /// that knows the pole sees from its sign whether the readings speak for it, and from its distance to the margin
+    /// needed how far a start is from a wrong pole.
+    ///
+    /// None where there is no evidence, see [`Findings::pole_evidence`].
+    ///
+    /// ```
+    /// use standstill_interface::{Angle, Findings, Outcome, PoleEvidence};
+    ///
+    /// let evidence = PoleEvidence { deviations: 6.5, needed: 5.1 };
+    /// let findings = Findings { pole_evidence: Some(evidence), ..Findings::default() };
+    /// let found = Outcome::Found { angle: Angle::from_degrees(40.0), findings };
+    /// assert_eq!(found.evidence_for(Angle::from_degrees(41.0)), Some(6.5));
+    /// assert_eq!(found.evidence_for(Angle::from_degrees(221.0)), Some(-6.5));
+    /// ```
+    pub fn evidence_for(&self, north: Angle<T>) -> Option<T> {
+        let (Self::Found { angle, findings } | Self::Axis { angle, findings, .. }) = self else {
+            return None;
+        };
+        let evidence = findings.pole_evidence?;
+        let same = angle.difference(north).abs() <= T::FRAC_PI_2();
+        Some(if same { evidence } else { evidence.opposite() }.deviations)
     }
 }
 

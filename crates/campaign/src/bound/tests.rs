@@ -27,10 +27,10 @@ fn noisy(method: MethodName, motor: Motor) -> Scenario<Method<f64>> {
 fn likelihood(motor: Motor, micros: u64) -> Scenario<Method<f64>> {
     let mut scenario = noisy(MethodName::MaximumLikelihood, motor);
     if let Method::MaximumLikelihood(settings) = &mut scenario.detector {
-        settings.gain_tolerance = 0.0;
-        settings.train.pulse = Nanos::from_micros(micros);
-        settings.train.rest = Nanos::from_micros(micros / 10 * 16);
-        settings.train.interval = Nanos::from_micros(10);
+        settings.pulses.gain_tolerance = 0.0;
+        settings.pulses.train.pulse = Nanos::from_micros(micros);
+        settings.pulses.train.rest = Nanos::from_micros(micros / 10 * 16);
+        settings.pulses.train.interval = Nanos::from_micros(10);
     }
     scenario
 }

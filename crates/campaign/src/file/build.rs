@@ -2,10 +2,7 @@
 
 use std::path::Path;
 
-use standstill_detect::{
-    LineInductanceSettings, MaximumLikelihoodSettings, Method, PolarityRule, SequentialSettings, Settings,
-    Signature,
-};
+use standstill_detect::{Method, Settings, Signature};
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
 use standstill_plant::{Motor, Temperature};
@@ -14,8 +11,8 @@ use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::tables::{
-    Decide, DetectorTable, ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile,
-    SensorArrangement, SensorsTable,
+    ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile, SensorArrangement,
+    SensorsTable,
 };
 use crate::{DriveSettings, ErrorSet, Scenario};
 
@@ -100,9 +97,6 @@ impl ScenarioFile {
         if let Some(poles) = self.detector.signature {
             let signature = poles.into();
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
-        }
-        if let Some(tolerance) = self.detector.gain_tolerance {
-            nameplate.gain_tolerance = at_least_zero("detector.gain_tolerance", tolerance)?;
         }
         if let Some(dead_time) = self.detector.dead_time {
             nameplate.dead_time = time("detector.dead_time", dead_time)?;
@@ -254,99 +248,5 @@ impl From<Poles> for Signature {
             Poles::Inverted => Self::Inverted,
             Poles::None => Self::None,
         }
-    }
-}
-
-impl DetectorTable {
-    /// Sets what the table has in the settings of a method, for a motor whose poles' currents differ by `difference`.
-    fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
-        let name = self.method.0;
-        let foreign = |key: &str| {
-            let key = format!("detector.{key}");
-            FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
-        };
-        if let Some(pulse) = self.pulse {
-            let needed = "from 1 µs to 10 ms";
-            let pulse = in_range("detector.pulse", pulse, [1e-6, 10e-3], needed)?;
-            *method = method.with_pulse(Nanos::from_seconds(pulse)).ok_or_else(|| foreign("pulse"))?;
-        }
-        if let Some(rounds) = self.rounds {
-            let rounds = count("detector.rounds", rounds, 255.0)?;
-            match method {
-                Method::LineInductance(LineInductanceSettings { pulses, .. }) => *pulses = rounds,
-                Method::Bipolar(settings) => settings.train.rounds = rounds,
-                Method::MaximumLikelihood(settings) => settings.train.rounds = rounds,
-                _ => return Err(foreign("rounds")),
-            }
-        }
-        if let Some(least) = self.least_saliency {
-            let least = share("detector.least_saliency", least)?;
-            match method {
-                Method::LineInductance(settings) => settings.least_saliency = least,
-                Method::Subdivision(settings) => settings.least_saliency = least,
-                Method::HfiRotating(settings) => settings.0.least_saliency = least,
-                Method::HfiPulsating(settings) => settings.0.least_saliency = least,
-                Method::Bipolar(settings) => settings.least_saliency = least,
-                Method::MaximumLikelihood(settings) => settings.least_saliency = least,
-                Method::DcAlignment(_) => return Err(foreign("least_saliency")),
-            }
-        }
-        if let Some(decide) = self.polarity {
-            let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
-            polarity.rule = match decide {
-                Decide::TwoVectors => PolarityRule::TwoVectors,
-                Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
-            };
-        }
-        if let Some(current) = self.vector_current {
-            let current = positive("detector.vector_current", current)?;
-            method.polarity_mut().ok_or_else(|| foreign("vector_current"))?.current = current;
-        }
-        if let Some(error) = self.pole_error {
-            let error =
-                in_range("detector.pole_error", error, [1e-30, 0.5], "a probability from 1e-30 to 0.5")?;
-            Self::set_pole_error(method, error).ok_or_else(|| foreign("pole_error"))?;
-        }
-        if self.gain_tolerance.is_some()
-            && !matches!(method, Method::Bipolar(_) | Method::MaximumLikelihood(_))
-        {
-            return Err(foreign("gain_tolerance"));
-        }
-        if let Some(deviation) = self.deviation {
-            let deviation = positive("detector.deviation", deviation)?.to_radians();
-            match method {
-                Method::MaximumLikelihood(MaximumLikelihoodSettings { adaptive: Some(adaptive), .. }) => {
-                    adaptive.deviation = deviation;
-                }
-                _ => return Err(foreign("deviation")),
-            }
-        }
-        if let Some(voltage) = self.voltage {
-            let voltage = positive("detector.voltage", voltage)?;
-            match method {
-                Method::HfiRotating(settings) => settings.0.voltage = voltage,
-                Method::HfiPulsating(settings) => settings.0.voltage = voltage,
-                _ => return Err(foreign("voltage")),
-            }
-        }
-        if let Some(compensation) = self.compensation {
-            let modulation = method.modulation_mut().ok_or_else(|| foreign("compensation"))?;
-            if !compensation {
-                (modulation.dead_time, modulation.drop) = (Nanos::ZERO, 0.0);
-            }
-        }
-        Ok(())
-    }
-
-    fn set_pole_error(method: &mut Method<f64>, error: f64) -> Option<()> {
-        match method {
-            Method::Bipolar(settings) => settings.pole_error = error,
-            Method::MaximumLikelihood(settings) => settings.pole_error = error,
-            other => match &mut other.polarity_mut()?.rule {
-                PolarityRule::Sequential(sequential) => sequential.error = error,
-                PolarityRule::TwoVectors => return None,
-            },
-        }
-        Some(())
     }
 }

@@ -8,6 +8,7 @@ use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
 
 use super::axes::{AxisSpec, DesignTable};
+use super::detector::DetectorTable;
 use super::motor::MotorSpec;
 use super::tolerances::Tolerance;
 
@@ -314,48 +315,4 @@ pub enum Poles {
     Inverted,
     /// Neither.
     None,
-}
-
-/// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
-#[derive(Clone, Debug, Default, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct DetectorTable {
-    /// The method.
-    pub method: MethodSpec,
-    /// Length of the line pulses.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pulse: Option<Quantity<Second>>,
-    /// Times that all lines are pulsed, or pulses per line.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rounds: Option<Quantity<One>>,
-    /// |L_B| / L_A below which no angle is named.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub least_saliency: Option<Quantity<Share>>,
-    /// Which pole draws more current: what the detector is told, right or wrong.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub signature: Option<Poles>,
-    /// How poles are decided.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub polarity: Option<Decide>,
-    /// Probability of a wrong pole that is allowed.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pole_error: Option<Quantity<Share>>,
-    /// Current of a polarity test's vectors.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub vector_current: Option<Quantity<Ampere>>,
-    /// Standard deviation of the current sensors' gains that the detector is told; 0: equal.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gain_tolerance: Option<Quantity<Share>>,
-    /// Standard deviation of the angle at which an adaptive method is content.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub deviation: Option<Quantity<Degree>>,
-    /// Amplitude of an injected voltage.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub voltage: Option<Quantity<Volt>>,
-    /// Whether an injection compensates dead time and drops.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub compensation: Option<bool>,
-    /// Dead time that the detector is told.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dead_time: Option<Quantity<Second>>,
 }

@@ -1,6 +1,6 @@
 use std::path::Path;
 
-use standstill_detect::{Method, MethodName};
+use standstill_detect::{Kind, Method, MethodName, keys};
 use standstill_interface::Nanos;
 use standstill_plant::built_in;
 use standstill_sim::{Arrangement, RotorState};
@@ -75,9 +75,9 @@ fn analytic_each_key_is_where_it_belongs() {
     assert_eq!((s.sensors.noise, adc.bits, adc.low, adc.high), (12e-3, 12, -25.0, 25.0));
     assert_eq!(s.sensors.jitter, Nanos(100));
     let Method::MaximumLikelihood(detector) = s.detector else { panic!("another method") };
-    assert_eq!((detector.train.pulse, detector.train.rounds), (Nanos(180_000), 4));
+    assert_eq!((detector.pulses.train.pulse, detector.pulses.train.rounds), (Nanos(180_000), 4));
     // The detector knows the drive of the file.
-    assert_eq!((detector.train.dead_time, detector.pole_error), (Nanos(1500), 1e-4));
+    assert_eq!((detector.pulses.train.dead_time, detector.pulses.pole_error), (Nanos(1500), 1e-4));
 }
 
 #[test]
@@ -348,5 +348,34 @@ fn analytic_axes_of_the_command_line() {
     assert_eq!(values(&plan)[3], ["10 mA", "line-inductance"]);
     for text in ["0:1", "0:1:x", "0:1:3:lin"] {
         assert!(AxisSpec::parse(text).is_err(), "{text}");
+    }
+}
+
+#[test]
+fn law_each_key_of_a_method_is_one_of_scenario_files_with_its_unit() {
+    for key in keys::ALL {
+        let name = format!("detector.{}", key.name);
+        let (value, wanted) = match key.kind {
+            Kind::Number { unit, whole, range: [_, high], .. } => {
+                assert_eq!(super::unit(&name).as_deref(), Some(unit), "{name}");
+                (if whole { "5".to_owned() } else { format!("{}", 0.07 * high.min(0.1)) }, true)
+            }
+            Kind::Flag => ("false".to_owned(), super::unit(&name).is_none()),
+        };
+        assert!(wanted, "{name}");
+        // Set by name it reaches the method that has it, and is an error of one that has not.
+        for method in MethodName::ALL {
+            let mut document = document("");
+            document.set("detector.method", method.name(), Origin::CommandLine).expect("a key");
+            let plain = scenario_of(&document).expect("valid").detector;
+            document.set(&name, &value, Origin::CommandLine).expect("a key");
+            match (plain.get(key), scenario_of(&document)) {
+                (Some(_), Ok(set)) => assert_ne!(plain.get(key), set.detector.get(key), "{method} {name}"),
+                (None, Err(error)) => {
+                    assert!(error.contains("a method that has such a setting"), "{error}");
+                }
+                (before, after) => panic!("{method} {name} = {value}: {before:?} {:?}", after.err()),
+            }
+        }
     }
 }

@@ -4,9 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability, told};
-use standstill_detect::{
-    Method, PolarityRule, PolaritySettings, PulseTrainSettings, SequentialSettings, Signature,
-};
+use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 
 use crate::Report;
 use crate::arguments::Check;
@@ -93,14 +91,6 @@ fn cells(candidate: &Candidate) -> Vec<String> {
     ]
 }
 
-fn words(signature: Signature) -> &'static str {
-    match signature {
-        Signature::Normal => "north draws more current",
-        Signature::Inverted => "south draws more current",
-        Signature::None => "both draw the same",
-    }
-}
-
 fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Vec<String> {
     let mut reasons = Vec::new();
     let ratio = suitability.saliency_ratio;
@@ -136,11 +126,11 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     } else {
         format!(
             "Poles: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
-            words(rated),
+            rated.in_words(),
             100.0 * difference,
             factor(difference / floor),
             100.0 * floor,
-            words(pulses),
+            pulses.in_words(),
             100.0 * suitability.pulse_difference.abs()
         )
     });
@@ -162,77 +152,18 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
 
 fn train(settings: &Method<f64>) -> Option<&PulseTrainSettings<f64>> {
     match settings {
-        Method::Bipolar(settings) => Some(&settings.train),
-        Method::MaximumLikelihood(settings) => Some(&settings.train),
+        Method::Bipolar(settings) => Some(&settings.0.train),
+        Method::MaximumLikelihood(settings) => Some(&settings.pulses.train),
         _ => None,
     }
 }
 
-fn microseconds(time: standstill_interface::Nanos) -> String {
-    format!("{} µs", time.0 as f64 / 1e3)
-}
-
 /// The settings that matter, by name; those of the poles where there are some.
 fn settings(method: &Method<f64>, has_magnet: bool) -> Vec<(&'static str, String)> {
-    let mut all = all_settings(method);
+    let mut all = Vec::new();
+    method.describe(&mut |name, value| all.push((name, value.to_string())));
     all.retain(|(name, _)| has_magnet || !(name.starts_with("polarity") || *name == "signature"));
     all
-}
-
-fn all_settings(method: &Method<f64>) -> Vec<(&'static str, String)> {
-    let of_train = |train: &PulseTrainSettings<f64>| {
-        vec![
-            ("train.pulse", microseconds(train.pulse)),
-            ("train.rest", microseconds(train.rest)),
-            ("train.rounds", train.rounds.to_string()),
-            ("train.interval", microseconds(train.interval)),
-        ]
-    };
-    let of_polarity = |polarity: &PolaritySettings<f64>| {
-        let rule = match polarity.rule {
-            PolarityRule::TwoVectors => "two vectors".to_owned(),
-            PolarityRule::Sequential(rule) => format!("sequential, wrong in {:.0e} of cases", rule.error),
-        };
-        vec![
-            ("polarity.current", format!("{:.3} A", polarity.current)),
-            ("polarity vector", microseconds(polarity.duration())),
-            ("polarity.signature", words(polarity.signature).to_owned()),
-            ("polarity.rule", rule),
-        ]
-    };
-    match method {
-        Method::LineInductance(s) => {
-            let mut all = vec![("pulse", microseconds(s.pulse)), ("pulses", s.pulses.to_string())];
-            all.extend(of_polarity(&s.polarity));
-            all
-        }
-        Method::Bipolar(s) => {
-            let mut all = of_train(&s.train);
-            all.push(("signature", words(s.signature).to_owned()));
-            all
-        }
-        Method::MaximumLikelihood(s) => {
-            let mut all = of_train(&s.train);
-            if let Some(adaptive) = s.adaptive {
-                all.push(("adaptive.deviation", format!("{:.2}°", adaptive.deviation.to_degrees())));
-                all.push(("adaptive.longest", microseconds(adaptive.longest)));
-                all.push(("adaptive.most_current", format!("{:.3} A", adaptive.most_current)));
-            }
-            all.push(("signature", words(s.signature).to_owned()));
-            all
-        }
-        Method::HfiRotating(s) => {
-            let mut all = vec![
-                ("voltage", format!("{:.1} V", s.0.voltage)),
-                ("cycle", microseconds(s.0.modulation.carrier_period * u64::from(s.0.periods))),
-                ("ramp", format!("{} cycles", s.0.ramp)),
-                ("cycles", s.0.cycles.to_string()),
-            ];
-            all.extend(of_polarity(&s.0.polarity));
-            all
-        }
-        Method::Subdivision(_) | Method::HfiPulsating(_) | Method::DcAlignment(_) => Vec::new(),
-    }
 }
 
 fn json(

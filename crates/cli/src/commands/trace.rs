@@ -121,6 +121,8 @@ fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serd
         "i_d_against_A": findings.and_then(|f| f.polarity).map(|p| p.against),
         "angle_deviation_deg": findings.and_then(|f| f.angle_deviation).map(f64::to_degrees),
         "pole_error_probability": findings.and_then(|f| f.pole_error),
+        "pole_evidence_deviations": findings.and_then(|f| f.pole_evidence).map(|e| e.deviations),
+        "pole_evidence_needed": findings.and_then(|f| f.pole_evidence).map(|e| e.needed),
         "sensor_gain": findings.and_then(|f| f.sensor_gain).map(|g| g.0),
         "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
         "energy_J": run.ledger.map(|e| json!({

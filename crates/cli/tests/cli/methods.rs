@@ -220,6 +220,9 @@ fn trace_shows_another_method() {
     assert_eq!(result["method"], "maximum-likelihood-adaptive");
     assert!(result["error_deg"].as_f64().expect("an angle").abs() < 0.4, "{result}");
     assert!(result["pole_error_probability"].as_f64().expect("a number") <= 1e-6, "{result}");
+    let [speaks, needed] = ["pole_evidence_deviations", "pole_evidence_needed"]
+        .map(|key| result[key].as_f64().expect("a number"));
+    assert!(speaks >= needed && needed > 5.0, "{result}");
 }
 
 #[test]

@@ -2,9 +2,9 @@
 
 use standstill_interface::{Abc, Angle, Real};
 
-use super::complex::Complex;
 use super::model::Model;
-use crate::lines::{Saliency, SaliencySign};
+use crate::parts::complex::{Complex, Turning};
+use crate::parts::lines::{Saliency, SaliencySign, reflection};
 use crate::settings::{SettingsError, require};
 
 /// What [`Commissioning`](crate::Commissioning) learnt: four numbers for a memory that survives without power.
@@ -59,10 +59,10 @@ impl<T: Real> Correction<T> {
     /// What saturation does depends on the pole. `north` is the rotor's angle as a detection told it, good to 90°; where
     /// it is none, saturation stays uncorrected.
     pub fn apply(&self, lines: Abc<T>, sign: SaliencySign, north: Option<Angle<T>>) -> Saliency<T> {
-        let (z, mean) = Complex::of_lines(lines);
+        let (z, mean) = reflection(lines);
         let model = Model {
             offset: self.offset.scale(mean),
-            saliency: sign_of(sign),
+            saliency: sign.factor(),
             fourth: self.fourth * mean,
             saturation: self.saturation * mean,
         };
@@ -70,13 +70,5 @@ impl<T: Real> Correction<T> {
         let two = T::of(2.0);
         let axis = Angle::from_radians(Angle::from_radians(two * angle).radians() / two);
         Saliency { mean, amplitude, axis }
-    }
-}
-
-/// 1 or −1.
-pub(super) fn sign_of<T: Real>(sign: SaliencySign) -> T {
-    match sign {
-        SaliencySign::Positive => T::one(),
-        SaliencySign::Negative => -T::one(),
     }
 }

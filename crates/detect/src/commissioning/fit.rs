@@ -2,8 +2,8 @@
 
 use standstill_interface::{Angle, Real};
 
-use super::complex::Complex;
 use super::model::{Model, Reading, UNKNOWNS, at};
+use crate::parts::complex::{Complex, Turning};
 
 /// What was measured at one position.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -76,7 +76,7 @@ impl<T: Real> Normal<T> {
             let reading = nearest(model, position);
             let t = reading.over_angle;
             // The direction that no turn of the rotor reaches: one equation without an angle in it.
-            let normal_to = t.quarter_turn().scale(T::one() / t.norm());
+            let normal_to = t.quarter_turn().scale(T::one() / t.length());
             let rest = normal_to.dot(position.z - reading.z);
             let slopes = extent.only(reading.over_unknowns.map(|column| normal_to.dot(column)));
             for (row, a) in slopes.into_iter().enumerate() {

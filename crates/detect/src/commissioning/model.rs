@@ -8,7 +8,7 @@
 
 use standstill_interface::{Angle, Real};
 
-use super::complex::Complex;
+use crate::parts::complex::{Complex, Turning};
 
 /// Number of unknowns beside the angles.
 pub(super) const UNKNOWNS: usize = 5;
@@ -60,7 +60,7 @@ impl<T: Real> Model<T> {
     pub(super) fn at(&self, angle: T) -> Reading<T> {
         let v = Complex::turn(angle);
         let u = v * v;
-        let (back, across) = ((u * u).conjugate(), v.conjugate().quarter_turn());
+        let (back, across) = ((u * u).conj(), v.conj().quarter_turn());
         let two = T::of(2.0);
         let rest = u.scale(self.saliency) + back.scale(self.fourth) + across.scale(self.saturation);
         let turning = u.scale(two * self.saliency)
@@ -101,13 +101,13 @@ impl<T: Real> Model<T> {
                 angle = angle + T::PI();
             }
         }
-        let length = rest.norm();
+        let length = rest.length();
         let mut amplitude = sign * length;
         for _ in 0..STEPS {
             let v = Complex::turn(angle);
             let u = v * v;
             let (three, six) = (u * v, u * u * u);
-            let x = rest * u.conjugate();
+            let x = rest * u.conj();
             let (fourth, along) = (self.fourth * six.re, saturation * three.im);
             amplitude = x.re - fourth - along;
             let off = x.im + self.fourth * six.im - saturation * three.re;

@@ -1,9 +1,9 @@
 use standstill_interface::{Abc, Angle, Arithmetic, Real};
 
-use super::complex::Complex;
 use super::model::{Model, UNKNOWNS};
 use super::{Commissioning, CommissioningError, CommissioningSettings, Correction, Learnt};
-use crate::lines::{Saliency, SaliencySign};
+use crate::parts::complex::{Complex, Turning};
+use crate::parts::lines::{Saliency, SaliencySign, reflection};
 
 const SIGN: SaliencySign = SaliencySign::Negative;
 
@@ -119,8 +119,8 @@ fn analytic_the_model_is_what_phases_make_of_three_lines() {
         let model = model_of(&machine);
         for degree in 0..360 {
             let angle = f64::from(degree).to_radians();
-            let (z, _) = Complex::of_lines(machine.lines(angle));
-            assert!((z - model.at(angle).z).norm() < 1e-14, "{degree}");
+            let (z, _) = reflection(machine.lines(angle));
+            assert!((z - model.at(angle).z).length() < 1e-14, "{degree}");
             // And back.
             let (found, amplitude) = model.angle(z, Some(Angle::from_radians(angle)));
             assert!(
@@ -142,8 +142,8 @@ fn analytic_unequal_gains_are_an_offset_and_a_term_that_turns_backwards() {
     for degree in 0..360 {
         let angle = f64::from(degree).to_radians();
         let own = Complex::turn(2.0 * angle).scale(machine.saliency);
-        let expected = own - e.scale(2.0 / 3.0 * machine.mean) + (e * own).conjugate().scale(1.0 / 3.0);
-        assert!((Complex::of_lines(machine.lines(angle)).0 - expected).norm() < 1e-14, "{degree}");
+        let expected = own - e.scale(2.0 / 3.0 * machine.mean) + (e * own).conj().scale(1.0 / 3.0);
+        assert!((reflection(machine.lines(angle)).0 - expected).length() < 1e-14, "{degree}");
     }
 }
 
@@ -154,14 +154,14 @@ fn analytic_derivatives_are_those_of_the_model() {
     for angle in [0.3, 1.9, 4.4] {
         let reading = model.at(angle);
         let turned = (model.at(angle + 1e-5).z - model.at(angle - 1e-5).z).scale(0.5e5);
-        assert!((turned - reading.over_angle).norm() < 1e-9 * 4.2e-3);
+        assert!((turned - reading.over_angle).length() < 1e-9 * 4.2e-3);
         let found = model.angle_over_unknowns(angle);
         for unknown in 0..UNKNOWNS {
             step[unknown] = 1e-8;
             let (more, less) = (model.moved(&step), model.moved(&step.map(|s| -s)));
             step[unknown] = 0.0;
             let slope = (more.at(angle).z - less.at(angle).z).scale(0.5e8);
-            assert!((slope - reading.over_unknowns[unknown]).norm() < 1e-9, "{unknown}");
+            assert!((slope - reading.over_unknowns[unknown]).length() < 1e-9, "{unknown}");
             let north = Some(Angle::from_radians(angle));
             let turn = (more.angle(reading.z, north).0 - less.angle(reading.z, north).0) * 0.5e8;
             assert!((turn - found[unknown]).abs() < 1e-5 * found[0].hypot(found[1]), "{unknown}");

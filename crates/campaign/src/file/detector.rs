@@ -1,0 +1,274 @@
+//! The table of the detector: its method, what it is told, and the keys that methods describe.
+
+use std::fmt;
+use std::marker::PhantomData;
+use std::sync::LazyLock;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator};
+use serde::de::{Error, MapAccess, Visitor};
+use serde::ser::SerializeStruct;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_detect::{Key, Kind, Method, PolarityRule, SequentialSettings, Value, keys};
+use standstill_quantity::unit::{Ampere, Degree, One, Second, Share, Volt};
+use standstill_quantity::{Quantity, Unit};
+
+use super::document::FileError;
+use super::tables::{Decide, MethodSpec, Poles};
+
+/// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
+#[derive(Clone, Debug, Default)]
+pub struct DetectorTable {
+    /// The method.
+    pub method: MethodSpec,
+    /// Which pole draws more current: what the detector is told, right or wrong.
+    pub signature: Option<Poles>,
+    /// How poles are decided.
+    pub polarity: Option<Decide>,
+    /// Dead time that the detector is told.
+    pub dead_time: Option<Quantity<Second>>,
+    /// What is set of the methods' own keys.
+    settings: Vec<(&'static Key, Value)>,
+}
+
+/// A field of the table.
+#[derive(Clone, Copy)]
+enum Field {
+    Method,
+    Signature,
+    Polarity,
+    DeadTime,
+    Key(&'static Key),
+}
+
+/// All fields by name, in the order in which they are written.
+static FIELDS: LazyLock<Vec<(&'static str, Field)>> = LazyLock::new(|| {
+    let mut fields = vec![("method", Field::Method)];
+    for key in keys::ALL {
+        // How a pole is decided stands before what is allowed of it.
+        if key.name == keys::POLE_ERROR.name {
+            fields.extend([("signature", Field::Signature), ("polarity", Field::Polarity)]);
+        }
+        fields.push((key.name, Field::Key(key)));
+    }
+    fields.push(("dead_time", Field::DeadTime));
+    fields
+});
+
+static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FIELDS.iter().map(|(name, _)| *name).collect());
+
+/// What is done with numbers of a unit that is known by its symbol.
+trait WithUnit {
+    type Output;
+    fn with<U: Unit>(self) -> Self::Output;
+}
+
+fn in_unit<W: WithUnit>(unit: &str, share: bool, act: W) -> W::Output {
+    match unit {
+        "s" => act.with::<Second>(),
+        "A" => act.with::<Ampere>(),
+        "V" => act.with::<Volt>(),
+        "deg" => act.with::<Degree>(),
+        _ if share => act.with::<Share>(),
+        _ => act.with::<One>(),
+    }
+}
+
+/// A number as it is read.
+struct Read<'m, 'de, M>(&'m mut M, PhantomData<&'de ()>);
+
+impl<'de, M: MapAccess<'de>> WithUnit for Read<'_, 'de, M> {
+    type Output = Result<f64, M::Error>;
+    fn with<U: Unit>(self) -> Self::Output {
+        self.0.next_value::<Quantity<U>>().map(Quantity::value)
+    }
+}
+
+/// A number as people read it.
+struct Print(f64);
+
+impl WithUnit for Print {
+    type Output = String;
+    fn with<U: Unit>(self) -> String {
+        Quantity::<U>::si(self.0).to_string()
+    }
+}
+
+/// What the schema says of a number that may be left out.
+struct Describe<'a>(&'a mut SchemaGenerator);
+
+impl WithUnit for Describe<'_> {
+    type Output = Schema;
+    fn with<U: Unit>(self) -> Schema {
+        self.0.subschema_for::<Option<Quantity<U>>>()
+    }
+}
+
+impl<'de> Deserialize<'de> for Field {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Name;
+        impl Visitor<'_> for Name {
+            type Value = Field;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("field identifier")
+            }
+
+            fn visit_str<E: Error>(self, name: &str) -> Result<Field, E> {
+                let known = FIELDS.iter().find(|(known, _)| *known == name);
+                known.map(|(_, field)| *field).ok_or_else(|| E::unknown_field(name, &NAMES))
+            }
+        }
+        deserializer.deserialize_identifier(Name)
+    }
+}
+
+impl<'de> Deserialize<'de> for DetectorTable {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Table;
+        impl<'de> Visitor<'de> for Table {
+            type Value = DetectorTable;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("struct DetectorTable")
+            }
+
+            fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<DetectorTable, M::Error> {
+                let mut table = DetectorTable::default();
+                while let Some(field) = map.next_key::<Field>()? {
+                    match field {
+                        Field::Method => table.method = map.next_value()?,
+                        Field::Signature => table.signature = Some(map.next_value()?),
+                        Field::Polarity => table.polarity = Some(map.next_value()?),
+                        Field::DeadTime => table.dead_time = Some(map.next_value()?),
+                        Field::Key(key) => {
+                            let value = match key.kind {
+                                Kind::Flag => Value::Flag(map.next_value()?),
+                                Kind::Number { unit, share, .. } => {
+                                    Value::Number(in_unit(unit, share, Read(&mut map, PhantomData))?)
+                                }
+                            };
+                            table.settings.push((key, value));
+                        }
+                    }
+                }
+                Ok(table)
+            }
+        }
+        deserializer.deserialize_struct("DetectorTable", &NAMES, Table)
+    }
+}
+
+impl Serialize for DetectorTable {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut table = serializer.serialize_struct("DetectorTable", FIELDS.len())?;
+        for (name, field) in FIELDS.iter() {
+            match field {
+                Field::Method => table.serialize_field(name, &self.method)?,
+                Field::Signature => {
+                    self.signature.iter().try_for_each(|it| table.serialize_field(name, it))?;
+                }
+                Field::Polarity => self.polarity.iter().try_for_each(|it| table.serialize_field(name, it))?,
+                Field::DeadTime => {
+                    self.dead_time.iter().try_for_each(|it| table.serialize_field(name, it))?;
+                }
+                Field::Key(key) => match self.value(key) {
+                    Some(Value::Number(number)) => table.serialize_field(name, &number)?,
+                    Some(Value::Flag(flag)) => table.serialize_field(name, &flag)?,
+                    None => {}
+                },
+            }
+        }
+        table.end()
+    }
+}
+
+/// The fields that no method describes, for what the schema says of them.
+#[derive(Default, Serialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+struct Common {
+    /// The method.
+    method: MethodSpec,
+    /// Which pole draws more current: what the detector is told, right or wrong.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    signature: Option<Poles>,
+    /// How poles are decided.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    polarity: Option<Decide>,
+    /// Dead time that the detector is told.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    dead_time: Option<Quantity<Second>>,
+}
+
+impl JsonSchema for DetectorTable {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "DetectorTable".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut schema = Common::json_schema(generator);
+        schema.insert("description".to_owned(), ABOUT.into());
+        let described: Vec<(String, Schema)> = keys::ALL
+            .iter()
+            .map(|key| {
+                let mut schema = match key.kind {
+                    Kind::Flag => generator.subschema_for::<Option<bool>>(),
+                    Kind::Number { unit, share, .. } => in_unit(unit, share, Describe(generator)),
+                };
+                // A full stop ends a sentence of the documentation, which the schema has as it stands there.
+                schema.insert("description".to_owned(), key.about.into());
+                (key.name.to_owned(), schema)
+            })
+            .collect();
+        if let Some(properties) = schema.get_mut("properties").and_then(serde_json::Value::as_object_mut) {
+            properties.extend(described.into_iter().map(|(name, schema)| (name, schema.to_value())));
+        }
+        schema
+    }
+}
+
+const ABOUT: &str = "The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.";
+
+impl DetectorTable {
+    /// What is set of a key.
+    fn value(&self, key: &Key) -> Option<Value> {
+        self.settings.iter().find(|(set, _)| set.name == key.name).map(|(_, value)| *value)
+    }
+
+    /// Sets what the table has in the settings of a method, for a motor whose poles' currents differ by `difference`.
+    pub(super) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
+        let name = self.method.0;
+        let foreign = |key: &str| {
+            let key = format!("detector.{key}");
+            FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
+        };
+        if let Some(decide) = self.polarity {
+            let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
+            polarity.rule = match decide {
+                Decide::TwoVectors => PolarityRule::TwoVectors,
+                Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
+            };
+        }
+        for key in keys::ALL {
+            let Some(value) = self.value(key) else { continue };
+            check(key, value)?;
+            if !method.set(key, value) {
+                return Err(foreign(key.name));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Whether a value is within its key's range.
+fn check(key: &Key, value: Value) -> Result<(), FileError> {
+    let (Kind::Number { unit, share, whole, range: [low, high], needed }, Value::Number(number)) =
+        (key.kind, value)
+    else {
+        return Ok(());
+    };
+    if (low..=high).contains(&number) && !(whole && number.fract() != 0.0) {
+        return Ok(());
+    }
+    let written = in_unit(unit, share, Print(number));
+    Err(FileError::key(&format!("detector.{}", key.name), &written, needed))
+}

@@ -1,0 +1,127 @@
+//! What every method says for the pole that it names or leaves open, in closed loop.
+
+use standstill_campaign::{ErrorSet, Scenario, Specimen};
+use standstill_detect::{
+    Method, MethodName, Nameplate, PolarityRule, SequentialSettings, Settings, Signature,
+};
+use standstill_interface::{Angle, Outcome, PoleEvidence};
+use standstill_plant::built_in;
+use standstill_sim::{Ended, NoProbe, RotorState, run};
+
+fn scenario(method: MethodName, motor: &str, errors: ErrorSet) -> Scenario<Method<f64>> {
+    let motor = built_in(motor).expect("built in");
+    Scenario::of_method(method, motor, errors, RotorState::Locked, 1)
+}
+
+/// How trials end on a rotor held at an angle of its own, or at 50° with the noise alone drawn anew; and where its north is.
+fn outcomes(
+    scenario: &Scenario<Method<f64>>,
+    trials: u64,
+    noise_alone: bool,
+) -> Vec<(Outcome<f64>, Angle<f64>)> {
+    let of = |trial| {
+        let specimen = Specimen { drive: 0, noise: trial };
+        let case = if noise_alone { scenario.case_at(0.9, specimen) } else { scenario.case(trial) };
+        let mut detector = scenario.detector.detector().expect("settings");
+        let run = run(&case, &mut detector, false, &mut NoProbe);
+        let Ended::Outcome(outcome) = run.ended else { panic!("{:?}", run.ended) };
+        (outcome, Angle::from_radians(run.end_angle))
+    };
+    (0..trials).map(of).collect()
+}
+
+/// How many trials, of methods that take milliseconds or seconds.
+fn few(method: MethodName) -> u64 {
+    match method {
+        MethodName::LineInductance | MethodName::Subdivision => 4,
+        MethodName::HfiRotating | MethodName::HfiPulsating => 2,
+        MethodName::DcAlignment => 0,
+        _ => 30,
+    }
+}
+
+#[test]
+fn law_a_pole_is_named_exactly_where_its_evidence_is_enough() {
+    let (mut found, mut open) = (0, 0);
+    for motor in ["paper-5k5", "pm-reluctance", "surface-magnet"] {
+        for method in MethodName::ALL {
+            for errors in [ErrorSet::Default, ErrorSet::Harsh] {
+                let scenario = scenario(method, motor, errors);
+                for (outcome, north) in outcomes(&scenario, few(method), false) {
+                    if matches!(outcome, Outcome::Failed { .. }) {
+                        assert_eq!(outcome.evidence_for(north), None);
+                        continue;
+                    }
+                    let PoleEvidence { deviations, needed } =
+                        outcome.findings().pole_evidence.expect("a signature");
+                    let named = matches!(outcome, Outcome::Found { .. });
+                    assert_eq!(deviations.abs() >= needed, named, "{motor} {method}: {outcome:?}");
+                    let towards = outcome.evidence_for(north).expect("a signature");
+                    assert!(!named || (towards > 0.0 && deviations > 0.0), "{motor} {method}: {outcome:?}");
+                    found += u32::from(named);
+                    open += u32::from(!named);
+                }
+            }
+        }
+    }
+    assert!(found > 300 && open > 10, "{found} {open}");
+}
+
+#[test]
+fn law_evidence_tells_a_wrong_signature_and_is_none_without_one() {
+    for method in MethodName::ALL.into_iter().filter(|method| few(*method) > 0) {
+        let told = |signature| {
+            let motor = built_in("paper-5k5").expect("built in");
+            let scenario = Scenario::new(motor, ErrorSet::Default, RotorState::Locked, 1, |drive| {
+                let drive = Nameplate { signature, pulse_signature: signature, ..*drive };
+                Method::suited(method, &drive)
+            });
+            outcomes(&scenario, 2, false)
+        };
+        let evidence = |(outcome, north): &(Outcome<f64>, Angle<f64>)| outcome.evidence_for(*north);
+        for (right, wrong) in told(Signature::Normal).iter().zip(&told(Signature::Inverted)) {
+            let (right, wrong) = (evidence(right).expect("told"), evidence(wrong).expect("told"));
+            assert!(right > 0.0 && (right + wrong).abs() < 1e-9 * right, "{method}: {right} {wrong}");
+        }
+        assert!(told(Signature::None).iter().all(|none| evidence(none).is_none()), "{method}");
+    }
+    // An alignment turns the rotor to a known angle: its readings say that it followed, not which pole came.
+    let aligned = Scenario::of_method(
+        MethodName::DcAlignment,
+        built_in("paper-5k5").expect("built in"),
+        ErrorSet::None,
+        RotorState::Free,
+        1,
+    );
+    let (outcome, north) = outcomes(&aligned, 1, false)[0];
+    assert!(matches!(outcome, Outcome::Found { .. }) && outcome.evidence_for(north).is_none(), "{outcome:?}");
+}
+
+#[test]
+fn law_noise_alone_scatters_the_evidence_by_about_one_deviation() {
+    // The readings from which a method knows its noise: three phases of eleven waits or more; 18 pulses in six groups;
+    // samples without number.
+    for (method, sequential, known_from) in [
+        (MethodName::LineInductanceFast, false, 33.0),
+        (MethodName::LineInductanceFast, true, 39.0),
+        (MethodName::Bipolar, false, 12.0),
+        (MethodName::MaximumLikelihood, false, f64::INFINITY),
+    ] {
+        let mut scenario = scenario(method, "paper-5k5", ErrorSet::Noise);
+        if sequential {
+            let rule = PolarityRule::Sequential(SequentialSettings::new(0.1));
+            scenario.detector.polarity_mut().expect("a polarity test").rule = rule;
+        }
+        let all: Vec<f64> = outcomes(&scenario, 200, true)
+            .iter()
+            .map(|(outcome, north)| outcome.evidence_for(*north).expect("a signature"))
+            .collect();
+        assert!(all.iter().all(|evidence| *evidence > 0.0), "{method}: {all:?}");
+        let n = all.len() as f64;
+        let mean = all.iter().sum::<f64>() / n;
+        let deviation = (all.iter().map(|value| (value - mean).powi(2)).sum::<f64>() / n).sqrt();
+        // One for the evidence, and what an estimate of the noise from so few readings makes of its mean.
+        let expected = (1.0 + mean * mean / (2.0 * known_from)).sqrt();
+        assert!((0.6..1.25).contains(&(deviation / expected)), "{method}: {mean} {deviation} {expected}");
+    }
+}

@@ -1,0 +1,82 @@
+extern crate std;
+use std::string::ToString;
+use std::vec::Vec;
+
+use super::*;
+use crate::parts::polarity::{PolarityRule, SequentialSettings};
+use crate::settings::Settings;
+use crate::testing::PLATE;
+use crate::{Method, MethodName};
+
+/// A value of a key that no method has of itself, and that works.
+fn other(key: &Key) -> Value {
+    match key.name {
+        "pulse" => Value::Number(60e-6),
+        "rounds" => Value::Number(5.0),
+        "least_saliency" => Value::Number(0.03),
+        "vector_current" => Value::Number(6.5),
+        "pole_error" => Value::Number(1e-4),
+        "gain_tolerance" => Value::Number(0.01),
+        "deviation" => Value::Number(0.5),
+        "voltage" => Value::Number(40.0),
+        "compensation" => Value::Flag(false),
+        other => panic!("{other} is not tried"),
+    }
+}
+
+#[test]
+fn law_what_is_set_is_what_is_got_and_nothing_else_changes() {
+    for name in MethodName::ALL {
+        let suited = Method::<f64>::suited(name, &PLATE);
+        for key in ALL {
+            let mut changed = suited;
+            let before = suited.get(key);
+            let is_set = changed.set(key, other(key));
+            assert_eq!(is_set, before.is_some(), "{name} {}", key.name);
+            if !is_set {
+                assert_eq!(changed, suited, "{name} {}", key.name);
+                continue;
+            }
+            assert!(suited.has(key));
+            assert_ne!(before, Some(other(key)));
+            let (found, wanted) = (changed.get(key).expect("set").number(), other(key).number());
+            assert!((found - wanted).abs() <= 1e-12, "{name} {}: {found}", key.name);
+            changed.detector().expect("settings that work");
+            for same in ALL.into_iter().filter(|same| same.name != key.name) {
+                assert_eq!(changed.get(same), suited.get(same), "{name} {} by {}", same.name, key.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn law_each_key_is_one_method_s_at_least_and_its_suited_value_is_in_range() {
+    for key in ALL {
+        let values: Vec<Value> =
+            MethodName::ALL.iter().filter_map(|name| Method::<f64>::suited(*name, &PLATE).get(key)).collect();
+        assert!(!values.is_empty(), "{}", key.name);
+        assert!(key.about.ends_with('.') && !key.about.contains('\n'), "{}", key.name);
+        if let Kind::Number { range: [low, high], whole, needed, .. } = key.kind {
+            assert!(!needed.to_string().is_empty());
+            for value in values {
+                let value = value.number();
+                assert!((low..=high).contains(&value) && (!whole || value.fract() == 0.0), "{}", key.name);
+            }
+        }
+    }
+    assert!(ALL.iter().enumerate().all(|(k, key)| ALL[..k].iter().all(|before| before.name != key.name)));
+}
+
+#[test]
+fn law_the_error_of_a_pole_is_a_key_only_where_the_rule_knows_one() {
+    let mut method = Method::<f64>::suited(MethodName::LineInductanceFast, &PLATE);
+    assert!(method.has(&POLE_ERROR) && method.get(&POLE_ERROR).is_none());
+    assert!(!method.set(&POLE_ERROR, Value::Number(1e-4)));
+    let polarity = method.polarity_mut().expect("a test");
+    polarity.rule = PolarityRule::Sequential(SequentialSettings::new(0.1));
+    assert!(method.set(&POLE_ERROR, Value::Number(1e-4)));
+    assert_eq!(method.get(&POLE_ERROR), Some(Value::Number(1e-4)));
+    let adaptive = Method::<f64>::suited(MethodName::MaximumLikelihoodAdaptive, &PLATE);
+    let fixed = Method::<f64>::suited(MethodName::MaximumLikelihood, &PLATE);
+    assert!(adaptive.get(&DEVIATION).is_some() && fixed.get(&DEVIATION).is_none());
+}

@@ -1,0 +1,279 @@
+//! DC alignment: the rotor is turned to where the current points, instead of being found.
+//!
+//! ```text
+//!   current along 90°: ramp, hold ─► wait ─► current along 0°: ramp, hold ─► wait ─► the rotor stands at 0°
+//!                                           └ did the magnet sweep across? ┘
+//! ```
+//! Two directions, because a rotor that happens to stand opposite to the first feels no torque. A locked rotor would be
+//! given an angle all the same, if nobody looked: a magnet that turns from 90° to 0° sweeps its flux ψ across the β axis,
+//! and where the voltage there is a small constant u, `∫ (R i_β − u) dt = ψ_β(start) − ψ_β(end)`. u is what unequal legs
+//! leave of their compensation, a steady current in the end. Where the flux swept is far from ψ, the rotor did not follow
+//! and there is no angle.
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Dq, Fault, Findings, Nanos, Outcome, Reading, Real, Step,
+};
+
+use crate::keys::{self, Keyed, Setting};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::modulation::ModulationSettings;
+use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
+use crate::settings::{
+    LONGEST, Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+};
+
+/// Settings of the alignment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AlignmentSettings<T> {
+    /// PWM.
+    pub modulation: ModulationSettings<T>,
+    /// Current in A that turns the rotor.
+    pub current: T,
+    /// Resistance of a phase in Ω, with that of a device.
+    pub resistance: T,
+    /// Flux linkage of the magnet in Wb.
+    pub magnet_flux: T,
+    /// Share of it that must be seen to sweep across the winding.
+    pub least_sweep: T,
+    /// Carrier periods from one command to the next.
+    pub periods: u16,
+    /// Commands over which the current grows.
+    pub ramp: u16,
+    /// Commands that it is then held for.
+    pub hold: u16,
+    /// The wait after each direction.
+    pub settle: SettleSettings<T>,
+}
+
+impl<T: Real> AlignmentSettings<T> {
+    /// For this motor and drive: the rated current, 0.2 s of ramp and 1 s of hold in each direction.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        // A millisecond, in whole periods.
+        let periods = u16::try_from((1_000_000 / drive.carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
+        Self {
+            modulation: ModulationSettings::suited(drive),
+            current: drive.rated_current,
+            resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
+            magnet_flux: drive.magnet_flux,
+            least_sweep: T::of(0.6),
+            periods,
+            ramp: 200,
+            hold: 1000,
+            settle: SettleSettings {
+                wait: Nanos::from_micros(2000),
+                threshold: drive.rated_current * T::of(0.025),
+                attempts: 500,
+            },
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        self.modulation.check()?;
+        require_positive(self.current, "current")?;
+        require_positive(self.resistance, "resistance")?;
+        require_zero_or_more(self.magnet_flux, "magnet_flux")?;
+        require_share(self.least_sweep, "least_sweep")?;
+        require(self.periods > 0, "periods", "at least 1")?;
+        let command = self.modulation.carrier_period * u64::from(self.periods);
+        require(command <= LONGEST, "periods", "such that a command lasts a minute at most")?;
+        // Commands are counted in 16 bits.
+        require((1..=30_000).contains(&self.ramp), "ramp", "from 1 to 30,000")?;
+        require((1..=30_000).contains(&self.hold), "hold", "from 1 to 30,000")?;
+        self.settle.check()
+    }
+
+    fn seconds(&self) -> T {
+        T::of(self.modulation.carrier_period.seconds() * f64::from(self.periods))
+    }
+}
+
+/// What the last command was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Start,
+    Settling { second: bool },
+    Pulling { second: bool, command: u16 },
+    Leaving,
+}
+
+/// The aligning detector.
+#[derive(Clone, Debug)]
+pub struct Alignment<T> {
+    settings: AlignmentSettings<T>,
+    state: State,
+    settler: Settler<T>,
+    /// Last currents and link voltage, offsets removed.
+    current: Abc<T>,
+    dc_link: T,
+    /// Current in A across the direction of the pull, at the last sample.
+    across: T,
+    /// Sums of that current, in commands, over the second pull: of all of it and of the last third of its hold.
+    total: T,
+    steady: T,
+    findings: Findings<T>,
+}
+
+impl<T: Real> Alignment<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: AlignmentSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            state: State::Start,
+            settler: Settler::new(settings.settle, true),
+            current: Abc::new(zero, zero, zero),
+            dc_link: zero,
+            across: zero,
+            total: zero,
+            steady: zero,
+            findings: Findings::default(),
+        })
+    }
+
+    fn direction(second: bool) -> Angle<T> {
+        if second { Angle::from_radians(T::zero()) } else { Angle::from_radians(T::FRAC_PI_2()) }
+    }
+
+    fn pull(&mut self, second: bool, command: u16) -> Command<T> {
+        self.state = State::Pulling { second, command };
+        let s = &self.settings;
+        let share = (T::of(f64::from(command) + 1.0) / T::of(f64::from(s.ramp))).min(T::one());
+        let vector = Dq::new(s.current * share * s.resistance, T::zero()).unpark(Self::direction(second));
+        let wanted = Dq::new(s.current * share, T::zero()).unpark(Self::direction(second));
+        // The sign of a leg's current is that of the last sample, or where that is small that of what is wanted.
+        let wanted = wanted.phases();
+        let small = s.modulation.fade;
+        let mut expected = self.current;
+        for (last, wanted) in expected.0.iter_mut().zip(wanted.0) {
+            if last.abs() < small {
+                *last = wanted;
+            }
+        }
+        s.modulation.command(vector, self.dc_link, [expected; 2], s.periods)
+    }
+
+    /// Commands of a pull after which the rotor should stand still: the last third of the hold.
+    fn late(&self) -> u16 {
+        self.settings.hold.div_ceil(3)
+    }
+
+    fn pulled(&mut self, second: bool, command: u16, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
+        let seen = all_seen(reading)?;
+        self.dc_link = link(reading)?;
+        let residual = self.settler.residual;
+        for k in 0..3 {
+            self.current.0[k] = seen.0[k] - residual.0[k];
+        }
+        let AlphaBeta { alpha, beta } = self.current.clarke();
+        let across = if second { beta } else { -alpha };
+        if second {
+            // Trapezoids between the samples.
+            let mean = (self.across + across) / T::of(2.0);
+            self.total = self.total + mean;
+            if command >= self.settings.ramp + self.settings.hold - self.late() {
+                self.steady = self.steady + mean;
+            }
+        }
+        self.across = across;
+        Ok(())
+    }
+
+    /// The first command of a pull, once the last current is gone.
+    fn begin(&mut self, second: bool) -> Command<T> {
+        let zero = T::zero();
+        self.dc_link = self.settler.dc_link;
+        self.current = Abc::new(zero, zero, zero);
+        self.across = zero;
+        self.pull(second, 0)
+    }
+
+    fn answer(&self) -> Result<Step<T>, Fault<T>> {
+        let s = &self.settings;
+        let commands = T::of(f64::from(s.ramp) + f64::from(s.hold));
+        let late = T::of(f64::from(self.late()));
+        let seconds = s.seconds() * s.resistance;
+        let swept = ((self.total - self.steady / late * commands) * seconds).abs();
+        // Noise makes a sum of what is no flux: total − steady N/m has the variance σ² N (N − m)/m, and the current across
+        // up to 4/3 of a reading's noise, with two sensors.
+        let noise = self.settler.noise.deviation() * T::of(4.0 / 3.0);
+        let noise = noise * (commands * (commands - late) / late).sqrt() * seconds;
+        let needed = (s.least_sweep * s.magnet_flux).max(T::of(5.0) * noise);
+        let most = (T::of(2.0) - s.least_sweep) * s.magnet_flux;
+        if s.magnet_flux <= T::zero() || swept < needed || swept > most || !swept.is_finite() {
+            return Err(Fault::DidNotFollow { swept, needed });
+        }
+        let angle = Self::direction(true);
+        Ok(Step::Done(Outcome::Found { angle, findings: self.findings }))
+    }
+}
+
+impl<T: Real> Sequence<T> for Alignment<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let command = match self.state {
+            State::Start => {
+                self.state = State::Settling { second: false };
+                self.settler.begin()
+            }
+            State::Settling { second } => match self.settler.step(readings)? {
+                Some(wait) => wait,
+                None => self.begin(second),
+            },
+            State::Pulling { second, command } => {
+                self.pulled(second, command, readings)?;
+                if command + 1 < self.settings.ramp + self.settings.hold {
+                    self.pull(second, command + 1)
+                } else {
+                    let reached = self.current.clarke().norm();
+                    let needed = self.settings.current / T::of(3.0);
+                    if reached < needed {
+                        return Err(Fault::NoCurrent { peak: reached, needed });
+                    }
+                    self.state = if second { State::Leaving } else { State::Settling { second: true } };
+                    self.settler.begin()
+                }
+            }
+            State::Leaving => match self.settler.step(readings)? {
+                Some(wait) => wait,
+                None => return self.answer(),
+            },
+        };
+        Ok(Step::Drive(command))
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+impl<T: Real> Keyed for AlignmentSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[Setting::new(
+        &keys::COMPENSATION,
+        |s| Some(s.modulation.compensation()),
+        |s, value| s.modulation.set_compensation(value),
+    )];
+}
+
+impl<T: Real> Settings<T> for AlignmentSettings<T> {
+    type Detector = Alignment<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        Alignment::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.modulation.carrier_period)
+    }
+
+    fn turns_rotor(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,121 @@
+extern crate std;
+use std::vec::Vec;
+
+use standstill_interface::{Detector, Leg, Sensed};
+
+use super::*;
+use crate::testing::Noise;
+
+const SETTINGS: AlignmentSettings<f64> = AlignmentSettings {
+    modulation: ModulationSettings {
+        carrier_period: Nanos::from_micros(100),
+        dead_time: Nanos::ZERO,
+        drop: 0.0,
+        inductance: 10e-3,
+        fade: 0.01,
+    },
+    current: 7.0,
+    resistance: 1.5,
+    magnet_flux: 0.5,
+    least_sweep: 0.6,
+    periods: 10,
+    ramp: 20,
+    hold: 100,
+    settle: SettleSettings { wait: Nanos::from_micros(2000), threshold: 0.5, attempts: 5 },
+};
+
+/// What a magnet does that sweeps this flux in Wb across the second pull, within 30 commands; `leak` is a constant
+/// current in A that unequal legs leave, `noise` in A rms that of the sensors.
+fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, seed: u64) -> Outcome<f64> {
+    let mut detector = Alignment::new(settings).expect("settings");
+    let mut random = Noise::new(seed);
+    let mut readings = Vec::new();
+    let mut pulls = 0;
+    loop {
+        let command = match detector.step(&readings) {
+            Step::Drive(command) => command,
+            Step::Done(outcome) => return outcome,
+        };
+        let mut vector = AlphaBeta::new(0.0, 0.0);
+        if let Leg::Duty(a) = command.stage.legs.0[0] {
+            let number = pulls % (settings.ramp + settings.hold);
+            let second = pulls >= settings.ramp + settings.hold;
+            pulls += 1;
+            // Where it points says the command itself: along 90° legs b and c differ, along 0° leg a.
+            assert_eq!((a - 0.5).abs() > 1e-6, second, "{a}");
+            let along =
+                7.0 * (f64::from(number) + 1.0).min(f64::from(settings.ramp)) / f64::from(settings.ramp);
+            let flux = if number < 30 { swept / (30.0 * 1e-3 * settings.resistance) } else { 0.0 };
+            vector = if second { AlphaBeta::new(along, flux + leak) } else { AlphaBeta::new(-flux, along) };
+        }
+        readings = (0..command.sampling.count)
+            .map(|k| Reading {
+                at: command.sampling.trigger(k),
+                current: vector.phases().map(|phase| phase + 0.05 + noise * random.gauss()),
+                sensed: Abc([Sensed::Measured; 3]),
+                dc_link: 540.0,
+                dc_link_clipped: false,
+            })
+            .collect();
+    }
+}
+
+/// The flux seen to sweep by, and what was needed; none if there was an angle.
+fn refused(outcome: Outcome<f64>) -> Option<(f64, f64)> {
+    match outcome {
+        Outcome::Found { angle, .. } => {
+            assert_eq!(angle.radians(), 0.0);
+            None
+        }
+        Outcome::Failed { fault: Fault::DidNotFollow { swept, needed }, .. } => Some((swept, needed)),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn analytic_the_flux_swept_is_the_integral_of_the_current_across() {
+    for leak in [0.0, 0.3, -0.3] {
+        // A rotor that comes from either side.
+        for swept in [0.5, -0.5, 0.31, 0.69] {
+            assert_eq!(refused(outcome(SETTINGS, swept, leak, 0.0, 1)), None, "{swept} {leak}");
+        }
+        // Half a command of the leak at the ends of the trapezoids.
+        for swept in [0.0, 0.1, 0.29, 0.72, 1.5] {
+            let (seen, needed) = refused(outcome(SETTINGS, swept, leak, 0.0, 1)).expect("refused");
+            assert!((seen - swept).abs() < 1e-3 && (needed - 0.3).abs() < 1e-12, "{seen} {swept}");
+        }
+    }
+}
+
+#[test]
+fn law_a_locked_rotor_is_given_no_angle_whatever_the_noise() {
+    // A weak magnet, of which the noise of the sensors makes as much.
+    let weak = AlignmentSettings { magnet_flux: 0.002, resistance: 5.0, ..SETTINGS };
+    let mut seen = 0;
+    for seed in 1..=400 {
+        let (swept, needed) = refused(outcome(weak, 0.0, 0.1, 0.03, seed)).expect("refused");
+        assert!(needed > 0.6 * 0.002);
+        seen += u32::from(swept > 0.6 * 0.002);
+    }
+    // By the magnet's flux alone most of them would have been.
+    assert!(seen > 100, "{seen}");
+    let none = AlignmentSettings { magnet_flux: 0.0, ..SETTINGS };
+    assert!(refused(outcome(none, 0.5, 0.0, 0.0, 1)).is_some());
+}
+
+#[test]
+fn law_settings_that_cannot_work_are_refused() {
+    assert!(SETTINGS.check().is_ok());
+    let broken = [
+        AlignmentSettings { current: 0.0, ..SETTINGS },
+        AlignmentSettings { resistance: f64::NAN, ..SETTINGS },
+        AlignmentSettings { magnet_flux: f64::INFINITY, ..SETTINGS },
+        AlignmentSettings { least_sweep: 1.0, ..SETTINGS },
+        AlignmentSettings { periods: 0, ..SETTINGS },
+        AlignmentSettings { ramp: 0, ..SETTINGS },
+        AlignmentSettings { ramp: 40_000, ..SETTINGS },
+        AlignmentSettings { hold: 0, ..SETTINGS },
+        AlignmentSettings { hold: 40_000, ..SETTINGS },
+    ];
+    assert!(broken.iter().all(|settings| settings.check().is_err()));
+}

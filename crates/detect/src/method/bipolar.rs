@@ -1,0 +1,190 @@
+//! Line pulses in both directions that calibrate the current sensors on the way.
+//!
+//! `L = mean over ± of U t1 / i2` per line cancels the saturation's effect to first order; the gain mismatch of the
+//! sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7). The difference of the forward and
+//! the backward inductance of each line points along the magnet: the pole comes from the same pulses.
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
+
+use crate::keys::{self, Keyed, Lines, Setting, Value, place};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::both_ways::BothWaysSettings;
+use crate::parts::lines::line_directions;
+use crate::parts::polarity::{Pointer, Pole};
+use crate::parts::settle::link;
+use crate::parts::train::{GainComparison, Slot, Train};
+use crate::settings::{Settings, SettingsError, require};
+
+/// Settings of the bipolar method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BipolarSettings<T>(pub BothWaysSettings<T>);
+
+impl<T: Real> BipolarSettings<T> {
+    /// For this motor and drive.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        // Four samples in the pulse: enough to compare the sensors.
+        let pulse = drive.line_pulse(T::of(0.5));
+        Self(BothWaysSettings::suited(drive, Nanos(pulse.0 / 4)))
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        self.0.train.check()?;
+        require(self.0.train.rounds >= 2, "rounds", "at least 2, to see how the pulses scatter")?;
+        self.0.check()
+    }
+}
+
+/// The pulses of one line in one direction.
+#[derive(Clone, Copy, Debug)]
+struct Sums<T> {
+    pulses: T,
+    /// Mean inductance in H, and the sum of the squares of what is away from it in H².
+    mean: T,
+    squares: T,
+}
+
+impl<T: Real> Sums<T> {
+    /// In this way the squares keep their digits in single precision.
+    fn add(&mut self, inductance: T) {
+        self.pulses = self.pulses + T::one();
+        let apart = inductance - self.mean;
+        self.mean = self.mean + apart / self.pulses;
+        self.squares = self.squares + apart * (inductance - self.mean);
+    }
+}
+
+/// The bipolar detector.
+#[derive(Clone, Debug)]
+pub struct Bipolar<T> {
+    settings: BothWaysSettings<T>,
+    train: Train<T>,
+    /// By line; backward, forward.
+    sums: [[Sums<T>; 2]; 3],
+    gains: GainComparison<T>,
+    findings: Findings<T>,
+}
+
+impl<T: Real> Bipolar<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: BipolarSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let none = Sums { pulses: T::zero(), mean: T::zero(), squares: T::zero() };
+        Ok(Self {
+            settings: settings.0,
+            train: Train::new(settings.0.train),
+            sums: [[none; 2]; 3],
+            gains: GainComparison::new(),
+            findings: Findings::default(),
+        })
+    }
+
+    fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let s = &self.settings.train;
+        for reading in readings {
+            let both = self.train.both(slot, reading)?;
+            self.gains.add(slot, both);
+        }
+        let end = &readings[s.samples_on() - 1];
+        let current = self.train.current(slot, end)?;
+        let seconds = T::of((s.pulse - s.dead_time).seconds());
+        let inductance = (link(end)? - s.on_drop) * seconds / current;
+        // As with a link below the drops of the switches.
+        if inductance <= T::zero() || !inductance.is_finite() {
+            return Err(Fault::NotInductive(slot.phases().0));
+        }
+        self.sums[slot.line][usize::from(slot.forward)].add(inductance);
+        Ok(())
+    }
+
+    fn answer(&mut self) -> Result<Pole<T>, Fault<T>> {
+        let s = &self.settings;
+        let n = T::of(f64::from(s.train.rounds));
+        // With equal gains assumed to within a percent the noise of the comparison does not matter.
+        let (ratios, noise) = self.gains.measured(T::zero());
+        let (ratios, _) = GainComparison::known(ratios, noise, s.gain_tolerance);
+        let half = T::of(0.5);
+        let mut lines = [T::zero(); 3];
+        let mut pointer = AlphaBeta::new(T::zero(), T::zero());
+        let mut scatter = T::zero();
+        for (k, (line, direction)) in self.sums.iter().zip(line_directions()).enumerate() {
+            let [back, forward] = line.map(|sums| sums.mean);
+            let mean = (forward + back) * half;
+            lines[k] = mean;
+            // Less inductance forward than backward: forward leads towards the pole that draws more.
+            let difference = (back - forward) / mean;
+            pointer = pointer + direction * difference;
+            for sums in line {
+                scatter = scatter + sums.squares / (mean * mean);
+            }
+        }
+        let derived = self.train.derived;
+        let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
+        s.check_saliency(&saliency)?;
+        // Variance of a mean over n pulses' relative inductances, pooled.
+        let freedom = (n - T::one()).max(T::one()) * T::of(6.0);
+        let one = scatter / freedom / n;
+        // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
+        self.findings.angle_deviation =
+            Some((one * half).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
+        // Of a difference of two means, in each component of the sum over three directions.
+        let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived))).sqrt();
+        Ok(s.pole(&saliency, &Pointer { direction: pointer, deviation }))
+    }
+}
+
+impl<T: Real> Sequence<T> for Bipolar<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        if let Some(slot) = self.train.take(readings)? {
+            self.add(slot, readings)?;
+        }
+        Ok(match self.train.next() {
+            Some(command) => Step::Drive(command),
+            None => Step::Done(self.answer()?.outcome(self.findings)),
+        })
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+impl<T: Real> Keyed for BipolarSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.0.train.pulse)),
+            |s, value| {
+                s.0.train = s.0.train.with_pulse(value.nanos());
+                true
+            },
+        ),
+        place!(ROUNDS, s => s.0.train.rounds, Value::times, count),
+        place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, Value::of, real),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        self.0.train.describe(line);
+        line("signature", format_args!("{}", self.0.signature.in_words()));
+    }
+}
+
+impl<T: Real> Settings<T> for BipolarSettings<T> {
+    type Detector = Bipolar<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        Bipolar::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        None
+    }
+}

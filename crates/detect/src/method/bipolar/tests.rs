@@ -1,0 +1,139 @@
+extern crate std;
+use std::vec::Vec;
+
+use standstill_interface::{Abc, Angle, Detector, Outcome};
+
+use super::*;
+use crate::commissioning::Correction;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::Signature;
+use crate::parts::train::PulseTrainSettings;
+use crate::testing::{LineMotor, Noise, mean_and_deviation};
+
+fn settings<T: Real>() -> BipolarSettings<T> {
+    BipolarSettings(BothWaysSettings {
+        train: PulseTrainSettings {
+            pulse: Nanos::from_micros(200),
+            rest: Nanos::from_micros(320),
+            rounds: 3,
+            interval: Nanos::from_micros(50),
+            zeroing: 30,
+            threshold: T::of(0.2),
+            attempts: 3,
+            least_current: T::of(0.3),
+            dead_time: Nanos(2000),
+            resistance: T::zero(),
+            on_drop: T::of(LineMotor::DROP),
+            off_drop: T::of(LineMotor::DROP),
+        },
+        saliency: SaliencySign::Negative,
+        least_saliency: T::of(0.005),
+        gain_tolerance: T::of(0.005),
+        correction: Correction::none(),
+        signature: Signature::Normal,
+        pole_error: T::of(1e-6),
+        pole_floor: T::of(0.0015),
+    })
+}
+
+fn detect<T: Real>(settings: BipolarSettings<T>, motor: &mut LineMotor) -> Outcome<T> {
+    let mut detector = Bipolar::new(settings).expect("settings");
+    let mut readings = Vec::new();
+    loop {
+        match detector.step(&readings) {
+            Step::Drive(command) => readings = motor.readings(&command),
+            Step::Done(outcome) => return outcome,
+        }
+    }
+}
+
+fn found<T: Real>(outcome: Outcome<T>) -> (Angle<T>, Findings<T>) {
+    match outcome {
+        Outcome::Found { angle, findings } => (angle, findings),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn analytic_offsets_gains_and_saturation_cancel() {
+    for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0] {
+        let mut motor = LineMotor { slope: 3e-4, ..LineMotor::at(degrees) };
+        (motor.offset, motor.gain) = ([0.1, -0.05, 0.02], [1.004, 0.997, 1.001]);
+        let (angle, findings) = found(detect(settings::<f64>(), &mut motor));
+        // The resistance is in each line's inductance, as much as the line is small.
+        assert!(motor.error(angle).abs() < 0.1, "{degrees}: {}", motor.error(angle));
+        let Abc(gains) = findings.sensor_gain.expect("compared");
+        let mean = motor.gain.iter().sum::<f64>() / 3.0;
+        assert!((0..3).all(|k| (gains[k] - motor.gain[k] / mean).abs() < 1e-4), "{gains:?}");
+        let inverted =
+            BipolarSettings(BothWaysSettings { signature: Signature::Inverted, ..settings::<f64>().0 });
+        let (other, _) = found(detect(inverted, &mut motor));
+        assert!((motor.error(other).abs() - 180.0).abs() < 0.1);
+    }
+}
+
+#[test]
+fn law_the_stated_deviation_is_the_scatter_in_both_precisions() {
+    let (mut squares, mut stated) = (0.0_f64, 0.0_f64);
+    for trial in 0..200_u32 {
+        let motor = |scale: f64| LineMotor {
+            deviation: 0.02 * scale,
+            slope: 3e-4,
+            noise: Noise::new(u64::from(trial) + 1),
+            ..LineMotor::at(40.0)
+        };
+        let mut noisy = motor(1.0);
+        let without = BipolarSettings(BothWaysSettings { gain_tolerance: 0.0, ..settings::<f64>().0 });
+        let (angle, findings) = found(detect(without, &mut noisy));
+        let none = found(detect(without, &mut motor(0.0))).0;
+        squares += (angle.difference(none)).powi(2);
+        stated += findings.angle_deviation.expect("stated").powi(2);
+        // A quiet drive scatters by less than what squares of inductances keep in single precision.
+        let (_, double) = found(detect(settings::<f64>(), &mut motor(0.02)));
+        let (_, single) = found(detect(settings::<f32>(), &mut motor(0.02)));
+        let single = f64::from(single.angle_deviation.expect("stated"));
+        let ratio = single / double.angle_deviation.expect("stated");
+        assert!((0.95..1.05).contains(&ratio), "{ratio}");
+    }
+    let ratio = (squares / stated).sqrt();
+    assert!((0.85..1.15).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn law_a_link_below_the_drops_is_a_fault() {
+    // It would turn every inductance around, and the axis by a quarter turn.
+    let mut settings = settings::<f64>();
+    settings.0.train.on_drop = 600.0;
+    let outcome = detect(settings, &mut LineMotor::at(33.0));
+    assert!(matches!(outcome, Outcome::Failed { fault: Fault::NotInductive(_), .. }), "{outcome:?}");
+    let round = &mut LineMotor { saliency: 0.0, slope: 0.0, ..LineMotor::at(33.0) };
+    let outcome = detect(self::settings::<f64>(), round);
+    assert!(matches!(outcome, Outcome::Failed { fault: Fault::NoSaliency { .. }, .. }), "{outcome:?}");
+}
+
+#[test]
+fn law_right_poles_have_positive_evidence_that_scatters_by_one_deviation() {
+    // Offsets known from many samples and no floor: the readings' noise is the only error.
+    let mut settings =
+        BothWaysSettings { gain_tolerance: 0.0, pole_floor: 1e-9, pole_error: 1e-2, ..settings::<f64>().0 };
+    (settings.train.zeroing, settings.train.rounds) = (3000, 12);
+    for (slope, signature) in [(3e-5, Signature::Normal), (-3e-5, Signature::Inverted)] {
+        let settings = BipolarSettings(BothWaysSettings { signature, ..settings });
+        let (mut all, mut named) = (Vec::new(), 0);
+        for trial in 0..400 {
+            let mut motor = LineMotor { slope, ..LineMotor::at(130.0) }.with_noise(0.03, trial);
+            let outcome = detect(settings, &mut motor);
+            let evidence = motor.evidence(&outcome);
+            if let Outcome::Found { angle, findings } = outcome {
+                let right = motor.error(angle).abs() < 90.0;
+                assert_eq!(right, evidence > 0.0);
+                assert_eq!(findings.pole_evidence.expect("named").deviations, evidence.abs());
+                named += 1;
+            }
+            all.push(evidence);
+        }
+        let (mean, deviation) = mean_and_deviation(&all);
+        assert!((2.5..3.5).contains(&mean) && (0.9..1.12).contains(&deviation), "{mean} {deviation}");
+        assert!((100..300).contains(&named), "{named}");
+    }
+}

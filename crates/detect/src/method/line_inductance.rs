@@ -1,0 +1,307 @@
+//! The paper's method: three line inductances give the axis, two voltage vectors its north end.
+//!
+//! ```text
+//!   wait ─► AB pulses ─► wait ─► BC pulses ─► wait ─► CA pulses ─► wait ─► vector at θ̂ ─► wait ─► at θ̂ + 180°
+//!           L_AB, R              L_BC, R              L_CA, R  └► θ̂ modulo 180°, (5)–(7)       larger i_d: north
+//! ```
+//! and a last wait, so that the detection leaves no current behind.
+//!
+//! A pulse puts the DC link across two phases for `pulse`; then the current decays. Samples i1 before it, i2 at
+//! its end and i3 in the decay give R and L of the line by equation (10).
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{Abc, Command, Fault, Findings, Nanos, Reading, Real, Sampling, Stage, Step};
+
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
+use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, Signature};
+use crate::parts::settle::{SettleSettings, Settler, link, seen};
+use crate::parts::train::LINES;
+use crate::settings::{Decay, LONGEST, Settings, SettingsError, require, require_positive, require_share};
+
+/// Settings of the paper's method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LineInductanceSettings<T> {
+    /// t1: how long the DC link is across a line.
+    pub pulse: Nanos,
+    /// From one pulse to the next.
+    pub period: Nanos,
+    /// Pulses per line, averaged.
+    pub pulses: u8,
+    /// How the current decays after a pulse.
+    pub decay: Decay,
+    /// How long before the end of the pulse i2 is sampled. Zero, as in the paper, samples at the edge itself; a
+    /// drive with low-side shunts needs more than its jitter, because beyond the edge its shunts see other legs.
+    pub sample_lead: Nanos,
+    /// Dead time of the drive: the pulse is shorter by it. Zero: ignored, which scales all inductances alike
+    /// and leaves the angle as it is.
+    pub dead_time: Nanos,
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// Current in A that a pulse must at least raise.
+    pub least_current: T,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// The wait before the first pulse of a line and before each vector; with fast decay before each pulse.
+    pub settle: SettleSettings<T>,
+    /// The polarity test.
+    pub polarity: PolaritySettings<T>,
+}
+
+impl<T: Real> LineInductanceSettings<T> {
+    /// The paper's settings (section 2: pulses of 80 µs every 2.4 ms, three a line, vectors near rated current). What the
+    /// paper does not print is chosen here: vectors of 1 ms, 2 % above the rated current, the mean of Table 2; and on
+    /// other motors pulses that raise as much of the rated current as 80 µs do on the paper's, and vectors long enough
+    /// for the link. As in the paper the larger current is taken for north.
+    pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
+        // A fifth of the rated current into the mean line inductance, equation (4).
+        let pulse = drive.line_pulse(T::of(0.2));
+        Self {
+            pulse,
+            // Or as long as the current of a longer pulse needs.
+            period: Nanos::from_micros(2400).max(pulse * 4),
+            pulses: 3,
+            decay,
+            sample_lead: Nanos::ZERO,
+            dead_time: drive.dead_time,
+            saliency: drive.saliency(),
+            least_current: drive.rated_current * T::of(0.02),
+            least_saliency: T::of(0.05),
+            settle: SettleSettings {
+                wait: Nanos::from_micros(500),
+                threshold: drive.rated_current * T::of(0.025),
+                attempts: 400,
+            },
+            polarity: PolaritySettings::near_rated_current(
+                drive,
+                Signature::Normal,
+                PolarityRule::TwoVectors,
+            ),
+        }
+    }
+
+    /// When i3 is sampled, counted from the start of the pulse. With slow decay at the end of the period, as in
+    /// the paper; with fast decay four fifths of the pulse later, shortly before the current is gone.
+    fn third_sample(&self) -> Nanos {
+        match self.decay {
+            Decay::Slow => self.period,
+            Decay::Fast => self.pulse + Nanos(self.pulse.0 / 5 * 4),
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
+        require(self.pulses > 0, "pulses", "at least 1")?;
+        require(
+            self.dead_time + self.sample_lead < self.pulse,
+            "dead_time",
+            "with sample_lead shorter than the pulse",
+        )?;
+        let decay_needs = self.pulse * 2 + self.settle.wait;
+        require(self.period > decay_needs, "period", "longer than two pulses and settle.wait")?;
+        require(self.period <= LONGEST, "period", "at most a minute")?;
+        require_positive(self.least_current, "least_current")?;
+        require_share(self.least_saliency, "least_saliency")?;
+        self.settle.check()?;
+        self.polarity.check()
+    }
+}
+
+/// What the last command was, and so what its readings mean.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
+    Start,
+    Settling { line: usize, pulse: u8 },
+    Pulsing { line: usize, pulse: u8 },
+    Testing(PolarityTest<T>),
+}
+
+/// The paper's detector.
+#[derive(Clone, Debug)]
+pub struct LineInductance<T> {
+    settings: LineInductanceSettings<T>,
+    state: State<T>,
+    settler: Settler<T>,
+    /// i1 of the next pulse in A.
+    initial: Abc<T>,
+    /// Sums over the pulses of each line.
+    inductance: Abc<T>,
+    resistance: Abc<T>,
+    findings: Findings<T>,
+}
+
+impl<T: Real> LineInductance<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: LineInductanceSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = Abc::new(T::zero(), T::zero(), T::zero());
+        Ok(Self {
+            settings,
+            state: State::Start,
+            settler: Settler::new(settings.settle, settings.decay == Decay::Fast),
+            initial: zero,
+            inductance: zero,
+            resistance: zero,
+            findings: Findings::default(),
+        })
+    }
+
+    /// Begins to wait for the current of a pulse to be gone.
+    fn settle(&mut self, line: usize, pulse: u8) -> Step<T> {
+        self.state = State::Settling { line, pulse };
+        Step::Drive(self.settler.begin())
+    }
+
+    fn begin_pulse(&mut self, line: usize, pulse: u8) -> Step<T> {
+        self.state = State::Pulsing { line, pulse };
+        Step::Drive(self.pulse(line))
+    }
+
+    fn pulse(&self, line: usize) -> Command<T> {
+        let s = &self.settings;
+        let (first, second) = LINES[line];
+        let decay = match s.decay {
+            Decay::Slow => Stage::freewheel(first, second, s.period - s.pulse),
+            // The wait that follows belongs to the period.
+            Decay::Fast => Stage::off(s.period - s.pulse - s.settle.wait),
+        };
+        let sampling = Sampling::twice(s.pulse - s.sample_lead, s.third_sample());
+        Command::sequence(Stage::line(first, second, s.pulse), decay, sampling)
+    }
+
+    /// After a pulse: its R and L, then the next pulse, or the axis and the first vector.
+    fn pulsed(&mut self, line: usize, pulse: u8, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let [second, third] = readings else { return Err(Fault::UnexpectedReadings) };
+        let phase = LINES[line].0;
+        let (i1, i2, i3) = (self.initial[phase], seen(second, phase)?, seen(third, phase)?);
+        let s = &self.settings;
+        let (on_link, off_link) = (link(second)?, link(third)?);
+        if i2 - i1 < s.least_current {
+            return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
+        }
+        let seconds = |duration: Nanos| T::of(duration.seconds());
+        // Mean voltages: no voltage in the dead time before the pulse; a rest of the pulse after an early i2.
+        let risen = s.pulse - s.sample_lead;
+        let rise = Interval {
+            voltage: on_link * seconds(risen - s.dead_time) / seconds(risen),
+            begin: i1,
+            end: i2,
+            duration: seconds(risen),
+        };
+        let after = s.third_sample() - s.pulse;
+        let decaying = match s.decay {
+            Decay::Slow => T::zero(),
+            Decay::Fast => -off_link,
+        };
+        let whole = seconds(after + s.sample_lead);
+        let decay = Interval {
+            voltage: (on_link * seconds(s.sample_lead) + decaying * seconds(after)) / whole,
+            begin: i2,
+            end: i3,
+            duration: whole,
+        };
+        let (resistance, inductance) = line_impedance(rise, decay).ok_or(Fault::NotInductive(phase))?;
+        if inductance <= T::zero() {
+            return Err(Fault::NotInductive(phase));
+        }
+        self.inductance[phase] = self.inductance[phase] + inductance;
+        self.resistance[phase] = self.resistance[phase] + resistance;
+        self.initial = third.current;
+
+        let next = pulse + 1;
+        Ok(if next < s.pulses {
+            match s.decay {
+                Decay::Slow => self.begin_pulse(line, next),
+                Decay::Fast => self.settle(line, next),
+            }
+        } else if line + 1 < LINES.len() {
+            self.settle(line + 1, 0)
+        } else {
+            let axis = self.find_axis()?;
+            let d_axis_inductance = T::of(1.5) * (axis.mean + axis.amplitude);
+            let mut test =
+                PolarityTest::new(self.settings.polarity, self.settler, axis.axis, d_axis_inductance);
+            let wait = test.begin();
+            self.state = State::Testing(test);
+            Step::Drive(wait)
+        })
+    }
+
+    /// Equations (5)–(7).
+    fn find_axis(&mut self) -> Result<Saliency<T>, Fault<T>> {
+        let count = T::of(f64::from(self.settings.pulses));
+        let lines = self.inductance.map(|sum| sum / count);
+        let saliency = Saliency::from_lines(lines, self.settings.saliency);
+        self.findings.line_inductance = Some(lines);
+        self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
+        self.findings.mean_inductance = Some(saliency.mean);
+        self.findings.saliency = Some(saliency.amplitude);
+        let (ratio, needed) = (saliency.ratio(), self.settings.least_saliency);
+        if ratio >= needed { Ok(saliency) } else { Err(Fault::NoSaliency { ratio, needed }) }
+    }
+}
+
+impl<T: Real> Sequence<T> for LineInductance<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        match &mut self.state {
+            State::Start => Ok(self.settle(0, 0)),
+            State::Settling { line, pulse } => {
+                let (line, pulse) = (*line, *pulse);
+                if let Some(wait) = self.settler.step(readings)? {
+                    return Ok(Step::Drive(wait));
+                }
+                self.initial = self.settler.residual;
+                Ok(self.begin_pulse(line, pulse))
+            }
+            State::Pulsing { line, pulse } => {
+                let (line, pulse) = (*line, *pulse);
+                self.pulsed(line, pulse, readings)
+            }
+            State::Testing(test) => Ok(test.step(readings)?.with(self.findings)),
+        }
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+impl<T: Real> Keyed for LineInductanceSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(PULSE, s => s.pulse, Value::time, nanos),
+        place!(ROUNDS, s => s.pulses, Value::times, count),
+        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
+        Setting::new(
+            &keys::POLE_ERROR,
+            |s| s.polarity.pole_error(),
+            |s, value| s.polarity.set_pole_error(value),
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        line("pulse", format_args!("{}", Microseconds(self.pulse)));
+        line("pulses", format_args!("{}", self.pulses));
+        self.polarity.describe(line);
+    }
+}
+
+impl<T: Real> Settings<T> for LineInductanceSettings<T> {
+    type Detector = LineInductance<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        LineInductance::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.polarity.carrier_period)
+    }
+}

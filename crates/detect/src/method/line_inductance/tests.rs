@@ -1,0 +1,147 @@
+extern crate std;
+use std::vec::Vec;
+
+use standstill_interface::{AlphaBeta, Detector, Leg, Outcome, Sensed};
+
+use super::*;
+
+const L_A: f64 = 9.2e-3;
+const L_B: f64 = -2.1e-3;
+const RESISTANCE: f64 = 1.2;
+
+fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
+    LineInductanceSettings {
+        pulse: Nanos::from_micros(80),
+        period: Nanos::from_micros(2400),
+        pulses: 3,
+        decay,
+        sample_lead,
+        dead_time: Nanos(2000),
+        saliency: SaliencySign::Negative,
+        least_current: 0.14,
+        least_saliency: 0.05,
+        settle: SettleSettings { wait: Nanos::from_micros(500), threshold: 0.2, attempts: 3 },
+        polarity: PolaritySettings {
+            carrier_period: Nanos::from_micros(100),
+            periods: 10,
+            current: 7.0,
+            resistance: RESISTANCE,
+            dead_time: Nanos::ZERO,
+            least_current: 0.1,
+            least_margin: 0.05,
+            signature: Signature::Normal,
+            rule: PolarityRule::TwoVectors,
+        },
+    }
+}
+
+/// Currents that satisfy the two trapezoids of equation (10) exactly, and vectors that answer by 10 % more to north.
+struct Motor {
+    angle: f64,
+    settings: LineInductanceSettings<f64>,
+    left: f64,
+    line: usize,
+    pulses: usize,
+    amplitude: f64,
+}
+
+impl Motor {
+    fn inductance(&self, line: usize) -> f64 {
+        let shift = [-1.0, 0.0, 1.0][line] * core::f64::consts::TAU / 3.0;
+        3.0 * L_A - 3.0 * L_B * (2.0 * self.angle + shift).cos()
+    }
+
+    fn readings(&mut self, command: &Command<f64>) -> Vec<Reading<f64>> {
+        let mut currents = std::vec![[0.0; 3]; usize::try_from(command.sampling.count).expect("few")];
+        let legs = command.stage.legs;
+        let pulse = LINES.into_iter().position(|(a, b)| legs[a] == Leg::High && legs[b] == Leg::Low);
+        if let Some(line) = pulse {
+            if line != self.line {
+                (self.line, self.left) = (line, 0.0);
+            }
+            self.pulses += 1;
+            let s = &self.settings;
+            let (l, r) = (self.inductance(line), 2.0 * RESISTANCE);
+            let next = |i: f64, volts: f64, t: f64| (volts - i * (r / 2.0 - l / t)) / (r / 2.0 + l / t);
+            let lead = s.sample_lead.seconds();
+            let t1 = s.pulse.seconds() - lead;
+            let i2 = next(self.left, 540.0 * (t1 - s.dead_time.seconds()) / t1, t1);
+            let (t2, off) = match s.decay {
+                Decay::Slow => (s.period.seconds() - s.pulse.seconds(), 0.0),
+                Decay::Fast => (64e-6, -540.0),
+            };
+            let i3 = next(i2, (540.0 * lead + off * t2) / (lead + t2), lead + t2);
+            self.left = if s.decay == Decay::Slow { i3 } else { 0.0 };
+            let (from, to) = LINES[line];
+            for (current, value) in currents.iter_mut().zip([i2, i3]) {
+                (current[from as usize], current[to as usize]) = (value, -value);
+            }
+        } else if let Leg::Duty(_) = legs.0[0] {
+            let vector = legs.map(|leg| if let Leg::Duty(duty) = leg { duty * 540.0 } else { 0.0 }).clarke();
+            self.amplitude = vector.norm();
+            let north = AlphaBeta::new(self.angle.cos(), self.angle.sin());
+            let along = 1.0 + 0.05 * vector.dot(north) / vector.norm();
+            currents[0] = (vector * (7.0 * along / vector.norm())).phases().0;
+        }
+        let at = |k: usize| command.sampling.trigger(u32::try_from(k).expect("few"));
+        let reading = |(k, current)| Reading {
+            at: at(k),
+            current: Abc(current),
+            sensed: Abc([Sensed::Measured; 3]),
+            dc_link: 540.0,
+            dc_link_clipped: false,
+        };
+        currents.into_iter().enumerate().map(reading).collect()
+    }
+}
+
+#[test]
+fn analytic_trapezoids_give_axis_pole_and_both_parameters() {
+    for decay in [Decay::Slow, Decay::Fast] {
+        for sample_lead in [Nanos::ZERO, Nanos(5000)] {
+            for degrees in [0.0, 33.0, 90.0, 170.0, 200.0, 359.0_f64] {
+                let settings = settings(decay, sample_lead);
+                let angle = degrees.to_radians();
+                let mut motor = Motor { angle, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0 };
+                let mut detector = LineInductance::new(settings).expect("settings");
+                let mut readings = Vec::new();
+                let outcome = loop {
+                    match detector.step(&readings) {
+                        Step::Drive(command) => readings = motor.readings(&command),
+                        Step::Done(outcome) => break outcome,
+                    }
+                };
+                let Outcome::Found { angle: found, findings } = outcome else { panic!("{outcome:?}") };
+                let off = (found.radians() - angle).sin().abs();
+                assert!(off < 1e-9 && (found.radians() - angle).cos() > 0.0, "{degrees}: {outcome:?}");
+                assert_eq!(motor.pulses, 9);
+                let Abc(lines) = findings.line_inductance.expect("measured");
+                let Abc(resistances) = findings.line_resistance.expect("measured");
+                for k in 0..3 {
+                    assert!((lines[k] / motor.inductance(k) - 1.0).abs() < 1e-9);
+                    assert!((resistances[k] / (2.0 * RESISTANCE) - 1.0).abs() < 1e-6);
+                }
+                // The vector for 7 A through L_d = 3/2 (L_A + L_B) in 1 ms.
+                let volts = 7.0 * (1.5 * (L_A + L_B) / 1e-3 + RESISTANCE / 2.0);
+                assert!((motor.amplitude / volts - 1.0).abs() < 1e-9, "{} {volts}", motor.amplitude);
+            }
+        }
+    }
+}
+
+#[test]
+fn law_settings_that_cannot_work_are_refused() {
+    let good = settings(Decay::Slow, Nanos::ZERO);
+    assert!(good.check().is_ok());
+    let broken = [
+        LineInductanceSettings { pulse: Nanos::ZERO, ..good },
+        LineInductanceSettings { pulses: 0, ..good },
+        LineInductanceSettings { dead_time: good.pulse, ..good },
+        LineInductanceSettings { sample_lead: good.pulse - good.dead_time, ..good },
+        LineInductanceSettings { period: Nanos::from_micros(660), ..good },
+        LineInductanceSettings { period: Nanos(u64::MAX), ..good },
+        LineInductanceSettings { least_current: f64::NAN, ..good },
+        LineInductanceSettings { least_saliency: 1.0, ..good },
+    ];
+    assert!(broken.iter().all(|settings| settings.check().is_err()));
+}

@@ -1,0 +1,388 @@
+//! The most likely rotor angle, given every sample of line pulses in both directions.
+//!
+//! ```text
+//!   zero ─► train of pulses ─► fit of L_k, c_k, t_s ─► sensors' gains ─► axis (7), pole D ─► certain enough? ─► answer
+//!              ▲                                                                             │ no
+//!              └──────────────────────────── longer pulses ◄──────────────────────────────────┘
+//! ```
+//! `Z = Σ L_k e^{j2φ_k}` gives the axis, `D = Σ c_k e^{jφ_k}` points along the magnet: the pole comes from the same data.
+//! With [`Adaptive`] settings the pulses begin short and grow until angle and pole are certain enough: a motor that shows
+//! its rotor well is hardly disturbed.
+
+mod combination;
+pub(crate) mod likelihood;
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
+
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::both_ways::BothWaysSettings;
+use crate::parts::lines::{Saliency, line_directions};
+use crate::parts::polarity::{Pole, Signature};
+use crate::parts::settle::link;
+use crate::parts::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, rest_after};
+use crate::settings::{Settings, SettingsError, require, require_positive};
+use combination::{Combined, Said};
+use likelihood::{Curves, Fit, PulseModel, fit};
+
+/// Samples of one pulse and its decay that are kept at most.
+pub const MOST_SAMPLES: usize = 112;
+
+/// When to stop lengthening the pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive<T> {
+    /// Standard deviation of the angle in rad that is good enough.
+    pub deviation: T,
+    /// The longest pulse. Trains of it are repeated if it does not suffice.
+    pub longest: Nanos,
+    /// Current in A up to which pulses are lengthened.
+    pub most_current: T,
+    /// Trains after which the answer is what it is.
+    pub most_trains: u8,
+}
+
+/// Settings of the maximum-likelihood method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaximumLikelihoodSettings<T> {
+    /// Its pulses, or with `adaptive` the first of them, and how they are read.
+    pub pulses: BothWaysSettings<T>,
+    /// Whether and how the pulses grow.
+    pub adaptive: Option<Adaptive<T>>,
+}
+
+impl<T: Real> MaximumLikelihoodSettings<T> {
+    /// For this motor and drive, sampled every 10 µs.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        // Short pulses have more samples.
+        let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
+        let mut pulses = BothWaysSettings::suited(drive, interval);
+        if pulses.train.samples() > MOST_SAMPLES {
+            pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
+        }
+        Self { pulses, adaptive: None }
+    }
+
+    /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
+    /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
+    /// rated current.
+    pub fn adaptive(drive: &Nameplate<T>) -> Self {
+        let fixed = Self::suited(drive).pulses;
+        let adaptive = Adaptive {
+            deviation: T::of(0.1).to_radians(),
+            longest: drive.line_pulse(T::of(0.75)),
+            most_current: drive.rated_current,
+            most_trains: 8,
+        };
+        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000)).min(adaptive.longest);
+        // What holds at half of the rated current and at all of it.
+        let signature =
+            if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
+        let mut train = lengthened(fixed.train, pulse, 1);
+        // The first pulses are short, and one line may have twice the mean inductance.
+        train.least_current = drive.rated_current * T::of(0.02);
+        Self { pulses: BothWaysSettings { train, signature, ..fixed }, adaptive: Some(adaptive) }
+    }
+
+    /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
+    /// is room for the samples.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Self {
+        let mut settings = self;
+        let train = &mut settings.pulses.train;
+        *train = lengthened(*train, pulse, train.rounds);
+        if let Some(adaptive) = &mut settings.adaptive {
+            adaptive.longest = adaptive.longest.max(train.pulse);
+        }
+        settings
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        let train = &self.pulses.train;
+        train.check()?;
+        require(train.samples() <= MOST_SAMPLES, "interval", "such that a pulse has 112 samples at most")?;
+        require(train.samples_on() as u64 >= LEAST_PARTS, "interval", "at most a quarter of the pulse")?;
+        if let Some(adaptive) = self.adaptive {
+            require_positive(adaptive.deviation, "adaptive.deviation")?;
+            require(adaptive.longest >= train.pulse, "adaptive.longest", "at least as long as the pulse")?;
+            require_positive(adaptive.most_current, "adaptive.most_current")?;
+            require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
+            require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
+        }
+        self.pulses.check()
+    }
+}
+
+/// Samples in a pulse at least.
+const LEAST_PARTS: u64 = 4;
+
+/// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
+fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -> PulseTrainSettings<T> {
+    // Every 10 µs, if these are enough for a fit, and not so many that a pulse and its rest are too many.
+    let parts = (pulse.0 / 10_000).clamp(LEAST_PARTS, 40);
+    let interval = Nanos(pulse.0 / parts / 100 * 100);
+    let pulse = interval * parts;
+    PulseTrainSettings { pulse, interval, rest: rest_after(pulse), rounds, ..train }
+}
+
+/// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.
+#[derive(Clone, Debug)]
+pub struct MaximumLikelihood<T> {
+    settings: MaximumLikelihoodSettings<T>,
+    train: Train<T>,
+    /// Sums of the currents in A over the rounds, scaled to the first link voltage; by line; backward, forward.
+    curves: [[[T; MOST_SAMPLES]; 2]; 3],
+    gains: GainComparison<T>,
+    /// Link in V to which the currents are scaled, and the sum of the links over the pulses' decays.
+    dc_link: T,
+    combined: Combined<T>,
+    /// The largest current in A of the last train.
+    peak: T,
+    findings: Findings<T>,
+}
+
+impl<T: Real> MaximumLikelihood<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: MaximumLikelihoodSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            train: Train::new(settings.pulses.train),
+            curves: [[[zero; MOST_SAMPLES]; 2]; 3],
+            gains: GainComparison::new(),
+            dc_link: zero,
+            combined: Combined::new(),
+            peak: zero,
+            findings: Findings::default(),
+        })
+    }
+
+    fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let on = self.train.settings.samples_on();
+        let mut volts = T::zero();
+        for reading in &readings[..on] {
+            volts = volts + link(reading)?;
+        }
+        let volts = volts / T::of(on as f64);
+        if self.dc_link <= T::zero() {
+            self.dc_link = volts;
+        }
+        // The current is proportional to the link but for the drops, which are a few thousandths of it.
+        let scale = self.dc_link / volts;
+        let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
+        for (sum, reading) in curve.iter_mut().zip(readings) {
+            let (from, to) = self.train.both(slot, reading)?;
+            *sum = *sum + (from + to) / T::of(2.0) * scale;
+            self.gains.add(slot, (from, to));
+            self.peak = self.peak.max((from + to) / T::of(2.0));
+        }
+        Ok(())
+    }
+
+    /// The fit of the train that has just ended.
+    fn fit(&mut self) -> Result<Fit<T>, Fault<T>> {
+        let s = self.train.settings;
+        let n = s.samples();
+        let rounds = T::of(f64::from(s.rounds));
+        for curve in self.curves.iter_mut().flatten() {
+            for sum in &mut curve[..n] {
+                *sum = *sum / rounds;
+            }
+        }
+        let curves: Curves<'_, T> =
+            core::array::from_fn(|k| self.curves[k].each_ref().map(|curve| &curve[..n]));
+        let model = PulseModel {
+            on: self.dc_link - s.on_drop,
+            off: self.dc_link + s.off_drop,
+            resistance: s.resistance * T::of(2.0),
+            pulse: T::of(s.pulse.seconds()),
+            interval: T::of(s.interval.seconds()),
+        };
+        let delay = T::of(s.dead_time.seconds());
+        let end = s.samples_on() - 1;
+        let start = core::array::from_fn(|k| {
+            let [back, forward] = curves[k];
+            model.on * (model.pulse - delay) * T::of(2.0) / (back[end] + forward[end])
+        });
+        let found =
+            fit(&curves, &model, start, delay).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
+        // Which line is at fault cannot be told; the first stands for all.
+        found.ok_or(Fault::NotInductive(LINES[0].0))
+    }
+
+    /// After a train: the answer so far, and how many times longer a pulse should be; none if all is certain enough.
+    fn conclude(&mut self) -> Result<(Pole<T>, Option<T>), Fault<T>> {
+        let fit = self.fit()?;
+        let s = self.settings.pulses;
+        let rounds = T::of(f64::from(self.train.settings.rounds));
+        let (one, two) = (T::one(), T::of(2.0));
+        // The fitted current is the mean of two sensors over the rounds; the comparison is of single readings.
+        let (ratios, ratio_noise) = self.gains.measured(fit.variance * rounds * two);
+
+        let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
+        let slopes = plain.slopes(s.saliency);
+        let mut variance = T::zero();
+        for k in 0..3 {
+            for l in 0..3 {
+                variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
+            }
+        }
+        // What a slope makes of the inductance at the peak of the pulse.
+        let pulse = T::of(self.train.settings.pulse.seconds());
+        let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
+        let mut pointer = AlphaBeta::new(T::zero(), T::zero());
+        let mut pointer_variance = T::zero();
+        for (k, direction) in line_directions().into_iter().enumerate() {
+            pointer = pointer + direction * fit.slope[k];
+            pointer_variance = pointer_variance + fit.slope_variance[k];
+        }
+        // In each component of the sum over three directions, as far as they are alike.
+        let pointer_variance = pointer_variance / two;
+        let floor = s.pole_variance(self.train.derived);
+        // Nor can what the model does not explain be told from saturation; relative to the current at the peak.
+        let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
+        let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
+
+        self.combined.check_movement(plain.axis, variance, s.saliency)?;
+        self.combined.add(&Said {
+            lines: fit.inductance,
+            variance,
+            ratios,
+            ratio_noise,
+            direction: pointer,
+            noise: pointer_variance,
+            floor,
+        });
+
+        let (pole, deviation) = self.answer()?;
+        let growth =
+            self.settings.adaptive.filter(|adaptive| self.combined.trains < adaptive.most_trains).and_then(
+                |adaptive| {
+                    // The angle's deviation falls with the length to the power of 3/2, the pole's share of it at least with the
+                    // length itself: the current on the one hand, the samples on the other.
+                    let angle = (deviation / adaptive.deviation).powf(T::of(2.0 / 3.0));
+                    let sure = pole.undetermined.is_none() || s.signature == Signature::None;
+                    let certainty =
+                        pole.error.map_or(one, |error| (two * error.max(T::min_positive_value())).ln());
+                    let pole = if sure { one } else { (two * s.pole_error).ln() / certainty };
+                    (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
+                },
+            );
+        Ok((pole, growth))
+    }
+
+    /// From all trains so far.
+    fn answer(&mut self) -> Result<(Pole<T>, T), Fault<T>> {
+        let s = &self.settings.pulses;
+        let c = &self.combined;
+        let derived = self.train.derived;
+        let (ratios, variances) = c.ratios(s.gain_tolerance);
+        let (lines, saliency) = s.saliency(c.lines, ratios, derived, &mut self.findings);
+        let slopes = saliency.slopes(s.saliency);
+        let mut variance = c.variance();
+        for (k, of_ratio) in variances.into_iter().enumerate() {
+            let gain = GainComparison::line_gain_slopes(k, derived);
+            let change = (0..3).fold(T::zero(), |sum, l| sum + slopes[l] * lines[l] * gain[l]);
+            variance = variance + change * change * of_ratio;
+        }
+        let deviation = variance.sqrt();
+        self.findings.angle_deviation = Some(deviation);
+        s.check_saliency(&saliency)?;
+        Ok((s.pole(&saliency, &c.pointer()), deviation))
+    }
+
+    /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.
+    fn lengthen(&mut self, times: T) {
+        let Some(adaptive) = self.settings.adaptive else { return };
+        let train = self.train.settings;
+        // A not-a-number becomes the least.
+        let percent = (times * T::of(110.0)).max(T::of(125.0)).min(T::of(300.0));
+        let percent = percent.min(T::of(100.0) * adaptive.most_current / self.peak).max(T::of(100.0));
+        self.peak = T::zero();
+        let grown = Nanos(train.pulse.0 / 100 * percent.to_u64().unwrap_or(100));
+        let longer = lengthened(train, grown.min(adaptive.longest), train.rounds);
+        // Pulses of a few nanoseconds, or with a rest of their own, are rounded to others.
+        let works = longer.pulse >= train.pulse && longer.check().is_ok();
+        self.train.restart(if works { longer } else { train });
+        self.curves = [[[T::zero(); MOST_SAMPLES]; 2]; 3];
+        self.gains = GainComparison::new();
+    }
+}
+
+impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        if let Some(slot) = self.train.take(readings)? {
+            self.add(slot, readings)?;
+        }
+        if let Some(command) = self.train.next() {
+            return Ok(Step::Drive(command));
+        }
+        let (pole, growth) = self.conclude()?;
+        let Some(times) = growth else {
+            return Ok(Step::Done(pole.outcome(self.findings)));
+        };
+        self.lengthen(times);
+        // A train has at least one pulse.
+        self.train.next().map(Step::Drive).ok_or(Fault::UnexpectedReadings)
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.pulses.train.pulse)),
+            |s, value| {
+                *s = s.with_pulse(value.nanos());
+                true
+            },
+        ),
+        place!(ROUNDS, s => s.pulses.train.rounds, Value::times, count),
+        place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
+        Setting::new(
+            &keys::DEVIATION,
+            |s| s.adaptive.map(|adaptive| Value::Number(adaptive.deviation.to_double().to_degrees())),
+            |s, value| match &mut s.adaptive {
+                Some(adaptive) => {
+                    adaptive.deviation = T::of(value.number().to_radians());
+                    true
+                }
+                None => false,
+            },
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        self.pulses.train.describe(line);
+        if let Some(adaptive) = self.adaptive {
+            line("adaptive.deviation", format_args!("{:.2}°", adaptive.deviation.to_degrees()));
+            line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
+            line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
+        }
+        line("signature", format_args!("{}", self.pulses.signature.in_words()));
+    }
+}
+
+impl<T: Real> Settings<T> for MaximumLikelihoodSettings<T> {
+    type Detector = MaximumLikelihood<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        MaximumLikelihood::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        None
+    }
+}

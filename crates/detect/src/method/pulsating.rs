@@ -1,0 +1,98 @@
+//! Pulsating high-frequency injection.
+//!
+//! A voltage V cos ωt along the estimated axis raises a current I sin ωt with the components
+//! ```text
+//! I_d = V/ω (Y0 + Y1 cos 2δ),   I_q = V/ω Y1 sin 2δ,   Y0,1 = ½ (1/L_d ± 1/L_q)
+//! ```
+//! where δ is how far the axis is ahead of its estimate: `δ = ½ atan2(I_q, I_d − V Y0/ω)`, and again along the corrected
+//! axis. There I_q vanishes whatever V and Y0 are; they only show the way. For L_d > L_q, where Y1 is negative, both
+//! arguments change their sign.
+
+use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
+
+use crate::keys::{Keyed, Setting};
+use crate::nameplate::Nameplate;
+use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::settings::{Settings, SettingsError};
+
+/// Settings of the pulsating injection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulsatingInjectionSettings<T>(pub InjectionSettings<T>);
+
+impl<T: Real> PulsatingInjectionSettings<T> {
+    /// For this motor and drive.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        Self(InjectionSettings::pulsating(drive))
+    }
+}
+
+/// The detector by pulsating injection.
+pub type PulsatingInjection<T> = Injection<T, Pulsating<T>>;
+
+/// A pulsating voltage along an axis that is corrected measurement by measurement.
+#[derive(Clone, Debug)]
+pub struct Pulsating<T> {
+    axis: Angle<T>,
+    measurements: u8,
+    /// Sum of i sin ωt.
+    sum: AlphaBeta<T>,
+}
+
+impl<T: Real> Demodulator<T> for Pulsating<T> {
+    fn new() -> Self {
+        let zero = T::zero();
+        Self { axis: Angle::from_radians(zero), measurements: 0, sum: AlphaBeta::new(zero, zero) }
+    }
+
+    fn voltage(&self, s: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T> {
+        let phase = s.phase(2 * clock.period + 1);
+        Dq::new(s.voltage * phase.alpha, T::zero()).unpark(self.axis)
+    }
+
+    fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
+        self.sum = self.sum + current * s.phase(2 * clock.period + 2).beta;
+    }
+
+    fn conclude(
+        &mut self,
+        s: &InjectionSettings<T>,
+        noise: T,
+        findings: &mut Findings<T>,
+    ) -> Result<Option<Angle<T>>, Fault<T>> {
+        let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
+        let current = (self.sum * (T::of(2.0) / samples)).park(self.axis);
+        self.sum = AlphaBeta::new(T::zero(), T::zero());
+        if current.norm() < s.least_current {
+            return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
+        }
+        let mean = s.voltage * s.mean_admittance() / s.frequency();
+        let sign = -s.saliency().factor::<T>();
+        let (sine, cosine) = (sign * current.q, sign * (current.d - mean));
+        let ratio = sine.hypot(cosine) / mean;
+        if ratio < s.least_saliency || !ratio.is_finite() {
+            return Err(Fault::NoSaliency { ratio, needed: s.least_saliency });
+        }
+        // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
+        findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));
+        let ahead = sine.atan2(cosine) / T::of(2.0);
+        self.axis = Angle::from_radians(self.axis.radians() + ahead);
+        self.measurements += 1;
+        Ok((self.measurements >= s.iterations).then_some(self.axis))
+    }
+}
+
+impl<T: Real> Keyed for PulsatingInjectionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = keys_of_injection!();
+}
+
+impl<T: Real> Settings<T> for PulsatingInjectionSettings<T> {
+    type Detector = PulsatingInjection<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        Injection::of(self.0)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.0.modulation.carrier_period)
+    }
+}

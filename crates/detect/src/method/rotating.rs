@@ -1,0 +1,110 @@
+//! Rotating high-frequency injection.
+//!
+//! A voltage V e^{jωt} raises a current with a part that turns with it, `P e^{jωt}`, and by saliency one that turns
+//! against it, `N e^{−jωt}`, whose phase has 2θ in it. With `P = ⟨i e^{−jωt}⟩`, `N = ⟨i e^{jωt}⟩`
+//! ```text
+//! 2θ = arg[N P (L_Σ + jR/ω)],   L_Σ = (L_d + L_q)/2,   for L_d < L_q; half a turn further for L_d > L_q
+//! ```
+//! A shift of the time of all samples turns P and N against each other and cancels in the product.
+
+use standstill_interface::{AlphaBeta, Angle, Fault, Findings, Nanos, Real};
+
+use crate::keys::{Keyed, Lines, Microseconds, Setting};
+use crate::nameplate::Nameplate;
+use crate::parts::complex::{Complex, Turning};
+use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::settings::{Settings, SettingsError};
+
+/// Settings of the rotating injection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RotatingInjectionSettings<T>(pub InjectionSettings<T>);
+
+impl<T: Real> RotatingInjectionSettings<T> {
+    /// For this motor and drive.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        Self(InjectionSettings::rotating(drive))
+    }
+}
+
+/// The detector by rotating injection.
+pub type RotatingInjection<T> = Injection<T, Rotating<T>>;
+
+/// A rotating voltage, and the current's parts that turn with it and against it.
+#[derive(Clone, Debug)]
+pub struct Rotating<T> {
+    /// Sums of i e^{−jωt} and i e^{jωt}.
+    positive: Complex<T>,
+    negative: Complex<T>,
+}
+
+impl<T: Real> Demodulator<T> for Rotating<T> {
+    fn new() -> Self {
+        Self { positive: Complex::zero(), negative: Complex::zero() }
+    }
+
+    fn voltage(&self, s: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T> {
+        let ramp = T::of(f64::from(s.ramp) * f64::from(s.periods));
+        let now = T::of(f64::from(clock.cycle) * f64::from(s.periods) + f64::from(clock.period) + 0.5);
+        let amplitude = s.voltage * (now / ramp.max(T::of(0.5))).min(T::one());
+        s.phase(2 * clock.period + 1) * amplitude
+    }
+
+    fn add(&mut self, s: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>) {
+        let (current, phase) = (Complex::of(current), Complex::of(s.phase(2 * clock.period + 2)));
+        self.positive = self.positive + current * phase.conj();
+        self.negative = self.negative + current * phase;
+    }
+
+    fn conclude(
+        &mut self,
+        s: &InjectionSettings<T>,
+        noise: T,
+        findings: &mut Findings<T>,
+    ) -> Result<Option<Angle<T>>, Fault<T>> {
+        let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
+        let (positive, negative) = (self.positive.length() / samples, self.negative.length() / samples);
+        if positive < s.least_current {
+            return Err(Fault::NoCurrent { peak: positive, needed: s.least_current });
+        }
+        let mean = (s.d_axis_inductance + s.q_axis_inductance) / T::of(2.0);
+        let resistive = Complex::new(mean, s.resistance / s.frequency());
+        // Products of sums would leave the range of single precision before their arguments do.
+        let unit = |z: Complex<T>| z.scale(T::one() / z.length());
+        let product =
+            (unit(self.negative) * unit(self.positive) * resistive).scale(-s.saliency().factor::<T>());
+        // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
+        let ratio = negative / positive;
+        findings.mean_inductance = Some(s.voltage / (positive * s.frequency() * T::of(1.5)));
+        if ratio < s.least_saliency || !ratio.is_finite() {
+            return Err(Fault::NoSaliency { ratio, needed: s.least_saliency });
+        }
+        // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
+        findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
+        Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
+    }
+}
+
+impl<T: Real> Keyed for RotatingInjectionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = keys_of_injection!();
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        let s = &self.0;
+        line("voltage", format_args!("{:.1} V", s.voltage));
+        line("cycle", format_args!("{}", Microseconds(s.modulation.carrier_period * u64::from(s.periods))));
+        line("ramp", format_args!("{} cycles", s.ramp));
+        line("cycles", format_args!("{}", s.cycles));
+        s.polarity.describe(line);
+    }
+}
+
+impl<T: Real> Settings<T> for RotatingInjectionSettings<T> {
+    type Detector = RotatingInjection<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        Injection::of(self.0)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.0.modulation.carrier_period)
+    }
+}

@@ -1,0 +1,236 @@
+//! Pulse subdivision: voltage vectors all around, then ever closer to the one that raised the most current.
+//!
+//! ```text
+//!   12 vectors, 30° apart ─► best ± 15° ─► best ± 7.5° ─► best ± 3.75° ─► best ± 1.875°
+//! ```
+//! Every vector starts from rest, lasts as long and is answered by a current in its own direction; it is largest where the
+//! inductance is smallest. For L_d > L_q that is across the magnet, and the smallest answer is sought instead. Of the two
+//! ends of the axis the search finds the one that answers more; but a free rotor moves by degrees meanwhile, so the
+//! polarity test follows.
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
+
+use crate::keys::{self, Keyed, Setting, Value, place};
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::lines::SaliencySign;
+use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
+use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
+use crate::settings::{Settings, SettingsError, require, require_positive, require_share};
+
+/// Settings of the pulse subdivision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SubdivisionSettings<T> {
+    /// The vectors, and the polarity test that follows them.
+    pub vector: PolaritySettings<T>,
+    /// Rough d-axis inductance in H, to choose their voltage.
+    pub d_axis_inductance: T,
+    /// Halvings of the angle after the first round.
+    pub halvings: u8,
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// The wait before each vector.
+    pub settle: SettleSettings<T>,
+}
+
+impl<T: Real> SubdivisionSettings<T> {
+    /// For this motor and drive: vectors to the rated current (92 V for 1 ms on the paper's motor), 10 ms of rest.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        Self {
+            vector: PolaritySettings::near_rated_current(
+                drive,
+                drive.signature,
+                PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference)),
+            ),
+            d_axis_inductance: drive.d_axis_inductance,
+            halvings: 4,
+            saliency: drive.saliency(),
+            least_saliency: T::of(0.02),
+            settle: SettleSettings {
+                wait: Nanos::from_micros(10_000),
+                threshold: drive.rated_current * T::of(0.025),
+                attempts: 20,
+            },
+        }
+    }
+
+    fn check(&self) -> Result<(), SettingsError> {
+        require_positive(self.d_axis_inductance, "d_axis_inductance")?;
+        require_share(self.least_saliency, "least_saliency")?;
+        require(self.halvings <= 20, "halvings", "at most 20: finer than any sensor")?;
+        self.settle.check()?;
+        self.vector.check()
+    }
+}
+
+/// Vectors of the first round.
+const FIRST: usize = 12;
+
+/// What the last command was.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
+    Start,
+    Settling,
+    Pushing,
+    Testing(PolarityTest<T>),
+}
+
+/// The subdividing detector.
+#[derive(Clone, Debug)]
+pub struct Subdivision<T> {
+    settings: SubdivisionSettings<T>,
+    state: State<T>,
+    settler: Settler<T>,
+    /// Answers of the first round in A per V of the link.
+    first: [T; FIRST],
+    /// Vectors given.
+    given: usize,
+    /// The best direction in rad and its answer; that of the round under way.
+    best: (T, T),
+    centre: T,
+    findings: Findings<T>,
+}
+
+impl<T: Real> Subdivision<T> {
+    /// A detector, ready for its first step.
+    ///
+    /// # Errors
+    /// A setting with which the method cannot work.
+    pub fn new(settings: SubdivisionSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        Ok(Self {
+            settings,
+            state: State::Start,
+            settler: Settler::new(settings.settle, true),
+            first: [T::zero(); FIRST],
+            given: 0,
+            best: (T::zero(), T::neg_infinity()),
+            centre: T::zero(),
+            findings: Findings::default(),
+        })
+    }
+
+    /// Direction in rad of the vector to be given.
+    fn direction(&self) -> T {
+        let first = T::TAU() / T::of(FIRST as f64);
+        if self.given < FIRST {
+            return first * T::of(self.given as f64);
+        }
+        let later = self.given - FIRST;
+        let step = (0..=later / 2).fold(first, |step, _| step / T::of(2.0));
+        self.centre + if later.is_multiple_of(2) { step } else { -step }
+    }
+
+    fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let Some(reading) = readings.last() else { return Err(Fault::UnexpectedReadings) };
+        let direction = self.direction();
+        let angle = Angle::from_radians(direction);
+        let current = PolaritySettings::direct_current(all_seen(reading)?, angle);
+        let needed = self.settings.vector.least_current;
+        if current < needed || !current.is_finite() {
+            return Err(Fault::NoCurrent { peak: current, needed });
+        }
+        let answer = current / link(reading)?;
+        if self.given < FIRST {
+            self.first[self.given] = answer;
+        }
+        let score = -self.settings.saliency.factor::<T>() * answer;
+        if score > self.best.1 {
+            self.best = (direction, score);
+        }
+        self.given += 1;
+        if self.given == FIRST {
+            self.check_saliency()?;
+        }
+        if self.given >= FIRST && (self.given - FIRST).is_multiple_of(2) {
+            self.centre = self.best.0;
+        }
+        Ok(())
+    }
+
+    /// The harmonic of the first round: (2/12) Σ answer e^{j n φ}.
+    fn harmonic(&self, order: f64) -> AlphaBeta<T> {
+        let zero = AlphaBeta::new(T::zero(), T::zero());
+        self.first.iter().enumerate().fold(zero, |sum, (k, answer)| {
+            let (sin, cos) = (T::TAU() * T::of(order * k as f64 / FIRST as f64)).sin_cos();
+            sum + AlphaBeta::new(cos, sin) * (*answer * T::of(2.0 / FIRST as f64))
+        })
+    }
+
+    fn check_saliency(&mut self) -> Result<(), Fault<T>> {
+        let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
+        // (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
+        let (ratio, needed) = (self.harmonic(2.0).norm() / mean, self.settings.least_saliency);
+        if ratio >= needed { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
+    }
+
+    fn settle(&mut self) -> Command<T> {
+        self.state = State::Settling;
+        self.settler.begin()
+    }
+
+    /// The next vector, once the last current is gone.
+    fn push(&mut self) -> Command<T> {
+        self.state = State::Pushing;
+        let s = &self.settings;
+        let amplitude = s.vector.amplitude(s.d_axis_inductance);
+        s.vector.command(Angle::from_radians(self.direction()), amplitude, self.settler.dc_link)
+    }
+}
+
+impl<T: Real> Sequence<T> for Subdivision<T> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let command = match &mut self.state {
+            State::Start => self.settle(),
+            State::Settling => match self.settler.step(readings)? {
+                Some(wait) => wait,
+                None => self.push(),
+            },
+            State::Pushing => {
+                self.pushed(readings)?;
+                if self.given < FIRST + 2 * usize::from(self.settings.halvings) {
+                    self.settle()
+                } else {
+                    let s = &self.settings;
+                    let axis = Angle::from_radians(self.best.0);
+                    let mut test = PolarityTest::new(s.vector, self.settler, axis, s.d_axis_inductance);
+                    let wait = test.begin();
+                    self.state = State::Testing(test);
+                    wait
+                }
+            }
+            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
+        };
+        Ok(Step::Drive(command))
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+impl<T: Real> Keyed for SubdivisionSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
+        Setting::new(&keys::POLE_ERROR, |s| s.vector.pole_error(), |s, value| s.vector.set_pole_error(value)),
+    ];
+}
+
+impl<T: Real> Settings<T> for SubdivisionSettings<T> {
+    type Detector = Subdivision<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        Subdivision::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        Some(self.vector.carrier_period)
+    }
+}

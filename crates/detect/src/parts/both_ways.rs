@@ -1,0 +1,133 @@
+//! Line pulses in both directions: how they are set up, and how axis and pole are read from what they tell of the lines.
+//!
+//! Methods differ in how they get the inductance of a line and its fall with the current from the samples.
+
+use standstill_interface::{Abc, Fault, Findings, Nanos, Real};
+
+use super::lines::{Saliency, SaliencySign};
+use super::polarity::{Pointer, Pole, Signature};
+use super::train::{Derived, GainComparison, PulseTrainSettings};
+use crate::commissioning::Correction;
+use crate::nameplate::Nameplate;
+use crate::settings::{SettingsError, require, require_error, require_share};
+
+/// Settings of a method by line pulses in both directions.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BothWaysSettings<T> {
+    /// Its pulses; of an adaptive method the first of them.
+    pub train: PulseTrainSettings<T>,
+    /// Sign of the motor's L_B.
+    pub saliency: SaliencySign,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// Standard deviation of the sensors' gains, relative; zero: taken as equal.
+    pub gain_tolerance: T,
+    /// What a commissioning run learnt of motor and sensors.
+    pub correction: Correction<T>,
+    /// Which pole draws more current in pulses like these.
+    pub signature: Signature,
+    /// Probability of a wrong pole that is allowed.
+    pub pole_error: T,
+    /// Standard deviation of what looks like saturation and repetition does not reveal, as a share of the inductance at the
+    /// pulse's peak: offsets, delays of the legs.
+    pub pole_floor: T,
+}
+
+impl<T: Real> BothWaysSettings<T> {
+    /// For this motor and drive, sampled every `interval` or near it.
+    pub(crate) fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
+        Self {
+            train: PulseTrainSettings::suited(drive, interval),
+            saliency: drive.saliency(),
+            least_saliency: T::of(0.005),
+            gain_tolerance: drive.gain_tolerance,
+            correction: Correction::none(),
+            signature: drive.pulse_signature,
+            pole_error: T::of(1e-6),
+            pole_floor: T::of(0.0015),
+        }
+    }
+
+    /// What the train does not ask for itself.
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        require_share(self.least_saliency, "least_saliency")?;
+        let tolerance = self.gain_tolerance;
+        require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
+        require_error(self.pole_error, "pole_error")?;
+        require_share(self.pole_floor, "pole_floor")
+    }
+
+    /// Inductances in H and saliency of lines read as `lines` in H by sensors whose r are `ratios`: without their gains,
+    /// and the saliency without what a commissioning run learnt.
+    pub(crate) fn saliency(
+        &self,
+        lines: [T; 3],
+        ratios: [T; 3],
+        derived: Derived,
+        findings: &mut Findings<T>,
+    ) -> ([T; 3], Saliency<T>) {
+        let gains = GainComparison::line_gains(ratios, derived);
+        let lines = core::array::from_fn(|k| lines[k] * gains[k].exp());
+        // Pulses both ways leave nothing of saturation that depends on the pole.
+        let saliency = self.correction.apply(Abc(lines), self.saliency, None);
+        findings.line_inductance = Some(Abc(lines));
+        findings.mean_inductance = Some(saliency.mean);
+        findings.saliency = Some(saliency.amplitude);
+        findings.sensor_gain = Some(GainComparison::gains(ratios));
+        (lines, saliency)
+    }
+
+    /// Whether that is enough for an axis.
+    pub(crate) fn check_saliency(&self, saliency: &Saliency<T>) -> Result<(), Fault<T>> {
+        let (ratio, needed) = (saliency.ratio(), self.least_saliency);
+        if ratio < needed || !ratio.is_finite() { Err(Fault::NoSaliency { ratio, needed }) } else { Ok(()) }
+    }
+
+    /// The pole, from what points along the magnet.
+    pub(crate) fn pole(&self, saliency: &Saliency<T>, pointer: &Pointer<T>) -> Pole<T> {
+        pointer.read(saliency.axis, self.signature, self.pole_error)
+    }
+
+    /// Variance of what repetition does not reveal in the relative difference between a line's forward and backward
+    /// pulses.
+    pub(crate) fn pole_variance(&self, derived: Derived) -> T {
+        let changing = if derived == Derived::Several { self.gain_tolerance } else { T::zero() };
+        self.pole_floor * self.pole_floor + T::of(2.0) * changing * changing
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use standstill_interface::Phase;
+
+    #[test]
+    fn analytic_sensors_that_change_with_the_direction_count_twice_their_tolerance() {
+        let settings = BothWaysSettings {
+            train: PulseTrainSettings {
+                pulse: Nanos::from_micros(200),
+                rest: Nanos::from_micros(320),
+                rounds: 3,
+                interval: Nanos::from_micros(50),
+                zeroing: 30,
+                threshold: 0.2,
+                attempts: 3,
+                least_current: 0.3,
+                dead_time: Nanos(2000),
+                resistance: 0.0,
+                on_drop: 0.0,
+                off_drop: 0.0,
+            },
+            saliency: SaliencySign::Negative,
+            least_saliency: 0.005,
+            gain_tolerance: 0.02,
+            correction: Correction::none(),
+            signature: Signature::Normal,
+            pole_error: 1e-6,
+            pole_floor: 0.01_f64,
+        };
+        assert_eq!(settings.pole_variance(Derived::None), 1e-4);
+        assert_eq!(settings.pole_variance(Derived::One(Phase::C)), 1e-4);
+        assert!((settings.pole_variance(Derived::Several) - 9e-4).abs() < 1e-18);
+    }
+}

@@ -1,0 +1,59 @@
+//! Complex numbers: what the lines tell turns with 2θ, and complex multiplication is that turning.
+
+pub(crate) use num_complex::Complex;
+use standstill_interface::{AlphaBeta, Real};
+
+/// What is asked of a complex number beyond its arithmetic. Sine, arc tangent and root are those of [`Real`].
+pub(crate) trait Turning<T> {
+    /// 0.
+    fn zero() -> Self;
+
+    /// e^{jx}.
+    fn turn(radians: T) -> Self;
+
+    /// α + jβ.
+    fn of(vector: AlphaBeta<T>) -> Self;
+
+    /// j times it.
+    fn quarter_turn(self) -> Self;
+
+    /// Of the two as vectors.
+    fn dot(self, other: Self) -> T;
+
+    /// Absolute value.
+    fn length(self) -> T;
+
+    /// In rad.
+    fn argument(self) -> T;
+}
+
+impl<T: Real> Turning<T> for Complex<T> {
+    fn zero() -> Self {
+        Self::new(T::zero(), T::zero())
+    }
+
+    fn turn(radians: T) -> Self {
+        let (im, re) = radians.sin_cos();
+        Self { re, im }
+    }
+
+    fn of(vector: AlphaBeta<T>) -> Self {
+        Self::new(vector.alpha, vector.beta)
+    }
+
+    fn quarter_turn(self) -> Self {
+        Self::new(-self.im, self.re)
+    }
+
+    fn dot(self, other: Self) -> T {
+        self.re * other.re + self.im * other.im
+    }
+
+    fn length(self) -> T {
+        self.re.hypot(self.im)
+    }
+
+    fn argument(self) -> T {
+        self.im.atan2(self.re)
+    }
+}

@@ -1,0 +1,312 @@
+//! What rotating and pulsating high-frequency injection have in common.
+//!
+//! ```text
+//!   wait ─► a voltage per carrier period, a sample at its end, for some cycles ─► demodulated ─► polarity test
+//!           ▲                                                                         │ not yet
+//!           └─────────────────────────────────────────────────────────────────────────┘
+//! ```
+
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{Abc, AlphaBeta, Angle, Command, Fault, Findings, Nanos, Reading, Real, Step};
+
+use crate::method::Sequence;
+use crate::nameplate::Nameplate;
+use crate::parts::lines::SaliencySign;
+use crate::parts::modulation::ModulationSettings;
+use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
+use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
+use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
+
+/// Settings of an injection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct InjectionSettings<T> {
+    /// PWM.
+    pub modulation: ModulationSettings<T>,
+    /// Amplitude in V of the injected voltage.
+    pub voltage: T,
+    /// Carrier periods per cycle of the injected voltage.
+    pub periods: u16,
+    /// Cycles before the measurement: over them a rotating vector grows, so that no direct current is left.
+    pub ramp: u16,
+    /// Cycles of one measurement.
+    pub cycles: u16,
+    /// Measurements one after the other; a pulsating injection turns to the angle found by the last.
+    pub iterations: u8,
+    /// Resistance of a phase in Ω.
+    pub resistance: T,
+    /// L_d in H, a rough value.
+    pub d_axis_inductance: T,
+    /// L_q in H, likewise.
+    pub q_axis_inductance: T,
+    /// |L_B| / L_A below which no angle is named.
+    pub least_saliency: T,
+    /// Current in A that the injection must at least raise.
+    pub least_current: T,
+    /// The wait before it and before each vector of the polarity test.
+    pub settle: SettleSettings<T>,
+    /// The polarity test.
+    pub polarity: PolaritySettings<T>,
+}
+
+impl<T: Real> InjectionSettings<T> {
+    /// 500 Hz on a carrier of 10 kHz, a voltage that makes a quarter of the rated current (60 V on the paper's motor).
+    fn suited(drive: &Nameplate<T>) -> Self {
+        let periods = 20_u16;
+        let cycle = T::of(drive.carrier_period.seconds() * f64::from(periods));
+        let reactance = T::TAU() / cycle * (drive.d_axis_inductance + drive.q_axis_inductance) / T::of(2.0);
+        // PWM must be able to give it, with room for its compensation.
+        let voltage = (drive.rated_current * T::of(0.17) * reactance).min(drive.dc_link * T::of(0.4));
+        Self {
+            modulation: ModulationSettings::suited(drive),
+            voltage,
+            periods,
+            ramp: 10,
+            cycles: 50,
+            iterations: 1,
+            resistance: drive.resistance,
+            d_axis_inductance: drive.d_axis_inductance,
+            q_axis_inductance: drive.q_axis_inductance,
+            least_saliency: T::of(0.02),
+            least_current: drive.rated_current * T::of(0.02),
+            settle: SettleSettings {
+                wait: Nanos::from_micros(500),
+                threshold: drive.rated_current * T::of(0.025),
+                attempts: 400,
+            },
+            polarity: PolaritySettings::near_rated_current(
+                drive,
+                drive.signature,
+                PolarityRule::Sequential(SequentialSettings::new(drive.polarity_difference)),
+            ),
+        }
+    }
+
+    /// A rotating injection: 10 cycles of ramp, 50 of measurement.
+    pub fn rotating(drive: &Nameplate<T>) -> Self {
+        Self::suited(drive)
+    }
+
+    /// A pulsating injection: 6 measurements of 10 cycles, of which the first two of each are left to settle.
+    pub fn pulsating(drive: &Nameplate<T>) -> Self {
+        Self { ramp: 2, cycles: 8, iterations: 6, ..Self::suited(drive) }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        self.modulation.check()?;
+        require_positive(self.voltage, "voltage")?;
+        // Half periods of a cycle and cycles of a measurement are counted in 16 bits.
+        require((6..=10_000).contains(&self.periods), "periods", "from 6 to 10,000 a cycle")?;
+        require((1..=30_000).contains(&self.cycles), "cycles", "from 1 to 30,000")?;
+        require(self.ramp <= 30_000, "ramp", "at most 30,000")?;
+        require(self.iterations > 0, "iterations", "at least 1")?;
+        require_zero_or_more(self.resistance, "resistance")?;
+        require_positive(self.d_axis_inductance, "d_axis_inductance")?;
+        require_positive(self.q_axis_inductance, "q_axis_inductance")?;
+        require_share(self.least_saliency, "least_saliency")?;
+        require_positive(self.least_current, "least_current")?;
+        require(
+            self.polarity.carrier_period == self.modulation.carrier_period,
+            "polarity.carrier_period",
+            "that of the modulation",
+        )?;
+        self.settle.check()?;
+        self.polarity.check()
+    }
+
+    /// ω in rad/s.
+    pub(crate) fn frequency(&self) -> T {
+        T::TAU() / T::of(self.modulation.carrier_period.seconds() * f64::from(self.periods))
+    }
+
+    /// Y0 = ½ (1/L_d + 1/L_q) in 1/H.
+    pub(crate) fn mean_admittance(&self) -> T {
+        (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
+    }
+
+    pub(crate) fn saliency(&self) -> SaliencySign {
+        SaliencySign::of(self.d_axis_inductance, self.q_axis_inductance)
+    }
+
+    /// cos and sin of the phase of the injected voltage, half carrier periods after the start of a cycle.
+    pub(crate) fn phase(&self, half_periods: u16) -> AlphaBeta<T> {
+        let share = T::of(f64::from(half_periods) / (2.0 * f64::from(self.periods)));
+        let (sin, cos) = (T::TAU() * share).sin_cos();
+        AlphaBeta::new(cos, sin)
+    }
+}
+
+/// Where an injection is: carrier periods within cycles, cycles within a measurement.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clock {
+    /// Carrier period within the cycle.
+    pub period: u16,
+    /// Cycle within the measurement.
+    pub cycle: u16,
+}
+
+impl Clock {
+    const START: Self = Self { period: 0, cycle: 0 };
+
+    /// One carrier period on.
+    fn advance(&mut self, periods: u16) {
+        self.period += 1;
+        if self.period >= periods {
+            self.period = 0;
+            self.cycle += 1;
+        }
+    }
+}
+
+/// What is injected and how its answer is read.
+pub trait Demodulator<T: Real> {
+    /// Before the first measurement.
+    fn new() -> Self;
+
+    /// The voltage in V of a carrier period.
+    fn voltage(&self, settings: &InjectionSettings<T>, clock: Clock) -> AlphaBeta<T>;
+
+    /// The current in A at the end of a carrier period of the measurement.
+    fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
+
+    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms.
+    fn conclude(
+        &mut self,
+        settings: &InjectionSettings<T>,
+        noise: T,
+        findings: &mut Findings<T>,
+    ) -> Result<Option<Angle<T>>, Fault<T>>;
+}
+
+/// What the last command was.
+#[derive(Clone, Debug)]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+enum State<T> {
+    Start,
+    Settling,
+    Injecting(Clock),
+    Testing(PolarityTest<T>),
+}
+
+/// A detector by injection, of the kind that `D` is.
+#[derive(Clone, Debug)]
+pub struct Injection<T, D> {
+    settings: InjectionSettings<T>,
+    demodulator: D,
+    state: State<T>,
+    settler: Settler<T>,
+    /// Last link voltage in V and currents in A, offsets removed.
+    dc_link: T,
+    current: Abc<T>,
+    findings: Findings<T>,
+}
+
+impl<T: Real, D: Demodulator<T>> Injection<T, D> {
+    pub(crate) fn of(settings: InjectionSettings<T>) -> Result<Self, SettingsError> {
+        settings.check()?;
+        let zero = T::zero();
+        Ok(Self {
+            settings,
+            demodulator: D::new(),
+            state: State::Start,
+            settler: Settler::new(settings.settle, true),
+            dc_link: zero,
+            current: Abc::new(zero, zero, zero),
+            findings: Findings::default(),
+        })
+    }
+
+    /// One carrier period.
+    fn inject(&mut self, clock: Clock) -> Command<T> {
+        self.state = State::Injecting(clock);
+        let s = &self.settings;
+        let voltage = self.demodulator.voltage(s, clock);
+        let rise = voltage * (T::of(s.modulation.carrier_period.seconds()) / s.modulation.inductance);
+        let end = (self.current.clarke() + rise).phases();
+        s.modulation.command(voltage, self.dc_link, [self.current, end], 1)
+    }
+
+    /// The first carrier period, once the last current is gone.
+    fn begin(&mut self) -> Command<T> {
+        self.dc_link = self.settler.dc_link;
+        self.inject(Clock::START)
+    }
+
+    fn read(&mut self, clock: Clock, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
+        let seen = all_seen(reading)?;
+        let offset = self.settler.residual;
+        self.current = Abc(core::array::from_fn(|k| seen.0[k] - offset.0[k]));
+        self.dc_link = link(reading)?;
+        if clock.cycle >= self.settings.ramp {
+            self.demodulator.add(&self.settings, clock, self.current.clarke());
+        }
+        Ok(())
+    }
+
+    /// After a carrier period.
+    fn injected(&mut self, mut clock: Clock, readings: &[Reading<T>]) -> Result<Command<T>, Fault<T>> {
+        self.read(clock, readings)?;
+        let s = &self.settings;
+        clock.advance(s.periods);
+        if clock.cycle >= s.ramp + s.cycles {
+            let noise = self.settler.noise.deviation();
+            if let Some(axis) = self.demodulator.conclude(s, noise, &mut self.findings)? {
+                let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
+                let wait = test.begin();
+                self.state = State::Testing(test);
+                return Ok(wait);
+            }
+            clock = Clock::START;
+        }
+        Ok(self.inject(clock))
+    }
+}
+
+impl<T: Real, D: Demodulator<T>> Sequence<T> for Injection<T, D> {
+    fn next(&mut self, readings: &[Reading<T>]) -> Result<Step<T>, Fault<T>> {
+        let command = match &mut self.state {
+            State::Start => {
+                self.state = State::Settling;
+                self.settler.begin()
+            }
+            State::Settling => match self.settler.step(readings)? {
+                Some(wait) => wait,
+                None => self.begin(),
+            },
+            State::Injecting(clock) => {
+                let clock = *clock;
+                self.injected(clock, readings)?
+            }
+            State::Testing(test) => return Ok(test.step(readings)?.with(self.findings)),
+        };
+        Ok(Step::Drive(command))
+    }
+
+    fn findings(&self) -> &Findings<T> {
+        &self.findings
+    }
+}
+
+/// The keys of a method by injection, whose settings are a [`InjectionSettings`] of its own kind.
+macro_rules! keys_of_injection {
+    () => {
+        &[
+            crate::keys::place!(LEAST_SALIENCY, s => s.0.least_saliency, crate::keys::Value::of, real),
+            crate::keys::place!(VECTOR_CURRENT, s => s.0.polarity.current, crate::keys::Value::of, real),
+            crate::keys::Setting::new(
+                &crate::keys::POLE_ERROR,
+                |s| s.0.polarity.pole_error(),
+                |s, value| s.0.polarity.set_pole_error(value),
+            ),
+            crate::keys::place!(VOLTAGE, s => s.0.voltage, crate::keys::Value::of, real),
+            crate::keys::Setting::new(
+                &crate::keys::COMPENSATION,
+                |s| Some(s.0.modulation.compensation()),
+                |s, value| s.0.modulation.set_compensation(value),
+            ),
+        ]
+    };
+}
+pub(crate) use keys_of_injection;

@@ -1,0 +1,247 @@
+use standstill_interface::Dq;
+
+use super::*;
+use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings};
+use crate::parts::polarity::Signature;
+use crate::testing::Noise;
+
+fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
+    Nameplate {
+        rated_current: 7.0,
+        resistance: 2.0,
+        d_axis_inductance: d,
+        q_axis_inductance: q,
+        magnet_flux: 0.5,
+        signature: Signature::Normal,
+        pulse_signature: Signature::Normal,
+        polarity_difference: 0.1,
+        rated_pulse: Nanos::from_micros(350),
+        gain_tolerance: 0.0,
+        dc_link: 540.0,
+        dead_time: Nanos::ZERO,
+        carrier_period: Nanos::from_micros(100),
+        switch_drop: [0.0; 2],
+        diode_drop: [0.0; 2],
+    }
+}
+
+const MOTORS: [(f64, f64); 2] = [(10e-3, 17e-3), (17e-3, 10e-3)];
+
+fn times(a: AlphaBeta<f64>, b: AlphaBeta<f64>) -> AlphaBeta<f64> {
+    AlphaBeta::new(a.alpha * b.alpha - a.beta * b.beta, a.alpha * b.beta + a.beta * b.alpha)
+}
+
+fn turn(radians: f64) -> AlphaBeta<f64> {
+    AlphaBeta::new(radians.cos(), radians.sin())
+}
+
+/// Runs measurements until there is an axis.
+fn axis<D: Demodulator<f64>>(
+    demodulator: &mut D,
+    s: &InjectionSettings<f64>,
+    findings: &mut Findings<f64>,
+    mut current: impl FnMut(&D, Clock) -> AlphaBeta<f64>,
+) -> Result<Angle<f64>, Fault<f64>> {
+    loop {
+        let mut clock = Clock { period: 0, cycle: s.ramp };
+        while clock.cycle < s.ramp + s.cycles {
+            let now = current(demodulator, clock);
+            demodulator.add(s, clock, now);
+            clock.advance(s.periods);
+        }
+        if let Some(axis) = demodulator.conclude(s, 0.01, findings)? {
+            return Ok(axis);
+        }
+    }
+}
+
+fn assert_axis(found: Angle<f64>, degrees: f64, most: f64) {
+    let off = (2.0 * (found.radians() - degrees.to_radians())).sin().asin() / 2.0;
+    let same = (2.0 * (found.radians() - degrees.to_radians())).cos() > 0.0;
+    assert!(same && off.abs() < most, "{} {degrees}", found.degrees());
+}
+
+#[test]
+fn analytic_a_rotating_injection_with_resistance_and_any_delay_is_exact() {
+    for (d, q) in MOTORS {
+        let s = RotatingInjectionSettings::suited(&nameplate(d, q)).0;
+        let omega = s.frequency();
+        assert!((omega - core::f64::consts::TAU * 500.0).abs() < 1e-9);
+        for degrees in [0.0, 25.0, 88.0, 130.0, 179.0] {
+            for late in [0.0, 0.3] {
+                // 0 = (R − jωL_Σ) N − jωL_Δ e^{j2θ} P*, from v = R i + L_Σ di/dt + L_Δ e^{j2θ} di*/dt.
+                let (sum, difference) = ((d + q) / 2.0, (d - q) / 2.0);
+                let p = turn(-1.1) * 1.5;
+                let across = times(turn(2.0 * f64::to_radians(degrees)), AlphaBeta::new(p.alpha, -p.beta));
+                let across = times(across, AlphaBeta::new(0.0, omega * difference));
+                let below = AlphaBeta::new(s.resistance, omega * sum);
+                let n = times(across, below) * (1.0 / below.dot(below));
+                let mut findings = Findings::default();
+                let found = axis(&mut Rotating::new(), &s, &mut findings, |_, clock| {
+                    let phase = s.phase(2 * clock.period + 2);
+                    let phase = times(phase, turn(-late));
+                    times(p, phase) + times(n, AlphaBeta::new(phase.alpha, -phase.beta))
+                });
+                assert_axis(found.expect("salient"), degrees, 1e-12);
+                // N has a noise of 0.01 √(2/3)/√1000 in each component, the axis half of its angle.
+                let stated = findings.angle_deviation.expect("stated");
+                let expected = 0.01 * (2.0_f64 / 3.0 / 1000.0).sqrt() / n.norm() / 2.0;
+                assert!((stated / expected - 1.0).abs() < 1e-9, "{stated} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn analytic_a_pulsating_injection_is_exact_also_with_wrong_inductances() {
+    for (d, q) in MOTORS {
+        let (y0, y1) = ((1.0 / d + 1.0 / q) / 2.0, (1.0 / d - 1.0 / q) / 2.0);
+        for (wrong, measurements, most) in [(1.0, 1, 1e-12), (1.05, 12, 1e-6), (0.95, 12, 1e-6)] {
+            let mut s = PulsatingInjectionSettings::suited(&nameplate(d, q)).0;
+            s.iterations = measurements;
+            s.d_axis_inductance *= wrong;
+            s.q_axis_inductance *= wrong;
+            for degrees in [0.0, 25.0, 60.0, 130.0, 179.0_f64] {
+                let mut demodulator = Pulsating::new();
+                let mut findings = Findings::default();
+                let found = axis(&mut demodulator, &s, &mut findings, |demodulator, clock| {
+                    // The direction of the voltage, from its largest in a cycle; flux in Wb at the end of the period.
+                    let along = demodulator.voltage(&s, Clock { period: 0, cycle: 0 });
+                    let along = along * (1.0 / along.norm());
+                    let flux = along * (s.voltage / s.frequency() * s.phase(2 * clock.period + 2).beta);
+                    let mirrored = AlphaBeta::new(flux.alpha, -flux.beta);
+                    flux * y0 + times(turn(2.0 * degrees.to_radians()), mirrored) * y1
+                });
+                assert_axis(found.expect("salient"), degrees, most);
+                let samples = f64::from(s.cycles) * f64::from(s.periods);
+                // I_q = 2 δ V/ω Y1 for a small δ, with a noise of σ √(2/3) √(2/n).
+                let slope = 2.0 * y1.abs() * s.voltage / s.frequency();
+                let expected = 0.01 * (4.0 / 3.0 / samples).sqrt() / slope;
+                let stated = findings.angle_deviation.expect("stated");
+                assert!((stated / expected - 1.0).abs() < 0.3, "{stated} {expected}");
+                assert!(wrong != 1.0 || (stated / expected - 1.0).abs() < 1e-9, "{stated} {expected}");
+            }
+        }
+    }
+}
+
+#[test]
+fn law_the_stated_deviation_of_an_injection_is_the_scatter() {
+    let (d, q) = MOTORS[0];
+    let s = RotatingInjectionSettings::suited(&nameplate(d, q)).0;
+    let mut noise = Noise::new(3);
+    let (mut squares, mut stated) = (0.0, 0.0);
+    for _ in 0..200 {
+        let mut findings = Findings::default();
+        let found = axis(&mut Rotating::new(), &s, &mut findings, |_, clock| {
+            let phase = s.phase(2 * clock.period + 2);
+            // N = j Y1 e^{j2θ}, P = −j Y0, for θ = 20°; no resistance.
+            let p = times(AlphaBeta::new(0.0, -1.0), phase);
+            let n = times(
+                turn(40_f64.to_radians() + core::f64::consts::FRAC_PI_2) * 0.25,
+                AlphaBeta::new(phase.alpha, -phase.beta),
+            );
+            let noise = Abc::new(noise.gauss(), noise.gauss(), noise.gauss()).clarke() * 0.01;
+            p + n + noise
+        });
+        let resistive = (s.resistance / s.frequency() / ((d + q) / 2.0)).atan() / 2.0;
+        let off = found.expect("salient").radians() - 20_f64.to_radians() - resistive;
+        squares += off * off;
+        stated += findings.angle_deviation.expect("stated").powi(2);
+    }
+    let ratio = (squares / stated).sqrt();
+    assert!((0.88..1.12).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn law_an_injection_without_answer_or_saliency_has_no_axis() {
+    let s = RotatingInjectionSettings::suited(&nameplate(10e-3, 17e-3)).0;
+    let mut findings = Findings::default();
+    let nothing = axis(&mut Rotating::new(), &s, &mut findings, |_, _| AlphaBeta::new(0.0, 0.0));
+    assert!(matches!(nothing, Err(Fault::NoCurrent { .. })));
+    let round = axis(&mut Rotating::new(), &s, &mut findings, |_, clock| s.phase(2 * clock.period + 2));
+    assert!(matches!(round, Err(Fault::NoSaliency { .. })));
+    let s = PulsatingInjectionSettings::suited(&nameplate(10e-3, 17e-3)).0;
+    let nothing = axis(&mut Pulsating::new(), &s, &mut findings, |_, _| AlphaBeta::new(0.0, 0.0));
+    assert!(matches!(nothing, Err(Fault::NoCurrent { .. })));
+    let mean = s.voltage / s.frequency() * s.mean_admittance();
+    let round = axis(&mut Pulsating::new(), &s, &mut findings, |_, clock| {
+        AlphaBeta::new(mean * s.phase(2 * clock.period + 2).beta, 0.0)
+    });
+    assert!(matches!(round, Err(Fault::NoSaliency { .. })));
+}
+
+#[test]
+fn analytic_voltages_turn_grow_and_pulsate_as_told() {
+    let s = RotatingInjectionSettings::suited(&nameplate(10e-3, 17e-3)).0;
+    let rotating = Rotating::<f64>::new();
+    let at = |period: u16, cycle: u16| rotating.voltage(&s, Clock { period, cycle });
+    // The middle of a period; 200 of them are the ramp.
+    let half = core::f64::consts::TAU / 40.0;
+    assert!((at(0, 10) - turn(half) * s.voltage).norm() < 1e-9);
+    assert!((at(5, 20) - turn(11.0 * half) * s.voltage).norm() < 1e-9);
+    assert!((at(0, 5) - turn(half) * (s.voltage * 100.5 / 200.0)).norm() < 1e-9);
+    let s = PulsatingInjectionSettings::suited(&nameplate(10e-3, 17e-3)).0;
+    let voltage = Pulsating::<f64>::new().voltage(&s, Clock { period: 3, cycle: 0 });
+    let expected = Dq::new(s.voltage * (7.0 * half).cos(), 0.0).unpark(Angle::from_radians(0.0));
+    assert!((voltage - expected).norm() < 1e-9);
+}
+
+/// Counts what it is given.
+#[derive(Clone, Debug)]
+struct Probe {
+    currents: u32,
+    most: f64,
+    first: Option<Clock>,
+}
+
+impl Demodulator<f64> for Probe {
+    fn new() -> Self {
+        Self { currents: 0, most: 0.0, first: None }
+    }
+
+    fn voltage(&self, s: &InjectionSettings<f64>, _: Clock) -> AlphaBeta<f64> {
+        AlphaBeta::new(s.voltage, 0.0)
+    }
+
+    fn add(&mut self, _: &InjectionSettings<f64>, clock: Clock, current: AlphaBeta<f64>) {
+        self.currents += 1;
+        self.most = self.most.max(current.norm());
+        self.first.get_or_insert(clock);
+    }
+
+    fn conclude(
+        &mut self,
+        _: &InjectionSettings<f64>,
+        _: f64,
+        _: &mut Findings<f64>,
+    ) -> Result<Option<Angle<f64>>, Fault<f64>> {
+        Ok(Some(Angle::from_radians(0.0)))
+    }
+}
+
+#[test]
+fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
+    let s = InjectionSettings { ramp: 3, cycles: 4, ..InjectionSettings::rotating(&nameplate(10e-3, 17e-3)) };
+    let mut detector = Injection::<f64, Probe>::of(s).expect("settings");
+    let reading = Reading {
+        at: Nanos::ZERO,
+        current: Abc::new(0.1, -0.05, 0.02),
+        sensed: Abc([standstill_interface::Sensed::Measured; 3]),
+        dc_link: 540.0,
+        dc_link_clipped: false,
+    };
+    let mut count = 0;
+    let mut periods = 0;
+    while !matches!(detector.state, State::Testing(_)) {
+        let Ok(Step::Drive(command)) = detector.next(&[reading; 2][..count]) else { panic!("ended") };
+        count = usize::try_from(command.sampling.count).expect("few");
+        if matches!(detector.state, State::Injecting(_)) {
+            assert_eq!(command.duration(), s.modulation.carrier_period);
+            periods += 1;
+        }
+    }
+    assert_eq!((periods, detector.demodulator.currents), (7 * 20, 4 * 20));
+    assert_eq!(detector.demodulator.first, Some(Clock { period: 0, cycle: 3 }));
+    assert!(detector.demodulator.most < 1e-12);
+}

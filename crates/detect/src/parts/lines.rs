@@ -1,0 +1,196 @@
+//! Line inductances: from three samples of a pulse to R and L, from three lines to the rotor's axis.
+
+use standstill_interface::{Abc, AlphaBeta, Angle, Real};
+
+use super::complex::{Complex, Turning};
+
+/// One interval of equation (10): a mean voltage, and the currents at both ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Interval<T> {
+    /// Mean voltage across the line in V.
+    pub voltage: T,
+    /// Current in A at the beginning.
+    pub begin: T,
+    /// Current in A at the end.
+    pub end: T,
+    /// Length in s.
+    pub duration: T,
+}
+
+impl<T: Real> Interval<T> {
+    fn mean(&self) -> T {
+        (self.begin + self.end) / T::of(2.0)
+    }
+
+    fn slope(&self) -> T {
+        (self.end - self.begin) / self.duration
+    }
+}
+
+/// R in Ω and L in H of a line from two intervals: equation (10) of the paper,
+/// `u = R (i_begin + i_end)/2 + L (i_end − i_begin)/t`, twice, solved for both together.
+///
+/// `None` where the two intervals do not tell R and L apart.
+pub fn line_impedance<T: Real>(first: Interval<T>, second: Interval<T>) -> Option<(T, T)> {
+    let (a1, b1) = (first.mean(), first.slope());
+    let (a2, b2) = (second.mean(), second.slope());
+    let determinant = a1 * b2 - a2 * b1;
+    let resistance = (first.voltage * b2 - second.voltage * b1) / determinant;
+    let inductance = (second.voltage * a1 - first.voltage * a2) / determinant;
+    (resistance.is_finite() && inductance.is_finite()).then_some((resistance, inductance))
+}
+
+/// Directions of the current vectors that lines AB, BC and CA carry: −30°, 90° and 210°.
+pub(crate) fn line_directions<T: Real>() -> [AlphaBeta<T>; 3] {
+    [-30.0, 90.0, 210.0].map(|degrees| {
+        let (sin, cos) = T::of(degrees).to_radians().sin_cos();
+        AlphaBeta::new(cos, sin)
+    })
+}
+
+/// Z and M of the lines L_AB, L_BC, L_CA: equations (6) and (5) of the paper in complex numbers. Of an ideal motor
+/// `Z = L_B e^{j2θ}` and `M = L_A`, all in H.
+pub(crate) fn reflection<T: Real>(Abc([ab, bc, ca]): Abc<T>) -> (Complex<T>, T) {
+    let nine = T::of(9.0);
+    let z = Complex::new((ca + ab - bc - bc) / nine, T::of(3.0).sqrt() * (ca - ab) / nine);
+    (z, (ab + bc + ca) / nine)
+}
+
+/// The sign of L_B: a property of the motor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SaliencySign {
+    /// L_d > L_q, as equations (1)–(7) are printed.
+    Positive,
+    /// L_d < L_q: interior magnets.
+    Negative,
+}
+
+impl SaliencySign {
+    /// Of a motor with these inductances in one unit.
+    pub(crate) fn of<T: Real>(d_axis_inductance: T, q_axis_inductance: T) -> Self {
+        if d_axis_inductance > q_axis_inductance { Self::Positive } else { Self::Negative }
+    }
+
+    /// 1 or −1.
+    pub(crate) fn factor<T: Real>(self) -> T {
+        match self {
+            Self::Positive => T::one(),
+            Self::Negative => -T::one(),
+        }
+    }
+}
+
+/// What the three line inductances tell.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Saliency<T> {
+    /// L_A in H, equation (5).
+    pub mean: T,
+    /// L_B in H with its sign, the amplitude of equation (6).
+    pub amplitude: T,
+    /// θ modulo 180°, equation (7): one of the two candidates, in [0°, 180°).
+    pub axis: Angle<T>,
+}
+
+impl<T: Real> Saliency<T> {
+    /// From L_AB, L_BC, L_CA in H, equations (5)–(7) with the saliency's sign.
+    pub fn from_lines(lines: Abc<T>, sign: SaliencySign) -> Self {
+        let (z, mean) = reflection(lines);
+        let sign: T = sign.factor();
+        // |L_B| e^{j2θ}.
+        let turned = z.scale(sign);
+        let twice = Angle::from_radians(turned.argument());
+        Self {
+            mean,
+            amplitude: sign * turned.length(),
+            axis: Angle::from_radians(twice.radians() / T::of(2.0)),
+        }
+    }
+
+    /// ∂θ/∂L of the three lines in rad/H, equation (7) differentiated.
+    pub(crate) fn slopes(&self, sign: SaliencySign) -> [T; 3] {
+        let twice = self.axis.radians() * T::of(2.0);
+        let sign: T = sign.factor();
+        let amplitude = self.amplitude.abs();
+        let root = T::of(3.0).sqrt();
+        let (sin, cos) = twice.sin_cos();
+        // d(2θ) = (cos 2θ d(sine) − sin 2θ d(cosine)) / |L_B|.
+        [(1.0, -1.0), (-2.0, 0.0), (1.0, 1.0)].map(|(cosine, sine)| {
+            sign * (cos * root * T::of(sine) - sin * T::of(cosine)) / (T::of(18.0) * amplitude)
+        })
+    }
+
+    /// |L_B| / L_A.
+    pub fn ratio(&self) -> T {
+        (self.amplitude / self.mean).abs()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_equation_10_recovers_a_line() {
+        // Currents that satisfy the two trapezoids exactly for R = 2.4 Ω, L = 27 mH.
+        let (r, l, u, t1, t2) = (2.4, 27e-3, 550.0, 80e-6, 2.32e-3);
+        let next = |i: f64, u: f64, t: f64| (u - i * (r / 2.0 - l / t)) / (r / 2.0 + l / t);
+        let i1 = 0.7;
+        let i2 = next(i1, u, t1);
+        for (u2, t2) in [(0.0, t2), (-u, 64e-6)] {
+            let i3 = next(i2, u2, t2);
+            let (resistance, inductance) = line_impedance(
+                Interval { voltage: u, begin: i1, end: i2, duration: t1 },
+                Interval { voltage: u2, begin: i2, end: i3, duration: t2 },
+            )
+            .expect("solvable");
+            assert!((resistance / r - 1.0).abs() < 1e-10 && (inductance / l - 1.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn law_no_current_is_no_solution() {
+        let still = Interval { voltage: 550.0, begin: 0.0, end: 0.0, duration: 80e-6 };
+        assert_eq!(line_impedance(still, Interval { voltage: 0.0, ..still }), None);
+    }
+
+    #[test]
+    fn analytic_row_1_of_table_1() {
+        let saliency = Saliency::from_lines(Abc::new(33.6, 27.6, 18.8), SaliencySign::Negative);
+        assert!((2.0 * saliency.axis.degrees() - 83.8_f64).abs() < 0.05);
+        let single = Saliency::from_lines(Abc::new(33.6_f32, 27.6, 18.8), SaliencySign::Negative);
+        assert!((saliency.axis.degrees() - f64::from(single.axis.degrees())).abs() < 1e-5);
+    }
+
+    #[test]
+    fn analytic_slopes_of_the_angle_are_differences() {
+        for sign in [SaliencySign::Negative, SaliencySign::Positive] {
+            for degree in [10.0, 100.0, 215.0, 300.0_f64] {
+                let line = |shift: f64| 27.6e-3 + 6.3e-3 * (degree.to_radians() + shift).cos();
+                let lines = [line(-2.1), line(0.0), line(2.1)];
+                let saliency = Saliency::from_lines(Abc(lines), sign);
+                for (k, slope) in saliency.slopes(sign).into_iter().enumerate() {
+                    let mut moved = lines;
+                    moved[k] += 1e-9;
+                    let angle = Saliency::from_lines(Abc(moved), sign).axis;
+                    let difference = angle.difference(saliency.axis) / 1e-9;
+                    assert!((difference - slope).abs() < 1e-4 * slope.abs().max(1.0), "{degree} {k}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn analytic_lines_of_a_known_motor() {
+        let (l_a, l_b) = (9.2e-3, -2.1e-3);
+        for degree in 0..180 {
+            let twice = 2.0 * f64::from(degree).to_radians();
+            let third = core::f64::consts::TAU / 3.0;
+            let line = |shift: f64| 3.0 * l_a - 3.0 * l_b * (twice + shift).cos();
+            let lines = Abc::new(line(-third), line(0.0), line(third));
+            let found = Saliency::from_lines(lines, SaliencySign::Negative);
+            assert!((found.mean - l_a).abs() < 1e-15 && (found.amplitude - l_b).abs() < 1e-15);
+            let error = found.axis.radians() - twice / 2.0;
+            assert!(error.sin().abs() < 1e-12, "{degree}");
+        }
+    }
+}

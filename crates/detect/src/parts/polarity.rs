@@ -1,0 +1,295 @@
+//! Which end of the axis is north: voltage vectors along it and against it, from rest each time.
+//!
+//! A voltage vector along the magnet drives the core further into saturation, one against it brings it out; so
+//! the first raises the larger current, or in motors with iron bridges the smaller one: that is the motor's
+//! [`Signature`]. Both are near the rated current, where the difference is largest. They lie on the d-axis and make no
+//! torque.
+//!
+//! ```text
+//!   two vectors (the paper):  wait ─► along ─► wait ─► against ─► wait ─► the larger current
+//!   sequential:               wait ─► along ─► wait ─► against ─► wait ─► against ─► wait ─► along ─► … until certain
+//! ```
+//! Order ABBA: what drifts linearly in time does not tell the poles apart.
+
+mod pointer;
+mod sequential;
+mod settings;
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{
+    Angle, Command, Fault, Findings, Outcome, Polarity, PoleEvidence, Reading, Real, Step, Undetermined,
+};
+
+use crate::parts::settle::{Settler, all_seen, link};
+pub(crate) use pointer::Pointer;
+pub use sequential::SequentialSettings;
+pub use settings::{PolarityRule, PolaritySettings, Signature};
+
+/// Pairs before the sequential test may stop; and where they scatter by more than so many times the variance that the
+/// sensors' noise gives them, which few pairs do by chance.
+const LEAST_PAIRS: u16 = 2;
+const SCATTERED_PAIRS: u16 = 4;
+const BY_CHANCE: f64 = 4.0;
+
+/// What the test says.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole<T> {
+    /// The north pole's electrical angle, or one end of the axis if there is a reason.
+    pub angle: Angle<T>,
+    /// Why the pole is undetermined; none: it is determined.
+    pub undetermined: Option<Undetermined<T>>,
+    /// The two currents compared: means over all pairs.
+    pub polarity: Option<Polarity<T>>,
+    /// Probability that the pole is wrong, where the rule knows it.
+    pub error: Option<T>,
+    /// What speaks for it, referred to `angle`; none without a signature.
+    pub evidence: Option<PoleEvidence<T>>,
+}
+
+impl<T: Real> Pole<T> {
+    /// The end of `axis` that the evidence, referred to it, speaks for if it is enough; if not, the pole stays open for
+    /// this reason.
+    fn decided(axis: Angle<T>, evidence: Option<PoleEvidence<T>>, reason: Undetermined<T>) -> Self {
+        let named = evidence.is_some_and(|evidence| evidence.is_enough());
+        let towards = evidence.is_some_and(|evidence| evidence.deviations > T::zero());
+        let turned = named && !towards;
+        Self {
+            angle: if turned { axis.opposite() } else { axis },
+            undetermined: (!named).then(|| evidence.map_or(Undetermined::NoSignature, |_| reason)),
+            polarity: None,
+            error: None,
+            evidence: if turned { evidence.map(PoleEvidence::opposite) } else { evidence },
+        }
+    }
+
+    /// The end of a detection that found this and, before, these.
+    pub(crate) fn outcome(self, findings: Findings<T>) -> Outcome<T> {
+        let findings = Findings {
+            polarity: self.polarity.or(findings.polarity),
+            pole_error: self.error,
+            pole_evidence: self.evidence,
+            ..findings
+        };
+        match self.undetermined {
+            _ if !self.angle.radians().is_finite() => Outcome::Failed { fault: Fault::NotANumber, findings },
+            None => Outcome::Found { angle: self.angle, findings },
+            Some(reason) => Outcome::Axis { angle: self.angle, reason, findings },
+        }
+    }
+}
+
+/// What the test wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[must_use = "a step that is not carried out is lost"]
+#[allow(clippy::large_enum_variant)] // As for `Step`: boxing would need an allocator.
+pub(crate) enum PolarityStep<T> {
+    Drive(Command<T>),
+    Decided(Pole<T>),
+}
+
+impl<T: Real> PolarityStep<T> {
+    /// As a detector's own step, which knew these findings before.
+    pub fn with(self, findings: Findings<T>) -> Step<T> {
+        match self {
+            Self::Drive(command) => Step::Drive(command),
+            Self::Decided(pole) => Step::Done(pole.outcome(findings)),
+        }
+    }
+}
+
+/// What the last command was.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum State {
+    Settling { last: bool },
+    Pushing,
+}
+
+/// The polarity test, once an axis is known.
+#[derive(Clone, Debug)]
+pub(crate) struct PolarityTest<T> {
+    settings: PolaritySettings<T>,
+    settler: Settler<T>,
+    state: State,
+    axis: Angle<T>,
+    amplitude: T,
+    /// Vectors given so far.
+    vectors: u16,
+    /// Responses in A and in A/V, north candidate first, of the pair in the making.
+    current: [T; 2],
+    response: [T; 2],
+    /// Sums over the pairs.
+    along: T,
+    against: T,
+    sum: T,
+    squares: T,
+}
+
+impl<T: Real> PolarityTest<T> {
+    /// A test that takes over after a method's own measurements; `settler` knows the noise from its waits.
+    pub fn new(
+        settings: PolaritySettings<T>,
+        settler: Settler<T>,
+        axis: Angle<T>,
+        d_axis_inductance: T,
+    ) -> Self {
+        let zero = T::zero();
+        Self {
+            settings,
+            settler,
+            state: State::Settling { last: false },
+            axis,
+            amplitude: settings.amplitude(d_axis_inductance),
+            vectors: 0,
+            current: [zero; 2],
+            response: [zero; 2],
+            along: zero,
+            against: zero,
+            sum: zero,
+            squares: zero,
+        }
+    }
+
+    /// The first step. Without a signature there is nothing to test, but the last current must be gone.
+    pub fn begin(&mut self) -> Command<T> {
+        self.wait(self.settings.signature == Signature::None)
+    }
+
+    fn wait(&mut self, last: bool) -> Command<T> {
+        self.state = State::Settling { last };
+        self.settler.begin()
+    }
+
+    /// Whether the next vector is the one against the axis: in the order ABBA.
+    fn against(&self) -> bool {
+        matches!(self.vectors % 4, 1 | 2)
+    }
+
+    fn direction(&self) -> Angle<T> {
+        if self.against() { self.axis.opposite() } else { self.axis }
+    }
+
+    pub fn step(&mut self, readings: &[Reading<T>]) -> Result<PolarityStep<T>, Fault<T>> {
+        Ok(match self.state {
+            State::Settling { last } => match self.settler.step(readings)? {
+                Some(wait) => PolarityStep::Drive(wait),
+                None if last => PolarityStep::Decided(self.answer()),
+                None => {
+                    self.state = State::Pushing;
+                    let (direction, amplitude) = (self.direction(), self.amplitude);
+                    PolarityStep::Drive(self.settings.command(direction, amplitude, self.settler.dc_link))
+                }
+            },
+            State::Pushing => {
+                self.pushed(readings)?;
+                let enough = self.vectors.is_multiple_of(2)
+                    && match self.settings.rule {
+                        PolarityRule::TwoVectors => true,
+                        PolarityRule::Sequential(sequential) => self.is_enough(&sequential),
+                    };
+                PolarityStep::Drive(self.wait(enough))
+            }
+        })
+    }
+
+    fn pairs(&self) -> u16 {
+        self.vectors / 2
+    }
+
+    fn pushed(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        let Some(last) = readings.last() else { return Err(Fault::UnexpectedReadings) };
+        let seen = all_seen(last)?;
+        let direction = self.direction();
+        let slot = usize::from(self.against());
+        let sequential = matches!(self.settings.rule, PolarityRule::Sequential(_));
+        let expected = if sequential { usize::from(self.settings.periods) } else { 1 };
+        if readings.len() != expected {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let mut current = PolaritySettings::direct_current(seen, direction);
+        if sequential {
+            // What the sensors read without current is their offset.
+            current = current - PolaritySettings::direct_current(self.settler.residual, direction);
+        }
+        let needed = self.settings.least_current;
+        if current < needed || !current.is_finite() {
+            return Err(Fault::NoCurrent { peak: current, needed });
+        }
+        let mut volts = T::zero();
+        for reading in readings {
+            volts = volts + link(reading)?;
+        }
+        self.current[slot] = current;
+        self.response[slot] = current * T::of(readings.len() as f64) / volts;
+        self.vectors += 1;
+        if self.vectors.is_multiple_of(2) {
+            let [along, against] = self.response;
+            let difference = T::of(2.0) * (along - against) / (along + against);
+            self.sum = self.sum + difference;
+            self.squares = self.squares + difference * difference;
+            self.along = self.along + self.current[0];
+            self.against = self.against + self.current[1];
+        }
+        Ok(())
+    }
+
+    /// Mean of the relative differences, the variance of one of them, and what of that is the sensors' noise.
+    fn differences(&self) -> (T, T, T) {
+        let n = T::of(f64::from(self.pairs()));
+        let mean = self.sum / n;
+        // Two i_d of three sensors, each with √(2/3) of a reading's noise, and their two offsets.
+        let noise = self.settler.noise.deviation() * n * T::of(2.0) / (self.along + self.against);
+        let least = T::of(8.0 / 3.0) * noise * noise;
+        let scatter = (self.squares - self.sum * mean) / (n - T::one());
+        // A few pairs may agree by chance.
+        (mean, if scatter > least { scatter } else { least }, least)
+    }
+
+    /// The mean difference and its variance, of what scatters and of what repetition does not reveal.
+    fn mean(&self, sequential: &SequentialSettings<T>) -> (T, T) {
+        let (mean, variance, _) = self.differences();
+        let n = T::of(f64::from(self.pairs()));
+        (mean, variance / n + sequential.floor * sequential.floor)
+    }
+
+    /// Whether no more pairs are needed, or allowed.
+    fn is_enough(&self, sequential: &SequentialSettings<T>) -> bool {
+        let pairs = self.pairs();
+        if pairs >= u16::from(sequential.most_pairs) {
+            return true;
+        }
+        if pairs < LEAST_PAIRS {
+            return false;
+        }
+        let (_, variance, least) = self.differences();
+        // More than the sensors' noise makes of it is known from the pairs alone.
+        let known = variance <= T::of(BY_CHANCE) * least || pairs >= SCATTERED_PAIRS;
+        let (mean, variance) = self.mean(sequential);
+        known && sequential.evidence(mean, variance).is_enough()
+    }
+
+    fn answer(&self) -> Pole<T> {
+        let signature = self.settings.signature;
+        if signature == Signature::None {
+            return Pole::decided(self.axis, None, Undetermined::NoSignature);
+        }
+        let n = T::of(f64::from(self.pairs()));
+        let (along, against) = (self.along / n, self.against / n);
+        let (draws_more, reason, error) = match self.settings.rule {
+            PolarityRule::TwoVectors => {
+                let noise = self.settler.noise.deviation();
+                let (margin, needed) = ((along - against).abs(), self.settings.needed_margin(noise));
+                let evidence = self.settings.two_vectors(along - against, noise);
+                (evidence, Undetermined::MarginBelowNoise { margin, needed }, None)
+            }
+            PolarityRule::Sequential(sequential) => {
+                let (mean, variance) = self.mean(&sequential);
+                let (error, allowed) = (sequential.error_of(mean, variance), sequential.error);
+                let evidence = sequential.evidence(mean, variance);
+                (evidence, Undetermined::NotDecided { error, allowed }, Some(error))
+            }
+        };
+        let pole = Pole::decided(self.axis, signature.towards_north(draws_more), reason);
+        Pole { polarity: Some(Polarity { along, against }), error, ..pole }
+    }
+}

@@ -1,0 +1,42 @@
+//! The pole from a direction along the magnet.
+
+use standstill_interface::{AlphaBeta, Angle, PoleEvidence, Real, Undetermined};
+
+use super::sequential::{tail, tail_beyond};
+use super::{Pole, Signature};
+
+/// Reads the pole from a direction that points along the magnet, measured together with the axis: the part of `D` that
+/// lies on the axis, in units of its own uncertainty, decides; a `D` that points elsewhere is no evidence.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Pointer<T> {
+    /// D in any unit: towards the pole that draws more current.
+    pub direction: AlphaBeta<T>,
+    /// Standard deviation of each of its components in the same unit, noise and all.
+    pub deviation: T,
+}
+
+impl<T: Real> Pointer<T> {
+    /// Angle in rad between D and the axis beyond which the two contradict each other.
+    pub fn most_off_axis() -> T {
+        T::FRAC_PI_4()
+    }
+
+    /// The pole at one end of `axis`, allowing a wrong one with the probability `allowed`.
+    pub fn read(&self, axis: Angle<T>, signature: Signature, allowed: T) -> Pole<T> {
+        let on = self.direction.park(axis);
+        let z = on.d / self.deviation;
+        let error = tail(z * z);
+        let off_axis = on.q.abs().atan2(on.d.abs());
+        // A direction is only as well known as its noise lets it be.
+        let most = Self::most_off_axis() + self.deviation / on.d.abs();
+        let (enough, across) = (tail_beyond(allowed), off_axis > most);
+        let needed = if across { T::infinity() } else { enough };
+        let reason = if across && z.abs() >= enough {
+            Undetermined::OffAxis { angle: off_axis, allowed: most }
+        } else {
+            Undetermined::NotDecided { error, allowed }
+        };
+        let evidence = signature.towards_north(PoleEvidence { deviations: z, needed });
+        Pole { error: Some(error), ..Pole::decided(axis, evidence, reason) }
+    }
+}

@@ -1,0 +1,214 @@
+//! What a polarity test is told: the motor's signature, its vectors and its rule.
+
+use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Nanos, PoleEvidence, Real, Sampling, Stage};
+
+use super::sequential::SequentialSettings;
+use crate::keys::{Lines, Microseconds, Value};
+use crate::nameplate::Nameplate;
+use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
+
+/// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
+/// magnetics, and the one thing about the poles that no measurement at standstill can tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Signature {
+    /// The one towards north.
+    Normal,
+    /// The one towards south.
+    Inverted,
+    /// Neither, or it depends on the current: no pole is named.
+    None,
+}
+
+impl Signature {
+    /// What it says of the motor.
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Normal => "north draws more current",
+            Self::Inverted => "south draws more current",
+            Self::None => "both draw the same",
+        }
+    }
+
+    /// What speaks for the pole that draws more current, referred to north; none if neither does.
+    pub(super) fn towards_north<T: Real>(self, draws_more: PoleEvidence<T>) -> Option<PoleEvidence<T>> {
+        match self {
+            Self::Normal => Some(draws_more),
+            Self::Inverted => Some(draws_more.opposite()),
+            Self::None => None,
+        }
+    }
+}
+
+/// When the pole is certain enough.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PolarityRule<T> {
+    /// After one vector each way, as in the paper: the larger current decides if the difference exceeds the noise.
+    TwoVectors,
+    /// After as many as it takes.
+    Sequential(SequentialSettings<T>),
+}
+
+/// Settings of the polarity test.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PolaritySettings<T> {
+    /// Period of the drive's PWM carrier.
+    pub carrier_period: Nanos,
+    /// Carrier periods per vector.
+    pub periods: u16,
+    /// Current in A that a vector is to reach: near the rated current.
+    pub current: T,
+    /// Resistance of a phase in Ω, to choose the voltage; a rough value will do.
+    pub resistance: T,
+    /// Dead time of the drive, for its compensation. Zero: none.
+    pub dead_time: Nanos,
+    /// Current in A that a vector must at least raise.
+    pub least_current: T,
+    /// Difference of the two currents in A below which two vectors name no pole, however quiet the sensors are.
+    pub least_margin: T,
+    /// What the motor's answer means.
+    pub signature: Signature,
+    /// When to stop.
+    pub rule: PolarityRule<T>,
+}
+
+impl<T: Real> PolaritySettings<T> {
+    /// Vectors 2 % above the rated current, the mean of the paper's Table 2, of at least 1 ms, and so long that at most
+    /// 0.3 of the link is needed, which PWM can give in any direction.
+    pub fn near_rated_current(drive: &Nameplate<T>, signature: Signature, rule: PolarityRule<T>) -> Self {
+        let carrier_period = drive.carrier_period;
+        let current = drive.rated_current * T::of(1.02);
+        // A millisecond, in whole periods.
+        let least = u16::try_from((1_000_000 / carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);
+        let duration = drive.d_axis_inductance * current / (T::of(0.3) * drive.dc_link);
+        let needed = Nanos::from_seconds(duration.to_double()).0.div_ceil(carrier_period.0.max(1));
+        Self {
+            carrier_period,
+            periods: u16::try_from(needed).unwrap_or(u16::MAX).clamp(least, least.saturating_mul(20)),
+            current,
+            resistance: drive.resistance,
+            dead_time: drive.dead_time,
+            least_current: drive.rated_current * T::of(0.02),
+            least_margin: drive.rated_current * T::of(0.01),
+            signature,
+            rule,
+        }
+    }
+
+    /// What an engineer would copy into a drive.
+    pub(crate) fn describe(&self, line: &mut Lines<'_>) {
+        line("polarity.current", format_args!("{:.3} A", self.current));
+        line("polarity vector", format_args!("{}", Microseconds(self.duration())));
+        line("polarity.signature", format_args!("{}", self.signature.in_words()));
+        match self.rule {
+            PolarityRule::TwoVectors => line("polarity.rule", format_args!("two vectors")),
+            PolarityRule::Sequential(rule) => {
+                let error = rule.error.to_double();
+                line("polarity.rule", format_args!("sequential, wrong in {error:.0e} of cases"));
+            }
+        }
+    }
+
+    /// Probability of a wrong pole that is allowed, where the rule is one of it.
+    pub(crate) fn pole_error(&self) -> Option<Value> {
+        match self.rule {
+            PolarityRule::Sequential(sequential) => Some(Value::of(sequential.error)),
+            PolarityRule::TwoVectors => None,
+        }
+    }
+
+    /// Sets it; false where the rule knows none.
+    pub(crate) fn set_pole_error(&mut self, value: Value) -> bool {
+        match &mut self.rule {
+            PolarityRule::Sequential(sequential) => {
+                sequential.error = value.real();
+                true
+            }
+            PolarityRule::TwoVectors => false,
+        }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        require(self.carrier_period > Nanos::ZERO, "polarity.carrier_period", "positive")?;
+        require(self.periods > 0, "polarity.periods", "at least 1")?;
+        require(self.duration() <= LONGEST, "polarity.periods", "such that a vector lasts a minute at most")?;
+        require_positive(self.current, "polarity.current")?;
+        require_zero_or_more(self.resistance, "polarity.resistance")?;
+        require(
+            self.dead_time * 4 < self.carrier_period,
+            "polarity.dead_time",
+            "less than a quarter of the carrier period",
+        )?;
+        require_positive(self.least_current, "polarity.least_current")?;
+        require_zero_or_more(self.least_margin, "polarity.least_margin")?;
+        match &self.rule {
+            PolarityRule::TwoVectors => Ok(()),
+            PolarityRule::Sequential(settings) => settings.check(),
+        }
+    }
+
+    /// The difference in A that a pole needs when a reading's noise has this standard deviation in A: four standard
+    /// deviations of it, which are exceeded once in 30,000 times each way, or the least margin set.
+    pub(crate) fn needed_margin(&self, noise: T) -> T {
+        self.least_margin.max(T::of(4.0) * Self::deviation_of_difference(noise))
+    }
+
+    /// Standard deviation in A of the difference of two vectors' i_d when a reading's noise has this one in A.
+    ///
+    /// With three independent sensors i_d has √(2/3) of a reading's noise, the difference of two of them √(4/3). With two
+    /// sensors i_d is noisier, by up to 1.6 times, depending on the angle.
+    fn deviation_of_difference(noise: T) -> T {
+        T::of(4.0 / 3.0).sqrt() * noise
+    }
+
+    /// What two vectors say of the pole that draws more current, along the axis minus against it in A, and how much is
+    /// needed, in standard deviations of that difference by the noise.
+    ///
+    /// Sensors without noise, or whose converters hide it, count as if they had a thousandth of the least margin.
+    pub(super) fn two_vectors(&self, difference: T, noise: T) -> PoleEvidence<T> {
+        let deviation = Self::deviation_of_difference(noise).max(self.least_margin * T::of(1e-3));
+        let needed = (self.needed_margin(noise) / deviation).max(T::of(4.0));
+        PoleEvidence { deviations: difference / deviation, needed }
+    }
+
+    /// Length of one vector.
+    pub fn duration(&self) -> Nanos {
+        self.carrier_period * u64::from(self.periods)
+    }
+
+    /// Amplitude in V of the vector that raises the wanted current in the d-axis: `L_d I / t + R I / 2`.
+    pub(crate) fn amplitude(&self, d_axis_inductance: T) -> T {
+        let duration = T::of(self.duration().seconds());
+        self.current * (d_axis_inductance / duration + self.resistance / T::of(2.0))
+    }
+
+    /// The vector at `angle`, by PWM on all three legs; `dc_link` in V. Sampled at its end; for the sequential test at
+    /// the end of each carrier period, to know the mean of the DC link.
+    ///
+    /// The dead time takes from each leg a share of the period in the direction of its current, which is the
+    /// direction of its voltage here. Near zero the direction is uncertain and the compensation fades out.
+    pub(crate) fn command(&self, angle: Angle<T>, amplitude: T, dc_link: T) -> Command<T> {
+        let (sin, cos) = angle.radians().sin_cos();
+        let lost = T::of(self.dead_time.seconds() / self.carrier_period.seconds());
+        let half = T::of(0.5);
+        let phases = AlphaBeta::new(cos, sin).phases();
+        let legs = phases.map(|share| {
+            let sure = (share * T::of(5.0)).max(-T::one()).min(T::one());
+            Leg::Duty((half + share * amplitude / dc_link + sure * lost).max(T::zero()).min(T::one()))
+        });
+        let duration = self.duration();
+        let sampling = match self.rule {
+            PolarityRule::TwoVectors => Sampling::once(duration),
+            PolarityRule::Sequential(_) => Sampling {
+                first: self.carrier_period,
+                interval: self.carrier_period,
+                count: u32::from(self.periods),
+            },
+        };
+        Command::hold(Stage { legs, duration }, sampling)
+    }
+
+    /// i_d in A of phase currents, in the frame at `angle`.
+    pub(crate) fn direct_current(current: Abc<T>, angle: Angle<T>) -> T {
+        current.clarke().park(angle).d
+    }
+}

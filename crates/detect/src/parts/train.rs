@@ -1,0 +1,331 @@
+//! Trains of line pulses in both directions, and what is zeroed before them.
+//!
+//! ```text
+//!   zero ─► AB+ ─► AB− ─► BC+ ─► BC− ─► CA+ ─► CA−   CA− ─► CA+ ─► BC− ─► …   round after round
+//!
+//!   one pulse:   i ╱╲      on for t1, then all gates off until the current is gone and a little longer
+//!             ____╱  ╲___
+//! ```
+//! Each line sees as much forward as backward current. That cancels the saturation's effect on the inductance to first
+//! order, moves a free rotor back to where it was, and tells the two effects apart. Even rounds go backwards, so that a
+//! slow drift does not look like a difference of the lines.
+
+mod gains;
+#[cfg(test)]
+mod tests;
+
+use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
+
+use crate::keys::{Lines, Microseconds};
+use crate::nameplate::Nameplate;
+use crate::parts::settle::{all_seen, largest, link};
+use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
+pub(crate) use gains::GainComparison;
+
+/// The lines: from the first phase to the second.
+pub(crate) const LINES: [(Phase, Phase); 3] =
+    [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
+
+/// From one sample to the next before the first pulse, at most.
+const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
+
+/// Settings of a train.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PulseTrainSettings<T> {
+    /// t1: how long the DC link is across a line.
+    pub pulse: Nanos,
+    /// How long all gates are off after it: more than the current needs to decay.
+    pub rest: Nanos,
+    /// Times that all six pulses are given.
+    pub rounds: u8,
+    /// From one ADC sample to the next; the pulse is a multiple of it.
+    pub interval: Nanos,
+    /// Samples before the first pulse that tell the sensors' offsets.
+    pub zeroing: u16,
+    /// A phase current in A below which it counts as gone. Before the first pulse the offsets are not known yet: there
+    /// it limits how much the readings change, and twice as much what they read.
+    pub threshold: T,
+    /// Times that the zeroing is repeated before giving up on a current that does not go.
+    pub attempts: u16,
+    /// Current in A that a pulse must at least raise.
+    pub least_current: T,
+    /// Dead time of the drive.
+    pub dead_time: Nanos,
+    /// Resistance of a phase in Ω with that of a device.
+    pub resistance: T,
+    /// Voltage in V that the two switches in a line take from the link while it drives the current.
+    pub on_drop: T,
+    /// Voltage in V that the two diodes add to the link while the current decays.
+    pub off_drop: T,
+}
+
+impl<T: Real> PulseTrainSettings<T> {
+    /// Pulses that raise half of the rated current (200 µs on the paper's motor) and three rounds: 9.4 ms there.
+    /// Sampled every `interval`, or `pulse` over a whole number near it.
+    pub fn suited(drive: &Nameplate<T>, interval: Nanos) -> Self {
+        let pulse = drive.line_pulse(T::of(0.5));
+        let parts = (pulse.0 / interval.0.max(1)).max(1);
+        Self {
+            pulse,
+            rest: rest_after(pulse),
+            rounds: 3,
+            interval: Nanos(pulse.0 / parts),
+            zeroing: 30,
+            threshold: drive.rated_current * T::of(0.025),
+            attempts: 400,
+            least_current: drive.rated_current * T::of(0.05),
+            dead_time: drive.dead_time,
+            resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
+            on_drop: drive.switch_drop[0] * T::of(2.0),
+            off_drop: drive.diode_drop[0] * T::of(2.0),
+        }
+    }
+
+    /// The same with pulses of another length, in as many samples.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Self {
+        let interval = Nanos(pulse.0 / (self.samples_on() as u64).max(1));
+        let pulse = interval * self.samples_on() as u64;
+        Self { pulse, interval, rest: rest_after(pulse), ..self }
+    }
+
+    /// What an engineer would copy into a drive.
+    pub(crate) fn describe(&self, line: &mut Lines<'_>) {
+        line("train.pulse", format_args!("{}", Microseconds(self.pulse)));
+        line("train.rest", format_args!("{}", Microseconds(self.rest)));
+        line("train.rounds", format_args!("{}", self.rounds));
+        line("train.interval", format_args!("{}", Microseconds(self.interval)));
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        require(self.pulse > Nanos::ZERO, "pulse", "positive")?;
+        require(self.dead_time < self.pulse, "dead_time", "shorter than the pulse")?;
+        require(self.rest > self.pulse, "rest", "longer than the pulse: the current needs as long to decay")?;
+        require(self.period() <= LONGEST, "rest", "such that a pulse takes a minute at most")?;
+        require(self.rounds > 0, "rounds", "at least 1")?;
+        require(self.interval > Nanos::ZERO, "interval", "positive")?;
+        require(
+            self.pulse.0.is_multiple_of(self.interval.0.max(1)),
+            "interval",
+            "a whole fraction of the pulse",
+        )?;
+        let few = u16::try_from(self.samples()).is_ok();
+        require(few, "interval", "such that a pulse has 65,535 samples at most")?;
+        require(self.zeroing > 0, "zeroing", "at least 1")?;
+        require_positive(self.threshold, "threshold")?;
+        require(self.attempts > 0, "attempts", "at least 1")?;
+        require_positive(self.least_current, "least_current")?;
+        require_zero_or_more(self.resistance, "resistance")?;
+        require_zero_or_more(self.on_drop, "on_drop")?;
+        require_zero_or_more(self.off_drop, "off_drop")
+    }
+
+    /// From one pulse to the next.
+    pub fn period(&self) -> Nanos {
+        self.pulse + self.rest
+    }
+
+    /// Samples of one pulse and its decay.
+    pub(crate) fn samples(&self) -> usize {
+        usize::try_from(self.period().0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
+    }
+
+    /// Samples up to the end of the pulse; the last of them is at its very end.
+    pub(crate) fn samples_on(&self) -> usize {
+        usize::try_from(self.pulse.0 / self.interval.0.max(1)).unwrap_or(usize::MAX)
+    }
+}
+
+/// The rest that a pulse of this length needs: 1.6 times as long.
+pub(crate) fn rest_after(pulse: Nanos) -> Nanos {
+    Nanos(pulse.0 / 10) * 16
+}
+
+/// Which pulse.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Slot {
+    /// Index into [`LINES`].
+    pub line: usize,
+    /// From the line's first phase to its second, or back.
+    pub forward: bool,
+}
+
+impl Slot {
+    /// The pulse with this number, odd rounds backwards.
+    fn of(index: u16) -> Self {
+        let (round, place) = (index / 6, usize::from(index % 6));
+        let place = if round.is_multiple_of(2) { place } else { 5 - place };
+        Self { line: place / 2, forward: place.is_multiple_of(2) }
+    }
+
+    /// The line's phases in the direction of the current.
+    pub fn phases(self) -> (Phase, Phase) {
+        let (first, second) = LINES[self.line];
+        if self.forward { (first, second) } else { (second, first) }
+    }
+}
+
+/// Which phases have no sensor of their own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Derived {
+    /// None.
+    None,
+    /// This one: two sensors in line.
+    One(Phase),
+    /// Now one, now another: shunts below the legs. The sensor changes with the direction of the current, and a
+    /// difference of gains looks like saturation.
+    Several,
+}
+
+impl Derived {
+    /// After a reading.
+    fn with<T>(self, reading: &Reading<T>) -> Self {
+        Phase::ALL.into_iter().filter(|phase| reading.sensed[*phase] == Sensed::Derived).fold(
+            self,
+            |derived, phase| match derived {
+                Self::None => Self::One(phase),
+                Self::One(other) if other == phase => derived,
+                _ => Self::Several,
+            },
+        )
+    }
+}
+
+/// Gives the pulses of a train one after the other.
+#[derive(Clone, Debug)]
+pub(crate) struct Train<T> {
+    pub settings: PulseTrainSettings<T>,
+    zeroings: u16,
+    /// Pulses given, and the one whose readings come next.
+    given: u16,
+    under_way: Option<Slot>,
+    started: bool,
+    /// Offsets of the sensors in A.
+    pub offset: Abc<T>,
+    /// Phases without a sensor, as seen so far.
+    pub derived: Derived,
+}
+
+impl<T: Real> Train<T> {
+    pub fn new(settings: PulseTrainSettings<T>) -> Self {
+        let zero = T::zero();
+        Self {
+            settings,
+            zeroings: 0,
+            given: 0,
+            under_way: None,
+            started: false,
+            offset: Abc::new(zero, zero, zero),
+            derived: Derived::None,
+        }
+    }
+
+    /// Takes the last command's readings: the pulse that they belong to, if it was one.
+    pub fn take(&mut self, readings: &[Reading<T>]) -> Result<Option<Slot>, Fault<T>> {
+        if !self.started {
+            return Ok(None);
+        }
+        if let Some(slot) = self.under_way {
+            if readings.len() != self.settings.samples() {
+                return Err(Fault::UnexpectedReadings);
+            }
+            let peak = self.current(slot, &readings[self.settings.samples_on() - 1])?;
+            let needed = self.settings.least_current;
+            if peak < needed || !peak.is_finite() {
+                return Err(Fault::NoCurrent { peak, needed });
+            }
+            self.derived = readings.iter().fold(self.derived, Derived::with);
+            let left = match readings.last() {
+                Some(last) => self.beyond_offset(last)?,
+                None => T::zero(),
+            };
+            if left > self.settings.threshold {
+                return Err(Fault::CurrentPersists(left));
+            }
+            return Ok(Some(slot));
+        }
+        self.zero(readings)?;
+        Ok(None)
+    }
+
+    fn zero(&mut self, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
+        if readings.len() != usize::from(self.settings.zeroing) {
+            return Err(Fault::UnexpectedReadings);
+        }
+        let zero = T::zero();
+        let mut sum = Abc::new(zero, zero, zero);
+        for reading in readings {
+            let seen = all_seen(reading)?;
+            for phase in Phase::ALL {
+                sum[phase] = sum[phase] + seen[phase];
+            }
+            link(reading)?;
+        }
+        self.offset = sum.map(|sum| sum / T::of(readings.len() as f64));
+        // What decays changes, and what does not decay is more than an offset.
+        let mut most = self.offset.0.iter().fold(zero, |most, offset| most.max(offset.abs())) / T::of(2.0);
+        for reading in readings {
+            most = most.max(self.beyond_offset(reading)?);
+        }
+        if most <= self.settings.threshold {
+            self.zeroings = 0;
+        } else if self.zeroings >= self.settings.attempts {
+            return Err(Fault::CurrentPersists(most));
+        }
+        Ok(())
+    }
+
+    /// The largest phase current in A that a reading shows, offsets removed.
+    fn beyond_offset(&self, reading: &Reading<T>) -> Result<T, Fault<T>> {
+        let mut without = *reading;
+        for phase in Phase::ALL {
+            without.current[phase] = without.current[phase] - self.offset[phase];
+        }
+        largest(&without)
+    }
+
+    /// The next command; none at the end.
+    pub fn next(&mut self) -> Option<Command<T>> {
+        let s = self.settings;
+        // A zeroing that found no rest is repeated.
+        if !self.started || (self.given == 0 && self.zeroings > 0) {
+            self.started = true;
+            self.zeroings += 1;
+            let count = u32::from(s.zeroing);
+            let interval = s.interval.min(ZEROING_INTERVAL);
+            let sampling = Sampling { first: interval, interval, count };
+            return Some(Command::hold(Stage::off(interval * u64::from(count)), sampling));
+        }
+        if self.given >= u16::from(s.rounds) * 6 {
+            self.under_way = None;
+            return None;
+        }
+        let slot = Slot::of(self.given);
+        self.given += 1;
+        self.under_way = Some(slot);
+        let (from, to) = slot.phases();
+        let count = u32::try_from(s.samples()).unwrap_or(u32::MAX);
+        let sampling = Sampling { first: s.interval, interval: s.interval, count };
+        Some(Command::sequence(Stage::line(from, to, s.pulse), Stage::off(s.rest), sampling))
+    }
+
+    /// Begins again with other pulses; offsets stay.
+    pub fn restart(&mut self, settings: PulseTrainSettings<T>) {
+        self.settings = settings;
+        self.given = 0;
+        self.under_way = None;
+    }
+
+    /// The line's current in A in the direction of the pulse, offsets removed: the mean of what the two sensors show.
+    pub fn current(&self, slot: Slot, reading: &Reading<T>) -> Result<T, Fault<T>> {
+        let (from, to) = self.both(slot, reading)?;
+        Ok((from + to) / T::of(2.0))
+    }
+
+    /// The same as each of the two sensors shows it: in the phase that it enters and in the one that it leaves.
+    pub fn both(&self, slot: Slot, reading: &Reading<T>) -> Result<(T, T), Fault<T>> {
+        let seen = all_seen(reading)?;
+        let (from, to) = slot.phases();
+        Ok((seen[from] - self.offset[from], self.offset[to] - seen[to]))
+    }
+}
