@@ -18,3 +18,4 @@ mod reference;
 mod rotor;
 mod spice;
 mod tables;
+mod tape;
