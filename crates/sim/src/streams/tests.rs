@@ -43,6 +43,8 @@ fn golden_the_numbers_are_those_of_the_generator() {
 }
 
 #[test]
+// As mpmath printed them.
+#[allow(clippy::excessive_precision, clippy::unreadable_literal)]
 fn cross_normals_against_forty_digits() {
     // From mpmath 1.3: √2 erfinv(2 u − 1) with 40 digits, u = (k + ½)/2^48.
     let reference = [
