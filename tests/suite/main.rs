@@ -19,3 +19,4 @@ mod reference;
 mod rotor;
 mod spice;
 mod tables;
+mod tape;

@@ -1,6 +1,5 @@
 //! The error sets: what a good drive and a poor one get wrong.
 
-use rand::RngExt;
 use standstill_interface::Nanos;
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_sim::{Adc, Arrangement, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
@@ -39,15 +38,11 @@ impl DriveSettings {
     /// Draws one specimen.
     pub fn draw(&self, streams: Streams) -> Inverter {
         let mut delays = streams.open(Purpose::GateDelay);
-        let mut ripple = streams.open(Purpose::Ripple);
         let gates = std::array::from_fn(|_| {
-            let mut delay = || {
-                let normal: f64 = delays.sample(rand_distr::StandardNormal);
-                Nanos::from_seconds(self.delay_mismatch * (3.0 + normal).max(0.0))
-            };
+            let mut delay = || Nanos::from_seconds(self.delay_mismatch * (3.0 + delays.normal()).max(0.0));
             GateTiming { turn_off_delay: delay(), turn_on_delay: delay(), dead_time: self.dead_time }
         });
-        let link = DcLink { ripple_phase: ripple.random_range(0.0..std::f64::consts::TAU), ..self.link };
+        let link = DcLink { ripple_phase: streams.open(Purpose::Ripple).angle(), ..self.link };
         Inverter { bridge: self.bridge, gates, link, carrier_period: self.carrier_period }
     }
 }

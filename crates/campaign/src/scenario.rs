@@ -3,7 +3,6 @@
 use std::cell::RefCell;
 use std::f64::consts::TAU;
 
-use rand::RngExt;
 use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
 };
@@ -11,7 +10,7 @@ use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tolerance, run,
+    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
     run_side_by_side,
 };
 
@@ -179,16 +178,27 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
-        let angle = self
-            .start_angle
-            .unwrap_or_else(|| Streams::new(self.seed, trial).open(Purpose::Angle).random_range(0.0..TAU));
-        self.case_at(angle, Specimen { drive: trial, noise: trial })
+        self.case_of(Streams::new(self.seed, trial))
+    }
+
+    /// The case whose draws are on a tape.
+    pub fn case_taped<'a>(&'a self, tape: &'a Tape) -> Case<'a> {
+        self.case_of(Streams::taped(tape))
+    }
+
+    fn case_of<'a>(&'a self, streams: Streams<'a>) -> Case<'a> {
+        let angle = self.start_angle.unwrap_or_else(|| streams.open(Purpose::Angle).angle());
+        self.case_from(angle, streams, streams)
     }
 
     /// The case at a given electrical angle in rad. A free rotor that cannot stand there, because cogging exceeds its
     /// stiction, stands at the next angle where it can.
     pub fn case_at(&self, angle: f64, specimen: Specimen) -> Case<'_> {
-        let drive = Streams::new(self.seed, specimen.drive);
+        let [drive, noise] = [specimen.drive, specimen.noise].map(|trial| Streams::new(self.seed, trial));
+        self.case_from(angle, drive, noise)
+    }
+
+    fn case_from<'a>(&'a self, angle: f64, drive: Streams<'a>, noise: Streams<'a>) -> Case<'a> {
         let mut angle = angle;
         let mut rotor = self.rotor;
         match &mut rotor {
@@ -203,11 +213,7 @@ impl<S: Settings<f64>> Scenario<S> {
             start_angle: angle,
             rotor,
             load_torque: self.load_torque,
-            streams: if specimen.noise == specimen.drive {
-                drive
-            } else {
-                Streams::new(self.seed, specimen.noise)
-            },
+            streams: noise,
             tolerance: self.tolerance,
             time_limit: Case::TIME_LIMIT,
         }
@@ -218,7 +224,7 @@ impl<S: Settings<f64>> Scenario<S> {
         let whole = play.below + play.above;
         let torque = self.motor.cogging(angle) - self.load_torque;
         let below = if torque.abs() <= self.motor.rotor.friction.stiction {
-            whole * streams.open(Purpose::Backlash).random_range(0.0..=1.0)
+            whole * streams.open(Purpose::Backlash).uniform()
         } else if torque > 0.0 {
             whole
         } else {
@@ -247,6 +253,47 @@ impl<S: Settings<f64>> Scenario<S> {
         });
         run_side_by_side(&self.motor, &self.drive.link, cases, |number, run| {
             done(Record { trial: numbers.borrow()[number], run });
+        });
+        Ok(())
+    }
+
+    /// A trial whose draws are on a tape, with the scenario's own detector. Its number is that of the tape.
+    ///
+    /// ```
+    /// use standstill_campaign::{ErrorSet, Scenario};
+    /// use standstill_detect::MethodName;
+    /// use standstill_plant::built_in;
+    /// use standstill_sim::{Purpose, RotorState, Tape};
+    ///
+    /// let motor = built_in("paper-5k5").expect("a built-in motor");
+    /// let method = MethodName::LineInductanceFast;
+    /// let scenario = Scenario::of_method(method, motor, ErrorSet::Default, RotorState::Locked, 1);
+    /// // An empty tape of the scenario's seed gives the campaign's trial and then holds what that drew.
+    /// let mut tape = Tape::new(scenario.seed, 5);
+    /// assert_eq!(scenario.trial_taped(&tape), scenario.trial(5));
+    /// assert_eq!(tape.normals(Purpose::CurrentGain).len(), 3);
+    /// // What if the sensor of phase b read three standard deviations too much?
+    /// tape.normals(Purpose::CurrentGain)[1] = 3.0;
+    /// assert_eq!(scenario.case_taped(&tape).sensors.gain[1], 1.015);
+    /// assert_ne!(scenario.trial_taped(&tape), scenario.trial(5));
+    /// ```
+    pub fn trial_taped(&self, tape: &Tape) -> Result<Record, SettingsError> {
+        let run = run(&self.case_taped(tape), &mut self.detector.detector()?, false, &mut NoProbe);
+        Ok(Record { trial: tape.index(), run })
+    }
+
+    /// Trials of tapes side by side in this thread; `done` gets each record with the number of its tape as it comes to its
+    /// end.
+    pub fn trials_taped(
+        &self,
+        tapes: &[Tape],
+        mut done: impl FnMut(usize, Record),
+    ) -> Result<(), SettingsError> {
+        self.detector.detector()?;
+        let cases =
+            tapes.iter().map_while(|tape| Some((self.case_taped(tape), self.detector.detector().ok()?)));
+        run_side_by_side(&self.motor, &self.drive.link, cases, |number, run| {
+            done(number, Record { trial: tapes[number].index(), run });
         });
         Ok(())
     }

@@ -68,7 +68,7 @@ pub struct Case<'a> {
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
     /// Noise and jitter of the samples.
-    pub streams: Streams,
+    pub streams: Streams<'a>,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
     /// Longest time a detection may take.

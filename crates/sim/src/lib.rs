@@ -7,7 +7,7 @@
 //! Time is cut at every instant: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of
 //! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and one
 //! high-order integrator carries it ([`run`]). A run is a pure function of its [`Case`]: nothing reads a clock,
-//! and every random draw comes from a stream of its own purpose ([`Streams`]).
+//! and every random draw belongs to a purpose and has a number there ([`Streams`]).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod case;
@@ -35,6 +35,6 @@ pub use machine::{CORE, Evaluation, Machine, Operating, PLANE, WITH_EDDY, WITH_L
 pub use motion::Motion;
 pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
-pub use streams::{Purpose, Streams};
+pub use streams::{Draws, Purpose, Streams, Strip, Tape};
 pub use stride::{Ask, Stride};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};

@@ -49,7 +49,7 @@ pub(crate) struct Rig<'a, const N: usize, P, S> {
     probe: &'a mut P,
     flow: Flow<'a>,
     timeline: Timeline,
-    sampler: Sampler,
+    sampler: Sampler<'a>,
     filters: Option<[LowPass; 3]>,
     link_filter: Option<LowPass>,
     state: [f64; N],

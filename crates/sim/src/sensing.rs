@@ -3,8 +3,6 @@
 mod low_pass;
 mod sampler;
 
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 use standstill_interface::Nanos;
 use standstill_inverter::Modes;
 
@@ -170,10 +168,6 @@ pub struct Sensors {
     pub resolver_error: f64,
 }
 
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    StandardNormal.sample(rng)
-}
-
 impl Sensors {
     /// Sensors that are exactly as their settings' mean.
     pub const fn nominal(settings: SensorSettings) -> Self {
@@ -195,11 +189,11 @@ impl Sensors {
         let mut resolver = streams.open(Purpose::Resolver);
         Self {
             settings,
-            gain: std::array::from_fn(|_| 1.0 + settings.gain_error * normal(&mut gains)),
-            offset: std::array::from_fn(|_| settings.offset * normal(&mut offsets)),
-            dc_link_gain: 1.0 + settings.dc_link.gain_error * normal(&mut link),
-            dc_link_offset: settings.dc_link.offset * normal(&mut link),
-            resolver_error: settings.resolver.error * normal(&mut resolver),
+            gain: std::array::from_fn(|_| 1.0 + settings.gain_error * gains.normal()),
+            offset: std::array::from_fn(|_| settings.offset * offsets.normal()),
+            dc_link_gain: 1.0 + settings.dc_link.gain_error * link.normal(),
+            dc_link_offset: settings.dc_link.offset * link.normal(),
+            resolver_error: settings.resolver.error * resolver.normal(),
         }
     }
 }

@@ -1,92 +1,141 @@
-//! Random numbers: one stream per trial and purpose.
+//! Random numbers: numbered draws for each trial and purpose, from a seed or from a tape.
 
-use rand::SeedableRng;
+mod draws;
+mod normal;
+mod tape;
+
 use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng as _, SeedableRng as _};
 
-/// What a random number is for. Each purpose has a stream of its own, so that a new source of error does not
+pub use draws::Draws;
+pub use tape::{Strip, Tape};
+
+/// What a random number is for. Each purpose has draws of its own, so that a new source of error does not
 /// shift the draws of the others, and two methods on the same trial meet the same errors.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+///
+/// The number of a purpose is the place of its first draws. Purposes that are drawn together are neighbours by fours,
+/// because the generator computes as many blocks at once.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Purpose {
     /// The rotor's angle.
     Angle = 0,
-    /// Gain errors of the current sensors.
-    CurrentGain = 1,
-    /// Offsets of the current sensors.
-    CurrentOffset = 2,
-    /// Noise of each current sample.
-    CurrentNoise = 3,
-    /// Gain error and offset of the DC-link sensor.
-    LinkError = 4,
-    /// Noise of each DC-link sample.
-    LinkNoise = 5,
-    /// Jitter of each ADC trigger.
-    Jitter = 6,
     /// Delays of the legs.
-    GateDelay = 7,
+    GateDelay = 1,
     /// Phase of the DC link's ripple.
-    Ripple = 8,
-    /// Error of the resolver.
-    Resolver = 9,
+    Ripple = 2,
     /// Where within the play of its brake the rotor stands.
-    Backlash = 10,
-    /// What a tolerance draws.
-    Tolerance = 11,
+    Backlash = 3,
+    /// Gain errors of the current sensors.
+    CurrentGain = 4,
+    /// Offsets of the current sensors.
+    CurrentOffset = 5,
+    /// Gain error and offset of the DC-link sensor.
+    LinkError = 6,
+    /// Error of the resolver.
+    Resolver = 7,
+    /// Noise of each current sample: draw 3 n + k is that of phase k in sample n.
+    CurrentNoise = 8,
+    /// Noise of each DC-link sample.
+    LinkNoise = 9,
+    /// Jitter of each ADC trigger.
+    Jitter = 10,
+    /// What a tolerance draws; each key has a name of its own.
+    Tolerance = 12,
     /// The order of a Latin hypercube.
-    Design = 12,
+    Design = 13,
 }
 
-/// The random streams of one trial.
+/// The random draws of one trial: from its seed, or from a [`Tape`].
+///
+/// Draw number n of a purpose is a function of seed, trial, purpose and n alone. It does not matter which other
+/// draws were taken before, of which kind they were, or whether they came one by one or many at once.
+///
+/// ```
+/// use standstill_sim::{Purpose, Streams, Tape};
+///
+/// let mut seeded = Streams::new(1, 7).open(Purpose::Resolver);
+/// // A tape without draws continues as the trial whose number it has.
+/// let mut tape = Tape::new(1, 7);
+/// let first = Streams::taped(&tape).open(Purpose::Resolver).normal();
+/// assert_eq!(first, seeded.normal());
+/// assert_eq!(tape.normals(Purpose::Resolver), &[first]);
+/// // What is given is read instead.
+/// *tape.normals(Purpose::Resolver) = vec![-3.0];
+/// let mut given = Streams::taped(&tape).open(Purpose::Resolver);
+/// assert_eq!([given.normal(), given.normal()], [-3.0, seeded.normal()]);
+/// ```
+#[derive(Clone, Copy, Debug)]
+pub struct Streams<'t> {
+    source: Source,
+    tape: Option<&'t Tape>,
+}
+
+impl<'t> Streams<'t> {
+    /// The draws of trial `index` under `seed`.
+    pub fn new(seed: u64, index: u64) -> Self {
+        Self { source: Source::new(seed, index), tape: None }
+    }
+
+    /// The draws that a tape has. Beyond its end it grows by draws of its own seed.
+    pub fn taped(tape: &'t Tape) -> Self {
+        Self { source: tape.source(), tape: Some(tape) }
+    }
+
+    /// Opens the draws of one purpose at their beginning. This computes nothing before the first draw.
+    pub fn open(self, purpose: Purpose) -> Draws<'t> {
+        self.open_named(purpose, "")
+    }
+
+    /// Opens the draws of one purpose that a name tells from others, such as the tolerance of one key.
+    pub fn open_named(self, purpose: Purpose, name: &str) -> Draws<'t> {
+        let strip = self.tape.map(|tape| (tape, tape.strip(purpose, name)));
+        Draws::new(self.source.named(name), purpose, strip)
+    }
+}
+
+/// Words that the generator gives at once, two of 32 bits each: four blocks.
+const AT_ONCE: usize = 32;
+
+/// Words of a block.
+const IN_BLOCK: usize = 8;
+
+/// Where the draws of one trial come from: ChaCha's key and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Streams {
-    /// What the seed makes of ChaCha's key: taken once, not for each stream.
+struct Source {
+    /// What the seed makes of ChaCha's key: taken once, not for each purpose.
     key: [u8; 32],
     index: u64,
 }
 
-impl Streams {
-    /// The streams of trial `index` under `seed`.
-    pub fn new(seed: u64, index: u64) -> Self {
+impl Source {
+    fn new(seed: u64, index: u64) -> Self {
         Self { key: ChaCha8Rng::seed_from_u64(seed).get_seed(), index }
     }
 
-    /// Opens the stream of one purpose at its beginning.
+    /// The source under another key, which follows from a name. Without name it is the same.
+    fn named(mut self, name: &str) -> Self {
+        if !name.is_empty() {
+            // FNV-1a.
+            let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| {
+                (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
+            });
+            for (key, hash) in self.key.iter_mut().zip(hash.to_le_bytes()) {
+                *key ^= hash;
+            }
+        }
+        self
+    }
+
+    /// The words from a block on.
     ///
-    /// ChaCha has 2^64 streams per key: the seed makes the key, trial and purpose the stream. There is room for
-    /// 16 purposes and 2^60 trials. A stream that is opened computes nothing before its first number.
-    pub fn open(self, purpose: Purpose) -> ChaCha8Rng {
+    /// ChaCha has 2^64 streams of 2^64 blocks per key: the seed makes the key, the trial is the stream.
+    fn words(&self, block: u64) -> [u64; AT_ONCE] {
         let mut rng = ChaCha8Rng::from_seed(self.key);
-        rng.set_stream((self.index << 4) | purpose as u64);
-        rng
+        rng.set_stream(self.index);
+        rng.set_word_pos(u128::from(block) << 4);
+        std::array::from_fn(|_| rng.next_u64())
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use rand::RngExt;
-
-    #[test]
-    fn golden_the_numbers_are_those_of_the_seed_itself() {
-        for (seed, index) in [(0, 0), (1, 7), (u64::MAX, 1 << 50)] {
-            let mut expected = ChaCha8Rng::seed_from_u64(seed);
-            expected.set_stream(index << 4 | Purpose::Jitter as u64);
-            let mut stream = Streams::new(seed, index).open(Purpose::Jitter);
-            for _ in 0..200 {
-                assert_eq!(stream.random::<u64>(), expected.random::<u64>());
-            }
-        }
-        // Results that are published stand on these.
-        let first: u64 = Streams::new(1, 0).open(Purpose::Angle).random();
-        assert_eq!(first, 7_424_550_030_962_593_201);
-    }
-
-    #[test]
-    fn law_streams_repeat_and_differ() {
-        let draw = |seed, index, purpose| Streams::new(seed, index).open(purpose).random::<u64>();
-        let first = draw(1, 0, Purpose::Angle);
-        assert_eq!(first, draw(1, 0, Purpose::Angle));
-        assert_ne!(first, draw(2, 0, Purpose::Angle));
-        assert_ne!(first, draw(1, 1, Purpose::Angle));
-        assert_ne!(first, draw(1, 0, Purpose::Jitter));
-    }
-}
+mod tests;

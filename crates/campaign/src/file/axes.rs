@@ -2,7 +2,6 @@
 
 use std::f64::consts::LN_10;
 
-use rand::seq::SliceRandom;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
@@ -289,7 +288,13 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
             let orders: Vec<Vec<usize>> = (0..walked.len())
                 .map(|k| {
                     let mut order: Vec<usize> = (0..count).collect();
-                    order.shuffle(&mut Streams::new(seed, k as u64).open(Purpose::Design));
+                    let mut draws = Streams::new(seed, k as u64).open(Purpose::Design);
+                    for last in (1..count).rev() {
+                        // At most `last`.
+                        #[allow(clippy::cast_possible_truncation)]
+                        let with = draws.integer(last as u64) as usize;
+                        order.swap(last, with);
+                    }
                     order
                 })
                 .collect();

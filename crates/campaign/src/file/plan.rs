@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indexmap::IndexMap;
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor};
+use standstill_sim::{Streams, Tape};
 use toml::{Table, Value};
 
 use super::axes::{AxisSpec, Point, points};
@@ -136,11 +137,18 @@ impl Plan {
         told: Option<&Scenario<Method<f64>>>,
         trial: u64,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        let drawn: Vec<(String, Value)> = self
-            .tolerances
-            .iter()
-            .map(|drawn| (drawn.key().to_owned(), drawn.draw(self.file.seed, trial)))
-            .collect();
+        self.drawn_by(point, told, Streams::new(self.file.seed, trial))
+    }
+
+    /// The scenario at a point with what these streams draw.
+    fn drawn_by(
+        &self,
+        point: usize,
+        told: Option<&Scenario<Method<f64>>>,
+        streams: Streams,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        let drawn: Vec<(String, Value)> =
+            self.tolerances.iter().map(|drawn| (drawn.key().to_owned(), drawn.draw(streams))).collect();
         self.with_drawn(point, told, &drawn)
     }
 
@@ -164,8 +172,8 @@ impl Plan {
     /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
     fn check_draws(&self) -> Result<(), FileError> {
         for drawn in &self.tolerances {
-            let draws =
-                (0..self.file.trials.min(MOST_TRIED)).map(|trial| drawn.number(self.file.seed, trial));
+            let draws = (0..self.file.trials.min(MOST_TRIED))
+                .map(|trial| drawn.number(Streams::new(self.file.seed, trial)));
             let (low, high) =
                 draws.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
             for value in [low, high] {
@@ -211,6 +219,26 @@ impl Plan {
             scenario.trial(trial).map_err(|error| FileError::settings(&error))
         };
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
+    }
+
+    /// The trial at a point that a tape gives, with its tolerances.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trial_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tape: &Tape,
+    ) -> Result<Record, FileError> {
+        let run = |scenario: &Scenario<Method<f64>>| {
+            scenario.trial_taped(tape).map_err(|error| FileError::settings(&error))
+        };
+        if self.has_tolerances() {
+            run(&self.drawn_by(point, Some(scenario), Streams::taped(tape))?)
+        } else {
+            run(scenario)
+        }
     }
 
     /// Some trials at a point, in order: side by side, unless each has a machine of its own. After `stop` is set none is

@@ -3,7 +3,7 @@ use std::path::Path;
 use standstill_detect::{Kind, Method, MethodName, keys};
 use standstill_interface::Nanos;
 use standstill_plant::built_in;
-use standstill_sim::{Arrangement, RotorState};
+use standstill_sim::{Arrangement, Purpose, RotorState, Tape};
 
 use super::{AxisSpec, Document, Origin, Plan, ScenarioFile};
 use crate::{ErrorSet, Scenario};
@@ -246,6 +246,14 @@ fn law_tolerances_have_the_spread_that_is_stated() {
     assert!(drawn.iter().all(|s| s.detector == nominal.detector));
     let one = plan.trial(0, &nominal, 3).expect("valid");
     assert_eq!(one, drawn[3].trial(3).expect("settings"));
+    // A tape has them too, each under its key.
+    let mut tape = Tape::new(1, 3);
+    assert_eq!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
+    assert_eq!(tape.normals_named(Purpose::Tolerance, "motor.winding.resistance").len(), 1);
+    tape.grow_from(2, 3);
+    assert_eq!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
+    tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] += 1.0;
+    assert_ne!(plan.trial_taped(0, &nominal, &tape).expect("valid"), one);
     // A further tolerance shifts none of the others.
     let other = self::plan(
         "[tolerances]\n\"sensors.offset\" = { normal = \"1 mA\", mean = \"9 mA\" }\n\"motor.winding.resistance\" = { normal = \"5 %\" }",

@@ -1,7 +1,5 @@
 //! Tolerances: keys whose value each trial draws.
 
-use rand::RngExt;
-use rand_distr::{Distribution as _, StandardNormal};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use standstill_sim::{Purpose, Streams};
@@ -74,7 +72,7 @@ impl Drawn {
                 width.value
             }
         };
-        // Below a tenth of a deviation nearly every draw would be thrown away.
+        // Below a tenth of a deviation it is a uniform distribution.
         if cut.is_some_and(|cut| cut.is_nan() || cut < 0.1) {
             return Err(FileError::key(&path, "`truncated` below 0.1", "at least 0.1 standard deviations"));
         }
@@ -86,8 +84,8 @@ impl Drawn {
     }
 
     /// The value in a trial.
-    pub(super) fn draw(&self, seed: u64, trial: u64) -> Value {
-        self.value(self.number(seed, trial))
+    pub(super) fn draw(&self, streams: Streams) -> Value {
+        self.value(self.number(streams))
     }
 
     /// A number as the value of the key.
@@ -95,20 +93,12 @@ impl Drawn {
         Number { value: number, ..self.mean.clone() }.to_value()
     }
 
-    /// The number in a trial. Each key has its own stream: another tolerance does not shift it.
-    pub(super) fn number(&self, seed: u64, trial: u64) -> f64 {
-        let seed = self.key.bytes().fold(seed ^ 0xcbf2_9ce4_8422_2325, |hash, byte| {
-            (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3)
-        });
-        let mut rng = Streams::new(seed, trial).open(Purpose::Tolerance);
+    /// The number in a trial. Each key has its own draw: another tolerance does not shift it.
+    pub(super) fn number(&self, streams: Streams) -> f64 {
+        let mut draws = streams.open_named(Purpose::Tolerance, &self.key);
         let off = match self.cut {
-            None => rng.random_range(-1.0..=1.0),
-            Some(cut) => loop {
-                let normal: f64 = StandardNormal.sample(&mut rng);
-                if normal.abs() <= cut {
-                    break normal;
-                }
-            },
+            None => draws.uniform_in(-1.0..1.0),
+            Some(cut) => draws.normal_within(cut),
         };
         self.mean.value + self.width * off
     }

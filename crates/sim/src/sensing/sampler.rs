@@ -1,22 +1,20 @@
 //! Taking samples: from what is there to what the drive reads.
 
-use rand::RngExt;
-use rand_chacha::ChaCha8Rng;
 use standstill_interface::{Abc, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
-use super::{Arrangement, Converter, Sensors, normal};
-use crate::{Purpose, Streams};
+use super::{Arrangement, Converter, Sensors};
+use crate::{Draws, Purpose, Streams};
 
 /// Takes the samples of one run.
 #[derive(Debug)]
-pub struct Sampler {
+pub struct Sampler<'t> {
     sensors: Sensors,
     adc: Option<Converter>,
     link_adc: Option<Converter>,
-    noise: ChaCha8Rng,
-    link_noise: ChaCha8Rng,
-    jitter: ChaCha8Rng,
+    noise: Draws<'t>,
+    link_noise: Draws<'t>,
+    jitter: Draws<'t>,
 }
 
 /// What is physically there at the instant of a sample.
@@ -30,8 +28,8 @@ pub struct Instant {
     pub requested: [Gate; 3],
 }
 
-impl Sampler {
-    pub fn new(sensors: Sensors, streams: Streams) -> Self {
+impl<'t> Sampler<'t> {
+    pub fn new(sensors: Sensors, streams: Streams<'t>) -> Self {
         Self {
             sensors,
             adc: sensors.settings.adc.map(Converter::from),
@@ -46,11 +44,8 @@ impl Sampler {
     pub fn instant(&mut self, nominal: Nanos, command_start: Nanos, command_end: Nanos) -> Nanos {
         let jitter = self.sensors.settings.jitter.0;
         let late = nominal.0 + self.sensors.settings.sample_delay.0;
-        let moved = if jitter == 0 {
-            late
-        } else {
-            (late + self.jitter.random_range(0..=2 * jitter)).saturating_sub(jitter)
-        };
+        let moved =
+            if jitter == 0 { late } else { (late + self.jitter.integer(2 * jitter)).saturating_sub(jitter) };
         Nanos(moved.clamp(command_start.0, command_end.0))
     }
 
@@ -59,7 +54,7 @@ impl Sampler {
         let s = &self.sensors.settings;
         let mut raw = [(0.0, false); 3];
         for (k, raw) in raw.iter_mut().enumerate() {
-            let noise = if s.noise > 0.0 { s.noise * normal(&mut self.noise) } else { 0.0 };
+            let noise = if s.noise > 0.0 { s.noise * self.noise.normal() } else { 0.0 };
             let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise;
             *raw = self.adc.map_or((value, false), |adc| adc.convert(value));
         }
@@ -84,7 +79,7 @@ impl Sampler {
 
         let mut dc_link = self.sensors.dc_link_gain * there.dc_link + self.sensors.dc_link_offset;
         if s.dc_link.noise > 0.0 {
-            dc_link += s.dc_link.noise * normal(&mut self.link_noise);
+            dc_link += s.dc_link.noise * self.link_noise.normal();
         }
         let mut dc_link_clipped = false;
         if let Some(adc) = self.link_adc {
@@ -107,7 +102,7 @@ mod tests {
     use standstill_inverter::Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
     use standstill_inverter::Modes;
 
-    fn sampler(settings: SensorSettings) -> Sampler {
+    fn sampler(settings: SensorSettings) -> Sampler<'static> {
         Sampler::new(Sensors::nominal(settings), Streams::new(1, 0))
     }
 

@@ -1,0 +1,185 @@
+//! The draws of one purpose, one after the other.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use super::normal::{
+    lower_tail, normal_of_uniform, normals_of_uniforms, uniform_of_normal, uniform_of_word, value,
+};
+use super::{AT_ONCE, IN_BLOCK, Purpose, Source, Tape};
+
+/// The draws of one trial and purpose, in their order. Each takes one number, an angle two.
+///
+/// ```
+/// use standstill_sim::{Purpose, Streams};
+///
+/// let mut noise = Streams::new(1, 0).open(Purpose::CurrentNoise);
+/// let samples: Vec<f64> = (0..9).map(|_| 10e-3 * noise.normal()).collect();
+/// // Many at once are the same.
+/// let mut at_once = [0.0; 9];
+/// Streams::new(1, 0).open(Purpose::CurrentNoise).normals(&mut at_once);
+/// assert_eq!(samples, at_once.map(|normal| 10e-3 * normal));
+/// ```
+#[derive(Clone, Debug)]
+pub struct Draws<'t> {
+    seeded: Seeded,
+    /// The tape and the number of a strip of it.
+    strip: Option<(&'t Tape, usize)>,
+    /// Number of the next draw.
+    next: u64,
+}
+
+impl<'t> Draws<'t> {
+    pub(super) fn new(source: Source, purpose: Purpose, strip: Option<(&'t Tape, usize)>) -> Self {
+        Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
+    }
+
+    /// A standard normal.
+    #[inline]
+    pub fn normal(&mut self) -> f64 {
+        let number = self.advance();
+        match self.strip {
+            None => self.seeded.normal(number),
+            Some(strip) => self.seeded.taped(strip, number),
+        }
+    }
+
+    /// As many standard normals as there is room for.
+    pub fn normals(&mut self, out: &mut [f64]) {
+        for out in out {
+            *out = self.normal();
+        }
+    }
+
+    /// A standard normal of which only draws within ±`most` count, by its quantile: what was drawn keeps its rank.
+    pub fn normal_within(&mut self, most: f64) -> f64 {
+        let normal = self.normal();
+        let outside = lower_tail(most);
+        if outside == 0.0 {
+            return normal;
+        }
+        // From the nearer end, where the small probabilities are.
+        let share = lower_tail(normal.abs());
+        let size = -normal_of_uniform(outside + share * (1.0 - 2.0 * outside));
+        size.clamp(0.0, most).copysign(normal)
+    }
+
+    /// A uniform number in [0, 1): an odd multiple of 2^-49.
+    #[inline]
+    pub fn uniform(&mut self) -> f64 {
+        let number = self.advance();
+        match self.strip {
+            None => self.seeded.uniform(number),
+            Some(strip) => uniform_of_normal(self.seeded.taped(strip, number)),
+        }
+    }
+
+    /// A uniform number in this range.
+    pub fn uniform_in(&mut self, range: Range<f64>) -> f64 {
+        range.start + (range.end - range.start) * self.uniform()
+    }
+
+    /// A whole number from 0 to `last`, each with the same probability to `last`/2^48.
+    #[inline]
+    pub fn integer(&mut self, last: u64) -> u64 {
+        let product = u128::from(value(self.uniform())) * (u128::from(last) + 1);
+        // A share below one of at most 2^64.
+        #[allow(clippy::cast_possible_truncation)]
+        let integer = (product >> 48) as u64;
+        integer
+    }
+
+    /// A uniform angle in rad in [0, 2π): the direction of two normals. Unlike a share of a turn it has no ends where
+    /// neighbouring directions are far apart on a tape.
+    pub fn angle(&mut self) -> f64 {
+        let (x, y) = (self.normal(), self.normal());
+        let angle = standstill_numeric::atan2(y, x);
+        let angle = if angle < 0.0 { angle + TAU } else { angle };
+        // So near below zero that it is rounded up.
+        if angle < TAU { angle } else { 0.0 }
+    }
+
+    fn advance(&mut self) -> u64 {
+        let number = self.next;
+        self.next += 1;
+        number
+    }
+}
+
+/// What the seed gives for each number.
+#[derive(Clone, Debug)]
+struct Seeded {
+    source: Source,
+    purpose: Purpose,
+    /// The draws at hand.
+    block: [f64; AT_ONCE],
+    /// Their numbers.
+    numbers: Range<u64>,
+    /// Whether they are normals; otherwise uniforms.
+    are_normals: bool,
+}
+
+impl Seeded {
+    fn new(source: Source, purpose: Purpose) -> Self {
+        Self { source, purpose, block: [0.0; AT_ONCE], numbers: 0..0, are_normals: false }
+    }
+
+    #[inline]
+    fn uniform(&mut self, number: u64) -> f64 {
+        if !self.numbers.contains(&number) || self.are_normals {
+            self.load(number);
+        }
+        self.at_hand(number)
+    }
+
+    #[inline]
+    fn normal(&mut self, number: u64) -> f64 {
+        if !self.numbers.contains(&number) {
+            self.load(number);
+        }
+        if self.are_normals {
+            return self.at_hand(number);
+        }
+        // Most purposes draw no more than a few.
+        if number < IN_BLOCK as u64 {
+            return normal_of_uniform(self.at_hand(number));
+        }
+        normals_of_uniforms(&mut self.block);
+        self.are_normals = true;
+        self.at_hand(number)
+    }
+
+    /// The normal that a strip of a tape has or gets.
+    fn taped(&mut self, (tape, strip): (&Tape, usize), number: u64) -> f64 {
+        let place = usize::try_from(number).expect("a tape fits into the memory");
+        tape.read(strip, place, |number| self.normal(number))
+    }
+
+    #[inline]
+    fn at_hand(&self, number: u64) -> f64 {
+        // Below the length of a block.
+        #[allow(clippy::cast_possible_truncation)]
+        let place = (number - self.numbers.start) as usize;
+        self.block[place]
+    }
+
+    /// Computes the uniforms about this number.
+    ///
+    /// The first block of each purpose is at the place that the purpose has; the others follow far behind, four by four.
+    #[cold]
+    fn load(&mut self, number: u64) {
+        const FIRST: u64 = IN_BLOCK as u64;
+        const FOUR: u64 = AT_ONCE as u64;
+        let place = self.purpose as u64;
+        let (block, numbers) = if number < FIRST {
+            (place, 0..FIRST)
+        } else {
+            let four = (number - FIRST) / FOUR;
+            let start = FIRST + four * FOUR;
+            (((place + 1) << 40) + 4 * four, start..start + FOUR)
+        };
+        self.block = self.source.words(block).map(uniform_of_word);
+        self.numbers = numbers;
+        self.are_normals = false;
+    }
+}

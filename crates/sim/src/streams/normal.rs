@@ -1,0 +1,178 @@
+//! A draw as a uniform number and as a standard normal.
+//!
+//! A draw is one of 2^48 values k with the same probability. As a uniform it is u = (k + ½)/2^48, as a standard
+//! normal z = Φ⁻¹(u), between −7.86 and 7.86. The values are so far apart that Φ(z) finds k again from the rounded z:
+//! a list of normals has everything that was drawn.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use multiversion::multiversion;
+
+use self::coefficients::{FAR_TAIL, MIDDLE, NEAR_TAIL};
+use super::AT_ONCE;
+
+/// Number of values that a draw has.
+const VALUES: f64 = (1_u64 << 48) as f64;
+
+/// The uniform number in (0, 1) that a random word gives.
+#[inline(always)]
+pub(super) fn uniform_of_word(word: u64) -> f64 {
+    uniform_of_value(word >> 16)
+}
+
+/// The uniform number of value k.
+#[inline(always)]
+fn uniform_of_value(value: u64) -> f64 {
+    (value as f64 + 0.5) / VALUES
+}
+
+/// The value k of a uniform number.
+#[inline]
+pub(super) fn value(uniform: f64) -> u64 {
+    // Between 0 and 2^48.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let value = (uniform * VALUES) as u64;
+    value
+}
+
+/// Φ(−z).
+pub(super) fn lower_tail(z: f64) -> f64 {
+    0.5 * standstill_numeric::erfc(z * FRAC_1_SQRT_2)
+}
+
+/// The uniform number of the value that a standard normal belongs to: Φ(z), rounded.
+pub(super) fn uniform_of_normal(normal: f64) -> f64 {
+    let below = uniform_of_value(value(lower_tail(normal.abs())).min((1 << 47) - 1));
+    if normal < 0.0 { below } else { 1.0 - below }
+}
+
+/// Furthest from ½ at which [`central`] holds.
+const CENTRAL: f64 = 0.425;
+
+/// The standard normal of a uniform number, Φ⁻¹(u): algorithm AS 241 of M. J. Wichura, "The percentage points of the normal
+/// distribution", Applied Statistics 37 (1988), pp. 477–484, to about 1 part in 10^16 but for rounding.
+#[inline]
+pub(super) fn normal_of_uniform(uniform: f64) -> f64 {
+    let off = uniform - 0.5;
+    if off.abs() <= CENTRAL { central(off) } else { tail(uniform) }
+}
+
+/// The standard normals of uniform numbers, to the bits of [`normal_of_uniform`].
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
+pub(super) fn normals_of_uniforms(numbers: &mut [f64; AT_ONCE]) {
+    let uniforms = *numbers;
+    for (number, uniform) in numbers.iter_mut().zip(uniforms) {
+        *number = central(uniform - 0.5);
+    }
+    // Every seventh is in a tail.
+    let mut tails = 0_u32;
+    for (n, uniform) in uniforms.iter().enumerate() {
+        tails |= u32::from((uniform - 0.5).abs() > CENTRAL) << n;
+    }
+    while tails != 0 {
+        let n = tails.trailing_zeros() as usize;
+        numbers[n] = tail(uniforms[n]);
+        tails &= tails - 1;
+    }
+}
+
+/// A polynomial with the constant first.
+#[inline(always)]
+fn polynomial(coefficients: [f64; 8], x: f64) -> f64 {
+    coefficients.into_iter().rev().fold(0.0, |sum, coefficient| sum * x + coefficient)
+}
+
+/// A ratio of polynomials.
+#[inline(always)]
+fn ratio([above, below]: [[f64; 8]; 2], x: f64) -> f64 {
+    polynomial(above, x) / polynomial(below, x)
+}
+
+/// Φ⁻¹(½ + off) near the middle.
+#[inline(always)]
+fn central(off: f64) -> f64 {
+    off * ratio(MIDDLE, CENTRAL * CENTRAL - off * off)
+}
+
+/// Φ⁻¹ in the tails.
+fn tail(uniform: f64) -> f64 {
+    let probability = uniform.min(1.0 - uniform);
+    let r = (-standstill_numeric::ln(probability)).sqrt();
+    let size = if r <= 5.0 { ratio(NEAR_TAIL, r - 1.6) } else { ratio(FAR_TAIL, r - 5.0) };
+    if uniform < 0.5 { -size } else { size }
+}
+
+// The coefficients as they were published.
+#[allow(clippy::excessive_precision, clippy::unreadable_literal)]
+mod coefficients {
+    pub const MIDDLE: [[f64; 8]; 2] = [
+        [
+            3.3871328727963666080,
+            1.3314166789178437745e2,
+            1.9715909503065514427e3,
+            1.3731693765509461125e4,
+            4.5921953931549871457e4,
+            6.7265770927008700853e4,
+            3.3430575583588128105e4,
+            2.5090809287301226727e3,
+        ],
+        [
+            1.0,
+            4.2313330701600911252e1,
+            6.8718700749205790830e2,
+            5.3941960214247511077e3,
+            2.1213794301586595867e4,
+            3.9307895800092710610e4,
+            2.8729085735721942674e4,
+            5.2264952788528545610e3,
+        ],
+    ];
+
+    /// For √(−ln p) up to 5.
+    pub const NEAR_TAIL: [[f64; 8]; 2] = [
+        [
+            1.42343711074968357734,
+            4.63033784615654529590,
+            5.76949722146069140550,
+            3.64784832476320460504,
+            1.27045825245236838258,
+            2.41780725177450611770e-1,
+            2.27238449892691845833e-2,
+            7.74545014278341407640e-4,
+        ],
+        [
+            1.0,
+            2.05319162663775882187,
+            1.67638483018380384940,
+            6.89767334985100004550e-1,
+            1.48103976427480074590e-1,
+            1.51986665636164571966e-2,
+            5.47593808499534494600e-4,
+            1.05075007164441684324e-9,
+        ],
+    ];
+
+    /// Beyond.
+    pub const FAR_TAIL: [[f64; 8]; 2] = [
+        [
+            6.65790464350110377720,
+            5.46378491116411436990,
+            1.78482653991729133580,
+            2.96560571828504891230e-1,
+            2.65321895265761230930e-2,
+            1.24266094738807843860e-3,
+            2.71155556874348757815e-5,
+            2.01033439929228813265e-7,
+        ],
+        [
+            1.0,
+            5.99832206555887937690e-1,
+            1.36929880922735805310e-1,
+            1.48753612908506148525e-2,
+            7.86869131145613259100e-4,
+            1.84631831751005468180e-5,
+            1.42151175831644588870e-7,
+            2.04426310338993978564e-15,
+        ],
+    ];
+}
