@@ -1,5 +1,6 @@
 //! What run it is, and which part of it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -63,6 +64,9 @@ pub struct Identity {
     pub shard: Shard,
     /// The scenario with all overrides, as a file would say it.
     pub scenario: String,
+    /// Digests of the files that it names, by their paths from its folder.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
+    pub files: BTreeMap<String, String>,
 }
 
 impl Identity {
@@ -75,6 +79,18 @@ impl Identity {
     #[must_use]
     pub fn whole(&self) -> Self {
         Self { shard: Shard::WHOLE, ..self.clone() }
+    }
+
+    /// What the file of trials says of its run, by name.
+    pub fn metadata(&self) -> Vec<(String, String)> {
+        let files: Vec<String> = self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();
+        let files = (!files.is_empty()).then(|| ("files", files.join("\n")));
+        let all = [
+            ("version", self.version.clone()),
+            ("seed", self.seed.to_string()),
+            ("scenario", self.scenario.clone()),
+        ];
+        all.into_iter().chain(files).map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
     /// The first difference from another run, in words; none: they are the same.
@@ -100,6 +116,13 @@ impl Identity {
                 Some((own, other)) => differ("the scenario", &format!("`{own}`"), &format!("`{other}`")),
                 None => Some("one scenario says more than the other".to_owned()),
             };
+        }
+        let paths = self.files.keys().chain(other.files.keys());
+        if let Some(path) = paths.into_iter().find(|path| self.files.get(*path) != other.files.get(*path)) {
+            let of = |files: &BTreeMap<String, String>| {
+                files.get(path).map_or_else(|| "not read".to_owned(), |digest| format!("of {digest}"))
+            };
+            return differ(&format!("the file {path}"), &of(&self.files), &of(&other.files));
         }
         (self != other).then(|| "the points are others".to_owned())
     }

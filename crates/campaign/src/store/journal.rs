@@ -315,6 +315,8 @@ fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::walk::tests::row;
     use super::*;
     use crate::file::StopTable;
@@ -328,6 +330,7 @@ mod tests {
             stop_at: StopTable::default(),
             shard: Shard::WHOLE,
             scenario: "seed = 1\ntrials = 100\n".to_owned(),
+            files: BTreeMap::new(),
         }
     }
 

@@ -210,6 +210,7 @@ mod tests {
             stop_at: StopTable::default(),
             shard: Shard { index, count },
             scenario: format!("seed = {seed}\n"),
+            files: BTreeMap::new(),
         }
     }
 

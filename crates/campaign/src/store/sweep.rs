@@ -100,6 +100,7 @@ impl Sweep<'_> {
             stop_at: file.stop_at,
             shard: self.shard,
             scenario,
+            files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
         }
     }
 

@@ -107,6 +107,8 @@ fn next_look(trials: u64) -> u64 {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use crate::Verdict;
     use crate::file::Document;
@@ -144,6 +146,7 @@ pub(crate) mod tests {
             stop_at,
             shard,
             scenario: text,
+            files: BTreeMap::new(),
         }
     }
 

@@ -87,12 +87,9 @@ impl Run {
             found,
             needed: "the trials that summary.json beside it is of".to_owned(),
         };
-        let run = &self.summary.run;
-        for (key, needed) in
-            [("version", &run.version), ("seed", &run.seed.to_string()), ("scenario", &run.scenario)]
-        {
-            let found = reader.metadata().iter().find(|(name, _)| name == key);
-            if found.is_none_or(|(_, value)| value != needed) {
+        for (key, needed) in self.summary.run.metadata() {
+            let found = reader.metadata().iter().find(|(name, _)| *name == key);
+            if found.is_none_or(|(_, value)| *value != needed) {
                 return Err(foreign(format!("another {key}, or none")));
             }
         }

@@ -1,6 +1,7 @@
 //! The command as its users meet it: what it prints and writes, and what it says to mistakes.
 
 mod campaigns;
+mod files;
 mod maps;
 mod methods;
 mod mistakes;
