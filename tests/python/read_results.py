@@ -39,7 +39,7 @@ def main(standstill):
 
         text = pd.read_csv(path["csv"], low_memory=False)
         run = json.loads(text["run"].iloc[0])
-        assert run == {key: str(summary["run"][key]) for key in ("version", "seed", "scenario")}
+        assert run == {key: str(summary["run"][key]) for key in ("version", "numerics", "seed", "scenario")}
         assert text["run"].iloc[1:].isna().all()
         binary = pd.read_parquet(path["parquet"])
         metadata = pq.read_schema(path["parquet"]).metadata

@@ -51,6 +51,9 @@ impl fmt::Display for Shard {
 pub struct Identity {
     /// Version of the program.
     pub version: String,
+    /// What it computes: see [`crate::NUMERICS`].
+    #[serde(default)]
+    pub numerics: u32,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Points of the axes.
@@ -83,10 +86,12 @@ impl Identity {
 
     /// What the file of trials says of its run, by name.
     pub fn metadata(&self) -> Vec<(String, String)> {
-        let files: Vec<String> = self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();
+        let files: Vec<String> =
+            self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();
         let files = (!files.is_empty()).then(|| ("files", files.join("\n")));
         let all = [
             ("version", self.version.clone()),
+            ("numerics", self.numerics.to_string()),
             ("seed", self.seed.to_string()),
             ("scenario", self.scenario.clone()),
         ];
@@ -100,6 +105,9 @@ impl Identity {
         };
         if self.version != other.version {
             return differ("the program's version", &self.version, &other.version);
+        }
+        if self.numerics != other.numerics {
+            return differ("the number of the program's numerics", &self.numerics, &other.numerics);
         }
         if self.seed != other.seed {
             return differ("the seed", &self.seed, &other.seed);

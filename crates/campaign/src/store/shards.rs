@@ -204,6 +204,7 @@ mod tests {
     fn identity(index: u64, count: u64, seed: u64) -> Identity {
         Identity {
             version: "1".to_owned(),
+            numerics: 1,
             seed,
             points: 3,
             trials: 10,

@@ -11,7 +11,7 @@ use standstill_detect::Method;
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError};
 use super::row::Row;
-use crate::Scenario;
+use crate::{NUMERICS, Scenario};
 use crate::file::{FileError, Plan};
 use crate::pace::Pace;
 
@@ -89,19 +89,23 @@ fn parts(block: &[(usize, u64)], most: usize) -> Vec<(usize, Range<u64>)> {
 }
 
 impl Sweep<'_> {
-    /// What makes it this run; `scenario` is the file with all overrides.
-    pub fn identity(&self, version: &str, scenario: String) -> Identity {
+    /// What makes it this run.
+    ///
+    /// # Errors
+    /// A scenario that cannot be written down.
+    pub fn identity(&self) -> Result<Identity, FileError> {
         let file = self.plan.file();
-        Identity {
-            version: version.to_owned(),
+        Ok(Identity {
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            numerics: NUMERICS,
             seed: file.seed,
             points: self.plan.points().len() as u64,
             trials: file.trials,
             stop_at: file.stop_at,
             shard: self.shard,
-            scenario,
+            scenario: self.plan.text()?,
             files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
-        }
+        })
     }
 
     /// Runs what the journal does not have yet, block by block, until it is done or `stop` is set. `progress` sees each
@@ -210,7 +214,7 @@ mod tests {
         let folder = tempfile::tempdir().expect("a folder");
         let plan = plan();
         let sweep = Sweep { plan: &plan, shard: Shard::WHOLE, threads: Some(1) };
-        let identity = sweep.identity("1", TEXT.to_owned());
+        let identity = sweep.identity().expect("TOML");
         let never = AtomicBool::new(false);
         let path = folder.path().join("whole");
         let mut journal = Journal::create(&path, &identity).expect("writable");
@@ -234,7 +238,7 @@ mod tests {
             let sweep = Sweep { shard: Shard { index, count: 3 }, ..sweep };
             let path = folder.path().join(format!("shard-{index}"));
             let mut journal =
-                Journal::create(&path, &sweep.identity("1", TEXT.to_owned())).expect("writable");
+                Journal::create(&path, &sweep.identity().expect("TOML")).expect("writable");
             sweep.run(&mut journal, &never, |_| {}).expect("runs");
             together.extend(rows(&path));
         }

@@ -140,6 +140,7 @@ pub(crate) mod tests {
         let stop_at = file.expect("valid").stop_at;
         Identity {
             version: "1".to_owned(),
+            numerics: 1,
             seed: 1,
             points: 5,
             trials: 10_000,

@@ -66,7 +66,7 @@ fn document(options: &Run) -> Result<Document, Error> {
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let plan = Plan::new(document)?;
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
-    let identity = trials.identity(env!("CARGO_PKG_VERSION"), plan.text()?);
+    let identity = trials.identity()?;
     let out = &options.results.out;
     let whole = options.shard == Shard::WHOLE;
     let path = out.join(options.shard.file_name());
