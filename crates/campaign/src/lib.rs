@@ -10,6 +10,7 @@
 mod bound;
 mod campaign;
 mod compare;
+mod engine;
 mod errors;
 pub mod file;
 mod numerics;
@@ -24,6 +25,7 @@ mod suitability;
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
 pub use compare::{Adjustment, Entry, PoleRule, told};
+pub use engine::TrialError;
 pub use errors::{DriveSettings, ErrorSet};
 pub use numerics::NUMERICS;
 pub use record::{Record, Verdict};

@@ -2,8 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 use standstill_detect::Method;
@@ -14,13 +12,14 @@ use super::axes::{Point, points};
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
-use crate::{Record, Scenario};
+use crate::engine::Trials;
+use crate::{Record, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
     document: Document,
-    /// The same with the whole motor in it: each trial with tolerances is made of it.
+    /// The same with the whole motor in it, unless an axis changes of what: each trial with tolerances is made of it.
     resolved: Document,
     /// The motor, if it is the same at all points and in all trials.
     motor: Option<Motor>,
@@ -202,29 +201,34 @@ impl Plan {
         };
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
+}
 
-    /// Some trials at a point, in order: side by side, unless each has a machine of its own. After `stop` is set none is
-    /// begun.
-    ///
-    /// # Errors
-    /// A value drawn that cannot be.
-    pub fn trials(
+impl Trials for Plan {
+    type Point = Scenario<Method<f64>>;
+    type Error = FileError;
+
+    fn point(&self, number: usize) -> Result<Self::Point, FileError> {
+        self.scenario(number)
+    }
+
+    /// Side by side, unless each has a machine of its own.
+    fn run(
         &self,
-        point: usize,
-        scenario: &Scenario<Method<f64>>,
-        trials: Range<u64>,
-        stop: &AtomicBool,
-    ) -> Result<Vec<Record>, FileError> {
-        let trials = trials.take_while(|_| !stop.load(Ordering::Relaxed));
-        if self.has_tolerances() {
-            return trials.map(|trial| self.trial(point, scenario, trial)).collect();
+        point: &Self::Point,
+        number: usize,
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        if !self.has_tolerances() {
+            let settings =
+                |TrialError { trial, error }| TrialError { trial, error: FileError::settings(&error) };
+            return point.trials(trials, done).map_err(settings);
         }
-        let mut records = Vec::new();
-        scenario
-            .trials(trials, |record| records.push(record))
-            .map_err(|error| FileError::settings(&error))?;
-        records.sort_unstable_by_key(|record| record.trial);
-        Ok(records)
+        for trial in trials {
+            let failed = |error| TrialError { trial, error };
+            done(self.trial(number, point, trial).map_err(failed)?);
+        }
+        Ok(())
     }
 }
 
