@@ -39,7 +39,7 @@ def main(standstill):
 
         text = pd.read_csv(path["csv"], low_memory=False)
         run = json.loads(text["run"].iloc[0])
-        assert run == {key: str(summary["run"][key]) for key in ("version", "seed", "scenario")}
+        assert run == {key: str(summary["run"][key]) for key in ("version", "numerics", "seed", "scenario")}
         assert text["run"].iloc[1:].isna().all()
         binary = pd.read_parquet(path["parquet"])
         metadata = pq.read_schema(path["parquet"]).metadata
@@ -65,7 +65,9 @@ def main(standstill):
                 rows = rows[rows[key] == value]
             assert len(rows) == point["summary"]["trials"] == 200
             wrap = (rows["axis_deg"] - rows["true_angle_deg"]) % 180
-            error = wrap.where(wrap <= 90, wrap - 180).dropna()
+            wrapped = wrap.where(wrap <= 90, wrap - 180)
+            error = rows["axis_error_deg"].dropna()
+            assert len(error) == rows["axis_deg"].notna().sum() and ((error - wrapped).abs().dropna() < 1e-9).all()
             rms = float((error**2).mean() ** 0.5)
             assert abs(rms / point["summary"]["rms_deg"]["value"] - 1) < 1e-9
             assert (rows["outcome"] == "undetermined").sum() == point["summary"]["undetermined"]

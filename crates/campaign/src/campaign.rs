@@ -1,13 +1,11 @@
-//! Running many trials on all cores, in order.
+//! A number of trials of one scenario.
 
 use std::fmt;
-use std::ops::Range;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::time::Instant;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
-use crate::pace::Pace;
+use crate::engine::{Engine, TrialError, Trials};
 use crate::{Record, Scenario};
 
 /// A number of trials of a scenario.
@@ -41,56 +39,108 @@ impl fmt::Display for CampaignError {
 
 impl std::error::Error for CampaignError {}
 
+impl<S: Settings<f64> + Sync> Trials for Scenario<S> {
+    /// The scenario itself is its only one.
+    type Point = ();
+    type Error = SettingsError;
+
+    fn point(&self, _: usize) -> Result<(), SettingsError> {
+        Ok(())
+    }
+
+    fn run(
+        &self,
+        (): &(),
+        _: usize,
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<SettingsError>> {
+        self.trials(trials, done)
+    }
+}
+
 impl<S: Settings<f64> + Sync> Campaign<'_, S> {
     /// Runs the trials and hands each record to `sink`, in the order of their numbers. Stops early
     /// once `stop` is set; returns the number of trials done.
+    ///
+    /// # Errors
+    /// A trial that cannot be run, once the records before it are handed over; those of `sink`.
     pub fn run<E: From<CampaignError>>(
         &self,
         stop: &AtomicBool,
         mut sink: impl FnMut(&Record) -> Result<(), E>,
     ) -> Result<u64, E> {
         self.scenario.check().map_err(CampaignError::Settings)?;
-        let pool = rayon::ThreadPoolBuilder::new()
-            .num_threads(self.threads.unwrap_or(0))
-            .build()
-            .map_err(CampaignError::Threads)?;
+        let mut engine = Engine::new(self.scenario, self.threads).map_err(CampaignError::Threads)?;
         let mut done = 0;
-        let mut pace = Pace::new(pool.current_num_threads());
         while done < self.trials && !stop.load(Ordering::Relaxed) {
-            let start = Instant::now();
-            let end = (done + pace.size()).min(self.trials);
-            for record in &self.block(&pool, done..end, stop).map_err(CampaignError::Settings)? {
+            let end = (done + engine.size()).min(self.trials);
+            let block: Vec<(usize, u64)> = (done..end).map(|trial| (0, trial)).collect();
+            let (records, outcome) = engine.block(&block, stop);
+            for record in &records {
                 sink(record)?;
                 done += 1;
             }
-            pace = pace.after(start);
+            outcome.map_err(CampaignError::Settings)?;
         }
         Ok(done)
     }
+}
 
-    /// Some trials, in order; each thread takes the next one when a lane of it is free. After `stop` is set none is begun,
-    /// and those that were come to their ends: the first of the block.
-    fn block(
-        &self,
-        pool: &rayon::ThreadPool,
-        trials: Range<u64>,
-        stop: &AtomicBool,
-    ) -> Result<Vec<Record>, SettingsError> {
-        let next = AtomicU64::new(trials.start);
-        let parts = pool.broadcast(|_| {
-            let mut records = Vec::new();
-            let take = || {
-                let go_on = !stop.load(Ordering::Relaxed);
-                go_on.then(|| next.fetch_add(1, Ordering::Relaxed)).filter(|trial| *trial < trials.end)
-            };
-            self.scenario.trials(std::iter::from_fn(take), |record| records.push(record))?;
-            Ok(records)
-        });
-        let mut all = Vec::new();
-        for part in parts {
-            all.append(&mut part?);
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU64;
+
+    use standstill_detect::{Decay, LineInductance, Settings};
+    use standstill_interface::Nanos;
+    use standstill_plant::built_in;
+    use standstill_sim::RotorState;
+
+    use super::*;
+    use crate::ErrorSet;
+
+    /// The paper's settings, of which a detector can be made any number of times but one.
+    struct Once {
+        settings: LineInductanceSettings<f64>,
+        made: AtomicU64,
+        fails: u64,
+    }
+
+    impl Settings<f64> for Once {
+        type Detector = LineInductance<f64>;
+
+        fn detector(&self) -> Result<Self::Detector, SettingsError> {
+            if self.made.fetch_add(1, Ordering::Relaxed) == self.fails {
+                return Err(SettingsError { setting: "once", needed: "made another time" });
+            }
+            self.settings.detector()
         }
-        all.sort_unstable_by_key(|record| record.trial);
-        Ok(all)
+
+        fn carrier_period(&self) -> Option<Nanos> {
+            self.settings.carrier_period()
+        }
+    }
+
+    #[test]
+    fn regress_a_detector_that_cannot_be_made_in_the_middle_ends_the_run_with_its_error() {
+        let motor = built_in("paper-5k5").expect("built in");
+        let paper = Scenario::paper(motor.clone(), ErrorSet::Default, Decay::Fast, RotorState::Locked, 1);
+        // One is made beforehand, to check the settings.
+        for fails in [1, 2, 30] {
+            let once = Once { settings: paper.detector, made: AtomicU64::new(0), fails };
+            let scenario = Scenario::new(motor.clone(), ErrorSet::Default, RotorState::Locked, 1, |_| once);
+            let mut records = Vec::new();
+            let campaign = Campaign { scenario: &scenario, trials: 100, threads: Some(1) };
+            let outcome = campaign.run(&AtomicBool::new(false), |record| {
+                records.push(*record);
+                Ok::<(), CampaignError>(())
+            });
+            let message = outcome.expect_err("it ends there").to_string();
+            assert!(message.contains("`once`"), "{message}");
+            // What was done before is there, and nothing behind it.
+            let expected: Vec<Record> =
+                (0..fails - 1).map(|trial| paper.trial(trial).expect("settings")).collect();
+            assert_eq!(records, expected);
+        }
     }
 }

@@ -14,7 +14,7 @@ use standstill_sim::{
     run_side_by_side,
 };
 
-use crate::{DriveSettings, ErrorSet, Record};
+use crate::{DriveSettings, ErrorSet, Record, TrialError};
 
 /// One motor, one kind of drive, one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
@@ -240,21 +240,31 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Trials side by side in this thread, which is several times as fast as one after the other; `done` gets each record
     /// as it comes to its end.
+    ///
+    /// # Errors
+    /// A trial for which no detector can be made. No further one is begun; those under way come to their ends.
     pub fn trials(
         &self,
         trials: impl IntoIterator<Item = u64>,
         mut done: impl FnMut(Record),
-    ) -> Result<(), SettingsError> {
-        self.detector.detector()?;
+    ) -> Result<(), TrialError<SettingsError>> {
         let numbers = RefCell::new(Vec::new());
-        let cases = trials.into_iter().map_while(|trial| {
-            numbers.borrow_mut().push(trial);
-            Some((self.case(trial), self.detector.detector().ok()?))
+        let mut failed = None;
+        let cases = trials.into_iter().map_while(|trial| match self.detector.detector() {
+            Ok(detector) => {
+                numbers.borrow_mut().push(trial);
+                Some((self.case(trial), detector))
+            }
+            Err(error) => {
+                failed = Some(TrialError { trial, error });
+                None
+            }
         });
-        run_side_by_side(&self.motor, &self.drive.link, cases, |number, run| {
+        // Fused: other lanes must not go on behind it.
+        run_side_by_side(&self.motor, &self.drive.link, cases.fuse(), |number, run| {
             done(Record { trial: numbers.borrow()[number], run });
         });
-        Ok(())
+        failed.map_or(Ok(()), Err)
     }
 
     /// A trial whose draws are on a tape, with the scenario's own detector. Its number is that of the tape.

@@ -11,7 +11,7 @@ use standstill_report::table::{Column, Kind, Value};
 use standstill_sim::{Event, Snapshot, Trace};
 
 /// Columns of a trial in files of trials.
-const TRIAL: [(&str, Kind); 12] = [
+const TRIAL: [(&str, Kind); 13] = [
     ("trial", Kind::Whole),
     ("true_angle_deg", Kind::Number),
     ("estimated_angle_deg", Kind::Number),
@@ -21,6 +21,7 @@ const TRIAL: [(&str, Kind); 12] = [
     ("rotor_moved_deg", Kind::Number),
     ("duration_s", Kind::Number),
     ("axis_deg", Kind::Number),
+    ("axis_error_deg", Kind::Number),
     ("start_angle_deg", Kind::Number),
     ("peak_current_a", Kind::Number),
     ("reason", Kind::Text),
@@ -49,6 +50,7 @@ pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
         Value::Number(row.rotor_moved_deg),
         Value::Number(row.duration_s),
         number(row.axis_deg),
+        number(row.axis_error_deg),
         Value::Number(row.start_angle_deg),
         Value::Number(row.peak_current_a),
         Value::Text(row.reason.as_str().into()),

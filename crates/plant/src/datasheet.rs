@@ -14,7 +14,7 @@ use standstill_quantity::unit::{
 };
 use standstill_quantity::{Quantity, Unit};
 
-use crate::{FluxMap, MapError, MapReport, MapSamples};
+use crate::{Files, FluxMap, MapError, MapReport, MapSamples};
 
 fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
     Entry {
@@ -199,6 +199,9 @@ pub struct DataSheet {
     /// The file, or the built-in's name.
     #[serde(skip)]
     file: String,
+    /// Through which its map is read.
+    #[serde(skip)]
+    files: Files,
     name: String,
     title: String,
     notes: String,
@@ -288,6 +291,12 @@ impl DataSheet {
         Ok(Self { file: file.to_owned(), ..self })
     }
 
+    /// The same sheet, whose map is read through this door.
+    #[must_use]
+    pub fn with_files(self, files: &Files) -> Self {
+        Self { files: files.clone(), ..self }
+    }
+
     /// What the motor is.
     pub fn title(&self) -> &str {
         &self.title
@@ -302,7 +311,7 @@ impl DataSheet {
     pub fn map(&self) -> Result<Option<(FluxMap, MapReport)>, MapError> {
         let Some(table) = &self.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
-        FluxMap::new(&MapSamples::read(&folder.join(&table.file.value))?).map(Some)
+        FluxMap::new(&MapSamples::read(&folder.join(&table.file.value), &self.files)?).map(Some)
     }
 
     /// Each number with its source, in the order of the file.

@@ -8,6 +8,8 @@ mod npz;
 use std::fmt;
 use std::path::Path;
 
+use crate::Files;
+
 /// One point of a map as its file gives it: peak values, amplitude-invariant.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MapPoint {
@@ -90,7 +92,7 @@ impl MapSamples {
     pub const EXTENSIONS: [&str; 3] = ["csv", "npz", "mat"];
 
     /// Reads a file, by its ending.
-    pub fn read(path: &Path) -> Result<Self, MapError> {
+    pub fn read(path: &Path, files: &Files) -> Result<Self, MapError> {
         let file = path.display().to_string();
         let extension =
             path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
@@ -101,14 +103,14 @@ impl MapSamples {
         let unreadable = |error: std::io::Error| {
             MapError::new(&file, None, format!("cannot be read: {error}"), String::new())
         };
-        let bytes = std::fs::read(path).map_err(unreadable)?;
+        let bytes = files.read(path).map_err(unreadable)?;
         if bytes.is_empty() && extension != "csv" {
             let needed = format!("a flux map as `{extension}` file, with its currents and fluxes");
             return Err(MapError::new(&file, None, "an empty file".to_owned(), needed));
         }
         match extension.as_str() {
             "npz" => npz::read(&file, &bytes),
-            "mat" => mat::read(&file, bytes),
+            "mat" => mat::read(&file, bytes.to_vec()),
             _ => csv::read(&file, &bytes),
         }
     }

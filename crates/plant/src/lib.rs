@@ -9,12 +9,14 @@
 //! * [`Rotor`]: inertia, friction, cogging and the play of its brake.
 //! * [`Survey`]: what the magnetics look like to a detection, above all which pole draws more current.
 //! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
+//! * [`Files`]: the one door through which data sheets and flux maps are read.
 //!
 //! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
 //! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod datasheet;
+mod files;
 mod fluxmap;
 mod import;
 mod library;
@@ -26,6 +28,7 @@ mod thermal;
 mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
+pub use files::{Digest, Files};
 pub use fluxmap::{FluxMap, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};

@@ -2,20 +2,21 @@
 
 use std::path::{Path, PathBuf};
 
-use standstill_plant::{FluxMap, MapSamples};
+use standstill_plant::{Files, FluxMap, MapSamples};
 
 fn folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/maps")
 }
 
 fn error(name: &str) -> String {
-    MapSamples::read(&folder().join(name)).expect_err("must be refused").to_string()
+    MapSamples::read(&folder().join(name), &Files::default()).expect_err("must be refused").to_string()
 }
 
 #[test]
 fn cross_every_format_gives_the_points_that_were_written() {
     for name in ["axes.npz", "meshes.npz", "flat_v5.mat", "model_v7.mat", "axes_v7.mat", "model_v73.mat"] {
-        let samples = MapSamples::read(&folder().join(name)).unwrap_or_else(|error| panic!("{error}"));
+        let samples = MapSamples::read(&folder().join(name), &Files::default())
+            .unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(samples.points.len(), 35, "{name}");
         for point in &samples.points {
             let (d, q) = (point.i_d, point.i_q);
@@ -100,7 +101,7 @@ fn regress_files_of_other_kinds_are_told_by_their_kind() {
     for (name, bytes, expected) in cases {
         let path = scratch.path().join(name);
         std::fs::write(&path, bytes).expect("write");
-        let error = MapSamples::read(&path).expect_err("must be refused").to_string();
+        let error = MapSamples::read(&path, &Files::default()).expect_err("must be refused").to_string();
         assert!(error.contains(expected) && error.contains(name), "{error}");
     }
 }
@@ -114,7 +115,7 @@ fn regress_broken_files_are_refused_and_never_panic() {
         let mut refused = 0;
         for cut in (0..whole.len()).step_by(whole.len() / 60 + 1) {
             std::fs::write(&path, &whole[..cut]).expect("write");
-            refused += u32::from(MapSamples::read(&path).is_err());
+            refused += u32::from(MapSamples::read(&path, &Files::default()).is_err());
         }
         // The end of an HDF5 file may be room that nothing uses.
         assert!(refused >= 40, "{name}: {refused}");
@@ -124,7 +125,7 @@ fn regress_broken_files_are_refused_and_never_panic() {
                 let mut bytes = whole.clone();
                 bytes[at] ^= flip;
                 std::fs::write(&path, &bytes).expect("write");
-                let _ = MapSamples::read(&path);
+                let _ = MapSamples::read(&path, &Files::default());
             }
         }
     }

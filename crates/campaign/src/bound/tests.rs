@@ -3,7 +3,7 @@ use std::fmt::Write;
 use nalgebra::{Matrix3, Vector3};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::{Detector, Fault, Findings, Outcome, Phase, Reading, Sampling, Stage, Step};
-use standstill_plant::{Core, FluxMap, Linear, MagneticCircuit, MapSamples, Motor, built_in};
+use standstill_plant::{Core, Files, FluxMap, Linear, MagneticCircuit, MapSamples, Motor, built_in};
 use standstill_sim::{Arrangement, RotorState};
 
 use super::*;
@@ -231,7 +231,7 @@ fn law_a_map_of_a_core_has_the_bound_of_the_core() {
     }
     let file = std::env::temp_dir().join(format!("standstill-bound-{}.csv", std::process::id()));
     std::fs::write(&file, csv).expect("a place for a file");
-    let samples = MapSamples::read(&file).expect("a map");
+    let samples = MapSamples::read(&file, &Files::default()).expect("a map");
     std::fs::remove_file(&file).expect("written above");
     let (map, _) = FluxMap::new(&samples).expect("a map");
     let magnetics = MagneticCircuit::new(Core::Map(map)).expect("convex");

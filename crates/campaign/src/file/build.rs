@@ -1,11 +1,9 @@
 //! From the tables to a scenario.
 
-use std::path::Path;
-
 use standstill_detect::{Method, Settings, Signature};
 use standstill_interface::Nanos;
 use standstill_inverter::OpenLeg;
-use standstill_plant::{Motor, Temperature};
+use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
 use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
 
@@ -28,17 +26,17 @@ impl From<ErrorsName> for ErrorSet {
 }
 
 impl ScenarioFile {
-    /// The scenario. Paths in the file are from `folder`.
+    /// The scenario. Paths in the file are from the folder of `files`.
     ///
     /// # Errors
     /// A value that cannot be, with its key.
-    pub fn scenario(&self, folder: &Path) -> Result<Scenario<Method<f64>>, FileError> {
-        self.scenario_of(self.motor(folder)?)
+    pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
+        self.scenario_of(self.motor(files)?)
     }
 
     /// The motor.
-    pub(super) fn motor(&self, folder: &Path) -> Result<Motor, FileError> {
-        self.motor.sheet(folder)?.motor().map_err(FileError::Motor)
+    pub(super) fn motor(&self, files: &Files) -> Result<Motor, FileError> {
+        self.motor.sheet(files)?.motor().map_err(FileError::Motor)
     }
 
     /// The scenario, with a motor that is already there.

@@ -7,7 +7,7 @@ use std::sync::Arc;
 
 use serde::Deserialize;
 use standstill_detect::SettingsError;
-use standstill_plant::{MotorError, TemperatureError};
+use standstill_plant::{Files, MotorError, TemperatureError};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
@@ -39,6 +39,13 @@ impl fmt::Display for Origin {
 /// What is wrong with a scenario.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FileError {
+    /// It cannot be read.
+    Read {
+        /// The file.
+        file: PathBuf,
+        /// What the operating system says.
+        error: String,
+    },
     /// Not TOML.
     Syntax {
         /// The file.
@@ -64,6 +71,7 @@ pub enum FileError {
 impl fmt::Display for FileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Read { file, error } => write!(f, "cannot read {}: {error}", file.display()),
             Self::Syntax { file, line, message } => write!(f, "{}: line {line}: {message}", file.display()),
             Self::Key { place, key, message } if place.is_empty() => write!(f, "`{key}`: {message}"),
             Self::Key { place, key, message } => write!(f, "{place}: `{key}`: {message}"),
@@ -150,9 +158,19 @@ pub struct Document {
     text: Arc<str>,
     table: Table,
     changed: Vec<(String, Origin)>,
+    files: Files,
 }
 
 impl Document {
+    /// The scenario of a file. The file itself is not among [`Document::files`]: what counts of it is what it says, with all
+    /// overrides.
+    pub fn read(file: &Path) -> Result<Self, FileError> {
+        let text = Files::default().text(file);
+        let text =
+            text.map_err(|error| FileError::Read { file: file.to_owned(), error: error.to_string() })?;
+        Self::parse(file, &text)
+    }
+
     /// The scenario of a file's text; `file` is for messages, and paths in it are from its folder.
     pub fn parse(file: &Path, text: &str) -> Result<Self, FileError> {
         let table = text.parse::<Table>().map_err(|error| FileError::Syntax {
@@ -160,7 +178,8 @@ impl Document {
             line: line_of(text, error.span().map_or(0, |span| span.start)),
             message: error.message().replace('\n', " "),
         })?;
-        Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new() })
+        let files = Files::of(file.parent().unwrap_or_else(|| Path::new("")));
+        Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new(), files })
     }
 
     /// Sets a key, such as `sensors.noise`, to a value as it would stand in the file; a text needs no quotes.
@@ -248,9 +267,14 @@ impl Document {
         Ok(())
     }
 
-    /// The folder of the file.
-    pub fn folder(&self) -> &Path {
-        self.file.parent().unwrap_or_else(|| Path::new(""))
+    /// The files that it names, as far as they were read. Paths are from the folder of the scenario's own file.
+    pub fn files(&self) -> &Files {
+        &self.files
+    }
+
+    /// From now on, no further file is read.
+    pub(super) fn seal(&mut self) {
+        self.files = self.files.sealed();
     }
 
     /// The value of a key, as it is set.

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_plant::{DataSheet, built_in_names};
+use standstill_plant::{DataSheet, Files, built_in_names};
 use toml::{Table, Value};
 
 use super::document::FileError;
@@ -84,29 +84,39 @@ impl JsonSchema for MotorSpec {
 }
 
 impl MotorSpec {
-    /// The data sheet. Paths are from `folder`.
-    pub fn sheet(&self, folder: &Path) -> Result<DataSheet, FileError> {
+    /// The data sheet. Paths are from the folder of `files`.
+    pub fn sheet(&self, files: &Files) -> Result<DataSheet, FileError> {
         match self {
-            Self::Named(name) => named(name, folder, "motor"),
-            Self::Table(table) => in_place(table, folder),
+            Self::Named(name) => named(name, files, "motor"),
+            Self::Table(table) => in_place(table, files),
         }
     }
-}
 
-impl MotorSpec {
-    /// The whole data sheet, so that nothing needs to be read again.
-    pub(super) fn resolved(&self, folder: &Path) -> Result<Table, FileError> {
+    /// The value of one of its numbers, such as `winding.resistance`; none if it has none.
+    pub(super) fn nominal(&self, key: &str, files: &Files) -> Option<Value> {
+        let name = match self {
+            Self::Named(name) => name.as_str(),
+            Self::Table(table) => table.get("base")?.as_str()?,
+        };
+        let (_, text) = text(name, files, "motor").ok()?;
+        let sheet = Value::Table(text.parse::<Table>().ok()?);
+        let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
+        number.as_table()?.get("value").cloned()
+    }
+
+    /// The whole data sheet, so that nothing needs to be looked for again.
+    pub(super) fn resolved(&self, files: &Files) -> Result<Table, FileError> {
         let base;
         let table = match self {
             Self::Named(name) => {
                 // For its messages, which name the key that there is.
-                named(name, folder, "motor")?;
+                named(name, files, "motor")?;
                 base = std::iter::once(("base".to_owned(), Value::String(name.clone()))).collect();
                 &base
             }
             Self::Table(table) => table,
         };
-        let (file, mut sheet) = whole(table, folder)?;
+        let (file, mut sheet) = whole(table, files)?;
         // A map is looked for beside the data sheet that names it, and that is no longer told.
         if let Some(map) = map_of(&mut sheet) {
             let beside = beside(&file, map);
@@ -130,15 +140,6 @@ impl MotorSpec {
     }
 }
 
-/// The files that a motor's path stands for: its data sheet, and its map if it has one.
-pub(super) fn files(name: &str, folder: &Path) -> Result<Vec<PathBuf>, FileError> {
-    let (file, text) = text(name, folder, "motor")?;
-    // What is no data sheet is told elsewhere.
-    let mut sheet = text.parse::<Table>().unwrap_or_default();
-    let map = map_of(&mut sheet).map(|map| beside(&file, map));
-    Ok(std::iter::once(PathBuf::from(&file)).chain(map).collect())
-}
-
 /// The path of a data sheet's map.
 fn map_of(sheet: &mut Table) -> Option<&mut String> {
     let map = match sheet.get_mut("map")?.get_mut("file")? {
@@ -153,25 +154,26 @@ fn beside(file: &str, map: &str) -> PathBuf {
 }
 
 /// The text of a named data sheet, and the name of its file.
-fn text(name: &str, folder: &Path, key: &str) -> Result<(String, String), FileError> {
+fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileError> {
     if let Some(text) = DataSheet::built_in_text(name) {
         return Ok((name.to_owned(), text.to_owned()));
     }
-    let path = folder.join(name);
+    let path = files.folder().join(name);
     if path.extension().is_none_or(|extension| extension != "toml") {
         let known: Vec<&str> = built_in_names().collect();
         let needed = format!("a built-in motor ({}) or the path of a data sheet (.toml)", known.join(", "));
         return Err(FileError::key(key, &format!("`{name}`"), &needed));
     }
-    let text = std::fs::read_to_string(&path).map_err(|error| {
+    let text = files.text(&path).map_err(|error| {
         FileError::key(key, &path.display().to_string(), &format!("a readable file: {error}"))
     })?;
     Ok((path.display().to_string(), text))
 }
 
-fn named(name: &str, folder: &Path, key: &str) -> Result<DataSheet, FileError> {
-    let (file, text) = text(name, folder, key)?;
-    DataSheet::parse(&file, &text).map_err(FileError::Motor)
+fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
+    let (file, text) = text(name, files, key)?;
+    let sheet = DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
+    Ok(sheet.with_files(files))
 }
 
 /// Lays `changes` over `sheet`; a plain number takes the place of the value of a number with its source.
@@ -204,7 +206,7 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
 }
 
 /// The file that messages name, and the whole data sheet of a motor in place.
-fn whole(table: &Table, folder: &Path) -> Result<(String, Table), FileError> {
+fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
     let mut changes = table.clone();
     let base = match changes.remove("base") {
         None => None,
@@ -215,7 +217,7 @@ fn whole(table: &Table, folder: &Path) -> Result<(String, Table), FileError> {
     };
     let (file, mut sheet) = match base {
         Some(name) => {
-            let (file, text) = text(&name, folder, "motor.base")?;
+            let (file, text) = text(&name, files, "motor.base")?;
             // It must be a data sheet by itself, or messages would blame the scenario for it.
             DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
             let sheet = text.parse::<Table>().map_err(|error| {
@@ -223,7 +225,7 @@ fn whole(table: &Table, folder: &Path) -> Result<(String, Table), FileError> {
             })?;
             (file, sheet)
         }
-        None => (folder.join("scenario").display().to_string(), Table::new()),
+        None => (files.folder().join("scenario").display().to_string(), Table::new()),
     };
     for (key, text) in [("name", "scenario"), ("title", "A motor of a scenario"), ("notes", "")] {
         sheet.entry(key).or_insert_with(|| text.into());
@@ -232,12 +234,12 @@ fn whole(table: &Table, folder: &Path) -> Result<(String, Table), FileError> {
     Ok((file, sheet))
 }
 
-fn in_place(table: &Table, folder: &Path) -> Result<DataSheet, FileError> {
-    let (file, sheet) = whole(table, folder)?;
+fn in_place(table: &Table, files: &Files) -> Result<DataSheet, FileError> {
+    let (file, sheet) = whole(table, files)?;
     let mut track = serde_path_to_error::Track::new();
     let deserializer = serde_path_to_error::Deserializer::new(Value::Table(sheet), &mut track);
     match DataSheet::read(&file, deserializer) {
-        Ok(sheet) => sheet.map_err(FileError::Motor),
+        Ok(sheet) => sheet.map(|sheet| sheet.with_files(files)).map_err(FileError::Motor),
         Err(error) => Err(FileError::serde(&format!("motor.{}", track.path()), &error.to_string())),
     }
 }

@@ -1,27 +1,26 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
+use std::collections::BTreeMap;
 use std::fmt::Write as _;
-use std::ops::Range;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 use standstill_detect::Method;
-use standstill_plant::{DataSheet, Motor};
+use standstill_plant::{Digest, Motor};
 use standstill_sim::{Streams, Tape};
-use toml::{Table, Value};
+use toml::Value;
 
-use super::axes::{AxisSpec, Point, points};
+use super::axes::{Point, points};
 use super::document::{Document, FileError, Origin};
-use super::motor::{self, MotorSpec};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
-use crate::{Record, Scenario};
+use crate::engine::Trials;
+use crate::{Record, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
     document: Document,
-    /// The same with the whole motor in it: each trial with tolerances is made of it.
+    /// The same with the whole motor in it, unless an axis changes of what: each trial with tolerances is made of it.
     resolved: Document,
     /// The motor, if it is the same at all points and in all trials.
     motor: Option<Motor>,
@@ -61,13 +60,16 @@ impl Plan {
             return Err(document.locate(FileError::key(&key, "an axis too", "one of both")));
         }
         let mut resolved = document.clone();
-        let sheet = file.motor.resolved(document.folder()).map_err(|error| document.locate(error))?;
-        resolved.resolve_motor(sheet);
+        // What an axis puts beneath the sheet, or beside it, must find the sheet by its name.
+        if !file.axes.keys().any(|key| key == "motor.base" || key.starts_with("motor.map")) {
+            let sheet = file.motor.resolved(document.files()).map_err(|error| document.locate(error))?;
+            resolved.resolve_motor(sheet);
+        }
         let mut keys = file.axes.keys().chain(file.tolerances.keys());
         let motor = if keys.any(|key| key == "motor" || key.starts_with("motor.")) {
             None
         } else {
-            Some(file.motor(document.folder()).map_err(|error| document.locate(error))?)
+            Some(file.motor(document.files()).map_err(|error| document.locate(error))?)
         };
         let motors = file.axes.contains_key("motor") || file.axes.contains_key("motor.base");
         let relative =
@@ -77,11 +79,13 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let plan = Self { document, resolved, motor, file, points, tolerances };
+        let mut plan = Self { document, resolved, motor, file, points, tolerances };
         for number in 0..plan.points.len() {
             plan.scenario(number)?;
         }
         plan.check_draws()?;
+        plan.document.seal();
+        plan.resolved.seal();
         Ok(plan)
     }
 
@@ -95,29 +99,14 @@ impl Plan {
         &self.points
     }
 
-    /// The file with all overrides, as it would be written, with digests of the motors' own files: what makes a run this
-    /// run.
+    /// The file with all overrides, as it would be written.
     pub fn text(&self) -> Result<String, FileError> {
-        let mut text = self.file.text()?;
-        let named = |spec: &MotorSpec| match spec {
-            MotorSpec::Named(name) => Some(name.clone()),
-            MotorSpec::Table(table) => table.get("base").and_then(Value::as_str).map(str::to_owned),
-        };
-        let mut names: Vec<String> = named(&self.file.motor).into_iter().collect();
-        if let Some(AxisSpec::List(motors)) = self.file.axes.get("motor") {
-            names.extend(motors.iter().filter_map(|motor| motor.as_str().map(str::to_owned)));
-        }
-        for name in names.iter().filter(|name| DataSheet::built_in_text(name).is_none()) {
-            for path in motor::files(name, self.document.folder())? {
-                let bytes = std::fs::read(&path).map_err(|error| {
-                    FileError::key("motor", &path.display().to_string(), &error.to_string())
-                })?;
-                let file =
-                    path.file_name().map(|file| file.to_string_lossy().into_owned()).unwrap_or_default();
-                let _ = writeln!(text, "# {file} has the CRC-32 {:08x}", crc32fast::hash(&bytes));
-            }
-        }
-        Ok(text)
+        self.file.text()
+    }
+
+    /// All files that its trials read, by their paths from the scenario's folder.
+    pub fn files(&self) -> BTreeMap<String, Digest> {
+        self.document.files().digests()
     }
 
     /// Whether each trial draws values of its own.
@@ -200,7 +189,7 @@ impl Plan {
         let file = document.load()?;
         let scenario = match &self.motor {
             Some(motor) => file.scenario_of(motor.clone()),
-            None => file.scenario(document.folder()),
+            None => file.scenario(document.files()),
         };
         scenario.map_err(|error| document.locate(error))
     }
@@ -240,29 +229,34 @@ impl Plan {
             run(scenario)
         }
     }
+}
 
-    /// Some trials at a point, in order: side by side, unless each has a machine of its own. After `stop` is set none is
-    /// begun.
-    ///
-    /// # Errors
-    /// A value drawn that cannot be.
-    pub fn trials(
+impl Trials for Plan {
+    type Point = Scenario<Method<f64>>;
+    type Error = FileError;
+
+    fn point(&self, number: usize) -> Result<Self::Point, FileError> {
+        self.scenario(number)
+    }
+
+    /// Side by side, unless each has a machine of its own.
+    fn run(
         &self,
-        point: usize,
-        scenario: &Scenario<Method<f64>>,
-        trials: Range<u64>,
-        stop: &AtomicBool,
-    ) -> Result<Vec<Record>, FileError> {
-        let trials = trials.take_while(|_| !stop.load(Ordering::Relaxed));
-        if self.has_tolerances() {
-            return trials.map(|trial| self.trial(point, scenario, trial)).collect();
+        point: &Self::Point,
+        number: usize,
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        if !self.has_tolerances() {
+            let settings =
+                |TrialError { trial, error }| TrialError { trial, error: FileError::settings(&error) };
+            return point.trials(trials, done).map_err(settings);
         }
-        let mut records = Vec::new();
-        scenario
-            .trials(trials, |record| records.push(record))
-            .map_err(|error| FileError::settings(&error))?;
-        records.sort_unstable_by_key(|record| record.trial);
-        Ok(records)
+        for trial in trials {
+            let failed = |error| TrialError { trial, error };
+            done(self.trial(number, point, trial).map_err(failed)?);
+        }
+        Ok(())
     }
 }
 
@@ -301,16 +295,5 @@ fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Option<Value>
     if let Some(value) = document.get(key) {
         return Some(value.clone());
     }
-    let rest = key.strip_prefix("motor.")?;
-    let name = match &file.motor {
-        MotorSpec::Named(name) => name.as_str(),
-        MotorSpec::Table(table) => table.get("base")?.as_str()?,
-    };
-    let text = match DataSheet::built_in_text(name) {
-        Some(text) => text.to_owned(),
-        None => std::fs::read_to_string(document.folder().join(name)).ok()?,
-    };
-    let sheet = Value::Table(text.parse::<Table>().ok()?);
-    let number = rest.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
-    number.as_table()?.get("value").cloned()
+    file.motor.nominal(key.strip_prefix("motor.")?, document.files())
 }

@@ -1,5 +1,6 @@
 //! What run it is, and which part of it.
 
+use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 
@@ -50,6 +51,9 @@ impl fmt::Display for Shard {
 pub struct Identity {
     /// Version of the program.
     pub version: String,
+    /// What it computes: see [`crate::NUMERICS`].
+    #[serde(default)]
+    pub numerics: u32,
     /// Seed of all random numbers.
     pub seed: u64,
     /// Points of the axes.
@@ -63,6 +67,9 @@ pub struct Identity {
     pub shard: Shard,
     /// The scenario with all overrides, as a file would say it.
     pub scenario: String,
+    /// Digests of the files that it names, by their paths from its folder.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
+    pub files: BTreeMap<String, String>,
 }
 
 impl Identity {
@@ -77,6 +84,20 @@ impl Identity {
         Self { shard: Shard::WHOLE, ..self.clone() }
     }
 
+    /// What the file of trials says of its run, by name.
+    pub fn metadata(&self) -> Vec<(String, String)> {
+        let files: Vec<String> =
+            self.files.iter().map(|(path, digest)| format!("{path}: {digest}")).collect();
+        let files = (!files.is_empty()).then(|| ("files", files.join("\n")));
+        let all = [
+            ("version", self.version.clone()),
+            ("numerics", self.numerics.to_string()),
+            ("seed", self.seed.to_string()),
+            ("scenario", self.scenario.clone()),
+        ];
+        all.into_iter().chain(files).map(|(key, value)| (key.to_owned(), value)).collect()
+    }
+
     /// The first difference from another run, in words; none: they are the same.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
@@ -84,6 +105,9 @@ impl Identity {
         };
         if self.version != other.version {
             return differ("the program's version", &self.version, &other.version);
+        }
+        if self.numerics != other.numerics {
+            return differ("the number of the program's numerics", &self.numerics, &other.numerics);
         }
         if self.seed != other.seed {
             return differ("the seed", &self.seed, &other.seed);
@@ -100,6 +124,13 @@ impl Identity {
                 Some((own, other)) => differ("the scenario", &format!("`{own}`"), &format!("`{other}`")),
                 None => Some("one scenario says more than the other".to_owned()),
             };
+        }
+        let paths = self.files.keys().chain(other.files.keys());
+        if let Some(path) = paths.into_iter().find(|path| self.files.get(*path) != other.files.get(*path)) {
+            let of = |files: &BTreeMap<String, String>| {
+                files.get(path).map_or_else(|| "not read".to_owned(), |digest| format!("of {digest}"))
+            };
+            return differ(&format!("the file {path}"), &of(&self.files), &of(&other.files));
         }
         (self != other).then(|| "the points are others".to_owned())
     }

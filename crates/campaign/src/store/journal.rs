@@ -315,6 +315,8 @@ fn read_word(file: &mut impl Read, word: &mut [u8; 4]) -> io::Result<bool> {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeMap;
+
     use super::super::walk::tests::row;
     use super::*;
     use crate::file::StopTable;
@@ -322,12 +324,14 @@ mod tests {
     fn identity() -> Identity {
         Identity {
             version: "1".to_owned(),
+            numerics: 1,
             seed: 1,
             points: 1,
             trials: 100,
             stop_at: StopTable::default(),
             shard: Shard::WHOLE,
             scenario: "seed = 1\ntrials = 100\n".to_owned(),
+            files: BTreeMap::new(),
         }
     }
 
@@ -399,6 +403,7 @@ mod tests {
         let other = [
             (Identity { seed: 2, ..identity() }, "the seed is 1 there and 2 here"),
             (Identity { version: "2".to_owned(), ..identity() }, "version is 1 there and 2 here"),
+            (Identity { numerics: 2, ..identity() }, "numerics is 1 there and 2 here"),
             (Identity { trials: 50, ..identity() }, "trials is 100 there and 50 here"),
             (
                 Identity { shard: Shard { index: 1, count: 2 }, ..identity() },

@@ -204,12 +204,14 @@ mod tests {
     fn identity(index: u64, count: u64, seed: u64) -> Identity {
         Identity {
             version: "1".to_owned(),
+            numerics: 1,
             seed,
             points: 3,
             trials: 10,
             stop_at: StopTable::default(),
             shard: Shard { index, count },
             scenario: format!("seed = {seed}\n"),
+            files: BTreeMap::new(),
         }
     }
 

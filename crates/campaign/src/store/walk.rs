@@ -107,6 +107,8 @@ fn next_look(trials: u64) -> u64 {
 
 #[cfg(test)]
 pub(crate) mod tests {
+    use std::collections::BTreeMap;
+
     use super::*;
     use crate::Verdict;
     use crate::file::Document;
@@ -138,12 +140,14 @@ pub(crate) mod tests {
         let stop_at = file.expect("valid").stop_at;
         Identity {
             version: "1".to_owned(),
+            numerics: 1,
             seed: 1,
             points: 5,
             trials: 10_000,
             stop_at,
             shard,
             scenario: text,
+            files: BTreeMap::new(),
         }
     }
 

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_plant::{
-    Core, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature, Survey,
+    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature,
+    Survey,
 };
 use standstill_quantity::{decimals, number};
 
@@ -65,7 +66,7 @@ impl Subject {
                     .to_owned();
             return Err(Error::Arguments(message));
         }
-        let samples = MapSamples::read(path).map_err(Error::Map)?;
+        let samples = MapSamples::read(path, &Files::default()).map_err(Error::Map)?;
         let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
         let reach = covered(report.range);
         if reach <= 0.0 {

@@ -87,12 +87,9 @@ impl Run {
             found,
             needed: "the trials that summary.json beside it is of".to_owned(),
         };
-        let run = &self.summary.run;
-        for (key, needed) in
-            [("version", &run.version), ("seed", &run.seed.to_string()), ("scenario", &run.scenario)]
-        {
-            let found = reader.metadata().iter().find(|(name, _)| name == key);
-            if found.is_none_or(|(_, value)| value != needed) {
+        for (key, needed) in self.summary.run.metadata() {
+            let found = reader.metadata().iter().find(|(name, _)| *name == key);
+            if found.is_none_or(|(_, value)| *value != needed) {
                 return Err(foreign(format!("another {key}, or none")));
             }
         }
@@ -100,7 +97,7 @@ impl Run {
             let place = reader.columns().iter().position(|column| column.name == name);
             place.ok_or_else(|| foreign(format!("no column {name}")))
         };
-        let [angle, axis, error] = [place("true_angle_deg")?, place("axis_deg")?, place("error_deg")?];
+        let [angle, axis, error] = [place("true_angle_deg")?, place("axis_error_deg")?, place("error_deg")?];
         let number = |value: &Value<'_>| match value {
             Value::Number(number) => Some(*number),
             _ => None,
@@ -109,11 +106,7 @@ impl Run {
         let bar = progress::reading(self.summary.summary.trials);
         while let Some(row) = reader.next_row().map_err(Error::Table)? {
             let angle = number(&row[angle]).ok_or_else(|| foreign("a trial without its angle".to_owned()))?;
-            let axis_error = number(&row[axis]).map(|axis| {
-                let error = (axis - angle).rem_euclid(180.0);
-                if error > 90.0 { error - 180.0 } else { error }
-            });
-            cloud.add(angle, axis_error, number(&row[error]));
+            cloud.add(angle, number(&row[axis]), number(&row[error]));
             bar.inc(1);
         }
         bar.finish_and_clear();

@@ -50,9 +50,7 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
 
 /// The file with what the command line changes of it.
 fn document(options: &Run) -> Result<Document, Error> {
-    let path = &options.scenario;
-    let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.clone(), error))?;
-    let mut document = Document::parse(path, &text)?;
+    let mut document = Document::read(&options.scenario)?;
     let mut set = |key: &str, value: &str| document.set(key, value, Origin::CommandLine);
     options.set.iter().try_for_each(|(key, value)| set(key, value))?;
     options.trials.map_or(Ok(()), |trials| set("trials", &trials.to_string()))?;
@@ -68,7 +66,7 @@ fn document(options: &Run) -> Result<Document, Error> {
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let plan = Plan::new(document)?;
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
-    let identity = trials.identity(env!("CARGO_PKG_VERSION"), plan.text()?);
+    let identity = trials.identity()?;
     let out = &options.results.out;
     let whole = options.shard == Shard::WHOLE;
     let path = out.join(options.shard.file_name());

@@ -3,6 +3,7 @@
 
 mod bits;
 mod campaigns;
+mod files;
 mod maps;
 mod methods;
 mod mistakes;

@@ -126,14 +126,9 @@ impl Results {
         let mut output = Output::create(&options.out, &names(options.format))?;
         let columns: Vec<Column> =
             axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
-        let metadata = [
-            ("version", identity.version.clone()),
-            ("seed", identity.seed.to_string()),
-            ("scenario", identity.scenario.clone()),
-        ]
-        .map(|(key, value)| (key.to_owned(), value));
         let failed = |error: TableError| Error::table(&path, error);
-        let mut trials = Writer::new(output.begin(name)?, format, columns, &metadata).map_err(failed)?;
+        let mut trials =
+            Writer::new(output.begin(name)?, format, columns, &identity.metadata()).map_err(failed)?;
         let mut all = Statistics::with_limit(limit).of_points(identity.points);
         let mut points = Points { axes, coordinates, limit, current: None, done: Vec::new() };
         let bar = progress::writing(identity.rows());

@@ -1,0 +1,142 @@
+//! The one door through which a run reads files.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io;
+use std::path::{Path, PathBuf, absolute};
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Files that a run reads, by their paths from one folder. Each is read once: whoever asks again gets the same bytes,
+/// whatever has become of the file meanwhile. Clones share what was read.
+///
+/// ```
+/// use standstill_plant::Files;
+///
+/// let folder = tempfile::tempdir()?;
+/// std::fs::write(folder.path().join("map.csv"), "i_d_A,i_q_A")?;
+/// let files = Files::of(folder.path());
+/// assert_eq!(files.text(&folder.path().join("map.csv"))?, "i_d_A,i_q_A");
+/// assert_eq!(files.digests()["map.csv"].bytes, 11);
+/// # Ok::<(), std::io::Error>(())
+/// ```
+#[derive(Clone, Debug, Default)]
+pub struct Files {
+    folder: PathBuf,
+    read: Arc<Mutex<BTreeMap<PathBuf, Arc<[u8]>>>>,
+    sealed: bool,
+}
+
+/// What tells the content of one file from that of another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Digest {
+    /// Its length.
+    pub bytes: u64,
+    /// Its checksum.
+    pub crc32: u32,
+}
+
+impl fmt::Display for Digest {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} bytes, CRC-32 {:08x}", self.bytes, self.crc32)
+    }
+}
+
+impl Files {
+    /// None yet. They will be named by their paths from `folder`.
+    pub fn of(folder: &Path) -> Self {
+        Self { folder: folder.to_owned(), ..Self::default() }
+    }
+
+    /// The folder from which they are named.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// The content of a file.
+    ///
+    /// # Errors
+    /// Those of the operating system, and of [`Files::sealed`].
+    pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        let path = absolute(path)?;
+        // A thread that panicked has either put a whole file in or none.
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(bytes) = read.get(&path) {
+            return Ok(Arc::clone(bytes));
+        }
+        if self.sealed {
+            return Err(io::Error::other("it was not read when the run began"));
+        }
+        let bytes: Arc<[u8]> = std::fs::read(&path)?.into();
+        read.insert(path, Arc::clone(&bytes));
+        Ok(bytes)
+    }
+
+    /// The same as a text.
+    ///
+    /// # Errors
+    /// As [`Files::read`], and bytes that are not UTF-8.
+    pub fn text(&self, path: &Path) -> io::Result<String> {
+        let bytes = self.read(path)?;
+        let text = str::from_utf8(&bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error));
+        text.map(str::to_owned)
+    }
+
+    /// The same files, and no further ones: asking for another is an error. So the digests of a run that has begun are
+    /// those of all that it reads.
+    #[must_use]
+    pub fn sealed(&self) -> Self {
+        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        Self { folder: self.folder.clone(), read: Arc::new(Mutex::new(read)), sealed: true }
+    }
+
+    /// What was read so far, by path.
+    pub fn digests(&self) -> BTreeMap<String, Digest> {
+        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        let folder = absolute(&self.folder).or_else(|_| std::env::current_dir()).unwrap_or_default();
+        read.iter()
+            .map(|(path, bytes)| {
+                let name = path.strip_prefix(&folder).unwrap_or(path).display().to_string();
+                (name, Digest { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) })
+            })
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_file_is_read_once_and_none_after_the_seal() {
+        let root = tempfile::tempdir().expect("a folder");
+        let path = root.path().join("a/map.csv");
+        std::fs::create_dir(root.path().join("a")).expect("made");
+        std::fs::write(&path, "first").expect("written");
+        let files = Files::of(root.path());
+        assert!(files.digests().is_empty());
+        assert_eq!(files.text(&path).expect("there"), "first");
+        std::fs::write(&path, "other").expect("written");
+        // The same to everybody, however the path is written.
+        let again = root.path().join("./a/map.csv");
+        assert_eq!(files.clone().text(&again).expect("there"), "first");
+        let names: Vec<String> = files.digests().into_keys().collect();
+        assert_eq!(names, ["a/map.csv"]);
+        // Of five bytes each, they differ in the checksum.
+        let other = Files::of(root.path());
+        other.read(&path).expect("there");
+        let [first, second] = [&files, &other].map(|files| files.digests()["a/map.csv"]);
+        assert!(first.bytes == second.bytes && first != second, "{first} {second}");
+        let sealed = files.sealed();
+        assert_eq!(sealed.text(&path).expect("known"), "first");
+        std::fs::write(root.path().join("late"), "").expect("written");
+        assert!(sealed.read(&root.path().join("late")).is_err());
+        assert_eq!(files.text(&root.path().join("late")).expect("there"), "");
+        assert_eq!(sealed.digests().len(), 1);
+        // From beside the folder, a path leads there.
+        let beside = Files::of(&root.path().join("b"));
+        beside.read(&root.path().join("b/../a/map.csv")).expect_err("no folder b");
+        std::fs::create_dir(root.path().join("b")).expect("made");
+        beside.read(&root.path().join("b/../a/map.csv")).expect("there");
+        assert!(beside.digests().contains_key("../a/map.csv"), "{:?}", beside.digests());
+    }
+}
