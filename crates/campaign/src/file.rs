@@ -11,9 +11,12 @@
 mod axes;
 mod build;
 mod document;
+mod link;
 mod motor;
+mod named;
 mod number;
 mod plan;
+mod single;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -23,10 +26,9 @@ mod units;
 pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
 pub use document::{Document, FileError, Origin};
 pub use motor::MotorSpec;
+pub use named::Named;
 pub use plan::Plan;
-pub use tables::{
-    Decide, DetectorTable, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName,
-    RotorTable, ScenarioFile, SensorArrangement, SensorsTable, StopTable,
-};
+pub use single::Single;
+pub use tables::{DetectorTable, InverterTable, RotorTable, ScenarioFile, SensorsTable, StopTable};
 pub use tolerances::Tolerance;
 pub use units::{is_share, schema, unit};

@@ -9,6 +9,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod scenario;
 mod summary;
 mod text;
 mod units;

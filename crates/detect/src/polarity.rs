@@ -18,7 +18,7 @@ mod tests;
 
 use standstill_interface::{
     Abc, AlphaBeta, Angle, Command, Fault, Findings, Leg, Nanos, Outcome, Polarity, Reading, Real, Sampling,
-    Stage, Undetermined,
+    Stage, Undetermined, choice,
 };
 
 use crate::nameplate::Nameplate;
@@ -27,16 +27,17 @@ use crate::settle::{Settler, all_seen, link};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
 
-/// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
-/// magnetics, and the one thing about the poles that no measurement at standstill can tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signature {
-    /// The one towards north.
-    Normal,
-    /// The one towards south.
-    Inverted,
-    /// Neither, or it depends on the current: no pole is named.
-    None,
+choice! {
+    /// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
+    /// magnetics, and the one thing about the poles that no measurement at standstill can tell.
+    pub enum Signature {
+        /// The one towards north.
+        Normal = "normal",
+        /// The one towards south.
+        Inverted = "inverted",
+        /// Neither, or it depends on the current: no pole is named.
+        None = "none",
+    }
 }
 
 /// When the pole is certain enough.

@@ -15,6 +15,7 @@
 #![no_std]
 
 mod angle;
+mod choice;
 mod command;
 mod detector;
 mod frames;
@@ -23,6 +24,7 @@ mod reading;
 mod real;
 
 pub use angle::Angle;
+pub use choice::Choice;
 pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
