@@ -16,6 +16,7 @@ mod motor;
 mod named;
 mod number;
 mod plan;
+mod seed;
 mod single;
 mod tables;
 #[cfg(test)]
@@ -28,6 +29,7 @@ pub use document::{Document, FileError, Origin};
 pub use motor::MotorSpec;
 pub use named::Named;
 pub use plan::Plan;
+pub use seed::value as seed_value;
 pub use single::Single;
 pub use tables::{DetectorTable, InverterTable, RotorTable, ScenarioFile, SensorsTable, StopTable};
 pub use tolerances::Tolerance;

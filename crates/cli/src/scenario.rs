@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use standstill_campaign::file::{AxisSpec, Document, Origin};
+use standstill_campaign::file::{AxisSpec, Document, Origin, seed_value};
 use standstill_detect::{Decay, MethodName};
 use standstill_interface::Choice;
 use standstill_plant::DataSheet;
@@ -52,13 +52,10 @@ impl Shorthands {
         )
     }
 
-    /// `--seed`, as far as TOML has such numbers.
-    pub fn seed(self, seed: Seed) -> Result<Self, Error> {
-        let number = seed.seed.map(|seed| i64::try_from(seed).map_err(|_| seed)).transpose();
-        let number = number.map_err(|seed| {
-            Error::Arguments(format!("--seed {seed}: needed at most {} in a scenario", i64::MAX))
-        })?;
-        Ok(self.with("--seed", "seed", number))
+    /// `--seed`.
+    #[must_use]
+    pub fn seed(self, seed: Seed) -> Self {
+        self.with("--seed", "seed", seed.seed.map(seed_value))
     }
 
     /// `--trials`.
@@ -78,7 +75,8 @@ impl Shorthands {
     }
 
     /// The options that say what motor and drive are like.
-    pub fn setup(self, setup: &Setup) -> Result<Self, Error> {
+    #[must_use]
+    pub fn setup(self, setup: &Setup) -> Self {
         self.with("--motor", "motor", setup.motor.clone())
             .with("--errors", "errors", setup.errors.map(Choice::name))
             .with("--rotor", "rotor.state", setup.rotor.map(Choice::name))

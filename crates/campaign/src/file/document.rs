@@ -307,6 +307,11 @@ impl Document {
             .map_err(|error| self.locate(error))
     }
 
+    /// A key that a command cannot work with: what was found and what it needs, with where the key stands.
+    pub fn refuse(&self, key: &str, found: &str, needed: &str) -> FileError {
+        self.locate(FileError::key(key, found, needed))
+    }
+
     /// The same error with where its key stands.
     pub fn locate(&self, error: FileError) -> FileError {
         let FileError::Key { place, key, message } = error else { return error };

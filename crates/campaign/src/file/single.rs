@@ -26,7 +26,7 @@ impl Document {
         match others.iter().find(|(_, given)| *given) {
             Some((key, _)) => {
                 let needed = "a scenario without; `standstill run` and `standstill sweep` have a use for it";
-                Err(self.locate(FileError::key(key, "one", needed)))
+                Err(self.refuse(key, key, needed))
             }
             None => Ok(file),
         }

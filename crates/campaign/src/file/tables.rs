@@ -32,7 +32,8 @@ pub struct ScenarioFile {
     #[serde(default = "trials")]
     pub trials: u64,
     /// Seed of all random numbers.
-    #[serde(default = "seed")]
+    #[serde(default = "seed", with = "super::seed")]
+    #[schemars(with = "super::seed::SeedSchema")]
     pub seed: u64,
     /// How narrow the intervals must be for a point to end before all its trials are done.
     #[serde(default, skip_serializing_if = "is_default")]

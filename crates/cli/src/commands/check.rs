@@ -27,7 +27,7 @@ fn document(options: &Check) -> Result<Document, Error> {
     let mut shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
         .temperatures(options.temperature)
-        .seed(options.seed)?;
+        .seed(options.seed);
     let named = DataSheet::built_in_text(&options.motor).is_some()
         || path.extension().is_none_or(|extension| extension != "toml");
     let scenario = if named { None } else { Some(scenario::read(path)?) };

@@ -40,7 +40,7 @@ const FILES: [&str; 11] = [
 ];
 
 pub fn run(options: &Reproduce) -> Result<Report, Error> {
-    let shorthands = Shorthands::default().setup(&options.setup)?.decay(options.decay).trials(options.trials);
+    let shorthands = Shorthands::default().setup(&options.setup).decay(options.decay).trials(options.trials);
     let document = scenario::document(&options.source, Shipped::Paper, shorthands)?;
     let study = Study::new(&document)?;
     let Study { file, scenario, .. } = &study;
@@ -125,9 +125,8 @@ impl Study {
         let method = file.detector.method.0;
         let Some(decay) = super::decay(method) else {
             let [slow, fast] = [MethodName::LineInductance, MethodName::LineInductanceFast];
-            return Err(Error::Arguments(format!(
-                "`detector.method`: found \"{method}\", needed \"{slow}\" or \"{fast}\", whose tables these are"
-            )));
+            let needed = format!("\"{slow}\" or \"{fast}\", whose tables these are");
+            return Err(document.refuse("detector.method", &format!("\"{method}\""), &needed).into());
         };
         let scenario = document.scenario_of(&document.motor()?)?;
         let setting = format!(

@@ -36,7 +36,7 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
 
 /// The file with what the command line changes of it.
 fn document(options: &Run) -> Result<Document, Error> {
-    let shorthands = Shorthands::default().trials(options.trials).seed(options.seed)?;
+    let shorthands = Shorthands::default().trials(options.trials).seed(options.seed);
     let mut document = scenario::changed(scenario::read(&options.scenario)?, &options.keys, shorthands)?;
     for (key, value) in &options.stop_at {
         document.set(&format!("stop_at.{key}"), value, Origin::CommandLine)?;

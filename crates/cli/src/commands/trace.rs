@@ -25,7 +25,7 @@ const RESOLUTION: f64 = 5e-6;
 /// The campaign that a trial is of.
 fn plan(options: &Options) -> Result<Plan, Error> {
     let shorthands = Shorthands::default()
-        .setup(&options.setup)?
+        .setup(&options.setup)
         .decay(options.decay)
         .with("--method", "detector.method", options.method.map(MethodName::name))
         .with("--angle", "rotor.angle", options.angle);

@@ -44,7 +44,7 @@ fn document(options: &Compare) -> Result<Document, Error> {
         .with("--uncompensated", "detector.compensation", options.uncompensated.then_some(false))
         .load(options.load)
         .temperatures(options.temperature)
-        .seed(options.seed)?
+        .seed(options.seed)
         .trials(options.trials);
     scenario::document(&options.source, Shipped::Empty, shorthands)
 }

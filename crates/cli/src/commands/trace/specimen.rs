@@ -97,9 +97,11 @@ pub fn text(case: &Case<'_>, drawn: &[(String, toml::Value)]) -> String {
     }
     let tolerances: Vec<(&str, String)> =
         drawn.iter().map(|(key, value)| (key.as_str(), written(value))).collect();
+    lines.extend(tolerances);
+    let width = lines.iter().map(|(name, _)| name.len()).max().unwrap_or_default();
     let mut text = "drawn for this trial:\n".to_owned();
-    for (name, value) in lines.into_iter().chain(tolerances) {
-        let _ = writeln!(text, "  {name:<20} {value}");
+    for (name, value) in lines {
+        let _ = writeln!(text, "  {name:<width$}  {value}");
     }
     text
 }
