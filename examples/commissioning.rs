@@ -15,7 +15,7 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use standstill_campaign::{Adjustment, ErrorSet, Scenario, Specimen};
+use standstill_campaign::{ErrorSet, Scenario, Specimen};
 use standstill_detect::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Learnt, Method, MethodName,
     Settings,
@@ -123,10 +123,11 @@ fn main() -> Result<(), Box<dyn Error>> {
             let harmonics = Harmonics { inductance_4, asymmetry, ..Harmonics::default() };
             let magnetics = motor.magnetics.clone().with_harmonics(harmonics);
             let motor = Motor { magnetics, ..motor.clone() };
-            let adjustment = Adjustment { pulse: pulse.map(Nanos::from_micros), ..Adjustment::default() };
-            let scenario = adjustment
-                .scenario(method, motor, errors, RotorState::Locked, 1)
-                .ok_or("a method without line pulses")?;
+            let mut scenario = Scenario::of_method(method, motor, errors, RotorState::Locked, 1);
+            if let Some(pulse) = pulse {
+                let with_pulse = scenario.detector.with_pulse(Nanos::from_micros(pulse));
+                scenario.detector = with_pulse.ok_or("a method without line pulses")?;
+            }
             let one_way = method == MethodName::LineInductanceFast;
             let [before, after, stated] = row(&scenario, one_way)?;
             println!("  {label:40} {before:9.3} {after:8.3} {stated:10.3}");

@@ -1,14 +1,14 @@
 //! Every method, in closed loop.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{
-    Adjustment, Campaign, CampaignError, ErrorSet, PoleRule, Scenario, Statistics, Summary,
-};
+use standstill_campaign::file::Document;
+use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
 use standstill_interface::{Abc, Angle, Arithmetic, Detector, Outcome, Reading, Step};
-use standstill_plant::built_in;
+use standstill_plant::{Motor, built_in};
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
 use MethodName::{
@@ -19,6 +19,13 @@ use RotorState::{Free, Locked};
 
 fn scenario(method: MethodName, motor: &str, errors: ErrorSet, rotor: RotorState) -> Scenario<Method<f64>> {
     Scenario::of_method(method, built_in(motor).expect("built in"), errors, rotor, 1)
+}
+
+/// With keys of a method beside it, on a locked rotor.
+fn with_keys(method: MethodName, keys: &str, motor: &Motor, errors: ErrorSet) -> Scenario<Method<f64>> {
+    let text = format!("errors = \"{}\"\n[detector]\nmethod = \"{method}\"\n{keys}", errors.name());
+    let document = Document::parse(Path::new("scenario"), &text).expect("TOML");
+    document.scenario_of(motor).unwrap_or_else(|error| panic!("{error}"))
 }
 
 fn statistics(scenario: &Scenario<Method<f64>>, trials: u64) -> Summary {
@@ -85,13 +92,11 @@ fn analytic_injection_is_exact_but_for_the_drive() {
 
 #[test]
 fn law_the_dead_time_turns_an_injections_axis_until_it_is_compensated() {
-    let measure = |uncompensated| {
-        let adjustment = Adjustment { uncompensated, ..Adjustment::default() };
+    let measure = |keys| {
         let motor = built_in("paper-5k5").expect("built in");
-        let scenario = adjustment.scenario(HfiRotating, motor, ErrorSet::Default, Locked, 1);
-        statistics(&scenario.expect("it compensates"), 16)
+        statistics(&with_keys(HfiRotating, keys, &motor, ErrorSet::Default), 16)
     };
-    let (compensated, plain) = (measure(false), measure(true));
+    let (compensated, plain) = (measure(""), measure("compensation = false"));
     // A voltage of 2/T t_d U_dc = 22 V peak to peak in phase with the current, a third of the injected one, is a
     // resistance that the formula does not know.
     assert!((-4.6..-3.2).contains(&plain.bias_deg.value), "{plain:?}");
@@ -135,11 +140,10 @@ fn law_no_pole_is_wrong_on_motors_that_answer_otherwise() {
 #[test]
 fn law_a_wrong_signature_is_a_wrong_pole_and_none_is_undetermined() {
     for method in [LineInductanceFast, HfiRotating, Subdivision, Bipolar, MaximumLikelihood] {
-        let told = |signature| {
-            let adjustment = Adjustment { signature: Some(signature), ..Adjustment::default() };
+        let told = |signature: Signature| {
             let motor = built_in("paper-5k5").expect("built in");
-            let scenario = adjustment.scenario(method, motor, ErrorSet::Default, Locked, 1);
-            statistics(&scenario.expect("every method is told"), 6)
+            let keys = format!("signature = \"{}\"", signature.name());
+            statistics(&with_keys(method, &keys, &motor, ErrorSet::Default), 6)
         };
         let (right, wrong, none) =
             (told(Signature::Normal), told(Signature::Inverted), told(Signature::None));
@@ -155,14 +159,9 @@ fn law_a_core_without_saturation_leaves_the_pole_open() {
     let motor = built_in("paper-5k5").expect("built in").linearised();
     for method in [LineInductanceFast, HfiRotating, Bipolar, MaximumLikelihood, MaximumLikelihoodAdaptive] {
         // Told that the poles differ, they must see that they do not.
-        let adjustment = Adjustment {
-            signature: Some(Signature::Normal),
-            rule: (method == LineInductanceFast).then_some(PoleRule::Sequential),
-            ..Adjustment::default()
-        };
-        let scenario = adjustment
-            .scenario(method, motor.clone(), ErrorSet::Harsh, Locked, 1)
-            .expect("every method is told");
+        let rule = if method == LineInductanceFast { "\npolarity = \"sequential\"" } else { "" };
+        let keys = format!("signature = \"normal\"{rule}");
+        let scenario = with_keys(method, &keys, &motor, ErrorSet::Harsh);
         let trials = if method == HfiRotating { 10 } else { 60 };
         let s = statistics(&scenario, trials);
         assert_eq!((s.undetermined, s.failed), (trials, 0), "{method}: {s:?}");
@@ -172,11 +171,10 @@ fn law_a_core_without_saturation_leaves_the_pole_open() {
 #[test]
 fn regress_sequential_poles_on_the_paper_motor() {
     // The command for 100,000 of them is in docs/methods.md.
-    let adjustment = Adjustment { rule: Some(PoleRule::Sequential), ..Adjustment::default() };
     for errors in [ErrorSet::Default, ErrorSet::Harsh] {
         let motor = built_in("paper-5k5").expect("built in");
-        let scenario = adjustment.scenario(LineInductanceFast, motor, errors, Locked, 3).expect("has a test");
-        let s = statistics(&scenario, 400);
+        let scenario = with_keys(LineInductanceFast, "polarity = \"sequential\"", &motor, errors);
+        let s = statistics(&Scenario { seed: 3, ..scenario }, 400);
         assert!(s.wrong_poles == 0 && s.undetermined <= 2, "{s:?}");
     }
 }

@@ -3,87 +3,26 @@
 //! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
 //! numbers, so that a difference between two rows is the methods'.
 
-use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError, Signature};
-use standstill_interface::Nanos;
-use standstill_plant::Motor;
-use standstill_sim::{NoProbe, RotorState, run};
+use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError};
+use standstill_interface::choice;
+use standstill_sim::{NoProbe, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
-use crate::{ErrorSet, Scenario, Summary};
+use crate::{ErrorSet, Rotor, Scenario, Summary};
 
-/// How a pole is decided, where a polarity test of its own follows the axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PoleRule {
-    /// By one vector each way, as in the paper.
-    TwoVectors,
-    /// By as many as it takes, with a probability of one in a million to be wrong.
-    Sequential,
-}
-
-/// What is set otherwise than a method's own settings for the motor.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Adjustment {
-    /// How poles are decided. Methods that read the pole from their line pulses have no choice.
-    pub rule: Option<PoleRule>,
-    /// What the methods are told of the motor's poles, right or wrong.
-    pub signature: Option<Signature>,
-    /// Length of the line pulses.
-    pub pulse: Option<Nanos>,
-    /// Whether injections and alignment leave the dead time and the drops of the devices uncompensated.
-    pub uncompensated: bool,
-}
-
-impl Adjustment {
-    /// The scenario of a method; none if it has nothing of what is to be adjusted.
-    pub fn scenario(
-        &self,
-        method: MethodName,
-        motor: Motor,
-        errors: ErrorSet,
-        rotor: RotorState,
-        seed: u64,
-    ) -> Option<Scenario<Method<f64>>> {
-        let mut applies = true;
-        let scenario = Scenario::new(motor, errors, rotor, seed, |drive| {
-            let mut drive = *drive;
-            if let Some(signature) = self.signature {
-                (drive.signature, drive.pulse_signature) = (signature, signature);
-            }
-            let mut settings = Method::suited(method, &drive);
-            if let Some(rule) = self.rule {
-                match settings.polarity_mut() {
-                    Some(polarity) => polarity.rule = rule.settings(drive.polarity_difference),
-                    None => applies = false,
-                }
-            }
-            if self.uncompensated {
-                match settings.modulation_mut() {
-                    Some(modulation) => (modulation.dead_time, modulation.drop) = (Nanos::ZERO, 0.0),
-                    None => applies = false,
-                }
-            }
-            if let Some(pulse) = self.pulse {
-                match settings.with_pulse(pulse) {
-                    Some(with_pulse) => settings = with_pulse,
-                    None => applies = false,
-                }
-            }
-            settings
-        });
-        applies.then_some(scenario)
-    }
-
-    /// The methods that have what is to be adjusted.
-    pub fn concerned(&self, motor: &Motor) -> Vec<MethodName> {
-        let concerned = |name: &MethodName| {
-            self.scenario(*name, motor.clone(), ErrorSet::None, RotorState::Locked, 0).is_some()
-        };
-        MethodName::ALL.into_iter().filter(concerned).collect()
+choice! {
+    /// How a pole is decided, where a polarity test of its own follows the axis.
+    pub enum PoleRule {
+        /// By one vector each way, as in the paper.
+        TwoVectors = "two-vectors",
+        /// By as many as it takes, with a probability of one in a million to be wrong.
+        Sequential = "sequential",
     }
 }
 
 impl PoleRule {
-    fn settings(self, difference: f64) -> PolarityRule<f64> {
+    /// As settings, for a motor whose poles' currents differ by this share.
+    pub(crate) fn settings(self, difference: f64) -> PolarityRule<f64> {
         match self {
             Self::TwoVectors => PolarityRule::TwoVectors,
             Self::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
@@ -97,7 +36,7 @@ pub struct Entry {
     /// The method.
     pub method: MethodName,
     /// Whether the rotor could move.
-    pub rotor: RotorState,
+    pub rotor: Rotor,
     /// How good drive and sensors were.
     pub errors: ErrorSet,
     /// What the trials say.

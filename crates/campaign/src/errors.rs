@@ -1,22 +1,33 @@
 //! The error sets: what a good drive and a poor one get wrong.
 
-use standstill_interface::Nanos;
+use standstill_interface::{Nanos, choice};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_plant::Motor;
 use standstill_sim::{Adc, Arrangement, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
 
-/// How good drive and sensors are.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ErrorSet {
-    /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
-    /// left is the method's own: saturation.
-    None,
-    /// The same with white noise in the current readings and nothing else, 20 mA rms for 8 A of rated current: what the
-    /// Cramér–Rao limit speaks of.
-    Noise,
-    /// A good industrial drive.
-    Default,
-    /// A poor one.
-    Harsh,
+/// DC-link voltage in V of the paper's drive.
+const DC_LINK: f64 = 550.0;
+
+/// DC-link voltage in V of this motor's drive; where the motor names none, the paper's.
+pub(crate) fn dc_link(motor: &Motor) -> f64 {
+    motor.dc_link.unwrap_or(DC_LINK)
+}
+
+choice! {
+    /// How good drive and sensors are.
+    #[derive(Default)]
+    pub enum ErrorSet {
+        /// Ideal switches without dead time, an idle leg that stays without current, exact sensors. What error is
+        /// left is the method's own: saturation.
+        None = "none",
+        /// The same with white noise in the current readings and nothing else, 20 mA rms for 8 A of rated current: what
+        /// the Cramér–Rao limit speaks of.
+        Noise = "noise",
+        /// A good industrial drive.
+        Default = "default" default,
+        /// A poor one.
+        Harsh = "harsh",
+    }
 }
 
 /// An inverter as a type: what its specimens are drawn from.
@@ -48,19 +59,6 @@ impl DriveSettings {
 }
 
 impl ErrorSet {
-    /// All sets.
-    pub const ALL: [Self; 4] = [Self::None, Self::Noise, Self::Default, Self::Harsh];
-
-    /// As on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::None => "none",
-            Self::Noise => "noise",
-            Self::Default => "default",
-            Self::Harsh => "harsh",
-        }
-    }
-
     /// The drive for motors of this rated current in A, on a DC link of this many volts. Devices are sized to the current:
     /// their slopes drop as much at rated current in every drive.
     pub fn drive(self, rated_current: f64, dc_link: f64) -> DriveSettings {
@@ -112,7 +110,7 @@ impl ErrorSet {
                 offset: 0.0,
                 noise: 0.0,
                 bandwidth: None,
-                adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * (dc_link / 550.0) }),
+                adc: Some(Adc { bits: 12, low: 0.0, high: 1000.0 * (dc_link / DC_LINK) }),
             },
             resolver: Resolver { error: 0.2_f64.to_radians() },
         };

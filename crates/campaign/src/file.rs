@@ -12,9 +12,13 @@ mod axes;
 mod build;
 mod detector;
 mod document;
+mod link;
 mod motor;
+mod named;
 mod number;
 mod plan;
+mod seed;
+mod single;
 mod tables;
 #[cfg(test)]
 mod tests;
@@ -25,10 +29,10 @@ pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
 pub use detector::DetectorTable;
 pub use document::{Document, FileError, Origin};
 pub use motor::MotorSpec;
+pub use named::Named;
 pub use plan::Plan;
-pub use tables::{
-    Decide, ErrorsName, InverterTable, MethodSpec, OpenLegName, Poles, RotorStateName, RotorTable,
-    ScenarioFile, SensorArrangement, SensorsTable, StopTable,
-};
+pub use seed::value as seed_value;
+pub use single::Single;
+pub use tables::{InverterTable, RotorTable, ScenarioFile, SensorsTable, StopTable};
 pub use tolerances::Tolerance;
 pub use units::{is_share, schema, unit};

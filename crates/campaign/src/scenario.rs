@@ -14,6 +14,7 @@ use standstill_sim::{
     run_side_by_side,
 };
 
+use crate::errors::dc_link;
 use crate::{DriveSettings, ErrorSet, Record, TrialError};
 
 /// One motor, one kind of drive, one method with its settings `S`.
@@ -47,9 +48,6 @@ pub struct Specimen {
     /// Trial whose noise and jitter are taken.
     pub noise: u64,
 }
-
-/// DC-link voltage in V where a motor names none: the paper's.
-const DC_LINK: f64 = 550.0;
 
 /// Relative difference of the poles' currents below which no test should trust it: several times what sensors get wrong
 /// between two pulses.
@@ -92,7 +90,7 @@ fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
 }
 
 /// What the drive knows of this motor and of itself: values of the data sheets.
-fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
+pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSettings) -> Nameplate<f64> {
     let devices = drive.bridge.devices;
     // The polarity test goes 2 % beyond the rated current; a map may not cover that.
     let (signature_at_rated, polarity_difference) = signature(motor, motor.rated_current);
@@ -145,7 +143,7 @@ impl<S: Settings<f64>> Scenario<S> {
         seed: u64,
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
-        let dc_link = motor.dc_link.unwrap_or(DC_LINK);
+        let dc_link = dc_link(&motor);
         let drive = errors.drive(motor.rated_current, dc_link);
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));

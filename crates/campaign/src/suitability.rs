@@ -7,11 +7,11 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_detect::{Method, MethodName, Signature};
-use standstill_plant::{Motor, PolarityPoint, Temperature, TemperatureError};
-use standstill_sim::RotorState;
+use standstill_plant::PolarityPoint;
 
 use crate::bound::{Bound, BoundError};
-use crate::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
+use crate::file::{Document, FileError, Origin};
+use crate::{Campaign, CampaignError, Rotor, Scenario, Statistics, Summary};
 
 /// What the start of a motor demands of a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -81,8 +81,8 @@ pub struct Suitability {
 /// A verdict that could not be reached.
 #[derive(Debug)]
 pub enum SuitabilityError {
-    /// No such temperature.
-    Temperature(TemperatureError),
+    /// The scenario cannot be.
+    File(FileError),
     /// The trials could not run.
     Campaign(CampaignError),
     /// The limit could not be computed.
@@ -92,7 +92,7 @@ pub enum SuitabilityError {
 impl std::fmt::Display for SuitabilityError {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Temperature(error) => error.fmt(f),
+            Self::File(error) => error.fmt(f),
             Self::Campaign(error) => error.fmt(f),
             Self::Bound(error) => error.fmt(f),
         }
@@ -101,9 +101,9 @@ impl std::fmt::Display for SuitabilityError {
 
 impl std::error::Error for SuitabilityError {}
 
-impl From<TemperatureError> for SuitabilityError {
-    fn from(error: TemperatureError) -> Self {
-        Self::Temperature(error)
+impl From<FileError> for SuitabilityError {
+    fn from(error: FileError) -> Self {
+        Self::File(error)
     }
 }
 
@@ -123,31 +123,51 @@ impl From<BoundError> for SuitabilityError {
 const ANGLES: usize = 16;
 
 impl Suitability {
-    /// Tries the candidates. The drive is set up for the motor of the data sheet, whatever its temperature is.
+    /// Tries the candidates under the conditions of a scenario file, whatever its method and its rotor's state. A method that
+    /// lacks a setting of the scenario is no candidate; one that was set beside the file is the only one.
     ///
     /// # Errors
-    /// A temperature at which there is no such motor, or settings that cannot work.
+    /// A scenario that cannot be, or that suits no candidate.
     pub fn of(
-        motor: &Motor,
-        temperature: Temperature,
-        errors: ErrorSet,
+        document: &Document,
         demands: &Demands,
-        seed: u64,
         mut progress: impl FnMut(MethodName),
     ) -> Result<Self, SuitabilityError> {
-        let hot = motor.at_temperature(temperature)?;
-        let scenario = |method, rotor| {
-            let scenario = Scenario::of_method(method, motor.clone(), errors, rotor, seed);
-            Scenario { motor: hot.clone(), ..scenario }
+        let motor = document.motor()?;
+        let scenario = |method: MethodName, rotor: Rotor| {
+            let mut document = document.clone();
+            document.set("detector.method", method.name(), Origin::CommandLine)?;
+            document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
+            if rotor == Rotor::Locked {
+                // No load moves it.
+                document.remove("rotor.load");
+            }
+            document.unchecked_scenario_of(&motor)
         };
         let mut candidates = Vec::new();
-        for method in CANDIDATES {
+        let mut unsuitable = None;
+        let mut tried = None;
+        // One that is set beside the scenario is the only one.
+        let only = document.origin("detector.method").map(|_| document.load()).transpose()?;
+        let methods = only.map_or(CANDIDATES.to_vec(), |file| vec![file.detector.method.0]);
+        for method in methods {
             progress(method);
-            let [locked, free] = [RotorState::Locked, RotorState::Free].map(|rotor| scenario(method, rotor));
+            let (locked, free) = match (scenario(method, Rotor::Locked), scenario(method, Rotor::Free)) {
+                (Err(error), _) | (_, Err(error)) if error.is_foreign_setting() => {
+                    unsuitable = Some(error);
+                    continue;
+                }
+                (locked, free) => (locked?, free?),
+            };
             candidates.push(Candidate::of(method, &locked, &free, demands)?);
+            tried.get_or_insert(locked);
         }
+        let Some(tried) = tried else {
+            return Err(
+                unsuitable.map_or_else(|| unreachable!("there are candidates"), SuitabilityError::File)
+            );
+        };
         // What the trials met, not what the drive was told.
-        let tried = scenario(CANDIDATES[0], RotorState::Locked);
         let known = tried.nameplate();
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
@@ -156,7 +176,7 @@ impl Suitability {
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
             // Where a map ends before, nothing is known.
-            pulse_difference: PolarityPoint::of(&hot.magnetics, 0.5 * hot.rated_current)
+            pulse_difference: PolarityPoint::of(&tried.motor.magnetics, 0.5 * tried.motor.rated_current)
                 .map_or(0.0, |point| point.difference()),
             candidates,
         })

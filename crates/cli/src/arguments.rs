@@ -1,16 +1,18 @@
 //! The command line.
 
 mod campaigns;
+mod scenario;
 
 use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
-use clap::{Args, Parser, Subcommand, ValueEnum};
-use standstill_campaign::{ErrorSet, PoleRule};
+use clap::{Args, Parser, Subcommand};
+use standstill_campaign::{ErrorSet, PoleRule, Rotor};
 use standstill_detect::{Decay, MethodName, Signature};
-use standstill_plant::Temperature;
+use standstill_interface::Choice;
 
 pub use campaigns::{Completions, FormatName, Init, Man, Merge, Report, Results, Run, Sweep};
+pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
@@ -52,56 +54,18 @@ pub enum Command {
     Motors(Motors),
 }
 
-/// What motor and drive are like.
-#[derive(Debug, Args)]
-pub struct Setup {
-    /// A built-in motor's name, or a data sheet's path (.toml)
-    #[arg(long, default_value = "paper-5k5")]
-    pub motor: String,
-    /// How good drive and sensors are
-    #[arg(long, value_enum, default_value_t = Errors::Default)]
-    pub errors: Errors,
-    /// How a pulse's current decays: slow by the zero vector (the paper), fast with all gates off
-    #[arg(long, value_enum, default_value_t = DecayName::Slow)]
-    pub decay: DecayName,
-    /// Whether the rotor can move: locked, free, or held by a brake that lets it play (by the data sheet's backlash)
-    #[arg(long, value_enum, default_value_t = Rotor::Locked)]
-    pub rotor: Rotor,
-    /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move
-    #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
-    pub load: f64,
-    #[command(flatten)]
-    pub temperature: Temperatures,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
-    pub seed: u64,
-}
-
-/// How warm the motor is.
-#[derive(Clone, Copy, Debug, Args)]
-pub struct Temperatures {
-    /// Temperature of the winding in °C [default: that of the data sheet]. The drive is not told
-    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
-    pub winding_temperature: Option<f64>,
-    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive is not told
-    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
-    pub magnet_temperature: Option<f64>,
-}
-
-impl From<Temperatures> for Temperature {
-    fn from(temperatures: Temperatures) -> Self {
-        Self { winding: temperatures.winding_temperature, magnet: temperatures.magnet_temperature }
-    }
-}
-
 #[derive(Debug, Args)]
 pub struct Reproduce {
+    #[command(flatten)]
+    pub source: Source,
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
     pub out: PathBuf,
-    /// Trials of the Monte Carlo run
-    #[arg(long, default_value_t = 10_000, value_parser = trials, allow_hyphen_values = true)]
-    pub trials: u64,
+    /// Trials of the Monte Carlo run [key: trials; without a scenario: 10000]
+    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    pub trials: Option<u64>,
+    #[command(flatten)]
+    pub decay: PaperDecay,
     #[command(flatten)]
     pub setup: Setup,
     /// Worker threads [default: one per core]; the results do not depend on it
@@ -109,14 +73,35 @@ pub struct Reproduce {
     pub threads: Option<u16>,
 }
 
+/// The paper's method in one of its two ways.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct PaperDecay {
+    /// The paper's method, and how its pulses' current decays: slow by the zero vector (the paper), fast with all gates off
+    /// [key: detector.method, line-inductance or line-inductance-fast; without a scenario: slow]
+    #[arg(long, value_parser = choice::<Decay>())]
+    pub decay: Option<Decay>,
+}
+
 #[derive(Debug, Args)]
 pub struct Trace {
-    /// Electrical rotor angle at the start, in degrees
+    #[command(flatten)]
+    pub source: Source,
+    #[command(flatten)]
+    pub axes: Axes,
+    /// Point of the axes, from 0 as in summary.json; the last axis is walked along first
+    #[arg(long, value_name = "P", default_value_t = 0, allow_hyphen_values = true)]
+    pub point: usize,
+    /// Trial at that point, from 0 as in the trials' file: the same drive, sensors, tolerances, angle and noise
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = trial, allow_hyphen_values = true)]
+    pub trial: u64,
+    /// Electrical rotor angle at the start, in degrees [key: rotor.angle; default: as the trial draws it]
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
-    pub angle: f64,
-    /// Another method than the paper's, told of the motor's poles what its magnetics say
-    #[arg(long, value_name = "NAME", value_parser = methods(), conflicts_with = "decay")]
+    pub angle: Option<f64>,
+    /// A method, told of the motor's poles what its magnetics say [key: detector.method; without a scenario: the paper's]
+    #[arg(long, value_name = "NAME", value_parser = choice::<MethodName>(), conflicts_with = "decay")]
     pub method: Option<MethodName>,
+    #[command(flatten)]
+    pub decay: PaperDecay,
     #[command(flatten)]
     pub setup: Setup,
     /// Folder for the files; made if it does not exist
@@ -129,41 +114,43 @@ pub struct Trace {
 
 #[derive(Debug, Args)]
 pub struct Compare {
-    /// A built-in motor's name, or a data sheet's path (.toml)
-    #[arg(long, default_value = "paper-5k5")]
-    pub motor: String,
+    #[command(flatten)]
+    pub source: Source,
+    /// A built-in motor's name, or a data sheet's path (.toml) [key: motor; without a scenario: paper-5k5]
+    #[arg(long)]
+    pub motor: Option<String>,
     /// Only these methods, separated by commas [default: all]
-    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = methods())]
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = choice::<MethodName>())]
     pub method: Vec<MethodName>,
-    /// How good drive and sensors are, separated by commas
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Errors::Default, Errors::Harsh])]
-    pub errors: Vec<Errors>,
-    /// Whether the rotor can move, separated by commas
-    #[arg(long, value_enum, value_delimiter = ',', default_values_t = [Rotor::Locked, Rotor::Free])]
+    /// How good drive and sensors are, separated by commas [default: the scenario's, or default,harsh]
+    #[arg(long, value_delimiter = ',', value_parser = choice::<ErrorSet>())]
+    pub errors: Vec<ErrorSet>,
+    /// Whether the rotor can move, separated by commas [default: the scenario's, or locked,free]
+    #[arg(long, value_delimiter = ',', value_parser = choice::<Rotor>())]
     pub rotor: Vec<Rotor>,
-    /// Trials of each method under each set of conditions [default: 500, of dc-alignment 20]
+    /// Trials of each method under each set of conditions [default: the scenario's, or 500, of dc-alignment 20]
     #[arg(long, value_parser = trials, allow_hyphen_values = true)]
     pub trials: Option<u64>,
-    /// How methods with a polarity test of their own decide [default: each its own way]
-    #[arg(long, value_enum)]
-    pub polarity: Option<PoleRuleName>,
-    /// Tell the methods that this pole draws more current, right or wrong [default: as the motor's magnetics say]
-    #[arg(long, value_enum)]
-    pub signature: Option<SignatureName>,
-    /// Length of the line pulses in µs [default: by the motor's inductances]
+    /// How methods with a polarity test of their own decide [key: detector.polarity; default: each its own way]
+    #[arg(long, value_parser = choice::<PoleRule>())]
+    pub polarity: Option<PoleRule>,
+    /// Tell the methods that this pole draws more current, right or wrong [key: detector.signature; default: as the
+    /// motor's magnetics say]
+    #[arg(long, value_parser = choice::<Signature>())]
+    pub signature: Option<Signature>,
+    /// Length of the line pulses in µs [key: detector.pulse; default: by the motor's inductances]
     #[arg(long, value_name = "US", value_parser = microseconds, allow_hyphen_values = true)]
     pub pulse: Option<u64>,
-    /// Injections and alignment without compensation of the dead time and of the devices' drops
+    /// Injections and alignment without compensation of the dead time and of the devices' drops [key:
+    /// detector.compensation]
     #[arg(long)]
     pub uncompensated: bool,
-    /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move
-    #[arg(long, value_name = "NM", default_value_t = 0.0, value_parser = newton_metres, allow_hyphen_values = true)]
-    pub load: f64,
+    #[command(flatten)]
+    pub load: Load,
     #[command(flatten)]
     pub temperature: Temperatures,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
-    pub seed: u64,
+    #[command(flatten)]
+    pub seed: Seed,
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/compare")]
     pub out: PathBuf,
@@ -177,20 +164,21 @@ pub struct Compare {
 
 #[derive(Debug, Args)]
 pub struct Check {
-    /// A built-in motor's name, or a data sheet's path (.toml)
+    /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml)
     pub motor: String,
-    /// How good drive and sensors are
-    #[arg(long, value_enum, default_value_t = Errors::Default)]
-    pub errors: Errors,
+    #[command(flatten)]
+    pub keys: Keys,
+    /// How good drive and sensors are [key: errors; without a scenario: default]
+    #[arg(long, value_parser = choice::<ErrorSet>())]
+    pub errors: Option<ErrorSet>,
     /// Largest angle error in electrical degrees that the start can bear, in 95 of 100 detections
     #[arg(long, value_name = "DEG", default_value_t = 5.0, value_parser = tolerance, allow_hyphen_values = true)]
     pub tolerance: f64,
     /// Furthest that a free rotor may move, in electrical degrees
     #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance, allow_hyphen_values = true)]
     pub movement: f64,
-    /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = seed, allow_hyphen_values = true)]
-    pub seed: u64,
+    #[command(flatten)]
+    pub seed: Seed,
     #[command(flatten)]
     pub temperature: Temperatures,
     /// Print JSON
@@ -241,9 +229,15 @@ fn trials(text: &str) -> Result<u64, String> {
     trials.ok_or_else(|| "not a whole number from 1 to 100000000".to_owned())
 }
 
-fn methods() -> impl TypedValueParser<Value = MethodName> {
-    PossibleValuesParser::new(MethodName::ALL.map(MethodName::name))
-        .try_map(|name| MethodName::ALL.into_iter().find(|method| method.name() == name).ok_or("no method"))
+/// A choice by its name.
+fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
+    PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
+}
+
+fn trial(text: &str) -> Result<u64, String> {
+    // Streams have room for so many.
+    let trial = text.parse().ok().filter(|trial| *trial < 1 << 60);
+    trial.ok_or_else(|| "not a whole number from 0".to_owned())
 }
 
 fn microseconds(text: &str) -> Result<u64, String> {
@@ -287,102 +281,5 @@ fn celsius(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(temperature) if (-60.0..=300.0).contains(&temperature) => Ok(temperature),
         _ => Err("not a temperature from -60 to 300 °C".to_owned()),
-    }
-}
-
-/// [`ErrorSet`] by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Errors {
-    None,
-    Noise,
-    Default,
-    Harsh,
-}
-
-impl From<Errors> for ErrorSet {
-    fn from(errors: Errors) -> Self {
-        match errors {
-            Errors::None => Self::None,
-            Errors::Noise => Self::Noise,
-            Errors::Default => Self::Default,
-            Errors::Harsh => Self::Harsh,
-        }
-    }
-}
-
-/// [`PoleRule`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum PoleRuleName {
-    TwoVectors,
-    Sequential,
-}
-
-impl From<PoleRuleName> for PoleRule {
-    fn from(rule: PoleRuleName) -> Self {
-        match rule {
-            PoleRuleName::TwoVectors => Self::TwoVectors,
-            PoleRuleName::Sequential => Self::Sequential,
-        }
-    }
-}
-
-/// [`Signature`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum SignatureName {
-    Normal,
-    Inverted,
-    None,
-}
-
-impl From<SignatureName> for Signature {
-    fn from(signature: SignatureName) -> Self {
-        match signature {
-            SignatureName::Normal => Self::Normal,
-            SignatureName::Inverted => Self::Inverted,
-            SignatureName::None => Self::None,
-        }
-    }
-}
-
-/// [`Decay`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DecayName {
-    Slow,
-    Fast,
-}
-
-impl DecayName {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Slow => "slow",
-            Self::Fast => "fast",
-        }
-    }
-}
-
-impl From<DecayName> for Decay {
-    fn from(decay: DecayName) -> Self {
-        match decay {
-            DecayName::Slow => Self::Slow,
-            DecayName::Fast => Self::Fast,
-        }
-    }
-}
-
-/// [`standstill_sim::RotorState`] by name.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Rotor {
-    Locked,
-    Free,
-    Brake,
-}
-
-impl Rotor {
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Locked => "locked",
-            Self::Free => "free",
-            Self::Brake => "brake",
-        }
     }
 }

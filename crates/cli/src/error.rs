@@ -141,7 +141,7 @@ impl From<BoundError> for Error {
 impl From<SuitabilityError> for Error {
     fn from(error: SuitabilityError) -> Self {
         match error {
-            SuitabilityError::Temperature(error) => Self::Temperature(error),
+            SuitabilityError::File(error) => Self::Scenario(error),
             SuitabilityError::Campaign(error) => Self::Campaign(error),
             SuitabilityError::Bound(error) => Self::Bound(error),
         }

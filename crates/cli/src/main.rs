@@ -10,6 +10,7 @@ mod interrupt;
 mod log;
 mod output;
 mod progress;
+mod scenario;
 mod summary;
 mod text;
 mod units;

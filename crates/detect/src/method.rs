@@ -10,7 +10,7 @@ mod subdivision;
 
 use core::fmt;
 
-use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step};
+use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, Real, Step, choice};
 
 use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
@@ -37,56 +37,28 @@ pub(crate) trait Sequence<T: Real> {
     fn findings(&self) -> &Findings<T>;
 }
 
-/// The methods.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum MethodName {
-    /// The paper's, slow decay.
-    LineInductance,
-    /// The paper's, fast decay.
-    LineInductanceFast,
-    /// Voltage vectors all around, then ever closer to the best.
-    Subdivision,
-    /// Rotating high-frequency injection.
-    HfiRotating,
-    /// Pulsating high-frequency injection.
-    HfiPulsating,
-    /// The rotor is turned to a known angle.
-    DcAlignment,
-    /// Line pulses both ways, sensors calibrated on the way.
-    Bipolar,
-    /// The most likely angle from all samples.
-    MaximumLikelihood,
-    /// The same with pulses that grow until all is certain enough.
-    MaximumLikelihoodAdaptive,
-}
-
-impl MethodName {
-    /// All of them.
-    pub const ALL: [Self; 9] = [
-        Self::LineInductance,
-        Self::LineInductanceFast,
-        Self::Subdivision,
-        Self::HfiRotating,
-        Self::HfiPulsating,
-        Self::DcAlignment,
-        Self::Bipolar,
-        Self::MaximumLikelihood,
-        Self::MaximumLikelihoodAdaptive,
-    ];
-
-    /// As on the command line.
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::LineInductance => "line-inductance",
-            Self::LineInductanceFast => "line-inductance-fast",
-            Self::Subdivision => "subdivision",
-            Self::HfiRotating => "hfi-rotating",
-            Self::HfiPulsating => "hfi-pulsating",
-            Self::DcAlignment => "dc-alignment",
-            Self::Bipolar => "bipolar",
-            Self::MaximumLikelihood => "maximum-likelihood",
-            Self::MaximumLikelihoodAdaptive => "maximum-likelihood-adaptive",
-        }
+choice! {
+    /// The methods.
+    #[derive(Default, Hash, PartialOrd, Ord)]
+    pub enum MethodName {
+        /// The paper's, slow decay.
+        LineInductance = "line-inductance",
+        /// The paper's, fast decay.
+        LineInductanceFast = "line-inductance-fast" default,
+        /// Voltage vectors all around, then ever closer to the best.
+        Subdivision = "subdivision",
+        /// Rotating high-frequency injection.
+        HfiRotating = "hfi-rotating",
+        /// Pulsating high-frequency injection.
+        HfiPulsating = "hfi-pulsating",
+        /// The rotor is turned to a known angle.
+        DcAlignment = "dc-alignment",
+        /// Line pulses both ways, sensors calibrated on the way.
+        Bipolar = "bipolar",
+        /// The most likely angle from all samples.
+        MaximumLikelihood = "maximum-likelihood",
+        /// The same with pulses that grow until all is certain enough.
+        MaximumLikelihoodAdaptive = "maximum-likelihood-adaptive",
     }
 }
 

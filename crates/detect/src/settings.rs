@@ -2,16 +2,17 @@
 
 use core::fmt;
 
-use standstill_interface::{Detector, Nanos, Real};
+use standstill_interface::{Detector, Nanos, Real, choice};
 
-/// How a pulse's current decays.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decay {
-    /// Both driven legs low: the zero vector of the paper. The current circulates and is not gone before the
-    /// next pulse of the pair, which equation (10) allows for.
-    Slow,
-    /// All gates off: the current returns to the DC link through the diodes, against its full voltage.
-    Fast,
+choice! {
+    /// How a pulse's current decays.
+    pub enum Decay {
+        /// Both driven legs low: the zero vector of the paper. The current circulates and is not gone before the
+        /// next pulse of the pair, which equation (10) allows for.
+        Slow = "slow",
+        /// All gates off: the current returns to the DC link through the diodes, against its full voltage.
+        Fast = "fast",
+    }
 }
 
 /// A setting that cannot work.

@@ -16,6 +16,7 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod angle;
+mod choice;
 mod command;
 mod detector;
 mod frames;
@@ -24,6 +25,7 @@ mod reading;
 mod real;
 
 pub use angle::Angle;
+pub use choice::Choice;
 pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};

@@ -3,7 +3,7 @@
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::AlphaBeta;
+use standstill_interface::{AlphaBeta, choice};
 use standstill_numeric::Symmetric;
 
 use crate::{Conduction, Devices, Gate};
@@ -11,15 +11,16 @@ use crate::{Conduction, Devices, Gate};
 /// One conduction mode per leg, a to c.
 pub type Modes = [Conduction; 3];
 
-/// What an idle leg (both switches off, no current) may do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum OpenLeg {
-    /// Its diodes conduct as soon as its potential leaves the rails, as in every real bridge.
-    #[default]
-    Diodes,
-    /// It stays without current whatever its potential, as behind a contactor: equation (3) of the paper takes
-    /// the third phase as open.
-    Open,
+choice! {
+    /// What an idle leg (both switches off, no current) may do.
+    #[derive(Default)]
+    pub enum OpenLeg {
+        /// Its diodes conduct as soon as its potential leaves the rails, as in every real bridge.
+        Diodes = "diodes" default,
+        /// It stays without current whatever its potential, as behind a contactor: equation (3) of the paper takes
+        /// the third phase as open.
+        Open = "open",
+    }
 }
 
 /// The motor as the bridge sees it at one instant.

@@ -59,6 +59,8 @@ units! {
     /// Resistance.
     // The second Ω is the Ohm sign U+2126, which looks the same.
     Ohm = "Ω" or "\u{2126}" or "ohm" or "Ohm" {};
+    /// Capacitance.
+    Farad = "F" { usual: "µ" };
     /// Flux linkage.
     Weber = "Wb" or "Vs" {};
     /// Current.

@@ -3,7 +3,7 @@
 mod low_pass;
 mod sampler;
 
-use standstill_interface::Nanos;
+use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
 pub(crate) use low_pass::LowPass;
@@ -11,18 +11,19 @@ pub(crate) use sampler::{Instant, Sampler};
 
 use crate::{Purpose, Streams};
 
-/// Where the current sensors sit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrangement {
-    /// One in each phase.
-    ThreeInLine,
-    /// In phases a and b; c follows from the sum.
-    TwoInLine,
-    /// A shunt below each leg, which sees the leg only while its lower device conducts. A leg whose upper switch
-    /// is on is derived from the other two; if two or more are, they are hidden. A leg with both switches off
-    /// shows only current that its lower diode carries into the motor: current out of the motor, through the
-    /// upper diode, reads as zero.
-    LowSideShunts,
+choice! {
+    /// Where the current sensors sit.
+    pub enum Arrangement {
+        /// One in each phase.
+        ThreeInLine = "three-in-line",
+        /// In phases a and b; c follows from the sum.
+        TwoInLine = "two-in-line",
+        /// A shunt below each leg, which sees the leg only while its lower device conducts. A leg whose upper switch
+        /// is on is derived from the other two; if two or more are, they are hidden. A leg with both switches off
+        /// shows only current that its lower diode carries into the motor: current out of the motor, through the
+        /// upper diode, reads as zero.
+        LowSideShunts = "low-side-shunts",
+    }
 }
 
 /// An analogue-to-digital converter.

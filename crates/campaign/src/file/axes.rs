@@ -6,11 +6,13 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::{MapAccessDeserializer, SeqAccessDeserializer};
 use serde::de::{MapAccess, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+use standstill_interface::choice;
 use standstill_numeric::{exp, log10};
 use standstill_sim::{Purpose, Streams};
 use toml::Value;
 
 use super::document::FileError;
+use super::named::Named;
 use super::number::Number;
 
 /// What one key is varied over.
@@ -116,17 +118,17 @@ impl AxisSpec {
     }
 }
 
-/// How points are chosen from the axes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum DesignKind {
-    /// All combinations.
-    #[default]
-    Grid,
-    /// Each axis cut into as many equal parts as there are points, each part taken once.
-    LatinHypercube,
-    /// A scrambled Sobol sequence: the points fill the space evenly, and the first of them do too.
-    Sobol,
+choice! {
+    /// How points are chosen from the axes.
+    #[derive(Default)]
+    pub enum DesignKind {
+        /// All combinations.
+        Grid = "grid" default,
+        /// Each axis cut into as many equal parts as there are points, each part taken once.
+        LatinHypercube = "latin-hypercube",
+        /// A scrambled Sobol sequence: the points fill the space evenly, and the first of them do too.
+        Sobol = "sobol",
+    }
 }
 
 /// Which points of the axes are run.
@@ -134,7 +136,7 @@ pub enum DesignKind {
 #[serde(deny_unknown_fields, default)]
 pub struct DesignTable {
     /// How they are chosen.
-    pub kind: DesignKind,
+    pub kind: Named<DesignKind>,
     /// How many; a grid's follow from its axes.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub points: Option<usize>,
@@ -260,7 +262,7 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
             .map(|(k, (key, axis))| ((*key).to_owned(), value(k, axis)))
             .collect(),
     };
-    if design.kind == DesignKind::Grid {
+    if design.kind.0 == DesignKind::Grid {
         if design.points.is_some() {
             let needed = "no `points` for a grid, whose axes have their own";
             return Err(FileError::key("design.points", "points", needed));
@@ -282,7 +284,7 @@ pub fn points(axes: &[(String, AxisSpec)], design: DesignTable, seed: u64) -> Re
         let needed = "axes, over which a design spreads its points";
         return Err(FileError::key("design.points", "no axes", needed));
     }
-    match design.kind {
+    match design.kind.0 {
         DesignKind::Grid => unreachable!("returned above"),
         DesignKind::LatinHypercube => {
             let orders: Vec<Vec<usize>> = (0..walked.len())

@@ -1,29 +1,17 @@
 //! From the tables to a scenario.
 
-use standstill_detect::{Method, Settings, Signature};
+use standstill_detect::{Method, Settings};
 use standstill_interface::Nanos;
-use standstill_inverter::OpenLeg;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
-use standstill_sim::{Adc, Arrangement, Play, RotorState, SensorSettings};
+use standstill_sim::{Adc, RotorState, SensorSettings, Tolerance};
 
 use super::document::FileError;
-use super::tables::{
-    ErrorsName, InverterTable, OpenLegName, Poles, RotorStateName, ScenarioFile, SensorArrangement,
-    SensorsTable,
-};
-use crate::{DriveSettings, ErrorSet, Scenario};
-
-impl From<ErrorsName> for ErrorSet {
-    fn from(name: ErrorsName) -> Self {
-        match name {
-            ErrorsName::None => Self::None,
-            ErrorsName::Noise => Self::Noise,
-            ErrorsName::Default => Self::Default,
-            ErrorsName::Harsh => Self::Harsh,
-        }
-    }
-}
+use super::named::Named;
+use super::tables::{InverterTable, ScenarioFile, SensorsTable};
+use crate::errors::dc_link;
+use crate::scenario::nameplate;
+use crate::{DriveSettings, Scenario};
 
 impl ScenarioFile {
     /// The scenario. Paths in the file are from the folder of `files`.
@@ -41,6 +29,13 @@ impl ScenarioFile {
 
     /// The scenario, with a motor that is already there.
     pub(super) fn scenario_of(&self, motor: Motor) -> Result<Scenario<Method<f64>>, FileError> {
+        let scenario = self.assemble(motor)?;
+        scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
+        Ok(scenario)
+    }
+
+    /// The same, also where the method's settings cannot work.
+    pub(super) fn assemble(&self, motor: Motor) -> Result<Scenario<Method<f64>>, FileError> {
         if self.trials == 0 {
             return Err(FileError::key("trials", "0", "at least 1"));
         }
@@ -54,8 +49,8 @@ impl ScenarioFile {
                 in_range(key, precision, [1e-6, 1.0], "from 1e-6 to 1, or 0.0001 % to 100 %")?;
             }
         }
-        let errors: ErrorSet = self.errors.into();
-        let dc_link = self.inverter.dc_link.map_or(motor.dc_link.unwrap_or(DC_LINK), Quantity::value);
+        let errors = self.errors.0;
+        let dc_link = self.inverter.dc_link.map_or_else(|| dc_link(&motor), Quantity::value);
         let mut drive = errors.drive(motor.rated_current, dc_link);
         self.inverter.apply(&mut drive)?;
         let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
@@ -65,15 +60,10 @@ impl ScenarioFile {
             magnet: self.rotor.magnet_temperature.map(Quantity::value),
         };
         let hot = motor.at_temperature(temperature).map_err(|error| FileError::temperature(&error))?;
-        let rotor = match self.rotor.state {
-            RotorStateName::Locked => RotorState::Locked,
-            RotorStateName::Free => RotorState::Free,
-            RotorStateName::Brake if motor.rotor.backlash == 0.0 => {
-                let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
-                return Err(FileError::key("rotor.state", "\"brake\"", needed));
-            }
-            RotorStateName::Brake => RotorState::Braked(Play::of(&motor)),
-        };
+        let rotor = self.rotor.state.0.state(&motor).ok_or_else(|| {
+            let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
+            FileError::key("rotor.state", "\"brake\"", needed)
+        })?;
         let load_torque = self.rotor.load.map_or(0.0, Quantity::value);
         if load_torque != 0.0 && rotor == RotorState::Locked {
             return Err(FileError::key(
@@ -83,17 +73,8 @@ impl ScenarioFile {
             ));
         }
         // The drive is told of the motor of the data sheet, whatever its temperature is.
-        let told = Scenario {
-            rotor,
-            load_torque,
-            drive,
-            sensors,
-            start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
-            ..Scenario::of_method(self.detector.method.0, motor, errors, rotor, self.seed)
-        };
-        let mut nameplate = told.nameplate();
-        if let Some(poles) = self.detector.signature {
-            let signature = poles.into();
+        let mut nameplate = nameplate(&motor, &drive, &sensors);
+        if let Some(Named(signature)) = self.detector.signature {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
         }
         if let Some(dead_time) = self.detector.dead_time {
@@ -101,15 +82,26 @@ impl ScenarioFile {
         }
         let mut detector = Method::suited(self.detector.method.0, &nameplate);
         self.detector.apply(&mut detector, nameplate.polarity_difference)?;
-        detector.detector().map_err(|error| FileError::settings(&error))?;
-        Ok(Scenario { motor: hot, detector, ..told })
+        Ok(Scenario {
+            motor: hot,
+            rotor,
+            start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
+            load_torque,
+            drive,
+            sensors,
+            detector,
+            tolerance: Tolerance::default(),
+            seed: self.seed,
+        })
     }
 }
 
-/// DC-link voltage in V where neither scenario nor motor name one: the paper's.
-const DC_LINK: f64 = 550.0;
-
-fn in_range<U: Unit>(key: &str, value: Quantity<U>, range: [f64; 2], needed: &str) -> Result<f64, FileError> {
+pub(super) fn in_range<U: Unit>(
+    key: &str,
+    value: Quantity<U>,
+    range: [f64; 2],
+    needed: &str,
+) -> Result<f64, FileError> {
     let [low, high] = range;
     if (low..=high).contains(&value.value()) {
         Ok(value.value())
@@ -126,7 +118,7 @@ fn positive<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
     in_range(key, value, [f64::MIN_POSITIVE, 1e12], "more than zero")
 }
 
-fn share<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+pub(super) fn share<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
     in_range(key, value, [0.0, 1.0], "a share from 0 to 1")
 }
 
@@ -172,11 +164,10 @@ impl InverterTable {
             let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
         }
-        if let Some(open_leg) = self.open_leg {
-            drive.bridge.open_leg = match open_leg {
-                OpenLegName::Diodes => OpenLeg::Diodes,
-                OpenLegName::Open => OpenLeg::Open,
-            };
+        drive.link.storage = self.storage()?;
+        drive.link.sag = self.sag()?;
+        if let Some(Named(open_leg)) = self.open_leg {
+            drive.bridge.open_leg = open_leg;
         }
         Ok(())
     }
@@ -200,12 +191,8 @@ impl SensorsTable {
         if let Some(error) = self.resolver_error {
             sensors.resolver.error = at_least_zero("sensors.resolver_error", error)?.to_radians();
         }
-        if let Some(arrangement) = self.arrangement {
-            sensors.arrangement = match arrangement {
-                SensorArrangement::ThreeInLine => Arrangement::ThreeInLine,
-                SensorArrangement::TwoInLine => Arrangement::TwoInLine,
-                SensorArrangement::LowSideShunts => Arrangement::LowSideShunts,
-            };
+        if let Some(Named(arrangement)) = self.arrangement {
+            sensors.arrangement = arrangement;
         }
         let range = self.range.map(|range| positive("sensors.range", range)).transpose()?;
         let bits = self.bits.map(|bits| count("sensors.bits", bits, 24.0)).transpose()?;
@@ -235,16 +222,6 @@ fn converter(
         (Some(adc), range, bits) => {
             let [low, high] = range.unwrap_or([adc.low, adc.high]);
             Ok(Some(Adc { bits: bits.unwrap_or(adc.bits), low, high }))
-        }
-    }
-}
-
-impl From<Poles> for Signature {
-    fn from(poles: Poles) -> Self {
-        match poles {
-            Poles::Normal => Self::Normal,
-            Poles::Inverted => Self::Inverted,
-            Poles::None => Self::None,
         }
     }
 }

@@ -8,22 +8,23 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_detect::{Key, Kind, Method, PolarityRule, SequentialSettings, Value, keys};
+use standstill_detect::{Key, Kind, Method, MethodName, Signature, Value, keys};
 use standstill_quantity::unit::{Ampere, Degree, One, Second, Share, Volt};
 use standstill_quantity::{Quantity, Unit};
 
 use super::document::FileError;
-use super::tables::{Decide, MethodSpec, Poles};
+use super::named::Named;
+use crate::PoleRule;
 
 /// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
 #[derive(Clone, Debug, Default)]
 pub struct DetectorTable {
     /// The method.
-    pub method: MethodSpec,
+    pub method: Named<MethodName>,
     /// Which pole draws more current: what the detector is told, right or wrong.
-    pub signature: Option<Poles>,
+    pub signature: Option<Named<Signature>>,
     /// How poles are decided.
-    pub polarity: Option<Decide>,
+    pub polarity: Option<Named<PoleRule>>,
     /// Dead time that the detector is told.
     pub dead_time: Option<Quantity<Second>>,
     /// What is set of the methods' own keys.
@@ -187,13 +188,13 @@ impl Serialize for DetectorTable {
 #[serde(deny_unknown_fields, default)]
 struct Common {
     /// The method.
-    method: MethodSpec,
+    method: Named<MethodName>,
     /// Which pole draws more current: what the detector is told, right or wrong.
     #[serde(skip_serializing_if = "Option::is_none")]
-    signature: Option<Poles>,
+    signature: Option<Named<Signature>>,
     /// How poles are decided.
     #[serde(skip_serializing_if = "Option::is_none")]
-    polarity: Option<Decide>,
+    polarity: Option<Named<PoleRule>>,
     /// Dead time that the detector is told.
     #[serde(skip_serializing_if = "Option::is_none")]
     dead_time: Option<Quantity<Second>>,
@@ -237,16 +238,10 @@ impl DetectorTable {
     /// Sets what the table has in the settings of a method, for a motor whose poles' currents differ by `difference`.
     pub(super) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
         let name = self.method.0;
-        let foreign = |key: &str| {
-            let key = format!("detector.{key}");
-            FileError::key(&key, &format!("method \"{name}\""), "a method that has such a setting")
-        };
-        if let Some(decide) = self.polarity {
+        let foreign = |key: &str| FileError::foreign_setting(key, name);
+        if let Some(Named(rule)) = self.polarity {
             let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
-            polarity.rule = match decide {
-                Decide::TwoVectors => PolarityRule::TwoVectors,
-                Decide::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
-            };
+            polarity.rule = rule.settings(difference);
         }
         for key in keys::ALL {
             let Some(value) = self.value(key) else { continue };

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
-use standstill_detect::SettingsError;
+use standstill_detect::{MethodName, SettingsError};
 use standstill_plant::{Files, MotorError, TemperatureError};
 use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
@@ -20,6 +20,8 @@ use super::units::places;
 pub enum Origin {
     /// On the command line.
     CommandLine,
+    /// By an option that is a shorthand for the key, such as `--motor`.
+    Option(&'static str),
     /// As a point of the axes.
     Axis,
     /// As a tolerance.
@@ -28,13 +30,17 @@ pub enum Origin {
 
 impl fmt::Display for Origin {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::CommandLine => "set on the command line",
-            Self::Axis => "set as an axis",
-            Self::Tolerance => "drawn as a tolerance",
-        })
+        match self {
+            Self::CommandLine => f.write_str("set on the command line"),
+            Self::Option(option) => write!(f, "set by {option}"),
+            Self::Axis => f.write_str("set as an axis"),
+            Self::Tolerance => f.write_str("drawn as a tolerance"),
+        }
     }
 }
+
+/// What a setting needs that the scenario's method does not have.
+const FOREIGN: &str = "a method that has such a setting";
 
 /// What is wrong with a scenario.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,6 +93,16 @@ impl FileError {
     pub(super) fn key(key: &str, found: &str, needed: &str) -> Self {
         let message = format!("found {found}, needed {needed}");
         Self::Key { place: String::new(), key: key.to_owned(), message }
+    }
+
+    /// A setting of the detector that its method does not have.
+    pub(super) fn foreign_setting(key: &str, method: MethodName) -> Self {
+        Self::key(&format!("detector.{key}"), &format!("method \"{method}\""), FOREIGN)
+    }
+
+    /// Whether it is a setting of the detector that its method does not have.
+    pub fn is_foreign_setting(&self) -> bool {
+        matches!(self, Self::Key { message, .. } if message.ends_with(FOREIGN))
     }
 
     /// What serde says at a path.
@@ -277,6 +293,23 @@ impl Document {
         self.files = self.files.sealed();
     }
 
+    /// Takes a key out, so that it is as if it had never been set.
+    pub fn remove(&mut self, key: &str) {
+        let mut parts: Vec<&str> = key.split('.').collect();
+        let last = parts.pop().unwrap_or_default();
+        let table =
+            parts.iter().try_fold(&mut self.table, |table, part| table.get_mut(*part)?.as_table_mut());
+        if let Some(table) = table {
+            table.remove(last);
+        }
+        self.changed.retain(|(changed, _)| changed != key);
+    }
+
+    /// Who set a key; none if it stands in the file, or nowhere.
+    pub fn origin(&self, key: &str) -> Option<Origin> {
+        self.changed.iter().rev().find(|(changed, _)| changed == key).map(|(_, origin)| *origin)
+    }
+
     /// The value of a key, as it is set.
     pub fn get(&self, key: &str) -> Option<&Value> {
         let (first, rest) = match key.split_once('.') {
@@ -298,6 +331,11 @@ impl Document {
             .map_err(|error| self.locate(error))
     }
 
+    /// A key that a command cannot work with: what was found and what it needs, with where the key stands.
+    pub fn refuse(&self, key: &str, found: &str, needed: &str) -> FileError {
+        self.locate(FileError::key(key, found, needed))
+    }
+
     /// The same error with where its key stands.
     pub fn locate(&self, error: FileError) -> FileError {
         let FileError::Key { place, key, message } = error else { return error };
@@ -313,7 +351,7 @@ impl Document {
         let place = match (by_change, self.span(&key)) {
             (Some((changed, origin)), _) => {
                 let table = match origin {
-                    Origin::CommandLine => None,
+                    Origin::CommandLine | Origin::Option(_) => None,
                     Origin::Axis => Some("axes"),
                     Origin::Tolerance => Some("tolerances"),
                 };

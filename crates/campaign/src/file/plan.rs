@@ -136,14 +136,18 @@ impl Plan {
         told: Option<&Scenario<Method<f64>>>,
         streams: Streams,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        let drawn: Vec<(String, Value)> =
-            self.tolerances.iter().map(|drawn| (drawn.key().to_owned(), drawn.draw(streams))).collect();
-        self.with_drawn(point, told, &drawn)
+        self.with_drawn(point, told, &self.draws(streams))
+    }
+
+    /// What a trial draws: keys and values.
+    pub(super) fn draws(&self, streams: Streams) -> Vec<(String, Value)> {
+        let draw = |drawn: &Drawn| (drawn.key().to_owned(), drawn.draw(streams));
+        self.tolerances.iter().map(draw).collect()
     }
 
     /// Motor, drive and rotor with what was drawn; the detector is told what the scenario says, unless a setting of its own
     /// was drawn.
-    fn with_drawn(
+    pub(super) fn with_drawn(
         &self,
         point: usize,
         told: Option<&Scenario<Method<f64>>>,
@@ -173,8 +177,17 @@ impl Plan {
         Ok(())
     }
 
-    fn at(&self, point: usize, drawn: &[(String, Value)]) -> Result<Scenario<Method<f64>>, FileError> {
-        let mut document = self.resolved.clone();
+    /// The tables of the file with the values of a point.
+    ///
+    /// # Errors
+    /// Values that cannot be.
+    pub fn file_at(&self, point: usize) -> Result<ScenarioFile, FileError> {
+        self.document_at(&self.document, point)?.load()
+    }
+
+    /// A document with the values of a point.
+    fn document_at(&self, document: &Document, point: usize) -> Result<Document, FileError> {
+        let mut document = document.clone();
         // A motor comes before what is changed of it.
         let (motors, others): (Vec<_>, Vec<_>) = self.points[point]
             .values
@@ -183,6 +196,11 @@ impl Plan {
         for (key, value) in motors.into_iter().chain(others) {
             document.set_value(key, value.clone(), Origin::Axis)?;
         }
+        Ok(document)
+    }
+
+    fn at(&self, point: usize, drawn: &[(String, Value)]) -> Result<Scenario<Method<f64>>, FileError> {
+        let mut document = self.document_at(&self.resolved, point)?;
         for (key, value) in drawn {
             document.set_value(key, value.clone(), Origin::Tolerance)?;
         }

@@ -1,16 +1,21 @@
 //! The tables of a scenario file. What is left out is as the error set has it, or as the method suits the motor.
 
 use indexmap::IndexMap;
-use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use standstill_detect::MethodName;
+use standstill_inverter::OpenLeg;
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Ampere, Celsius, Degree, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt};
+use standstill_quantity::unit::{
+    Ampere, Celsius, Degree, Farad, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt,
+};
+use standstill_sim::Arrangement;
 
 use super::axes::{AxisSpec, DesignTable};
 use super::detector::DetectorTable;
 use super::motor::MotorSpec;
+use super::named::Named;
 use super::tolerances::Tolerance;
+use crate::{ErrorSet, Rotor};
 
 /// A scenario: motor, drive, sensors, rotor, detector, how many trials.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -22,12 +27,13 @@ pub struct ScenarioFile {
     pub motor: MotorSpec,
     /// How good drive and sensors are, as far as the tables below do not say otherwise.
     #[serde(default)]
-    pub errors: ErrorsName,
+    pub errors: Named<ErrorSet>,
     /// How many trials, or how many at each point of the axes.
     #[serde(default = "trials")]
     pub trials: u64,
     /// Seed of all random numbers.
-    #[serde(default = "seed")]
+    #[serde(default = "seed", with = "super::seed")]
+    #[schemars(with = "super::seed::SeedSchema")]
     pub seed: u64,
     /// How narrow the intervals must be for a point to end before all its trials are done.
     #[serde(default, skip_serializing_if = "is_default")]
@@ -90,40 +96,12 @@ impl StopTable {
     }
 }
 
-/// How good drive and sensors are.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum ErrorsName {
-    /// Exact.
-    None,
-    /// Exact but for white noise of the current sensors.
-    Noise,
-    /// A good industrial drive.
-    #[default]
-    Default,
-    /// A poor one.
-    Harsh,
-}
-
-/// Whether the rotor can move.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum RotorStateName {
-    /// Held.
-    #[default]
-    Locked,
-    /// Free but for its friction.
-    Free,
-    /// Held by a brake that lets it play.
-    Brake,
-}
-
 /// The rotor and what pulls at it.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct RotorTable {
     /// Whether it can move.
-    pub state: RotorStateName,
+    pub state: Named<Rotor>,
     /// Electrical angle at the start, the same in all trials. Without it each trial draws its own, uniformly.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub angle: Option<Quantity<Degree>>,
@@ -136,16 +114,6 @@ pub struct RotorTable {
     /// Temperature of the magnets. The drive is not told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub magnet_temperature: Option<Quantity<Celsius>>,
-}
-
-/// What a leg with both switches off does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum OpenLegName {
-    /// Its diodes conduct beyond the rails.
-    Diodes,
-    /// It stays without current.
-    Open,
 }
 
 /// The inverter and its DC link.
@@ -161,6 +129,21 @@ pub struct InverterTable {
     /// Frequency of the ripple.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple_frequency: Option<Quantity<Hertz>>,
+    /// Capacitor of the DC link; 0: none, the link has the source's voltage whatever flows.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub capacitance: Option<Quantity<Farad>>,
+    /// Resistance through which the source feeds the capacitor.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub source_resistance: Option<Quantity<Ohm>>,
+    /// Depth of a sag of the source, a share of the voltage: a smooth trough, deepest in its middle. 0: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sag_depth: Option<Quantity<Share>>,
+    /// When it begins, after the start of the detection. Without it, at once.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sag_start: Option<Quantity<Second>>,
+    /// How long it lasts.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub sag_duration: Option<Quantity<Second>>,
     /// Dead time.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dead_time: Option<Quantity<Second>>,
@@ -184,19 +167,7 @@ pub struct InverterTable {
     pub diode_resistance: Option<Quantity<Ohm>>,
     /// What a leg with both switches off does.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub open_leg: Option<OpenLegName>,
-}
-
-/// Where the current sensors sit.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum SensorArrangement {
-    /// One in each phase.
-    ThreeInLine,
-    /// In phases a and b.
-    TwoInLine,
-    /// A shunt below each leg.
-    LowSideShunts,
+    pub open_leg: Option<Named<OpenLeg>>,
 }
 
 /// The sensors. Deviations are those between specimens, of which each trial draws one.
@@ -205,7 +176,7 @@ pub enum SensorArrangement {
 pub struct SensorsTable {
     /// Where the current sensors sit.
     #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrangement: Option<SensorArrangement>,
+    pub arrangement: Option<Named<Arrangement>>,
     /// Standard deviation of each phase's gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<Quantity<Share>>,
@@ -248,71 +219,4 @@ pub struct SensorsTable {
     /// Standard deviation of the resolver that stands for "measured angle" in traces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolver_error: Option<Quantity<Degree>>,
-}
-
-/// The name of a method.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MethodSpec(pub MethodName);
-
-impl Default for MethodSpec {
-    fn default() -> Self {
-        Self(MethodName::LineInductanceFast)
-    }
-}
-
-impl<'de> Deserialize<'de> for MethodSpec {
-    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let name = String::deserialize(deserializer)?;
-        let known = MethodName::ALL.into_iter().find(|method| method.name() == name);
-        known.map(Self).ok_or_else(|| serde::de::Error::unknown_variant(&name, NAMES))
-    }
-}
-
-/// For messages: [`MethodName::ALL`] by name.
-const NAMES: &[&str] = &{
-    let mut names = [""; MethodName::ALL.len()];
-    let mut k = 0;
-    while k < names.len() {
-        names[k] = MethodName::ALL[k].name();
-        k += 1;
-    }
-    names
-};
-
-impl Serialize for MethodSpec {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        serializer.serialize_str(self.0.name())
-    }
-}
-
-impl JsonSchema for MethodSpec {
-    fn schema_name() -> std::borrow::Cow<'static, str> {
-        "Method".into()
-    }
-
-    fn json_schema(_: &mut SchemaGenerator) -> Schema {
-        json_schema!({ "type": "string", "enum": NAMES })
-    }
-}
-
-/// How poles are decided, where a polarity test of its own follows the axis.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Decide {
-    /// By one vector each way.
-    TwoVectors,
-    /// By as many as it takes.
-    Sequential,
-}
-
-/// Which pole draws more current.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, Serialize, JsonSchema)]
-#[serde(rename_all = "kebab-case")]
-pub enum Poles {
-    /// North.
-    Normal,
-    /// South.
-    Inverted,
-    /// Neither.
-    None,
 }

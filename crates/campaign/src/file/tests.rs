@@ -17,11 +17,11 @@ fn scenario_of(document: &Document) -> Result<Scenario<Method<f64>>, String> {
     file.scenario(document.files()).map_err(|error| document.locate(error).to_string())
 }
 
-fn scenario(text: &str) -> Scenario<Method<f64>> {
+pub(super) fn scenario(text: &str) -> Scenario<Method<f64>> {
     scenario_of(&document(text)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-fn error(text: &str) -> String {
+pub(super) fn error(text: &str) -> String {
     match Document::parse(Path::new("s.toml"), text) {
         Ok(document) => scenario_of(&document).expect_err("must be refused"),
         Err(error) => error.to_string(),
@@ -164,7 +164,7 @@ fn regress_a_written_scenario_has_its_axes_in_their_order() {
     assert_eq!(first.text(), second.text());
 }
 
-fn plan(text: &str) -> Plan {
+pub(super) fn plan(text: &str) -> Plan {
     Plan::new(document(text)).unwrap_or_else(|error| panic!("{error}"))
 }
 

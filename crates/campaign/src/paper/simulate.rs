@@ -1,6 +1,6 @@
 //! Tables 1 and 2 simulated at the five resolver angles.
 
-use standstill_detect::{LineInductance, SettingsError};
+use standstill_detect::{Settings, SettingsError};
 use standstill_interface::{Abc, Angle, Findings};
 use standstill_sim::{Ended, NoProbe, Run, run};
 
@@ -24,7 +24,7 @@ pub struct SimulatedRow {
 
 impl SimulatedRow {
     /// From a run that started at `angle_deg`.
-    fn of(scenario: &Scenario, angle_deg: f64, run: &Run<f64>) -> Self {
+    fn of<S>(scenario: &Scenario<S>, angle_deg: f64, run: &Run<f64>) -> Self {
         Self {
             angle_deg,
             ideal_lines: scenario.motor.winding.line_inductances(angle_deg.to_radians()),
@@ -51,13 +51,12 @@ impl SimulatedRow {
 
 /// The five rows, measured by one drive: the same specimen of inverter and sensors throughout, as on the
 /// authors' bench, with fresh noise in each row.
-pub fn simulate(scenario: &Scenario) -> Result<[SimulatedRow; 5], SettingsError> {
-    let detector = LineInductance::new(scenario.detector)?;
-    let mut row = 0;
-    Ok(TABLE_2.map(|published| {
-        let angle_deg = published.measured_deg;
-        let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: row });
-        row += 1;
-        SimulatedRow::of(scenario, angle_deg, &run(&case, &mut detector.clone(), false, &mut NoProbe))
-    }))
+pub fn simulate<S: Settings<f64>>(scenario: &Scenario<S>) -> Result<[SimulatedRow; 5], SettingsError> {
+    let row = |number: u8| {
+        let angle_deg = TABLE_2[usize::from(number)].measured_deg;
+        let case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: u64::from(number) });
+        let run = run(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+        Ok::<_, SettingsError>(SimulatedRow::of(scenario, angle_deg, &run))
+    };
+    Ok([row(0)?, row(1)?, row(2)?, row(3)?, row(4)?])
 }

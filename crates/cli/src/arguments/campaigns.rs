@@ -3,25 +3,23 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use standstill_campaign::file::DesignKind;
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
-use super::{seed, trials};
+use super::scenario::{Axes, Keys, Seed, assignment};
+use super::trials;
 
 #[derive(Debug, Args)]
 pub struct Run {
     /// Scenario file (.toml); `standstill init` writes one
     pub scenario: PathBuf,
-    /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of what the file has; any number of times
-    #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
-    pub set: Vec<(String, String)>,
+    #[command(flatten)]
+    pub keys: Keys,
     /// Trials at each point [default: the scenario's]
     #[arg(long, value_parser = trials, allow_hyphen_values = true)]
     pub trials: Option<u64>,
-    /// Seed of all random numbers [default: the scenario's]
-    #[arg(long, value_parser = seed, allow_hyphen_values = true)]
-    pub seed: Option<u64>,
+    #[command(flatten)]
+    pub seed: Seed,
     /// End a point when its 95 % interval is this narrow: `rms=2%` (half the interval, of the rms error), or
     /// `wrong_poles=0.01%` (half the interval of their probability); several must all hold
     #[arg(long, value_name = "WHAT=SHARE", value_parser = assignment)]
@@ -57,15 +55,8 @@ pub struct Results {
 pub struct Sweep {
     #[command(flatten)]
     pub run: Run,
-    /// Vary a key, in addition to the scenario's axes: `KEY=FROM:TO:N`, `KEY=FROM:TO:N:log` or `KEY=A,B,C`
-    #[arg(long, value_name = "KEY=VALUES", value_parser = assignment)]
-    pub vary: Vec<(String, String)>,
-    /// How points are chosen from the axes [default: the scenario's, or grid]
-    #[arg(long, value_enum)]
-    pub design: Option<DesignName>,
-    /// How many points, for a design that is no grid
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
-    pub points: Option<u32>,
+    #[command(flatten)]
+    pub axes: Axes,
 }
 
 #[derive(Debug, Args)]
@@ -119,31 +110,6 @@ impl From<FormatName> for Format {
             FormatName::Csv => Self::Csv,
             FormatName::Parquet => Self::Parquet,
         }
-    }
-}
-
-/// [`DesignKind`] by name.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum DesignName {
-    Grid,
-    LatinHypercube,
-    Sobol,
-}
-
-impl From<DesignName> for DesignKind {
-    fn from(name: DesignName) -> Self {
-        match name {
-            DesignName::Grid => Self::Grid,
-            DesignName::LatinHypercube => Self::LatinHypercube,
-            DesignName::Sobol => Self::Sobol,
-        }
-    }
-}
-
-fn assignment(text: &str) -> Result<(String, String), String> {
-    match text.split_once('=') {
-        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
-        _ => Err("not KEY=VALUE, such as sensors.noise=\"20 mA\"".to_owned()),
     }
 }
 

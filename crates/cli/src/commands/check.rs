@@ -1,27 +1,53 @@
 //! `standstill check`: is this motor suited?
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::{Value, json};
+use standstill_campaign::file::Document;
 use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
+use standstill_interface::Choice;
+use standstill_plant::DataSheet;
 
 use crate::Report;
 use crate::arguments::Check;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress;
+use crate::scenario::{self, Shorthands};
 use crate::text::{fill, table};
+
+/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name, which no
+/// scenario has.
+fn document(options: &Check) -> Result<Document, Error> {
+    let path = Path::new(&options.motor);
+    let mut shorthands = Shorthands::default()
+        .with("--errors", "errors", options.errors.map(Choice::name))
+        .temperatures(options.temperature)
+        .seed(options.seed);
+    let named = DataSheet::built_in_text(&options.motor).is_some()
+        || path.extension().is_none_or(|extension| extension != "toml");
+    let scenario = if named { None } else { Some(scenario::read(path)?) };
+    let document = match scenario {
+        Some(scenario) if scenario.get("name").is_none() && scenario.get("winding").is_none() => scenario,
+        _ => {
+            shorthands = shorthands.with("MOTOR", "motor", Some(options.motor.as_str()));
+            Document::parse(Path::new("scenario"), "")?
+        }
+    };
+    scenario::changed(document, &options.keys, shorthands)
+}
 
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
-    let motor = super::motor(&options.motor)?;
-    let errors = options.errors.into();
+    let document = document(options)?;
+    let errors = document.load_single()?.errors.0;
+    let motor = document.motor()?;
     let demands =
         Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };
     let spinner = progress::steps(standstill_campaign::CANDIDATES.len() as u64);
-    let temperature = options.temperature.into();
-    let suitability = Suitability::of(&motor, temperature, errors, &demands, options.seed, |method| {
+    let suitability = Suitability::of(&document, &demands, |method| {
         spinner.set_message(method.name());
         spinner.inc(1);
     })?;

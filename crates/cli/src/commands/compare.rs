@@ -1,18 +1,17 @@
 //! `standstill compare`: all methods on one motor.
 
+mod cells;
+
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
-use standstill_campaign::{Adjustment, Campaign, Entry, ErrorSet, Occurrence, Scenario, Statistics, told};
-use standstill_detect::{Method, MethodName};
-use standstill_interface::Nanos;
-use standstill_plant::Motor;
+use standstill_campaign::{Campaign, Entry, Occurrence, Statistics, told};
 use standstill_quantity::decimals;
-use standstill_sim::RotorState;
 
+use self::cells::{Cell, Comparison};
 use crate::Report;
-use crate::arguments::{Compare, Rotor};
+use crate::arguments::Compare;
 use crate::columns;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
@@ -70,11 +69,11 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl Row {
-    fn new(entry: &Entry, rotor: Rotor) -> Self {
+    fn new(entry: &Entry) -> Self {
         let s = &entry.summary;
         Self {
             method: entry.method.name(),
-            rotor: rotor.name(),
+            rotor: entry.rotor.name(),
             errors: entry.errors.name(),
             trials: s.trials,
             rms_deg: finite(s.rms_deg.value),
@@ -142,113 +141,8 @@ fn reasons(counts: &BTreeMap<String, Occurrence>) -> String {
     all.join("; ")
 }
 
-/// What is compared, in the order of the table.
-struct Cell {
-    method: MethodName,
-    rotor: Rotor,
-    errors: ErrorSet,
-    trials: u64,
-    scenario: Scenario<Method<f64>>,
-}
-
-/// Each once, in the order in which they were first given.
-fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
-    let mut once = Vec::new();
-    for item in given {
-        if !once.contains(item) {
-            once.push(*item);
-        }
-    }
-    once
-}
-
-/// An option was given that this method has no use for, or options were that no method has a use for.
-fn no_use(options: &Compare, method: Option<MethodName>, motor: &Motor) -> Option<Error> {
-    let pulse = options.pulse.map(Nanos::from_micros);
-    let given = [
-        ("--pulse", pulse.is_some(), Adjustment { pulse, ..Adjustment::default() }),
-        (
-            "--polarity",
-            options.polarity.is_some(),
-            Adjustment { rule: options.polarity.map(Into::into), ..Adjustment::default() },
-        ),
-        (
-            "--uncompensated",
-            options.uncompensated,
-            Adjustment { uncompensated: options.uncompensated, ..Adjustment::default() },
-        ),
-    ];
-    let given: Vec<(&str, Vec<MethodName>)> = given
-        .into_iter()
-        .filter(|(_, is, _)| *is)
-        .map(|(option, _, adjustment)| (option, adjustment.concerned(motor)))
-        .collect();
-    let needless = given.iter().find(|(_, concerned)| method.is_some_and(|name| !concerned.contains(&name)));
-    match (method, needless) {
-        (Some(method), Some((option, concerned))) => Some(Error::Arguments(format!(
-            "{option}: found with --method {method}, which has no use for it; allowed: {}",
-            listed(concerned)
-        ))),
-        (Some(_), None) => None,
-        (None, _) => {
-            let options: Vec<&str> = given.iter().map(|(option, _)| *option).collect();
-            let each: Vec<String> =
-                given.iter().map(|(option, concerned)| format!("{option}: {}", listed(concerned))).collect();
-            Some(Error::Arguments(format!(
-                "{}: found together, but no method has a use for all of them; allowed: {}",
-                options.join(", "),
-                each.join("; ")
-            )))
-        }
-    }
-}
-
-fn listed(methods: &[MethodName]) -> String {
-    methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", ")
-}
-
-fn cells(options: &Compare, motor: &Motor) -> Result<Vec<Cell>, Error> {
-    if options.load != 0.0 && options.rotor.iter().all(|rotor| *rotor == Rotor::Locked) {
-        return Err(super::load_on_locked_rotor(options.load));
-    }
-    let hot = motor.at_temperature(options.temperature.into())?;
-    let adjustment = Adjustment {
-        rule: options.polarity.map(Into::into),
-        signature: options.signature.map(Into::into),
-        pulse: options.pulse.map(Nanos::from_micros),
-        uncompensated: options.uncompensated,
-    };
-    // Of all methods, those that have no use for an option are left out; one that was asked for is a mistake.
-    let methods = if options.method.is_empty() {
-        adjustment.concerned(motor)
-    } else {
-        let methods = each_once(&options.method);
-        let mistake = methods.iter().find_map(|method| no_use(options, Some(*method), motor));
-        mistake.map_or(Ok(methods), Err)?
-    };
-    let mut cells = Vec::new();
-    for &method in &methods {
-        for rotor in each_once(&options.rotor) {
-            for errors in each_once(&options.errors) {
-                let state = super::rotor(rotor, motor, &options.motor)?;
-                let errors = errors.into();
-                let scenario = adjustment.scenario(method, motor.clone(), errors, state, options.seed);
-                let Some(scenario) = scenario else { continue };
-                scenario.check()?;
-                let usual = if method == MethodName::DcAlignment { 20 } else { 500 };
-                let trials = options.trials.unwrap_or(usual);
-                // No load moves a locked rotor.
-                let load_torque = if state == RotorState::Locked { 0.0 } else { options.load };
-                let scenario = Scenario { motor: hot.clone(), load_torque, ..scenario };
-                cells.push(Cell { method, rotor, errors, trials, scenario });
-            }
-        }
-    }
-    if cells.is_empty() { no_use(options, None, motor).map_or(Ok(cells), Err) } else { Ok(cells) }
-}
-
 /// The cells one after the other, as far as nobody interrupts.
-fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<(Entry, Rotor)>, Error> {
+fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());
     let mut entries = Vec::new();
@@ -268,25 +162,24 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<(Entry, Rotor)>
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
         let entry = Entry {
             method: cell.method,
-            rotor: cell.scenario.rotor,
+            rotor: cell.rotor,
             errors: cell.errors,
             summary: statistics.summary(),
             energy_j: cell.scenario.mean_energy(cell.trials)?,
             bound: cell.scenario.bound(angles, threads)?,
         };
-        entries.push((entry, cell.rotor));
+        entries.push(entry);
     }
     bar.finish_and_clear();
     Ok(entries)
 }
 
 pub fn run(options: &Compare) -> Result<Report, Error> {
-    let motor = super::motor(&options.motor)?;
-    let cells = cells(options, &motor)?;
+    let Comparison { motor, seed, cells, .. } = Comparison::new(options)?;
     let output = if options.json { None } else { Some(Output::create(&options.out, &FILES)?) };
     let entries = entries(&cells, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
-    let rows: Vec<Row> = entries.iter().map(|(entry, rotor)| Row::new(entry, *rotor)).collect();
+    let rows: Vec<Row> = entries.iter().map(Row::new).collect();
     let failed = rows.iter().any(|row| row.simulation_errors > 0);
     let code = if interrupted { INTERRUPTED } else { u8::from(failed) };
     let Some(mut output) = output else {
@@ -300,12 +193,12 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     }
     let csv = columns::csv(&rows).map_err(|error| Error::Write("comparison.csv".into(), error))?;
     output.file("comparison.csv", &csv)?;
-    let subtitle = format!("{}, seed {}", motor.name, options.seed);
+    let subtitle = format!("{}, seed {seed}", motor.name);
     let figure = figures::comparison(&entries, subtitle);
     output.file("comparison.svg", figure.svg()?.as_bytes())?;
     output.file("comparison.png", &figure.png()?)?;
     let files = output.finish()?;
-    let mut text = format!("Methods on {}, seed {}\n\n", motor.name, options.seed);
+    let mut text = format!("Methods on {}, seed {seed}\n\n", motor.name);
     let largest = |of: fn(&Row) -> f64| rows.iter().map(of).fold(0.0, f64::max);
     let digits = [
         decimals(1, largest(|row| row.peak_current)),

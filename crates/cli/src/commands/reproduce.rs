@@ -5,10 +5,12 @@ mod tables;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use standstill_campaign::file::{Document, ScenarioFile};
 use standstill_campaign::paper::{self, Finding, TABLE_2};
 use standstill_campaign::store::Row;
-use standstill_campaign::{Campaign, ErrorSet, Record, Scenario, Specimen, Statistics};
-use standstill_detect::LineInductance;
+use standstill_campaign::{Campaign, Record, Scenario, Specimen, Statistics};
+use standstill_detect::{Method, MethodName, Settings};
+use standstill_quantity::Quantity;
 use standstill_report::table::{Format, TableError, Writer};
 use standstill_sim::{Trace, run as simulate};
 
@@ -20,6 +22,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::log::Logged;
 use crate::output::Output;
+use crate::scenario::{self, Shipped, Shorthands};
 use crate::{progress, summary};
 
 const FILES: [&str; 11] = [
@@ -37,28 +40,31 @@ const FILES: [&str; 11] = [
 ];
 
 pub fn run(options: &Reproduce) -> Result<Report, Error> {
-    let scenario = super::scenario(&options.setup)?;
+    let shorthands = Shorthands::default().setup(&options.setup).decay(options.decay).trials(options.trials);
+    let document = scenario::document(&options.source, Shipped::Paper, shorthands)?;
+    let study = Study::new(&document)?;
+    let Study { file, scenario, .. } = &study;
     let stop = interrupt::flag();
     let mut output = Output::create(&options.out, &FILES)?;
-    let mut text = heading(options, &scenario);
+    let mut text = study.heading();
 
     let findings = paper::audit();
-    let rows = paper::simulate(&scenario)?;
+    let rows = paper::simulate(scenario)?;
     write(&mut output, "audit.csv", columns::csv(&findings))?;
     write(&mut output, "table1.csv", columns::csv(tables::table_1(&rows, &findings)))?;
     write(&mut output, "table2.csv", columns::csv(tables::table_2(&rows, &findings)))?;
     text += &tables::audit_text(&findings);
     text += &tables::tables_text(&rows, &findings);
 
-    let mut statistics = Statistics::default();
+    let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
+    let mut statistics = Statistics::with_limit(limit);
     let mut points = Vec::new();
-    let file = output.begin("trials.csv")?;
-    let bar = progress::bar(options.trials);
-    let campaign =
-        Campaign { scenario: &scenario, trials: options.trials, threads: options.threads.map(usize::from) };
+    let rows_to = output.begin("trials.csv")?;
+    let bar = progress::bar(file.trials);
+    let campaign = Campaign { scenario, trials: file.trials, threads: options.threads.map(usize::from) };
     let path = options.out.join("trials.csv");
     let failed = |error: TableError| Error::table(&path, error);
-    let mut trials = Writer::new(file, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
+    let mut trials = Writer::new(rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
     let done = campaign.run(&stop, |record| {
         let row = Row::from(record);
         statistics.add_row(&row);
@@ -81,20 +87,20 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     output.close("trials.csv", trials.finish().map_err(failed)?)?;
 
     let figures = statistics.summary();
-    let interrupted = done < options.trials;
+    let interrupted = done < file.trials;
     text += &summary::text(&figures);
     let json = serde_json::json!({
-        "setup": super::setup_json(&options.setup, &scenario),
-        "trials_asked_for": options.trials,
+        "setup": super::setup_json(file, &scenario.motor),
+        "trials_asked_for": file.trials,
         "interrupted": interrupted,
         "summary": figures,
     });
     output.file("summary.json", format!("{json:#}\n").as_bytes())?;
-    draw(&mut output, options, &scenario, &points)?;
+    study.draw(&mut output, &points)?;
     let files = output.finish()?;
     text += &file_list(&options.out, &files);
     if interrupted {
-        let _ = writeln!(text, "\nInterrupted: {done} of {} trials are in these files.", options.trials);
+        let _ = writeln!(text, "\nInterrupted: {done} of {} trials are in these files.", file.trials);
         return Ok(Report { text, code: INTERRUPTED });
     }
     Ok(Report { text, code: u8::from(figures.errors > 0) })
@@ -105,50 +111,63 @@ fn write(output: &mut Output, name: &str, content: std::io::Result<Vec<u8>>) -> 
     output.file(name, &content)
 }
 
-/// What was simulated, in words.
-fn setting(options: &Reproduce, scenario: &Scenario) -> String {
-    format!(
-        "{}, {} errors, {} decay, rotor {}",
-        scenario.motor.name,
-        ErrorSet::from(options.setup.errors).name(),
-        options.setup.decay.name(),
-        options.setup.rotor.name()
-    )
+/// What is reproduced: the paper's method under the conditions of a scenario.
+struct Study {
+    file: ScenarioFile,
+    scenario: Scenario<Method<f64>>,
+    /// What was simulated, in words.
+    setting: String,
 }
 
-fn heading(options: &Reproduce, scenario: &Scenario) -> String {
-    format!(
-        "Initial rotor position by line inductances (Chen and Tao 2019)\n{}, seed {}\n\n",
-        setting(options, scenario),
-        scenario.seed
-    )
-}
-
-fn draw(
-    output: &mut Output,
-    options: &Reproduce,
-    scenario: &Scenario,
-    points: &[(f64, f64)],
-) -> Result<(), Error> {
-    let setting = setting(options, scenario);
-    // The paper's first position.
-    let angle = TABLE_2[0].measured_deg;
-    let case = scenario.case_at(angle.to_radians(), Specimen { drive: 0, noise: 0 });
-    let mut detector = Logged::new(LineInductance::new(scenario.detector)?);
-    let mut trace = Trace::new(2e-6);
-    let run = simulate(&case, &mut detector, false, &mut trace);
-    let axis = Record { trial: 0, run }.axis_deg().unwrap_or(angle);
-    let place = format!("{setting}, θ = {angle}°");
-    let figures = [
-        ("error_over_angle", figures::error_over_angle(points, format!("{setting}, {} axes", points.len()))),
-        ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
-        ("polarity", figures::polarity(&trace, &detector.entries, axis, place)),
-    ];
-    for (name, figure) in figures {
-        output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
-        output.file(&format!("{name}.png"), &figure.png()?)?;
+impl Study {
+    fn new(document: &Document) -> Result<Self, Error> {
+        let file = document.load_single()?;
+        let method = file.detector.method.0;
+        let Some(decay) = super::decay(method) else {
+            let [slow, fast] = [MethodName::LineInductance, MethodName::LineInductanceFast];
+            let needed = format!("\"{slow}\" or \"{fast}\", whose tables these are");
+            return Err(document.refuse("detector.method", &format!("\"{method}\""), &needed).into());
+        };
+        let scenario = document.scenario_of(&document.motor()?)?;
+        let setting = format!(
+            "{}, {} errors, {} decay, rotor {}",
+            scenario.motor.name,
+            file.errors.0.name(),
+            decay.name(),
+            file.rotor.state.0.name()
+        );
+        Ok(Self { file, scenario, setting })
     }
-    Ok(())
+
+    fn heading(&self) -> String {
+        format!(
+            "Initial rotor position by line inductances (Chen and Tao 2019)\n{}, seed {}\n\n",
+            self.setting, self.scenario.seed
+        )
+    }
+
+    fn draw(&self, output: &mut Output, points: &[(f64, f64)]) -> Result<(), Error> {
+        let Self { scenario, setting, .. } = self;
+        // The paper's first position.
+        let angle = TABLE_2[0].measured_deg;
+        let case = scenario.case_at(angle.to_radians(), Specimen { drive: 0, noise: 0 });
+        let mut detector = Logged::new(scenario.detector.detector()?);
+        let mut trace = Trace::new(2e-6);
+        let run = simulate(&case, &mut detector, false, &mut trace);
+        let axis = Record { trial: 0, run }.axis_deg().unwrap_or(angle);
+        let place = format!("{setting}, θ = {angle}°");
+        let over_angle = figures::error_over_angle(points, format!("{setting}, {} axes", points.len()));
+        let figures = [
+            ("error_over_angle", over_angle),
+            ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),
+            ("polarity", figures::polarity(&trace, &detector.entries, axis, place)),
+        ];
+        for (name, figure) in figures {
+            output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+            output.file(&format!("{name}.png"), &figure.png()?)?;
+        }
+        Ok(())
+    }
 }
 
 /// What was written.

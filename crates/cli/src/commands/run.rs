@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
-use standstill_campaign::file::{AxisSpec, DesignKind, Document, Origin, Plan};
+use standstill_campaign::file::{Document, Origin, Plan};
 use standstill_campaign::store::{Identity, Journal, JournalError, Row, Shard, Shards, Sweep as Trials};
 
 use self::results::{Results, SUMMARY, SummaryFile};
@@ -16,6 +16,7 @@ use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
+use crate::scenario::{self, Shorthands};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
     carry_out(options, document(options)?)
@@ -23,22 +24,7 @@ pub fn run(options: &Run) -> Result<Report, Error> {
 
 pub fn sweep(options: &Sweep) -> Result<Report, Error> {
     let mut document = document(&options.run)?;
-    for (key, values) in &options.vary {
-        let axis = AxisSpec::parse(values)
-            .map_err(|message| Error::Arguments(format!("--vary `{key}={values}`: {message}")))?;
-        document.vary(key, &axis)?;
-    }
-    if let Some(design) = options.design {
-        let name = match DesignKind::from(design) {
-            DesignKind::Grid => "grid",
-            DesignKind::LatinHypercube => "latin-hypercube",
-            DesignKind::Sobol => "sobol",
-        };
-        document.set("design.kind", name, Origin::CommandLine)?;
-    }
-    if let Some(points) = options.points {
-        document.set("design.points", &points.to_string(), Origin::CommandLine)?;
-    }
+    scenario::vary(&mut document, &options.axes)?;
     if document.load()?.axes.is_empty() {
         return Err(Error::Arguments(format!(
             "{} has no axes: needed --vary KEY=FROM:TO:N or a table [axes]; without them it is `standstill run`",
@@ -50,16 +36,11 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
 
 /// The file with what the command line changes of it.
 fn document(options: &Run) -> Result<Document, Error> {
-    let mut document = Document::read(&options.scenario)?;
-    let mut set = |key: &str, value: &str| document.set(key, value, Origin::CommandLine);
-    options.set.iter().try_for_each(|(key, value)| set(key, value))?;
-    options.trials.map_or(Ok(()), |trials| set("trials", &trials.to_string()))?;
-    if let Some(seed) = options.seed.filter(|seed| i64::try_from(*seed).is_err()) {
-        // TOML has no larger numbers, so it could not be written down.
-        return Err(Error::Arguments(format!("--seed {seed}: needed at most {} in a scenario", i64::MAX)));
+    let shorthands = Shorthands::default().trials(options.trials).seed(options.seed);
+    let mut document = scenario::changed(scenario::read(&options.scenario)?, &options.keys, shorthands)?;
+    for (key, value) in &options.stop_at {
+        document.set(&format!("stop_at.{key}"), value, Origin::CommandLine)?;
     }
-    options.seed.map_or(Ok(()), |seed| set("seed", &seed.to_string()))?;
-    options.stop_at.iter().try_for_each(|(key, value)| set(&format!("stop_at.{key}"), value))?;
     Ok(document)
 }
 

@@ -1,43 +1,64 @@
-//! `standstill trace`.
+//! `standstill trace`: one trial of a campaign, every waveform of it.
 
+mod specimen;
 mod verify;
 
 use serde_json::json;
-use standstill_campaign::{Record, Scenario, Specimen, Verdict};
-use standstill_detect::{MethodName, Settings};
+use standstill_campaign::file::{Plan, ScenarioFile};
+use standstill_campaign::{Record, Scenario, Verdict};
+use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::Abc;
-use standstill_sim::{Ended, Run, Trace, run as simulate};
+use standstill_sim::{Ended, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Trace as Options;
 use crate::columns;
-use crate::commands::{scenario, scenario_of};
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
 use crate::output::Output;
+use crate::scenario::{self, Shipped, Shorthands};
 
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
 
-pub fn run(options: &Options) -> Result<Report, Error> {
-    interrupt::at_once();
-    match options.method {
-        None => trace(options, &scenario(&options.setup)?),
-        Some(method) => trace(options, &scenario_of(&options.setup, method)?),
+/// The campaign that a trial is of.
+fn plan(options: &Options) -> Result<Plan, Error> {
+    let shorthands = Shorthands::default()
+        .setup(&options.setup)
+        .decay(options.decay)
+        .with("--method", "detector.method", options.method.map(MethodName::name))
+        .with("--angle", "rotor.angle", options.angle);
+    let shipped = if options.method.is_some() { Shipped::Empty } else { Shipped::Paper };
+    let mut document = scenario::document(&options.source, shipped, shorthands)?;
+    scenario::vary(&mut document, &options.axes)?;
+    let plan = Plan::new(document)?;
+    if options.point >= plan.points().len() {
+        return Err(Error::Arguments(format!(
+            "--point {}: needed from 0 to {}, the last point of the axes",
+            options.point,
+            plan.points().len() - 1
+        )));
     }
+    Ok(plan)
 }
 
-fn trace<S: Settings<f64>>(options: &Options, scenario: &Scenario<S>) -> Result<Report, Error> {
+pub fn run(options: &Options) -> Result<Report, Error> {
+    interrupt::at_once();
+    let plan = plan(options)?;
+    let single = plan.single(options.point, options.trial)?;
+    let file = plan.file_at(options.point)?;
+    let scenario = &single.scenario;
     let mut names = vec!["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
     names.extend(options.verify.then_some("verify.csv"));
     let mut output = Output::create(&options.out, &names)?;
 
-    let mut detector = scenario.detector.detector()?;
-    let case = scenario.case_at(options.angle.to_radians(), Specimen { drive: 0, noise: 0 });
+    let case = single.case();
+    // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
+    let alone = simulate(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+    let record = Record { trial: single.trial, run: alone };
     let mut trace = Trace::new(RESOLUTION);
-    let run = simulate(&case, &mut detector, true, &mut trace);
-    let record = Record { trial: 0, run };
+    let watched = simulate(&case, &mut scenario.detector.detector()?, true, &mut trace);
 
     for (name, write) in [
         ("waveform.csv", columns::waveform as fn(&Trace, &mut _) -> std::io::Result<()>),
@@ -47,32 +68,55 @@ fn trace<S: Settings<f64>>(options: &Options, scenario: &Scenario<S>) -> Result<
         write(&trace, &mut file).map_err(Error::writing(&options.out.join(name)))?;
         output.close(name, file)?;
     }
-    let verified = options.verify.then(|| verify::numerical_error(scenario, options.angle)).transpose()?;
-    let mut result = result(options, scenario, &record);
+    let verified = options.verify.then(|| verify::numerical_error(&single)).transpose()?;
+    let mut result = result(&file, scenario, &record, &watched);
+    result["scenario"] = plan.text()?.into();
+    result["point"] = specimen::point_json(&plan, single.point);
+    result["trial"] = single.trial.into();
+    result["specimen"] = specimen::json(&case, &single.drawn);
     if let Some(error) = &verified {
         result["numerical_error"] = error.json();
         output.file("verify.csv", error.csv().as_bytes())?;
     }
     output.file("result.json", format!("{result:#}\n").as_bytes())?;
-    let method = options.method.map_or_else(String::new, |method| format!(", {method}"));
-    let title = format!("{} at θ = {}°{method}", scenario.motor.name, options.angle);
-    let figure = figures::detection(&trace, &title);
+    let figure = figures::detection(&trace, &title(options, &file, &record, scenario));
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;
 
-    let verified = verified.map_or_else(String::new, |error| error.text());
-    let text =
-        format!("{}{verified}\n{}", summary(&record), super::reproduce::file_list(&options.out, &files));
+    let text = format!(
+        "{}{}{}{}\n{}",
+        specimen::heading(&plan, &single),
+        summary(&record, &watched),
+        specimen::text(&case, &single.drawn),
+        verified.map_or_else(String::new, |error| error.text()),
+        super::reproduce::file_list(&options.out, &files)
+    );
     Ok(Report { text, code: u8::from(record.verdict() == Verdict::Error) })
 }
 
-fn summary(record: &Record) -> String {
+/// What the figure shows. The method is named where it is not the one of the paper that is taken by itself.
+fn title(
+    options: &Options,
+    file: &ScenarioFile,
+    record: &Record,
+    scenario: &Scenario<Method<f64>>,
+) -> String {
+    let angle = match file.rotor.angle {
+        Some(angle) => angle.value().to_string(),
+        None => format!("{:.3}", record.start_angle_deg()),
+    };
+    let named = options.method.is_some() || options.source.scenario.is_some();
+    let method = if named { format!(", {}", file.detector.method.0) } else { String::new() };
+    format!("{} at θ = {angle}°{method}", scenario.motor.name)
+}
+
+fn summary(record: &Record, watched: &Run<f64>) -> String {
     let found = match (record.estimated_angle_deg(), record.error_deg()) {
         (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
         _ => format!("{}: {}", record.verdict().name(), record.reason()),
     };
-    let work = record.run.work;
+    let work = watched.work;
     format!(
         "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, largest phase current {:.2} A\n\
          {} right-hand sides, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
@@ -84,11 +128,16 @@ fn summary(record: &Record) -> String {
         work.steps,
         work.segments,
         work.events,
-        record.run.ledger.map_or(0.0, |ledger| ledger.imbalance()),
+        watched.ledger.map_or(0.0, |ledger| ledger.imbalance()),
     )
 }
 
-fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serde_json::Value {
+fn result<S>(
+    file: &ScenarioFile,
+    scenario: &Scenario<S>,
+    record: &Record,
+    watched: &Run<f64>,
+) -> serde_json::Value {
     let run: &Run<f64> = &record.run;
     let lines = |abc: Abc<f64>, factor: f64| {
         let Abc([ab, bc, ca]) = abc;
@@ -99,8 +148,8 @@ fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serd
         Ended::Error(_) => None,
     };
     json!({
-        "setup": super::setup_json(&options.setup, scenario),
-        "method": options.method.map(MethodName::name),
+        "setup": super::setup_json(file, &scenario.motor),
+        "method": file.detector.method.0.name(),
         "start_angle_deg": record.start_angle_deg(),
         "true_angle_deg": record.true_angle_deg(),
         "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),
@@ -125,7 +174,7 @@ fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serd
         "pole_evidence_needed": findings.and_then(|f| f.pole_evidence).map(|e| e.needed),
         "sensor_gain": findings.and_then(|f| f.sensor_gain).map(|g| g.0),
         "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
-        "energy_J": run.ledger.map(|e| json!({
+        "energy_J": watched.ledger.map(|e| json!({
             "source": e.source,
             "source_loss": e.source_loss,
             "device_loss": e.device_loss,
@@ -140,6 +189,6 @@ fn result<S>(options: &Options, scenario: &Scenario<S>, record: &Record) -> serd
             "kinetic_change": e.kinetic_change,
             "imbalance": e.imbalance(),
         })),
-        "right_hand_sides": run.work.derivatives,
+        "right_hand_sides": watched.work.derivatives,
     })
 }

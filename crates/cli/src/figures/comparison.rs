@@ -4,7 +4,6 @@ use standstill_campaign::{Entry, ErrorSet};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 
 use super::WIDTH;
-use crate::arguments::Rotor;
 
 /// Conditions in the order in which they share the room of a method, from top to bottom.
 struct Row {
@@ -25,19 +24,19 @@ struct Series {
 /// Conditions that one panel can tell apart: black crosses are the limits.
 const STYLES: [Style; 5] = [Style::Blue, Style::Vermilion, Style::Orange, Style::Green, Style::Purple];
 
-fn condition(entry: &Entry, rotor: Rotor) -> String {
+fn condition(entry: &Entry) -> String {
     let errors = match entry.errors {
         ErrorSet::None => "no errors".to_owned(),
         ErrorSet::Noise => "noise alone".to_owned(),
         ErrorSet::Default | ErrorSet::Harsh => format!("{} errors", entry.errors.name()),
     };
-    format!("{} rotor, {errors}", rotor.name())
+    format!("{} rotor, {errors}", entry.rotor.name())
 }
 
-fn conditions(entries: &[&(Entry, Rotor)]) -> Vec<String> {
+fn conditions(entries: &[&Entry]) -> Vec<String> {
     let mut conditions = Vec::new();
-    for (entry, rotor) in entries {
-        let condition = condition(entry, *rotor);
+    for entry in entries {
+        let condition = condition(entry);
         if !conditions.contains(&condition) {
             conditions.push(condition);
         }
@@ -56,19 +55,19 @@ fn limit(entry: &Entry) -> f64 {
 /// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
 /// Cramér–Rao limit of its samples. In one panel, or in one for each state of the rotor where there would be more
 /// conditions than styles.
-pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
-    let values = entries.iter().flat_map(|(entry, _)| {
-        [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]
-    });
+pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
+    let values = entries
+        .iter()
+        .flat_map(|entry| [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]);
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let ends = if low <= high { (low, high) } else { (-2.0, 1.0) };
-    let mut groups: Vec<Vec<&(Entry, Rotor)>> = vec![entries.iter().collect()];
+    let mut groups: Vec<Vec<&Entry>> = vec![entries.iter().collect()];
     if conditions(&groups[0]).len() > STYLES.len() {
         groups.clear();
         for entry in entries {
-            match groups.iter_mut().find(|group| group[0].1 == entry.1) {
+            match groups.iter_mut().find(|group| group[0].rotor == entry.rotor) {
                 Some(group) => group.push(entry),
                 None => groups.push(vec![entry]),
             }
@@ -89,16 +88,16 @@ pub fn comparison(entries: &[(Entry, Rotor)], subtitle: String) -> Figure {
 }
 
 /// Its weight is the height that it should have, in pixels.
-fn panel(entries: &[&(Entry, Rotor)], (low, high): (f64, f64)) -> Panel {
+fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
     let conditions = conditions(entries);
     let mut methods: Vec<&str> = Vec::new();
-    for (entry, _) in entries {
+    for entry in entries {
         if !methods.contains(&entry.method.name()) {
             methods.push(entry.method.name());
         }
     }
-    let row = |entry: &Entry, rotor: Rotor| {
-        let label = condition(entry, rotor);
+    let row = |entry: &Entry| {
+        let label = condition(entry);
         let method = methods.iter().position(|known| *known == entry.method.name()).unwrap_or(0);
         let place = conditions.iter().position(|known| *known == label).unwrap_or(0);
         let within = (place as f64 + 0.5) / conditions.len() as f64 - 0.5;
@@ -113,8 +112,8 @@ fn panel(entries: &[&(Entry, Rotor)], (low, high): (f64, f64)) -> Panel {
     panel.weight = (methods.len() * (24 + 13 * conditions.len())) as f64;
     let mut limits = Vec::new();
     let mut series: Vec<Series> = Vec::new();
-    for (entry, rotor) in entries {
-        let Row { y, label, style } = row(entry, *rotor);
+    for entry in entries {
+        let Row { y, label, style } = row(entry);
         let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
         let known = series.iter().position(|known| known.label == label).unwrap_or_else(|| {
             series.push(Series { label, style, points: Vec::new(), ways: Vec::new() });

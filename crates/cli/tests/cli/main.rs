@@ -7,6 +7,7 @@ mod files;
 mod maps;
 mod methods;
 mod mistakes;
+mod scenarios;
 
 use std::fs;
 use std::path::Path;
@@ -219,8 +220,11 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     let before = names(at);
 
     let cases: [(&[&str], &[&str]); 25] = [
-        (&["reproduce", "--motor", "nosuch"], &["unknown motor `nosuch`", "paper-5k5", "gearless-hoist"]),
-        (&["reproduce", "--motor", "missing.toml"], &["cannot read missing.toml"]),
+        (
+            &["reproduce", "--motor", "nosuch"],
+            &["set by --motor: `motor`: found `nosuch`", "paper-5k5", "gearless-hoist"],
+        ),
+        (&["reproduce", "--motor", "missing.toml"], &["set by --motor", "missing.toml", "No such file"]),
         (&["reproduce", "--motor", "broken.toml"], &["broken.toml", "line 2", "titel"]),
         (&["reproduce", "--trials", "0"], &["'0'", "--trials"]),
         (&["reproduce", "--trials", "many"], &["'many'", "--trials"]),

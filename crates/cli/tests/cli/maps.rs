@@ -150,12 +150,12 @@ fn what_is_wrong_with_a_map_is_named() {
         (&["trace", "--angle", "1", "--load", "heavy", "--out", "t"], &["'heavy'", "newton metres"]),
         (
             &["trace", "--angle", "1", "--load", "2", "--out", "t"],
-            &["--load 2", "--rotor locked", "needed: --rotor free"],
+            &["set by --load: `rotor.load`", "locked", "needed `rotor.state` \"free\""],
         ),
-        (&["reproduce", "--load", "-0.5", "--out", "t"], &["--load -0.5", "--rotor locked"]),
+        (&["reproduce", "--load", "-0.5", "--out", "t"], &["set by --load: `rotor.load`", "locked"]),
         (
             &["trace", "--angle", "1", "--rotor", "brake", "--motor", "pm-reluctance", "--out", "t"],
-            &["--rotor brake", "pm-reluctance", "rotor.brake_backlash"],
+            &["set by --rotor: `rotor.state`", "found \"brake\"", "rotor.brake_backlash"],
         ),
         (&["trace", "--angle", "1", "--rotor", "loose", "--out", "t"], &["'loose'", "locked, free, brake"]),
     ];

@@ -243,9 +243,12 @@ fn mistakes_of_methods_are_named() {
             &["compare", "--pulse", "100", "--uncompensated"],
             &["--pulse", "--uncompensated", "no method", "line-inductance-fast", "hfi-rotating"],
         ),
-        (&["compare", "--load", "5", "--rotor", "locked"], &["--load 5", "--rotor locked", "--rotor free"]),
-        (&["compare", "--rotor", "brake"], &["--rotor brake", "paper-5k5"]),
-        (&["check", "nosuch"], &["unknown motor `nosuch`"]),
+        (
+            &["compare", "--load", "5", "--rotor", "locked"],
+            &["set by --load: `rotor.load`", "locked", "needed `rotor.state` \"free\""],
+        ),
+        (&["compare", "--rotor", "brake"], &["set by --rotor: `rotor.state`", "brake_backlash"]),
+        (&["check", "nosuch"], &["set by MOTOR: `motor`: found `nosuch`", "paper-5k5"]),
         (&["check", "paper-5k5", "--tolerance", "0"], &["'0'", "--tolerance", "from 0.001 to 90"]),
         (
             &["trace", "--angle", "1", "--method", "bipolar", "--decay", "fast", "--out", "t"],

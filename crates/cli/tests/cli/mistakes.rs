@@ -26,6 +26,8 @@ const KEYS: &[Case] = &[
         "[detector]\nmethod = \"hfi-rotating\"\npulse = \"80 us\"",
         &["run", "s.toml"],
     ),
+    ("A capacitor that nothing feeds", "[inverter]\ncapacitance = \"500 uF\"", &["run", "s.toml"]),
+    ("A sag without an end", "[inverter]\nsag_depth = \"20 %\"\nsag_start = \"2 ms\"", &["run", "s.toml"]),
     ("A load on a locked rotor", "[rotor]\nload = \"3 N m\"", &["run", "s.toml"]),
     ("A brake without play", "[rotor]\nstate = \"brake\"", &["run", "s.toml"]),
 ];
@@ -86,6 +88,17 @@ const LINES: &[Case] = &[
     ("A shard that is none", "", &["run", "s.toml", "--shard", "0/4"]),
     ("A precision of what has none", "", &["run", "s.toml", "--stop-at", "mean=1%"]),
     ("A format that is none", "", &["run", "s.toml", "--format", "xlsx"]),
+    (
+        "A point that the axes do not have",
+        "",
+        &["trace", "s.toml", "--vary", "sensors.noise=1 mA,9 mA", "--point", "2", "--out", "t"],
+    ),
+    ("A motor that an option misspells", "", &["compare", "s.toml", "--motor", "papr"]),
+    (
+        "A comparison of what has axes",
+        "[axes]\n\"sensors.noise\" = [\"1 mA\", \"2 mA\"]",
+        &["compare", "s.toml"],
+    ),
     ("Results where a file is", "", &["run", "s.toml", "--out", "s.toml"]),
 ];
 

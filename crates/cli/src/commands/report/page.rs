@@ -5,7 +5,7 @@ use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, Tone};
 
 use super::Run;
-use super::study::{setting, word};
+use super::study::setting;
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
 use crate::summary::{digits, number};
@@ -135,8 +135,8 @@ fn facts(run: &Run) -> Vec<(String, String)> {
     let mut facts = vec![
         ("Motor", varied("motor", file.motor.name())),
         ("Method", varied("detector.method", file.detector.method.0.name().to_owned())),
-        ("Errors of drive and sensors", varied("errors", word(&file.errors))),
-        ("Rotor", varied("rotor.state", word(&file.rotor.state))),
+        ("Errors of drive and sensors", varied("errors", file.errors.0.name().to_owned())),
+        ("Rotor", varied("rotor.state", file.rotor.state.0.name().to_owned())),
         ("Trials", run.summary.summary.trials.to_string()),
         ("Seed", identity.seed.to_string()),
         ("Program", format!("Standstill {}", identity.version)),

@@ -35,7 +35,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
         subtitle: Some(setting(run)),
         axes: axes.collect(),
         points,
-        design: match run.file.design.kind {
+        design: match run.file.design.kind.0 {
             DesignKind::Grid => Design::Grid,
             DesignKind::LatinHypercube | DesignKind::Sobol => Design::Scattered,
         },
@@ -51,17 +51,11 @@ pub fn setting(run: &Run) -> String {
     let parts = [
         fixed("motor", file.motor.name()),
         fixed("detector.method", file.detector.method.0.name().to_owned()),
-        fixed("errors", format!("{} errors", word(&file.errors))),
-        fixed("rotor.state", format!("rotor {}", word(&file.rotor.state))),
+        fixed("errors", format!("{} errors", file.errors.0.name())),
+        fixed("rotor.state", format!("rotor {}", file.rotor.state.0.name())),
         Some(format!("seed {}", file.seed)),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
-}
-
-/// A choice as a scenario has it.
-pub fn word(choice: &impl serde::Serialize) -> String {
-    let value = serde_json::to_value(choice).ok();
-    value.and_then(|value| value.as_str().map(str::to_owned)).unwrap_or_default()
 }
 
 fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use serde_json::json;
-use standstill_campaign::{Record, Scenario, Specimen};
+use standstill_campaign::Record;
+use standstill_campaign::file::Single;
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::Outcome;
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, run};
@@ -38,12 +39,10 @@ type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 /// Runs the detection at the scenario's tolerance and at a tighter one, both with the same draws.
 ///
 /// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
-pub fn numerical_error<S: Settings<f64>>(
-    scenario: &Scenario<S>,
-    angle_deg: f64,
-) -> Result<NumericalError, SettingsError> {
+pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError> {
+    let scenario = &single.scenario;
     let attempt = |tolerance: Tolerance| -> Result<Attempt, SettingsError> {
-        let mut case = scenario.case_at(angle_deg.to_radians(), Specimen { drive: 0, noise: 0 });
+        let mut case = single.case();
         case.tolerance = tolerance;
         case.sensors.settings.adc = None;
         case.sensors.settings.dc_link.adc = None;

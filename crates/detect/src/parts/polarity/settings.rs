@@ -1,22 +1,25 @@
 //! What a polarity test is told: the motor's signature, its vectors and its rule.
 
-use standstill_interface::{Abc, AlphaBeta, Angle, Command, Leg, Nanos, PoleEvidence, Real, Sampling, Stage};
+use standstill_interface::{
+    Abc, AlphaBeta, Angle, Command, Leg, Nanos, PoleEvidence, Real, Sampling, Stage, choice,
+};
 
 use super::sequential::SequentialSettings;
 use crate::keys::{Lines, Microseconds, Value};
 use crate::nameplate::Nameplate;
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 
-/// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
-/// magnetics, and the one thing about the poles that no measurement at standstill can tell.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Signature {
-    /// The one towards north.
-    Normal,
-    /// The one towards south.
-    Inverted,
-    /// Neither, or it depends on the current: no pole is named.
-    None,
+choice! {
+    /// Which of two opposite voltage vectors along the d-axis raises the larger current: a property of the motor's
+    /// magnetics, and the one thing about the poles that no measurement at standstill can tell.
+    pub enum Signature {
+        /// The one towards north.
+        Normal = "normal",
+        /// The one towards south.
+        Inverted = "inverted",
+        /// Neither, or it depends on the current: no pole is named.
+        None = "none",
+    }
 }
 
 impl Signature {

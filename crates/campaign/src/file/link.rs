@@ -1,0 +1,79 @@
+//! The DC link's capacitor and the sag of its source, from the table of the inverter.
+
+#[cfg(test)]
+mod tests;
+
+use standstill_inverter::{Sag, Storage};
+
+use super::build::{in_range, share};
+use super::document::FileError;
+use super::tables::InverterTable;
+
+/// Shortest time constant in s of a link: a shorter one is a stiff link, followed at the cost of its time constant.
+const LEAST_TIME_CONSTANT: f64 = 1e-6;
+
+/// Latest end in s of what happens to the source: the longest that a detection may take.
+const LATEST: f64 = 20.0;
+
+impl InverterTable {
+    /// The capacitor, where there is one.
+    pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
+        let ohms =
+            |resistance| in_range("inverter.source_resistance", resistance, [1e-6, 1e6], "from 1 µΩ to 1 MΩ");
+        let source_resistance = self.source_resistance.map(ohms).transpose()?;
+        let capacitance = self
+            .capacitance
+            .map(|capacitance| in_range("inverter.capacitance", capacitance, [0.0, 1e3], "from 0 to 1000 F"))
+            .transpose()?;
+        match (capacitance, source_resistance) {
+            (Some(0.0), _) | (None, None) => Ok(None),
+            (Some(capacitance), Some(source_resistance)) => {
+                let time_constant = capacitance * source_resistance;
+                if time_constant < LEAST_TIME_CONSTANT {
+                    let found =
+                        format!("a time constant of {:.3e} s with its source_resistance", time_constant);
+                    return Err(FileError::key(
+                        "inverter.capacitance",
+                        &found,
+                        "at least 1 µs, or 0: a stiff link",
+                    ));
+                }
+                Ok(Some(Storage { capacitance, source_resistance }))
+            }
+            (Some(_), None) => {
+                let needed = "`inverter.source_resistance`, through which it is fed";
+                Err(FileError::key("inverter.capacitance", "a capacitor alone", needed))
+            }
+            (None, Some(_)) => {
+                let needed = "`inverter.capacitance`, which it feeds";
+                Err(FileError::key("inverter.source_resistance", "a resistance alone", needed))
+            }
+        }
+    }
+
+    /// The sag, where there is one.
+    pub(super) fn sag(&self) -> Result<Option<Sag>, FileError> {
+        let depth = self.sag_depth.map(|depth| share("inverter.sag_depth", depth)).transpose()?;
+        let start = self
+            .sag_start
+            .map(|start| in_range("inverter.sag_start", start, [0.0, LATEST], "from 0 to 20 s"))
+            .transpose()?;
+        let duration = self
+            .sag_duration
+            .map(|duration| in_range("inverter.sag_duration", duration, [1e-6, LATEST], "from 1 µs to 20 s"))
+            .transpose()?;
+        match (depth, duration) {
+            (Some(0.0), _) => Ok(None),
+            (Some(depth), Some(duration)) => Ok(Some(Sag { depth, start: start.unwrap_or(0.0), duration })),
+            (Some(_), None) => {
+                let needed = "`inverter.sag_duration`, how long it lasts";
+                Err(FileError::key("inverter.sag_depth", "a sag without duration", needed))
+            }
+            (None, None) if start.is_none() => Ok(None),
+            (None, _) => {
+                let key = if duration.is_some() { "inverter.sag_duration" } else { "inverter.sag_start" };
+                Err(FileError::key(key, "a sag without depth", "`inverter.sag_depth`, how deep it is"))
+            }
+        }
+    }
+}

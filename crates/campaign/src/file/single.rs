@@ -1,0 +1,124 @@
+//! A scenario alone: what a document says without axes, and one trial of one that has some.
+
+use standstill_detect::Method;
+use standstill_plant::Motor;
+use standstill_sim::{Case, Streams};
+use toml::Value;
+
+use super::document::{Document, FileError};
+use super::plan::Plan;
+use super::tables::ScenarioFile;
+use crate::Scenario;
+
+impl Document {
+    /// The tables of a document that is one scenario, with the same motor in all trials.
+    ///
+    /// # Errors
+    /// Axes, tolerances or an early end, which only `run` and `sweep` have a use for.
+    pub fn load_single(&self) -> Result<ScenarioFile, FileError> {
+        let file = self.load()?;
+        let others = [
+            ("axes", !file.axes.is_empty()),
+            ("design", file.design != Default::default()),
+            ("tolerances", !file.tolerances.is_empty()),
+            ("stop_at", !file.stop_at.is_empty()),
+        ];
+        match others.iter().find(|(_, given)| *given) {
+            Some((key, _)) => {
+                let needed = "a scenario without; `standstill run` and `standstill sweep` have a use for it";
+                Err(self.refuse(key, key, needed))
+            }
+            None => Ok(file),
+        }
+    }
+
+    /// The motor.
+    pub fn motor(&self) -> Result<Motor, FileError> {
+        self.load()?.motor(self.files()).map_err(|error| self.locate(error))
+    }
+
+    /// The scenario on the document's motor, which is there already.
+    pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
+        self.load()?.scenario_of(motor.clone()).map_err(|error| self.locate(error))
+    }
+
+    /// The same, also where the method's settings cannot work.
+    pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
+        self.load()?.assemble(motor.clone()).map_err(|error| self.locate(error))
+    }
+}
+
+/// One trial of a plan, by itself.
+#[derive(Clone, Debug)]
+pub struct Single {
+    /// Its point of the axes.
+    pub point: usize,
+    /// Its number.
+    pub trial: u64,
+    /// The scenario with what the trial draws.
+    pub scenario: Scenario<Method<f64>>,
+    /// Keys with tolerances, and the values that it draws.
+    pub drawn: Vec<(String, Value)>,
+}
+
+impl Single {
+    /// What is run: its specimen of drive, sensors and rotor angle.
+    pub fn case(&self) -> Case<'_> {
+        self.scenario.case(self.trial)
+    }
+}
+
+impl Plan {
+    /// A trial at a point, as [`Plan::trial`] runs it.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    pub fn single(&self, point: usize, trial: u64) -> Result<Single, FileError> {
+        let told = self.scenario(point)?;
+        let drawn = self.draws(Streams::new(self.file().seed, trial));
+        let scenario = if drawn.is_empty() { told } else { self.with_drawn(point, Some(&told), &drawn)? };
+        Ok(Single { point, trial, scenario, drawn })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::Trials;
+    use crate::file::tests::plan;
+    use crate::store::Row;
+
+    #[test]
+    fn law_a_trial_alone_is_that_of_the_campaign() {
+        let with = plan(
+            r#"
+            trials = 20
+            [rotor]
+            state = "free"
+            [axes]
+            "detector.method" = ["bipolar", "line-inductance-fast"]
+            "sensors.noise" = ["1 mA", "40 mA"]
+            [tolerances]
+            "motor.winding.resistance" = { normal = "5 %" }
+            "#,
+        );
+        let without = plan("rotor.state = \"free\"\ndetector.method = \"bipolar\"");
+        for (plan, point) in [(&with, 0), (&with, 3), (&without, 0)] {
+            let scenario = plan.scenario(point).expect("valid");
+            let mut records = Vec::new();
+            plan.run(&scenario, point, &mut (0..20), &mut |record| records.push(record)).expect("runs");
+            records.sort_unstable_by_key(|record| record.trial);
+            for trial in [0, 7, 19] {
+                let single = plan.single(point, trial).expect("valid");
+                let record = single.scenario.trial(single.trial).expect("runs");
+                let expected = records[usize::try_from(trial).expect("small")];
+                assert_eq!(Row::from(&record), Row::from(&expected));
+                assert_eq!(single.drawn.len(), usize::from(plan.has_tolerances()));
+            }
+        }
+        let [a, b] = [3, 4].map(|trial| with.single(2, trial).expect("valid").drawn);
+        assert_ne!(a, b);
+    }
+}

@@ -1,0 +1,104 @@
+//! What a command is told of its scenario: a file, keys, and options that are shorthands for keys.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use standstill_campaign::file::DesignKind;
+use standstill_campaign::{ErrorSet, Rotor};
+use standstill_plant::Temperature;
+
+use super::{celsius, choice, newton_metres, seed};
+
+/// A scenario file and its keys, for commands that can do without a file.
+#[derive(Debug, Args)]
+pub struct Source {
+    /// Scenario file (.toml), as `standstill run` takes it
+    pub scenario: Option<PathBuf>,
+    #[command(flatten)]
+    pub keys: Keys,
+}
+
+/// Keys in place of what the file has.
+#[derive(Debug, Args)]
+pub struct Keys {
+    /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of what the file has; any number of times
+    #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
+    pub set: Vec<(String, String)>,
+}
+
+/// What motor and drive are like: shorthands for keys.
+#[derive(Debug, Args)]
+pub struct Setup {
+    /// A built-in motor's name, or a data sheet's path (.toml) [key: motor; without a scenario: paper-5k5]
+    #[arg(long)]
+    pub motor: Option<String>,
+    /// How good drive and sensors are [key: errors; without a scenario: default]
+    #[arg(long, value_parser = choice::<ErrorSet>())]
+    pub errors: Option<ErrorSet>,
+    /// Whether the rotor can move: locked, free, or held by a brake that lets it play (by the data sheet's backlash) [key:
+    /// rotor.state; without a scenario: locked]
+    #[arg(long, value_parser = choice::<Rotor>())]
+    pub rotor: Option<Rotor>,
+    #[command(flatten)]
+    pub load: Load,
+    #[command(flatten)]
+    pub temperature: Temperatures,
+    #[command(flatten)]
+    pub seed: Seed,
+}
+
+/// The load, a shorthand for its key.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Load {
+    /// Torque in N·m that a load exerts against forward motion, also at standstill, on a rotor that can move [key:
+    /// rotor.load; without a scenario: 0]
+    #[arg(long, value_name = "NM", value_parser = newton_metres, allow_hyphen_values = true)]
+    pub load: Option<f64>,
+}
+
+/// How warm the motor is: shorthands for keys, or of a motor that no scenario is about.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Temperatures {
+    /// Temperature of the winding in °C [default: that of the data sheet]. The drive is not told
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    pub winding_temperature: Option<f64>,
+    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive is not told
+    #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
+    pub magnet_temperature: Option<f64>,
+}
+
+impl From<Temperatures> for Temperature {
+    fn from(temperatures: Temperatures) -> Self {
+        Self { winding: temperatures.winding_temperature, magnet: temperatures.magnet_temperature }
+    }
+}
+
+/// The seed, a shorthand for its key.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Seed {
+    /// Seed of all random numbers [default: the scenario's, or 1]
+    #[arg(long, value_parser = seed, allow_hyphen_values = true)]
+    pub seed: Option<u64>,
+}
+
+/// Axes from the command line.
+#[derive(Debug, Args)]
+pub struct Axes {
+    /// Vary a key, in addition to the scenario's axes: `KEY=FROM:TO:N`, `KEY=FROM:TO:N:log` or `KEY=A,B,C`
+    #[arg(long, value_name = "KEY=VALUES", value_parser = assignment)]
+    pub vary: Vec<(String, String)>,
+    /// How points are chosen from the axes [default: the scenario's, or grid]
+    #[arg(long, value_parser = choice::<DesignKind>())]
+    pub design: Option<DesignKind>,
+    /// How many points, for a design that is no grid
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    pub points: Option<u32>,
+}
+
+/// KEY=VALUE.
+pub fn assignment(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
+        _ => Err("not KEY=VALUE, such as sensors.noise=\"20 mA\"".to_owned()),
+    }
+}

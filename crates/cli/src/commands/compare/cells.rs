@@ -1,0 +1,181 @@
+//! What `compare` runs: one scenario, with each method under each set of conditions.
+
+use std::path::Path;
+
+use standstill_campaign::file::{Document, FileError, Origin};
+use standstill_campaign::{ErrorSet, Rotor, Scenario};
+use standstill_detect::{Method, MethodName};
+use standstill_interface::Choice;
+use standstill_plant::Motor;
+use toml::Value;
+
+use crate::arguments::Compare;
+use crate::error::Error;
+use crate::scenario::{self, Shipped, Shorthands};
+
+/// What is compared, in the order of the table.
+pub struct Cell {
+    pub method: MethodName,
+    pub rotor: Rotor,
+    pub errors: ErrorSet,
+    pub trials: u64,
+    pub scenario: Scenario<Method<f64>>,
+}
+
+/// Each once, in the order in which they were first given.
+fn each_once<T: Copy + PartialEq>(given: &[T]) -> Vec<T> {
+    let mut once = Vec::new();
+    for item in given {
+        if !once.contains(item) {
+            once.push(*item);
+        }
+    }
+    once
+}
+
+/// The scenario that all cells have in common.
+fn document(options: &Compare) -> Result<Document, Error> {
+    let pulse = options.pulse.map(|pulse| format!("{pulse} µs"));
+    let shorthands = Shorthands::default()
+        .with("--motor", "motor", options.motor.clone())
+        .with("--polarity", "detector.polarity", options.polarity.map(Choice::name))
+        .with("--signature", "detector.signature", options.signature.map(Choice::name))
+        .with("--pulse", "detector.pulse", pulse)
+        .with("--uncompensated", "detector.compensation", options.uncompensated.then_some(false))
+        .load(options.load)
+        .temperatures(options.temperature)
+        .seed(options.seed)
+        .trials(options.trials);
+    scenario::document(&options.source, Shipped::Empty, shorthands)
+}
+
+/// A document and what is compared of it.
+pub struct Comparison {
+    document: Document,
+    pub motor: Motor,
+    pub seed: u64,
+    pub cells: Vec<Cell>,
+}
+
+impl Comparison {
+    pub fn new(options: &Compare) -> Result<Self, Error> {
+        let document = document(options)?;
+        let file = document.load_single()?;
+        let mut comparison = Self { motor: document.motor()?, seed: file.seed, document, cells: Vec::new() };
+        // A scenario's conditions are those of all methods. Which method it is about by itself does not matter.
+        let told = |key: &str| comparison.document.get(key).is_some();
+        let rotors = match &options.rotor[..] {
+            [] if told("rotor.state") => vec![file.rotor.state.0],
+            [] => vec![Rotor::Locked, Rotor::Free],
+            given => each_once(given),
+        };
+        let errors = match &options.errors[..] {
+            [] if told("errors") => vec![file.errors.0],
+            [] => vec![ErrorSet::Default, ErrorSet::Harsh],
+            given => each_once(given),
+        };
+        let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method.0]);
+        let asked = if options.method.is_empty() { one } else { Some(each_once(&options.method)) };
+        let trials = told("trials").then_some(file.trials);
+        for &method in asked.as_deref().unwrap_or(&MethodName::ALL) {
+            for &rotor in &rotors {
+                for &errors in &errors {
+                    // No load moves a locked rotor; where all are locked it is a mistake.
+                    let load = rotor != Rotor::Locked || rotors == [Rotor::Locked];
+                    match comparison.scenario(method, rotor, errors, load) {
+                        Ok(scenario) => {
+                            let usual = if method == MethodName::DcAlignment { 20 } else { 500 };
+                            let trials = trials.unwrap_or(usual);
+                            comparison.cells.push(Cell { method, rotor, errors, trials, scenario });
+                        }
+                        // Of all methods, those that have no use for a setting are left out; one that was asked for is a
+                        // mistake.
+                        Err(error) if error.is_foreign_setting() => {
+                            if asked.is_some() {
+                                return Err(comparison.no_use(Some(method)));
+                            }
+                        }
+                        Err(error) => return Err(error.into()),
+                    }
+                }
+            }
+        }
+        if comparison.cells.is_empty() { Err(comparison.no_use(None)) } else { Ok(comparison) }
+    }
+
+    fn scenario(
+        &self,
+        method: MethodName,
+        rotor: Rotor,
+        errors: ErrorSet,
+        load: bool,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        let mut document = self.document.clone();
+        for (option, key, name) in [
+            ("--method", "detector.method", method.name()),
+            ("--rotor", "rotor.state", rotor.name()),
+            ("--errors", "errors", errors.name()),
+        ] {
+            // What the scenario says itself is told of it.
+            if document.get(key).and_then(Value::as_str) != Some(name) {
+                document.set_value(key, name.into(), Origin::Option(option))?;
+            }
+        }
+        if !load {
+            document.remove("rotor.load");
+        }
+        document.scenario_of(&self.motor)
+    }
+
+    /// The methods that have a setting, with the value that it has here.
+    fn concerned(&self, key: &str, value: &Value) -> Vec<MethodName> {
+        let has = |method: &MethodName| {
+            let mut document = Document::parse(Path::new("scenario"), "")?;
+            document.set("detector.method", method.name(), Origin::CommandLine)?;
+            document.set_value(key, value.clone(), Origin::CommandLine)?;
+            document.scenario_of(&self.motor)
+        };
+        let has = |method: &MethodName| !has(method).is_err_and(|error| error.is_foreign_setting());
+        MethodName::ALL.into_iter().filter(has).collect()
+    }
+
+    /// A setting was given that this method has no use for, or settings were that no method has a use for.
+    fn no_use(&self, method: Option<MethodName>) -> Error {
+        let table = self.document.get("detector").and_then(Value::as_table);
+        let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));
+        let given: Vec<(String, Vec<MethodName>)> = keys
+            .filter(|(key, _)| key != "detector.method")
+            .map(|(key, value)| {
+                let concerned = self.concerned(&key, value);
+                let name = match self.document.origin(&key) {
+                    Some(Origin::Option(option)) => option.to_owned(),
+                    _ => format!("`{key}`"),
+                };
+                (name, concerned)
+            })
+            .filter(|(_, concerned)| concerned.len() < MethodName::ALL.len())
+            .collect();
+        let needless =
+            given.iter().find(|(_, concerned)| method.is_some_and(|name| !concerned.contains(&name)));
+        Error::Arguments(match (method, needless) {
+            (Some(method), Some((given, concerned))) => format!(
+                "{given}: found with --method {method}, which has no use for it; allowed: {}",
+                listed(concerned)
+            ),
+            _ => {
+                let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();
+                let each: Vec<String> =
+                    given.iter().map(|(name, concerned)| format!("{name}: {}", listed(concerned))).collect();
+                format!(
+                    "{}: found together, but no method has a use for all of them; allowed: {}",
+                    names.join(", "),
+                    each.join("; ")
+                )
+            }
+        })
+    }
+}
+
+fn listed(methods: &[MethodName]) -> String {
+    methods.iter().map(|method| method.name()).collect::<Vec<_>>().join(", ")
+}

@@ -1,0 +1,143 @@
+//! From the command line to a document: a scenario file, or one that is shipped, with what options and `-s` set in it.
+
+use std::path::Path;
+
+use standstill_campaign::file::{AxisSpec, Document, Origin, seed_value};
+use standstill_detect::{Decay, MethodName};
+use standstill_interface::Choice;
+use standstill_plant::DataSheet;
+use toml::Value;
+
+use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
+use crate::error::Error;
+
+/// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
+const PAPER: &str = include_str!("../../../examples/scenarios/reproduce.toml");
+
+/// A document without a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shipped {
+    /// All as a scenario has it that says nothing.
+    Empty,
+    /// The paper's method.
+    Paper,
+}
+
+/// Options that are shorthands for keys.
+#[derive(Debug, Default)]
+pub struct Shorthands(Vec<(&'static str, &'static str, Value)>);
+
+impl Shorthands {
+    /// An option that sets a key, if it is given.
+    #[must_use]
+    pub fn with(mut self, option: &'static str, key: &'static str, value: Option<impl Into<Value>>) -> Self {
+        self.0.extend(value.map(|value| (option, key, value.into())));
+        self
+    }
+
+    /// `--load`.
+    #[must_use]
+    pub fn load(self, load: Load) -> Self {
+        self.with("--load", "rotor.load", load.load)
+    }
+
+    /// `--winding-temperature` and `--magnet-temperature`.
+    #[must_use]
+    pub fn temperatures(self, temperatures: Temperatures) -> Self {
+        let Temperatures { winding_temperature, magnet_temperature } = temperatures;
+        self.with("--winding-temperature", "rotor.winding_temperature", winding_temperature).with(
+            "--magnet-temperature",
+            "rotor.magnet_temperature",
+            magnet_temperature,
+        )
+    }
+
+    /// `--seed`.
+    #[must_use]
+    pub fn seed(self, seed: Seed) -> Self {
+        self.with("--seed", "seed", seed.seed.map(seed_value))
+    }
+
+    /// `--trials`.
+    #[must_use]
+    pub fn trials(self, trials: Option<u64>) -> Self {
+        self.with("--trials", "trials", trials.and_then(|trials| i64::try_from(trials).ok()))
+    }
+
+    /// `--decay`.
+    #[must_use]
+    pub fn decay(self, decay: PaperDecay) -> Self {
+        let method = decay.decay.map(|decay| match decay {
+            Decay::Slow => MethodName::LineInductance.name(),
+            Decay::Fast => MethodName::LineInductanceFast.name(),
+        });
+        self.with("--decay", "detector.method", method)
+    }
+
+    /// The options that say what motor and drive are like.
+    #[must_use]
+    pub fn setup(self, setup: &Setup) -> Self {
+        self.with("--motor", "motor", setup.motor.clone())
+            .with("--errors", "errors", setup.errors.map(Choice::name))
+            .with("--rotor", "rotor.state", setup.rotor.map(Choice::name))
+            .load(setup.load)
+            .temperatures(setup.temperature)
+            .seed(setup.seed)
+    }
+}
+
+/// The document of a scenario file, or of what is shipped in its place, with all that the command line sets in it.
+pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Result<Document, Error> {
+    let document = match (&source.scenario, shipped) {
+        (Some(path), _) => read(path)?,
+        (None, Shipped::Empty) => Document::parse(Path::new("scenario"), "")?,
+        (None, Shipped::Paper) => Document::parse(Path::new("reproduce.toml"), PAPER)?,
+    };
+    changed(document, &source.keys, shorthands)
+}
+
+/// The document of a scenario file.
+pub fn read(path: &Path) -> Result<Document, Error> {
+    Ok(Document::read(path)?)
+}
+
+/// A document with what the command line sets: the motor before its keys, and `-s` before other options.
+pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
+    let (motors, others): (Vec<_>, Vec<_>) =
+        shorthands.0.into_iter().partition(|(_, key, _)| *key == "motor");
+    for (option, key, value) in motors {
+        let value = value.as_str().map(|name| from_here(name, &document));
+        document.set_value(key, value.unwrap_or_default().into(), Origin::Option(option))?;
+    }
+    for (key, value) in &keys.set {
+        document.set(key, value, Origin::CommandLine)?;
+    }
+    for (option, key, value) in others {
+        document.set_value(key, value, Origin::Option(option))?;
+    }
+    Ok(document)
+}
+
+/// A motor that an option names. Its path is from the folder of whoever types it, while one in a document is from the
+/// document's folder.
+fn from_here(name: &str, document: &Document) -> String {
+    let elsewhere = !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
+    let path = elsewhere.then(|| std::path::absolute(name).ok()).flatten().filter(|path| path.exists());
+    path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
+}
+
+/// Adds axes to a document.
+pub fn vary(document: &mut Document, axes: &Axes) -> Result<(), Error> {
+    for (key, values) in &axes.vary {
+        let axis = AxisSpec::parse(values)
+            .map_err(|message| Error::Arguments(format!("--vary `{key}={values}`: {message}")))?;
+        document.vary(key, &axis)?;
+    }
+    if let Some(design) = axes.design {
+        document.set("design.kind", design.name(), Origin::CommandLine)?;
+    }
+    if let Some(points) = axes.points {
+        document.set("design.points", &points.to_string(), Origin::CommandLine)?;
+    }
+    Ok(())
+}
