@@ -3,7 +3,7 @@
 //! The colours are those of Okabe and Ito, which the common forms of colour blindness keep apart. Each style
 //! also has its own dash pattern and marker, and its own lightness as far as six allow, for print in grey.
 
-use plotters::style::RGBAColor;
+use super::colour::{Colour, rgb};
 
 /// How a series looks.
 ///
@@ -44,7 +44,7 @@ impl Style {
         Self::ALL[index % Self::ALL.len()]
     }
 
-    pub(super) fn colour(self) -> RGBAColor {
+    pub(super) fn colour(self) -> Colour {
         match self {
             Self::Blue => rgb(0x00, 0x72, 0xB2),
             Self::Vermilion => rgb(0xD5, 0x5E, 0x00),
@@ -78,49 +78,37 @@ impl Style {
     }
 }
 
-pub(super) const fn rgb(r: u8, g: u8, b: u8) -> RGBAColor {
-    RGBAColor(r, g, b, 1.0)
-}
-
-pub(super) fn faded(RGBAColor(r, g, b, a): RGBAColor, by: f64) -> RGBAColor {
-    RGBAColor(r, g, b, a * by)
-}
-
-pub(super) const WHITE: RGBAColor = rgb(0xFF, 0xFF, 0xFF);
-pub(super) const INK: RGBAColor = rgb(0x1A, 0x1A, 0x1A);
-pub(super) const QUIET: RGBAColor = rgb(0x55, 0x55, 0x55);
-pub(super) const FRAME: RGBAColor = rgb(0x70, 0x70, 0x70);
-pub(super) const GRID: RGBAColor = rgb(0xE2, 0xE2, 0xE2);
+pub(super) const WHITE: Colour = rgb(0xFF, 0xFF, 0xFF);
+pub(super) const INK: Colour = rgb(0x1A, 0x1A, 0x1A);
+pub(super) const QUIET: Colour = rgb(0x55, 0x55, 0x55);
+pub(super) const FRAME: Colour = rgb(0x70, 0x70, 0x70);
+pub(super) const GRID: Colour = rgb(0xE2, 0xE2, 0xE2);
 
 pub(super) const LINE_WIDTH: f64 = 1.5;
 pub(super) const MARKER_RADIUS: f64 = 3.4;
 pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 
-/// The direction in which the lines of a hatching go up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Hatch {
-    None,
-    Right,
-    Left,
-}
-
 /// What a category of a lane is filled with.
 pub(super) struct Fill {
-    pub ground: RGBAColor,
-    pub hatch: Hatch,
-    pub line: RGBAColor,
+    pub ground: Colour,
+    /// In which direction the lines of its hatching go: down to the right (1), up (−1), or there are none (0).
+    pub slope: f64,
+    pub line: Colour,
 }
+
+/// Number of fills before they start over.
+pub(super) const FILLS: usize = 6;
 
 /// Pairs of a full colour and its hatched tint, then blank and dark: lightness tells them apart in grey, and
 /// the direction of the hatching tells the two tints apart.
 pub(super) fn fill(category: usize) -> Fill {
-    let (ground, hatch, line) = match category % 6 {
-        0 => (rgb(0x00, 0x5A, 0x94), Hatch::None, WHITE),
-        1 => (rgb(0xC4, 0xDE, 0xEE), Hatch::Right, rgb(0x00, 0x5A, 0x94)),
-        2 => (rgb(0xE6, 0x9F, 0x00), Hatch::None, WHITE),
-        3 => (rgb(0xFB, 0xEB, 0xC8), Hatch::Left, rgb(0xA8, 0x6C, 0x00)),
-        4 => (rgb(0xF4, 0xF4, 0xF4), Hatch::None, WHITE),
-        _ => (rgb(0x30, 0x30, 0x30), Hatch::None, WHITE),
+    let (ground, slope, line) = match category % FILLS {
+        0 => (rgb(0x00, 0x5A, 0x94), 0.0, WHITE),
+        1 => (rgb(0xC4, 0xDE, 0xEE), -1.0, rgb(0x00, 0x5A, 0x94)),
+        2 => (rgb(0xE6, 0x9F, 0x00), 0.0, WHITE),
+        3 => (rgb(0xFB, 0xEB, 0xC8), 1.0, rgb(0xA8, 0x6C, 0x00)),
+        4 => (rgb(0xF4, 0xF4, 0xF4), 0.0, WHITE),
+        _ => (rgb(0x30, 0x30, 0x30), 0.0, WHITE),
     };
-    Fill { ground, hatch, line }
+    Fill { ground, slope, line }
 }

@@ -1,23 +1,20 @@
 //! The colours of figures on light and on dark ground.
 
+use super::super::colour::{Colour, rgb};
 use super::super::heat::HATCH;
-use super::super::style::{FRAME, GRID, Hatch, INK, Marker, QUIET, Style, WHITE, fill, rgb};
-use plotters::style::RGBAColor;
+use super::super::style::{FRAME, GRID, INK, QUIET, Style, WHITE, fill};
 
 /// A colour of the figures: its name in style sheets, as it is, and what stands for it on dark ground.
 pub(crate) struct Shade {
     pub name: String,
-    pub light: RGBAColor,
-    pub dark: RGBAColor,
+    pub light: Colour,
+    pub dark: Colour,
 }
-
-/// Number of fills before they start over.
-pub(super) const FILLS: usize = 6;
 
 /// Every colour that charts use, each once.
 pub(crate) fn palette() -> Vec<Shade> {
     let mut shades: Vec<Shade> = Vec::new();
-    let mut add = |name: String, light: RGBAColor, dark: RGBAColor| {
+    let mut add = |name: String, light: Colour, dark: Colour| {
         // What has one colour on light ground has one on dark ground: scripts translate by colour alone.
         let dark = shades.iter().find(|s| s.light == light).map_or(dark, |same| same.dark);
         shades.push(Shade { name, light, dark });
@@ -67,64 +64,19 @@ pub(super) fn name(style: Style) -> &'static str {
     }
 }
 
-/// The marker of a style as an SVG path around (15, 7), and whether it is filled.
-pub(super) fn outline(style: Style) -> (&'static str, bool) {
-    match style.marker() {
-        Marker::Disc => ("M11.5 7a3.5 3.5 0 1 0 7 0a3.5 3.5 0 1 0-7 0z", true),
-        Marker::Square => ("M12 4h6v6h-6z", false),
-        Marker::Cross => ("M12 4l6 6M12 10l6-6", false),
-        Marker::Triangle => ("M15 2.8l3.9 7h-7.8z", true),
-        Marker::Diamond => ("M15 3l4 4l-4 4l-4-4z", false),
-        Marker::Plus => ("M11 7h8M15 3v8", false),
-    }
-}
-
-/// Whether the hatching of a fill goes up (1) or down (−1) to the right, or there is none (0).
-pub(super) fn slope(category: usize) -> i8 {
-    match fill(category).hatch {
-        Hatch::None => 0,
-        Hatch::Right => 1,
-        Hatch::Left => -1,
-    }
-}
-
-/// As CSS and Plotly write it.
-pub(crate) fn css(RGBAColor(r, g, b, a): RGBAColor) -> String {
-    if a < 1.0 { format!("rgba({r},{g},{b},{a})") } else { format!("rgb({r},{g},{b})") }
-}
-
-/// A colour that is the same on light and on dark ground: scripts do not translate this notation.
-pub(super) fn fixed(RGBAColor(r, g, b, _): RGBAColor) -> String {
-    format!("#{r:02x}{g:02x}{b:02x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Relative luminance after WCAG 2.
-    fn luminance(RGBAColor(r, g, b, _): RGBAColor) -> f64 {
-        let linear = |c: u8| {
-            let c = f64::from(c) / 255.0;
-            if c <= 0.040_45 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-        };
-        0.2126 * linear(r) + 0.7152 * linear(g) + 0.0722 * linear(b)
-    }
-
-    fn contrast(a: RGBAColor, b: RGBAColor) -> f64 {
-        let (a, b) = (luminance(a), luminance(b));
-        (a.max(b) + 0.05) / (a.min(b) + 0.05)
-    }
 
     #[test]
     fn law_everything_can_be_seen_on_dark_ground() {
         let all = palette();
         let of = |name: &str| all.iter().find(|s| s.name == name).expect("a shade").dark;
         for text in ["ink", "quiet"] {
-            assert!(contrast(of(text), of("surface")) > 4.5, "{text}");
+            assert!(of(text).contrast(of("surface")) > 4.5, "{text}");
         }
         for style in Style::ALL {
-            assert!(contrast(of(name(style)), of("surface")) > 4.5, "{style:?}");
+            assert!(of(name(style)).contrast(of("surface")) > 4.5, "{style:?}");
         }
     }
 
