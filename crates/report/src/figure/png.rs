@@ -63,7 +63,9 @@ fn trace(path: &mut PathBuilder, points: &[Point]) {
 impl Canvas for Png {
     fn strokes(&mut self, lines: &[Vec<Point>], colour: Colour, width: f64) {
         let mut path = PathBuilder::new();
-        lines.iter().for_each(|points| trace(&mut path, points));
+        for points in lines {
+            trace(&mut path, points);
+        }
         let stroke = Stroke { width: single(width), line_join: LineJoin::Round, ..Stroke::default() };
         let scale = Transform::from_scale(DENSITY as f32, DENSITY as f32);
         if let Some(path) = path.finish() {

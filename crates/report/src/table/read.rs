@@ -89,9 +89,9 @@ impl Reader {
                     loop {
                         let batch = guarded(|| batches(&mut columns)).map_err(|e| broken(e, rows))?;
                         let count = batch.first().map_or(0, Vec::len);
-                        for k in 0..count {
+                        let row = |k: usize| -> [f64; N] { std::array::from_fn(|n| batch[n][k]) };
+                        for row in (0..count).map(row) {
                             rows += 1;
-                            let row: [f64; N] = std::array::from_fn(|n| batch[n][k]);
                             if let Some(n) = row.iter().position(|number| number.is_infinite()) {
                                 return Err(at(Place::Row(rows), n, row[n].to_string()));
                             }
@@ -119,8 +119,7 @@ impl Reader {
         let has_metadata = columns.last().is_some_and(|last| last == METADATA);
         columns.truncate(columns.len() - usize::from(has_metadata));
         let first = advance(path, &mut from, &mut record)?.then_some(record);
-        let text =
-            first.iter().filter(|_| has_metadata).filter_map(|record| record.iter().next_back()).next();
+        let text = first.iter().filter(|_| has_metadata).find_map(|record| record.iter().next_back());
         let metadata = match text {
             None | Some("") => BTreeMap::new(),
             Some(text) => serde_json::from_str(text).map_err(|_| TableError::At {
