@@ -5,8 +5,6 @@ use standstill_report::figure::{Axis, AxisScale, Figure, Lane, Layer, Panel, Sty
 use standstill_report::page::Chart;
 use std::f64::consts::TAU;
 
-type Points = Vec<(f64, f64)>;
-
 pub(super) fn all(motor: &str) -> Vec<Chart> {
     vec![
         error_over_angle(),
@@ -30,56 +28,22 @@ fn chart(id: &str, title: &str, subtitle: &str, height: u32, panels: Vec<Panel>)
     Chart { id: id.to_owned(), figure, caption: format!("{title}, from made-up data.") }
 }
 
-fn some(label: &str) -> Option<String> {
-    (!label.is_empty()).then(|| label.to_owned())
-}
-
-fn line(label: &str, style: Style, points: impl IntoIterator<Item = (f64, f64)>) -> Layer {
-    Layer::Line { label: some(label), points: points.into_iter().collect(), style }
-}
-
-fn steps(label: &str, style: Style, points: impl IntoIterator<Item = (f64, f64)>) -> Layer {
-    Layer::Steps { label: some(label), points: points.into_iter().collect(), style }
-}
-
-fn dots(label: &str, style: Style, points: Points) -> Layer {
-    Layer::Points { label: some(label), points, style }
-}
-
-fn band(label: &str, style: Style, points: impl IntoIterator<Item = (f64, f64, f64)>) -> Layer {
-    Layer::Band { label: some(label), points: points.into_iter().collect(), style }
-}
-
-fn bars(label: &str, style: Style, points: impl IntoIterator<Item = (f64, f64, f64, f64)>) -> Layer {
-    Layer::ErrorBars { label: some(label), points: points.into_iter().collect(), style }
-}
-
-fn level(label: &str, y: f64) -> Layer {
-    Layer::HorizontalRule { label: some(label), y }
-}
-
-fn instant(label: &str, x: f64) -> Layer {
-    Layer::VerticalRule { label: some(label), x }
-}
-
 fn error_over_angle() -> Chart {
     let mut random = noise(1);
     let bias = |angle: f64| 0.6 * (2.0 * angle.to_radians()).sin() + 0.3 * (6.0 * angle.to_radians()).cos();
-    let points = (0..4_000)
-        .map(|_| {
-            let angle = 360.0 * random();
-            (angle, bias(angle) + 0.9 * (0..6).map(|_| random() - 0.5).sum::<f64>())
-        })
-        .collect();
+    let points = (0..4_000).map(|_| {
+        let angle = 360.0 * random();
+        (angle, bias(angle) + 0.9 * (0..6).map(|_| random() - 0.5).sum::<f64>())
+    });
     let grid = || (0..=72).map(|i| 5.0 * f64::from(i));
     let x = Axis::new("true rotor position θ (° electrical)").range(0.0, 360.0).step(60.0);
     let range = grid().map(|a| (a, bias(a) - 1.05, bias(a) + 1.05));
     let panel = Panel::new(x, Axis::new("error of the estimate θ_e − θ (°)"))
-        .with(band("5 % to 95 % of the detections", Style::Orange, range))
-        .with(dots("one detection", Style::Blue, points))
-        .with(line("median", Style::Black, grid().map(|a| (a, bias(a)))))
-        .with(level("+2°", 2.0))
-        .with(level("−2°", -2.0));
+        .with(Layer::band("5 % to 95 % of the detections", Style::Orange, range))
+        .with(Layer::points("one detection", Style::Blue, points))
+        .with(Layer::line("median", Style::Black, grid().map(|a| (a, bias(a)))))
+        .with(Layer::level("+2°", 2.0))
+        .with(Layer::level("−2°", -2.0));
     let conditions = "4,000 detections, L_d = 9.2 mH, L_q = 12.6 mH, 20 kHz sampling, 12 bit";
     chart(
         "error-over-angle",
@@ -105,8 +69,8 @@ fn waveform() -> Chart {
         let voltage = edges.map(|t| (t, if on(t) { 24.0 * (angle(t) - lag).cos() } else { 0.0 }));
         let time = (0..3600).map(|i| f64::from(i) * 0.002);
         let current = time.map(|t| (t, 14.0 * shape(t) * (angle(t) - lag).cos() + 0.12 * (random() - 0.5)));
-        voltages = voltages.with(steps(&format!("u_{name}"), style, voltage));
-        currents = currents.with(line(&format!("i_{name}"), style, current));
+        voltages = voltages.with(Layer::steps(&format!("u_{name}"), style, voltage));
+        currents = currents.with(Layer::line(&format!("i_{name}"), style, current));
     }
     let spans = |leg: u32, pulse: u32| {
         let start = f64::from(pulse) * 1.2;
@@ -135,9 +99,10 @@ fn polarity() -> Chart {
         let current = |t: f64| 6.0 * (1.0 - (-t / 0.9).exp()) * (1.0 + gain * t * t);
         let series =
             |n: u32| (0..=n).map(move |i| 1.5 * f64::from(i) / f64::from(n)).map(|t| (t, current(t)));
-        panel = panel.with(line(label, style, series(300))).with(dots(label, style, series(30).collect()));
+        panel =
+            panel.with(Layer::line(label, style, series(300))).with(Layer::points(label, style, series(30)));
     }
-    let panel = panel.with(instant("end of pulse", 1.2)).with(instant("comparison", 1.25));
+    let panel = panel.with(Layer::instant("end of pulse", 1.2)).with(Layer::instant("comparison", 1.25));
     chart("polarity", "The current rises faster where the field of the magnet adds", "", 420, vec![panel])
 }
 
@@ -152,7 +117,7 @@ fn methods(motor: &str) -> Chart {
     ] {
         let points = values.into_iter().enumerate();
         let points = points.map(|(i, v)| (i as f64 + shift, v, v * 0.94 - 0.02, v * 1.07 + 0.03));
-        panel = panel.with(bars(&format!("{motor}, {errors} errors"), style, points));
+        panel = panel.with(Layer::error_bars(&format!("{motor}, {errors} errors"), style, points));
     }
     let title = format!("The methods on {motor}");
     chart("methods", &title, "2,000 trials each; whiskers are 95 % intervals", 380, vec![panel])
@@ -166,9 +131,13 @@ fn influences() -> Chart {
         let at = move |share: f64| 0.1 + slope * share.powi(2);
         let mean = grid().map(|(share, x)| (x, if share > 0.9 { f64::NAN } else { at(share) }));
         Panel::new(Axis::new(label).range(from, to), Axis::new("rms error (°)").range(0.0, 0.6))
-            .with(band("95 % interval", Style::Green, grid().map(|(s, x)| (x, 0.88 * at(s), 1.14 * at(s)))))
-            .with(line("mean over the other axes", Style::Green, mean))
-            .with(level("tolerance 0.5°", 0.5))
+            .with(Layer::band(
+                "95 % interval",
+                Style::Green,
+                grid().map(|(s, x)| (x, 0.88 * at(s), 1.14 * at(s))),
+            ))
+            .with(Layer::line("mean over the other axes", Style::Green, mean))
+            .with(Layer::level("tolerance 0.5°", 0.5))
     };
     let panels = vec![
         panel("dead time t_d (µs)", 0.5, 4.0, 0.42),
@@ -182,9 +151,13 @@ fn convergence() -> Chart {
     let grid = || (1..=100).map(|i| 10.0 * f64::from(i));
     let interval = grid().map(|n| (n, (0.4 - 6.0 / n.sqrt()).max(0.0), 0.4 + 9.0 / n.sqrt()));
     let panel = Panel::new(Axis::new("points of the sweep n"), Axis::new("share of wrong poles (%)"))
-        .with(band("95 % interval", Style::Purple, interval))
-        .with(steps("so far", Style::Purple, grid().map(|n| (n, 0.4 + (n / 37.0).sin() * 3.0 / n.sqrt()))))
-        .with(level("accepted", 1.0));
+        .with(Layer::band("95 % interval", Style::Purple, interval))
+        .with(Layer::steps(
+            "so far",
+            Style::Purple,
+            grid().map(|n| (n, 0.4 + (n / 37.0).sin() * 3.0 / n.sqrt())),
+        ))
+        .with(Layer::level("accepted", 1.0));
     chart("convergence", "Are 1,000 points enough?", "", 360, vec![panel])
 }
 
@@ -206,8 +179,8 @@ fn maps() -> Chart {
     let lost =
         |noise: f64, dead: f64| dead > 2.4 && noise > 0.3 || (noise - 0.01).abs() < 1e-4 && dead == 1.0;
     let errors = panel(Axis::new("rms error (°)"), &|n, d| if lost(n, d) { f64::NAN } else { rms(n, d) })
-        .with(instant("sensor i_n", 0.05))
-        .with(level("drive", 2.0));
+        .with(Layer::instant("sensor i_n", 0.05))
+        .with(Layer::level("drive", 2.0));
     let wrong = panel(Axis::new("wrong poles (%)").log10(), &|n, d| {
         let share = 100.0 * (-9.0 + 4.0 * rms(n, d)).exp();
         if share < 0.02 { 0.0 } else { share }
@@ -261,17 +234,21 @@ fn decades() -> Chart {
     let model = points.map(|n| (n, if n < 0.02 { 0.0 } else { 0.6 * rms(n) }, 1.5 * rms(n)));
     let trials = points.map(|n| (n, 1.1 * rms(n), 0.8 * rms(n) - 0.014, 1.6 * rms(n)));
     let errors = Panel::new(x(), Axis::new("rms error (°)").log10())
-        .with(band("95 % interval of the model", Style::Green, model))
-        .with(bars("trials, 95 % interval", Style::Blue, trials))
-        .with(level("tolerance 0.5°", 0.5))
-        .with(instant("sensor", 0.05));
+        .with(Layer::band("95 % interval of the model", Style::Green, model))
+        .with(Layer::error_bars("trials, 95 % interval", Style::Blue, trials))
+        .with(Layer::level("tolerance 0.5°", 0.5))
+        .with(Layer::instant("sensor", 0.05));
     let wrong = Panel::new(x(), Axis::new("wrong poles (%)").log10())
-        .with(bars("seen", Style::Vermilion, points[4..].iter().map(|n| (*n, 2.0 * n, 1.2 * n, 3.1 * n))))
-        .with(Layer::UpperLimits {
-            label: some("never seen, 95 % limit"),
-            points: points[..4].iter().map(|n| (*n, 0.06 + n)).collect(),
-            style: Style::Vermilion,
-        });
+        .with(Layer::error_bars(
+            "seen",
+            Style::Vermilion,
+            points[4..].iter().map(|n| (*n, 2.0 * n, 1.2 * n, 3.1 * n)),
+        ))
+        .with(Layer::upper_limits(
+            "never seen, 95 % limit",
+            Style::Vermilion,
+            points[..4].iter().map(|n| (*n, 0.06 + n)),
+        ));
     chart("decades", "Noise over four decades", "5,000 trials a point", 720, vec![errors, wrong])
 }
 
@@ -280,9 +257,13 @@ fn admittance() -> Chart {
     let grid = || (-20..=40).map(|i| 10f64.powf(f64::from(i) / 10.0));
     let negative = |f: f64| if (f - 10.0).abs() < 2.0 { 2.0 } else { 0.0 };
     let panel = Panel::new(Axis::new("frequency f (Hz)").log10(), Axis::new("admittance Y (S)").log10())
-        .with(line("model", Style::Blue, grid().map(|f| (f, 1.0 / (0.5 + 0.06 * f)))))
-        .with(line("measured", Style::Vermilion, grid().map(|f| (f, 1.0 / (0.5 + 0.05 * f) - negative(f)))))
-        .with(steps("table", Style::Green, grid().step_by(10).map(|f| (f, 1.3 / (0.5 + 0.06 * f)))));
+        .with(Layer::line("model", Style::Blue, grid().map(|f| (f, 1.0 / (0.5 + 0.06 * f)))))
+        .with(Layer::line(
+            "measured",
+            Style::Vermilion,
+            grid().map(|f| (f, 1.0 / (0.5 + 0.05 * f) - negative(f))),
+        ))
+        .with(Layer::steps("table", Style::Green, grid().step_by(10).map(|f| (f, 1.3 / (0.5 + 0.06 * f)))));
     chart(
         "admittance",
         "Admittance at standstill",
@@ -294,29 +275,30 @@ fn admittance() -> Chart {
 
 fn awkward() -> Chart {
     let x = || Axis::new("x (s)");
-    let flat = Panel::new(x(), Axis::new("constant (V)")).with(line(
+    let flat = Panel::new(x(), Axis::new("constant (V)")).with(Layer::line(
         "constant",
         Style::Green,
         (0..5).map(|i| (f64::from(i), 3.3)),
     ));
-    let one = Panel::new(Axis::new("one x"), Axis::new("one point (Ω)")).with(dots(
+    let one = Panel::new(Axis::new("one x"), Axis::new("one point (Ω)")).with(Layer::points(
         "",
         Style::Purple,
         vec![(1e-7, 2.5e7)],
     ));
     let none = Panel::new(x(), Axis::new("a label that is far too long for its panel (N·m)"))
-        .with(line("nothing", Style::Blue, []))
-        .with(level("upper limit", 1.0))
-        .with(level("lower limit", 0.9));
+        .with(Layer::line("nothing", Style::Blue, []))
+        .with(Layer::level("upper limit", 1.0))
+        .with(Layer::level("lower limit", 0.9));
     let names = ["pulse test", "high frequency injection", "inductance variation"];
     let mut named = Panel::new(Axis::categories("", names.map(String::from)), Axis::new("error (°)"));
     let mut styles = Panel::new(x(), Axis::new("styles"));
     for (index, style) in Style::ALL.into_iter().enumerate() {
         let (y, shift) = (index as f64, (index as f64 - 2.5) * 0.1);
         let points = [0.0, 1.0, 2.0].map(|i| (i + shift, i, i - 0.5, i + 0.8 + shift));
-        named = named.with(bars(&format!("motor {index} with a rather long name"), style, points));
+        named =
+            named.with(Layer::error_bars(&format!("motor {index} with a rather long name"), style, points));
         let wave = (0..100).map(|i| f64::from(i) / 20.0).map(|t| (t, y + 0.4 * t.sin()));
-        styles = styles.with(line(&format!("{style:?}"), style, wave));
+        styles = styles.with(Layer::line(&format!("{style:?}"), style, wave));
     }
     let subtitle = "A subtitle with more to say than fits in one line: µ Ω ° ± − × · ≤ ≥ √ ² ₀₁₂ αβ γδθψω → — and <tags> & \
                     \"quotes\" must come out as they are";
@@ -326,12 +308,9 @@ fn awkward() -> Chart {
 /// A small part of a decade, many decades, and a map without a single value.
 fn extremes() -> Chart {
     let narrow = Panel::new(Axis::new("part of a decade (A)").log10(), Axis::new("rms error (°)").log10())
-        .with(line("", Style::Green, [(2.0, 1.1), (3.4, 2.3)]));
-    let wide = Panel::new(Axis::new("many decades").log10(), Axis::new("probability").log10()).with(line(
-        "",
-        Style::Purple,
-        [(1e-20, 1e-12), (1e5, 1.0)],
-    ));
+        .with(Layer::line("", Style::Green, [(2.0, 1.1), (3.4, 2.3)]));
+    let wide = Panel::new(Axis::new("many decades").log10(), Axis::new("probability").log10())
+        .with(Layer::line("", Style::Purple, [(1e-20, 1e-12), (1e5, 1.0)]));
     let five = Ticks::Step(5.0);
     let empty = Panel::new(Axis { ticks: five, ..Axis::new("x") }, Axis::new("y")).with(Layer::Heat {
         x_edges: vec![0.0, 10.0, 20.0],

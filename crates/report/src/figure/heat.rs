@@ -2,12 +2,12 @@
 
 use super::axis::{Axis, AxisScale, Scale, Tick, around_on, usable};
 use super::canvas::{Align, Canvas, Rect, Type};
-use super::colour::{Colour, colour, ink_on, rgb};
+use super::colour::{colour, ink_on};
 use super::frame::draw_upwards;
 use super::layers::Plot;
 use super::layout::{LABEL, LABEL_LINE, SMALL, TICK, TICK_GAP};
 use super::reduce::hatching;
-use super::style::{FRAME, GRID, INK, WHITE};
+use super::style::{FRAME, GRID, HATCH, INK, WHITE};
 use super::{Layer, Panel, number, text, ticks};
 
 /// Between panel and bar, and the width of the bar.
@@ -18,8 +18,6 @@ pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
 /// What the legend says of cells without value.
 pub(super) const NO_VALUE: &str = "no value";
-/// Hatching of cells without value: no colour of the scale is grey.
-pub(super) const HATCH: Colour = rgb(0x8C, 0x8C, 0x8C);
 
 /// The colour bar of a panel.
 pub(super) struct Bar {

@@ -166,6 +166,45 @@ pub enum Layer {
     },
 }
 
+/// A short way to write each of the layers that have points.
+macro_rules! layers_of_points {
+    ($($name:ident: $variant:ident of $point:ty),* $(,)?) => {
+        impl Layer {
+            $(
+                #[doc = concat!("[`Layer::", stringify!($variant), "`]; an empty label is none.")]
+                pub fn $name(label: &str, style: Style, points: impl IntoIterator<Item = $point>) -> Self {
+                    Self::$variant { label: some(label), points: points.into_iter().collect(), style }
+                }
+            )*
+        }
+    };
+}
+
+layers_of_points! {
+    line: Line of (f64, f64),
+    steps: Steps of (f64, f64),
+    points: Points of (f64, f64),
+    band: Band of (f64, f64, f64),
+    error_bars: ErrorBars of (f64, f64, f64, f64),
+    upper_limits: UpperLimits of (f64, f64),
+}
+
+fn some(label: &str) -> Option<String> {
+    (!label.is_empty()).then(|| label.to_owned())
+}
+
+impl Layer {
+    /// [`Layer::HorizontalRule`]; an empty label is none.
+    pub fn level(label: &str, y: f64) -> Self {
+        Self::HorizontalRule { label: some(label), y }
+    }
+
+    /// [`Layer::VerticalRule`]; an empty label is none.
+    pub fn instant(label: &str, x: f64) -> Self {
+        Self::VerticalRule { label: some(label), x }
+    }
+}
+
 /// One strip of a [`Layer::Lanes`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {

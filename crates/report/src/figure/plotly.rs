@@ -4,7 +4,6 @@
 //! are left to the page, the labels of rules stand inside their panel, and nothing is thinned. Scripts place the
 //! ticks of logarithmic axes, because those of Plotly name no numbers between the powers of ten.
 
-mod colour;
 mod heat;
 mod lanes;
 mod markup;
@@ -20,7 +19,7 @@ use super::{Axis, AxisScale, Figure, Layer, Panel, extent, legend};
 use serde_json::{Map, Number, Value, json};
 
 pub(crate) use super::legend::{Entry, swatch};
-pub(crate) use colour::{Shade, palette};
+pub(crate) use super::style::{Shade, palette};
 pub(crate) use markup::markup;
 pub(crate) use traces::group;
 

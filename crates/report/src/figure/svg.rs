@@ -2,7 +2,7 @@
 
 use super::canvas::{Align, Canvas, Point, Type};
 use super::colour::Colour;
-use super::text::{self, pieces};
+use super::text::{self, escaped, pieces};
 use std::fmt::Write;
 
 /// The bundled font by name, then fonts of similar widths.
@@ -45,10 +45,6 @@ fn paint(attribute: &str, colour: Colour) -> String {
     let opacity =
         if colour.3 < 1.0 { format!(" {attribute}-opacity=\"{}\"", short(colour.3)) } else { String::new() };
     format!("{attribute}=\"{}\"{opacity}", colour.hex())
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
 }
 
 impl Canvas for Svg {

@@ -116,6 +116,11 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     pieces
 }
 
+/// The text as content of an element.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
+}
+
 /// The text in lines no wider than `limit` as far as its words allow.
 pub(super) fn wrap(text: &str, em: f64, limit: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();

@@ -2,9 +2,9 @@
 
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
-use super::super::heat::{HATCH, MOST_NUMBERS, NO_VALUE, range};
+use super::super::heat::{MOST_NUMBERS, NO_VALUE, range};
 use super::super::number::{digits, significant};
-use super::super::style::{FRAME, GRID, WHITE};
+use super::super::style::{FRAME, GRID, HATCH, WHITE};
 use super::super::text::wrap;
 use super::super::{AxisScale, Ticks, ticks};
 use super::markup::{markup, quantity, template};
