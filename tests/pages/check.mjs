@@ -1,7 +1,7 @@
 // Looks at a page in a browser, as its readers do:
 //
 //     cd tests/pages && npm ci
-//     node check.mjs PAGE.html FOLDER       # e.g. the page of `cargo run -p standstill-report --example page`
+//     node check.mjs PAGE.html FOLDER       # e.g. page.html of `cargo run -p standstill-report --example gallery FOLDER`
 //
 // Pictures go into FOLDER. Ends with code 1 and one line per objection. The browser is that of the environment
 // variable CHROMIUM, or /usr/bin/chromium. Not part of `cargo test`: it needs a browser.

@@ -32,11 +32,6 @@ pub fn trial_columns() -> impl Iterator<Item = Column> {
     TRIAL.into_iter().map(|(name, kind)| Column::new(name, kind))
 }
 
-/// What a column of a file of trials holds; those of axes are read as texts.
-pub fn trial_kind(name: &str) -> Kind {
-    TRIAL.into_iter().find(|(known, _)| *known == name).map_or(Kind::Text, |(_, kind)| kind)
-}
-
 /// What a trial has in its columns.
 pub fn trial_values(row: &Row) -> [Value<'_>; TRIAL.len()] {
     let number = |value: Option<f64>| value.map_or(Value::Empty, Value::Number);

@@ -7,13 +7,12 @@ use std::path::{Path, PathBuf};
 
 use standstill_campaign::file::{Document, ScenarioFile};
 use standstill_report::study::{ErrorCloud, figures};
-use standstill_report::table::{Format, Reader, Value};
+use standstill_report::table::{Format, Reader};
 
 use super::reproduce::file_list;
 use super::run::results::{SummaryFile, trials_name};
 use crate::Report as Said;
 use crate::arguments::Report;
-use crate::columns::trial_kind;
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::Output;
@@ -81,35 +80,34 @@ impl Run {
 
     /// The errors of all trials, of which only as much is kept as can be drawn.
     fn cloud(&self) -> Result<ErrorCloud, Error> {
-        let mut reader = Reader::open(&self.trials, trial_kind).map_err(Error::Table)?;
+        let reader = Reader::open(&self.trials).map_err(Error::Table)?;
         let foreign = |found: String| Error::Results {
             path: self.trials.clone(),
             found,
             needed: "the trials that summary.json beside it is of".to_owned(),
         };
         for (key, needed) in self.summary.run.metadata() {
-            let found = reader.metadata().iter().find(|(name, _)| *name == key);
-            if found.is_none_or(|(_, value)| *value != needed) {
+            if reader.metadata.get(&key) != Some(&needed) {
                 return Err(foreign(format!("another {key}, or none")));
             }
         }
         let place = |name: &str| {
-            let place = reader.columns().iter().position(|column| column.name == name);
+            let place = reader.columns.iter().position(|column| column == name);
             place.ok_or_else(|| foreign(format!("no column {name}")))
         };
-        let [angle, axis, error] = [place("true_angle_deg")?, place("axis_error_deg")?, place("error_deg")?];
-        let number = |value: &Value<'_>| match value {
-            Value::Number(number) => Some(*number),
-            _ => None,
-        };
-        let mut cloud = ErrorCloud::new();
+        let places = [place("true_angle_deg")?, place("axis_error_deg")?, place("error_deg")?];
+        let (mut cloud, mut complete) = (ErrorCloud::new(), true);
         let bar = progress::reading(self.summary.summary.trials);
-        while let Some(row) = reader.next_row().map_err(Error::Table)? {
-            let angle = number(&row[angle]).ok_or_else(|| foreign("a trial without its angle".to_owned()))?;
-            cloud.add(angle, number(&row[axis]), number(&row[error]));
+        let read = reader.numbers(places, |[angle, axis_error, error]| {
+            complete &= angle.is_some();
+            cloud.add(angle.unwrap_or(f64::NAN), axis_error, error);
             bar.inc(1);
-        }
+        });
         bar.finish_and_clear();
+        read.map_err(Error::Table)?;
+        if !complete {
+            return Err(foreign("a trial without its angle".to_owned()));
+        }
         let found = cloud.trials();
         if found != self.summary.summary.trials {
             return Err(foreign(format!("{found} trials instead of {}", self.summary.summary.trials)));

@@ -1,6 +1,7 @@
 //! Axes: ranges, the places and texts of ticks, and the way from data to pixels.
 
 use super::decades::superscript;
+use super::layout::TICK;
 
 /// An axis of a panel.
 #[derive(Clone, Debug, PartialEq)]
@@ -140,6 +141,13 @@ pub(super) struct Tick {
     pub at: f64,
     /// Empty for a mark between those with a text.
     pub text: String,
+}
+
+impl Tick {
+    /// The length of its mark, shorter between those with a text.
+    pub fn mark(&self) -> f64 {
+        if self.text.is_empty() { 0.6 * TICK } else { TICK }
+    }
 }
 
 /// The range asked for, if it is one; lowest first.

@@ -1,139 +1,118 @@
 //! Drawing a figure: its titles, the axes of its panels and, through [`layers`], what is in them.
 
 use super::axis::Tick;
-use super::canvas::{Align, Canvas, Rect, Type};
+use super::canvas::{Align, Canvas, HALF, Rect, Type};
 use super::layout::{
     LABEL, LABEL_LINE, PAD, PanelLayout, SMALL, SMALL_LINE, TICK, TICK_GAP, TITLE, TITLE_LINE, layout,
 };
 use super::style::{FRAME, GRID, INK, QUIET, WHITE};
-use super::{Figure, FigureError, Layer, Panel, extent, layers, legend};
-use plotters::backend::DrawingBackend;
-
-/// From the middle of a line of type down to its baseline, per type size: half the height of a digit.
-const HALF: f64 = 0.36;
-
-type Drawn = Result<(), FigureError>;
+use super::{Figure, Panel, extent, layers, legend};
 
 fn plain(size: f64, align: Align) -> Type {
     Type { size, colour: INK, align, upwards: false }
 }
 
-pub(super) fn draw<B: DrawingBackend>(canvas: &mut Canvas<B>, figure: &Figure) -> Drawn {
-    let whole =
-        Rect { left: 0.0, top: 0.0, right: f64::from(figure.width), bottom: f64::from(figure.height) };
-    canvas.rect(whole, WHITE)?;
+pub(super) fn draw(canvas: &mut dyn Canvas, figure: &Figure) {
+    let (right, bottom) = (f64::from(figure.width), f64::from(figure.height));
+    canvas.rect(Rect { left: 0.0, top: 0.0, right, bottom }, WHITE);
     let places = layout(figure);
     let mut y = PAD;
     for line in &places.title {
-        canvas.text(line, (PAD, y + 0.5 * TITLE_LINE + HALF * TITLE), plain(TITLE, Align::Start))?;
+        canvas.text(line, (PAD, y + 0.5 * TITLE_LINE + HALF * TITLE), plain(TITLE, Align::Start));
         y += TITLE_LINE;
     }
     for line in &places.subtitle {
         let set = Type { colour: QUIET, ..plain(SMALL, Align::Start) };
-        canvas.text(line, (PAD, y + 0.5 * SMALL_LINE + HALF * SMALL), set)?;
+        canvas.text(line, (PAD, y + 0.5 * SMALL_LINE + HALF * SMALL), set);
         y += SMALL_LINE;
     }
     for (panel, place) in figure.panels.iter().zip(&places.panels) {
-        draw_panel(canvas, panel, place)?;
+        draw_panel(canvas, panel, place);
     }
-    Ok(())
 }
 
-fn draw_panel<B: DrawingBackend>(canvas: &mut Canvas<B>, panel: &Panel, place: &PanelLayout) -> Drawn {
+fn draw_panel(canvas: &mut dyn Canvas, panel: &Panel, place: &PanelLayout) {
     let plot = &place.plot;
     let area = plot.area;
-    let has = |is: fn(&Layer) -> bool| panel.layers.iter().any(is);
-    let has_lanes = has(|layer| matches!(layer, Layer::Lanes { .. }));
-    let has_cells = has(|layer| matches!(layer, Layer::Heat { .. }));
+    let (has_lanes, has_cells) = (panel.has_lanes(), panel.has_cells());
     let major = |tick: &&Tick| !tick.text.is_empty() && !has_cells;
     for tick in place.x_ticks.ticks.iter().filter(major) {
         let x = plot.x.at(tick.at);
-        canvas.path(&[(x, area.top), (x, area.bottom)], GRID, 1.0)?;
+        canvas.path(&[(x, area.top), (x, area.bottom)], GRID, 1.0);
     }
     for tick in place.y_ticks.iter().filter(major).filter(|_| !has_lanes) {
         let y = plot.y.at(tick.at);
-        canvas.path(&[(area.left, y), (area.right, y)], GRID, 1.0)?;
+        canvas.path(&[(area.left, y), (area.right, y)], GRID, 1.0);
     }
     for layer in &panel.layers {
-        layers::draw(canvas, plot, layer)?;
+        layers::draw(canvas, plot, layer);
     }
     if !extent::has_data(panel) {
-        let centre = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0 + HALF * LABEL);
+        let (x, y) = area.centre();
         if has_cells {
-            let half = 40.0;
-            let (left, right) = (centre.0 - half, centre.0 + half);
-            canvas.rect(
-                Rect { left, right, top: centre.1 - 1.4 * LABEL, bottom: centre.1 + 0.7 * LABEL },
-                WHITE,
-            )?;
+            canvas.rect(Rect { left: x - 40.0, right: x + 40.0, top: y - 15.0, bottom: y + 15.0 }, WHITE);
         }
-        canvas.text("no data", centre, Type { colour: QUIET, ..plain(LABEL, Align::Middle) })?;
+        canvas.lines("no data", (x, y), Type { colour: QUIET, ..plain(LABEL, Align::Middle) });
     }
-    canvas.outline(area, FRAME, 1.0)?;
-
-    let mut y = area.bottom;
+    canvas.outline(area, FRAME, 1.0);
     if let Some(bar) = &place.bar {
-        bar.draw(canvas, area)?;
+        bar.draw(canvas, area);
     }
     for tick in &place.x_ticks.ticks {
-        draw_x_tick(canvas, place, tick)?;
+        draw_x_tick(canvas, place, tick);
     }
-    if !place.shares_x {
-        y += TICK + TICK_GAP + place.x_ticks.height;
-        for line in &place.x_label {
-            let at = ((area.left + area.right) / 2.0, y + 0.5 * LABEL_LINE + HALF * LABEL);
-            canvas.text(line, at, plain(LABEL, Align::Middle))?;
-            y += LABEL_LINE;
-        }
+    let below = area.bottom + TICK + TICK_GAP + place.x_ticks.height;
+    let labels = if place.shares_x { &[][..] } else { &place.x_label };
+    for (index, line) in labels.iter().enumerate() {
+        let at = (area.centre().0, below + (index as f64 + 0.5) * LABEL_LINE);
+        canvas.lines(line, at, plain(LABEL, Align::Middle));
     }
     for tick in &place.y_ticks {
         let y = plot.y.at(tick.at);
-        canvas.path(&[(area.left - mark(tick), y), (area.left, y)], FRAME, 1.0)?;
-        canvas.lines(&tick.text, (area.left - TICK - TICK_GAP, y), plain(SMALL, Align::End))?;
+        canvas.path(&[(area.left - tick.mark(), y), (area.left, y)], FRAME, 1.0);
+        canvas.lines(&tick.text, (area.left - TICK - TICK_GAP, y), plain(SMALL, Align::End));
     }
-    let middle = (area.top + area.bottom) / 2.0;
-    for (index, line) in place.y_label.iter().enumerate() {
-        let x = PAD + (index as f64 + 0.5) * LABEL_LINE + HALF * LABEL;
-        canvas.text(line, (x, middle), Type { upwards: true, ..plain(LABEL, Align::Middle) })?;
-    }
-    draw_notes(canvas, place)?;
+    draw_upwards(canvas, &place.y_label, (PAD, area.centre().1));
+    draw_notes(canvas, place);
     let rows = place.above.iter().map(|note| note.row + 1).max().unwrap_or(0);
     let top = area.top - 4.0 - rows as f64 * SMALL_LINE - legend::height(&place.legend);
-    legend::draw(canvas, &place.legend, (area.left, top))
+    legend::draw(canvas, &place.legend, (area.left, top));
 }
 
-/// The length of a tick's mark.
-fn mark(tick: &Tick) -> f64 {
-    if tick.text.is_empty() { 0.6 * TICK } else { TICK }
+/// Lines of a label that read from bottom to top, the first with its left edge and all with their middle at a place.
+pub(super) fn draw_upwards(canvas: &mut dyn Canvas, label: &[String], (left, middle): (f64, f64)) {
+    for (index, line) in label.iter().enumerate() {
+        let x = left + (index as f64 + 0.5) * LABEL_LINE + HALF * LABEL;
+        canvas.text(line, (x, middle), Type { upwards: true, ..plain(LABEL, Align::Middle) });
+    }
 }
 
-fn draw_x_tick<B: DrawingBackend>(canvas: &mut Canvas<B>, place: &PanelLayout, tick: &Tick) -> Drawn {
+fn draw_x_tick(canvas: &mut dyn Canvas, place: &PanelLayout, tick: &Tick) {
     let (x, bottom) = (place.plot.x.at(tick.at), place.plot.area.bottom);
-    canvas.path(&[(x, bottom), (x, bottom + mark(tick))], FRAME, 1.0)?;
+    canvas.path(&[(x, bottom), (x, bottom + tick.mark())], FRAME, 1.0);
+    let below = bottom + TICK + TICK_GAP;
     if place.shares_x {
-        return Ok(());
+        return;
     }
     if place.x_ticks.upright {
-        let at = (x + HALF * SMALL, bottom + TICK + TICK_GAP);
-        return canvas.text(&tick.text, at, Type { upwards: true, ..plain(SMALL, Align::End) });
+        let set = Type { upwards: true, ..plain(SMALL, Align::End) };
+        return canvas.text(&tick.text, (x + HALF * SMALL, below), set);
     }
     for (row, line) in tick.text.lines().enumerate() {
-        let y = bottom + TICK + TICK_GAP + (row as f64 + 0.5) * SMALL_LINE + HALF * SMALL - 2.0;
-        canvas.text(line, (x, y), plain(SMALL, Align::Middle))?;
+        let y = below + (row as f64 + 0.5) * SMALL_LINE - 2.0;
+        canvas.lines(line, (x, y), plain(SMALL, Align::Middle));
     }
-    Ok(())
 }
 
 /// The labels of rules.
-fn draw_notes<B: DrawingBackend>(canvas: &mut Canvas<B>, place: &PanelLayout) -> Drawn {
+fn draw_notes(canvas: &mut dyn Canvas, place: &PanelLayout) {
     let area = place.plot.area;
     for note in &place.above {
         let y = area.top - 6.0 - note.row as f64 * SMALL_LINE;
-        canvas.text(&note.text, (note.at, y), Type { colour: QUIET, ..plain(SMALL, Align::Middle) })?;
+        canvas.text(&note.text, (note.at, y), Type { colour: QUIET, ..plain(SMALL, Align::Middle) });
     }
     for note in &place.beside {
-        let at = (area.right + 6.0, note.at + HALF * SMALL);
-        canvas.text(&note.text, at, Type { colour: QUIET, ..plain(SMALL, Align::Start) })?;
+        let set = Type { colour: QUIET, ..plain(SMALL, Align::Start) };
+        canvas.lines(&note.text, (area.right + 6.0, note.at), set);
     }
-    Ok(())
 }

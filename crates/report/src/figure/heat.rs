@@ -3,13 +3,12 @@
 use super::axis::{Axis, AxisScale, Scale, Tick, around_on, usable};
 use super::canvas::{Align, Canvas, Rect, Type};
 use super::colour::{colour, ink_on};
+use super::frame::draw_upwards;
 use super::layers::Plot;
 use super::layout::{LABEL, LABEL_LINE, SMALL, TICK, TICK_GAP};
-use super::reduce::clip_line;
-use super::style::{FRAME, GRID, INK, WHITE, rgb};
-use super::{FigureError, Layer, Panel, number, text, ticks};
-use plotters::backend::DrawingBackend;
-use plotters::style::RGBAColor;
+use super::reduce::hatching;
+use super::style::{FRAME, GRID, HATCH, INK, WHITE};
+use super::{Layer, Panel, number, text, ticks};
 
 /// Between panel and bar, and the width of the bar.
 const GAP: f64 = 14.0;
@@ -17,10 +16,8 @@ const BAR: f64 = 16.0;
 /// Above this many numbers nobody reads them.
 pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
-/// Hatching of cells without value: no colour of the scale is grey.
-pub(super) const HATCH: RGBAColor = rgb(0x8C, 0x8C, 0x8C);
-
-type Drawn = Result<(), FigureError>;
+/// What the legend says of cells without value.
+pub(super) const NO_VALUE: &str = "no value";
 
 /// The colour bar of a panel.
 pub(super) struct Bar {
@@ -75,7 +72,7 @@ impl Bar {
     }
 
     /// Draws it beside a panel.
-    pub fn draw<B: DrawingBackend>(&self, canvas: &mut Canvas<B>, panel: Rect) -> Drawn {
+    pub fn draw(&self, canvas: &mut dyn Canvas, panel: Rect) {
         /// Steps that no eye tells apart.
         const STEPS: u32 = 128;
         let left = self.left + GAP;
@@ -86,24 +83,17 @@ impl Bar {
             let bottom = area.bottom;
             let top = area.top + f64::from(i) * step;
             let share = 1.0 - (f64::from(i) + 0.5) / f64::from(STEPS);
-            canvas.rect(Rect { top, bottom, ..area }, colour(share))?;
+            canvas.rect(Rect { top, bottom, ..area }, colour(share));
         }
-        canvas.outline(area, FRAME, 1.0)?;
+        canvas.outline(area, FRAME, 1.0);
         let scale = Scale { pixels: (area.bottom, area.top), ..self.scale };
+        let set = Type { size: SMALL, colour: INK, align: Align::Start, upwards: false };
         for tick in &self.ticks {
             let y = scale.at(tick.at);
-            let long = if tick.text.is_empty() { 0.6 * TICK } else { TICK };
-            canvas.path(&[(area.right, y), (area.right + long, y)], FRAME, 1.0)?;
-            let set = Type { size: SMALL, colour: INK, align: Align::Start, upwards: false };
-            canvas.lines(&tick.text, (area.right + TICK + TICK_GAP, y), set)?;
+            canvas.path(&[(area.right, y), (area.right + tick.mark(), y)], FRAME, 1.0);
+            canvas.lines(&tick.text, (area.right + TICK + TICK_GAP, y), set);
         }
-        let middle = (area.top + area.bottom) / 2.0;
-        for (index, line) in self.label.iter().enumerate() {
-            let x = area.right + self.ticks_width() + 6.0 + (index as f64 + 0.5) * LABEL_LINE + 0.36 * LABEL;
-            let set = Type { size: LABEL, colour: INK, align: Align::Middle, upwards: true };
-            canvas.text(line, (x, middle), set)?;
-        }
-        Ok(())
+        draw_upwards(canvas, &self.label, (area.right + self.ticks_width() + 6.0, area.centre().1));
     }
 }
 
@@ -114,14 +104,14 @@ pub(super) fn has_blanks(layer: &Layer) -> bool {
     values.len() < cells || values.iter().take(cells).any(|value| !value.is_finite())
 }
 
-pub(super) fn draw<B: DrawingBackend>(
-    canvas: &mut Canvas<B>,
+pub(super) fn draw(
+    canvas: &mut dyn Canvas,
     plot: &Plot,
     (x_edges, y_edges): (&[f64], &[f64]),
     values: &[f64],
     axis: &Axis,
     numbers: bool,
-) -> Drawn {
+) {
     let scale = Scale { range: range(values, axis), pixels: (0.0, 1.0), spread: axis.scale };
     // Cells on whole pixels have sharp edges and leave no seams.
     let places = |edges: &[f64], along: &Scale, low: f64, high: f64| -> Vec<f64> {
@@ -150,9 +140,9 @@ pub(super) fn draw<B: DrawingBackend>(
     let ground = |value: f64| colour(if axis.scale.has(value) { scale.share(value) } else { 0.0 });
     for &(area, value) in &cells {
         if value.is_finite() {
-            canvas.rect(area, ground(value))?;
+            canvas.rect(area, ground(value));
         } else {
-            blank(canvas, area)?;
+            blank(canvas, area);
         }
     }
     let written: Vec<_> = cells
@@ -165,30 +155,18 @@ pub(super) fn draw<B: DrawingBackend>(
     };
     if numbers && cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
         for (area, value, text) in written {
-            let at = ((area.left + area.right) / 2.0, (area.top + area.bottom) / 2.0);
-            let ink = ink_on(ground(value));
-            canvas.lines(
-                &text,
-                at,
-                Type { size: NUMBER, colour: ink, align: Align::Middle, upwards: false },
-            )?;
+            let colour = ink_on(ground(value));
+            let set = Type { size: NUMBER, colour, align: Align::Middle, upwards: false };
+            canvas.lines(&text, area.centre(), set);
         }
     }
-    Ok(())
 }
 
 /// A cell without a value: white and hatched, as no value is.
-pub(super) fn blank<B: DrawingBackend>(canvas: &mut Canvas<B>, area: Rect) -> Drawn {
-    const SPACING: f64 = 5.0;
-    canvas.rect(area, WHITE)?;
-    let mut offset = ((area.left + area.top) / SPACING).floor() * SPACING;
-    while offset < area.right + area.bottom {
-        for part in clip_line(&[(offset - area.top, area.top), (offset - area.bottom, area.bottom)], area) {
-            canvas.path(&part, HATCH, 0.75)?;
-        }
-        offset += SPACING;
-    }
-    canvas.outline(area, GRID, 0.5)
+pub(super) fn blank(canvas: &mut dyn Canvas, area: Rect) {
+    canvas.rect(area, WHITE);
+    canvas.strokes(&hatching(area, -1.0, 5.0), HATCH, 0.75);
+    canvas.outline(area, GRID, 0.5);
 }
 
 /// The edges of cells around these increasing centres: half way between neighbours, on a logarithmic axis at

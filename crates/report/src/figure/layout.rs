@@ -4,7 +4,7 @@ use super::axis::{Scale, Tick};
 use super::canvas::Rect;
 use super::heat::{self, Bar};
 use super::layers::Plot;
-use super::legend::{self, Entry};
+use super::legend::{self, Placed};
 use super::text::{width, wrap};
 use super::ticks::{self, Horizontal, text_width};
 use super::{Figure, Layer, Panel, extent};
@@ -42,7 +42,7 @@ pub(super) struct PanelLayout {
     pub shares_x: bool,
     pub x_label: Vec<String>,
     pub y_label: Vec<String>,
-    pub legend: Vec<Entry>,
+    pub legend: Vec<Placed>,
     pub above: Vec<Note>,
     pub beside: Vec<Note>,
     /// The colour bar to the right of the panel.
@@ -166,7 +166,7 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
             shares_x: figure.panels.get(index + 1).is_some_and(|next| next.x == panel.x),
             x_label: wrap(&panel.x.label, LABEL, right - left),
             y_label,
-            legend: legend::entries(panel, right - left),
+            legend: legend::place(panel, right - left),
             above: notes_above(panel, &x),
             beside: Vec::new(),
             bar: bar.map(|bar| bar.placed(right + notes[index])),

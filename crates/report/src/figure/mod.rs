@@ -20,10 +20,11 @@ mod layers;
 mod layout;
 mod legend;
 mod number;
-mod output;
 pub(crate) mod plotly;
+mod png;
 mod reduce;
 mod style;
+mod svg;
 mod text;
 mod ticks;
 
@@ -165,6 +166,45 @@ pub enum Layer {
     },
 }
 
+/// A short way to write each of the layers that have points.
+macro_rules! layers_of_points {
+    ($($name:ident: $variant:ident of $point:ty),* $(,)?) => {
+        impl Layer {
+            $(
+                #[doc = concat!("[`Layer::", stringify!($variant), "`]; an empty label is none.")]
+                pub fn $name(label: &str, style: Style, points: impl IntoIterator<Item = $point>) -> Self {
+                    Self::$variant { label: some(label), points: points.into_iter().collect(), style }
+                }
+            )*
+        }
+    };
+}
+
+layers_of_points! {
+    line: Line of (f64, f64),
+    steps: Steps of (f64, f64),
+    points: Points of (f64, f64),
+    band: Band of (f64, f64, f64),
+    error_bars: ErrorBars of (f64, f64, f64, f64),
+    upper_limits: UpperLimits of (f64, f64),
+}
+
+fn some(label: &str) -> Option<String> {
+    (!label.is_empty()).then(|| label.to_owned())
+}
+
+impl Layer {
+    /// [`Layer::HorizontalRule`]; an empty label is none.
+    pub fn level(label: &str, y: f64) -> Self {
+        Self::HorizontalRule { label: some(label), y }
+    }
+
+    /// [`Layer::VerticalRule`]; an empty label is none.
+    pub fn instant(label: &str, x: f64) -> Self {
+        Self::VerticalRule { label: some(label), x }
+    }
+}
+
 /// One strip of a [`Layer::Lanes`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lane {
@@ -185,8 +225,6 @@ pub enum FigureError {
         /// Height asked for.
         height: u32,
     },
-    /// The drawing library refused an operation.
-    Draw(String),
     /// The picture could not be encoded as PNG.
     Encode(String),
 }
@@ -197,7 +235,6 @@ impl std::fmt::Display for FigureError {
             Self::Size { width, height } => {
                 write!(f, "a figure of {width} by {height} pixels is outside 200 to 4000")
             }
-            Self::Draw(why) => write!(f, "the figure could not be drawn: {why}"),
             Self::Encode(why) => write!(f, "the figure could not be encoded as PNG: {why}"),
         }
     }
@@ -209,6 +246,14 @@ impl Panel {
     /// A panel of weight 1 with a legend and no layers yet.
     pub fn new(x: Axis, y: Axis) -> Self {
         Self { x, y, layers: Vec::new(), weight: 1.0, legend: true }
+    }
+
+    fn has_lanes(&self) -> bool {
+        self.layers.iter().any(|layer| matches!(layer, Layer::Lanes { .. }))
+    }
+
+    fn has_cells(&self) -> bool {
+        self.layers.iter().any(|layer| matches!(layer, Layer::Heat { .. }))
     }
 
     /// The panel with one more layer in front.
@@ -225,21 +270,23 @@ impl Figure {
     /// Text stays text, set in DejaVu Sans where that is installed and in a font of similar widths elsewhere.
     pub fn svg(&self) -> Result<String, FigureError> {
         self.check_size()?;
-        output::svg(self)
+        let mut canvas = svg::Svg::new(self.width, self.height);
+        frame::draw(&mut canvas, self);
+        Ok(canvas.finish())
     }
 
     /// The figure as a PNG file of twice its logical size.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
         self.check_size()?;
-        output::png(self)
+        let size = FigureError::Size { width: self.width, height: self.height };
+        let mut canvas = png::Png::new(self.width, self.height).ok_or(size)?;
+        frame::draw(&mut canvas, self);
+        canvas.finish().map_err(|why| FigureError::Encode(why.to_string()))
     }
 
     fn check_size(&self) -> Result<(), FigureError> {
-        let allowed = 200..=4000;
-        if allowed.contains(&self.width) && allowed.contains(&self.height) {
-            Ok(())
-        } else {
-            Err(FigureError::Size { width: self.width, height: self.height })
-        }
+        let (width, height) = (self.width, self.height);
+        let fits = [width, height].iter().all(|size| (200..=4000).contains(size));
+        if fits { Ok(()) } else { Err(FigureError::Size { width, height }) }
     }
 }

@@ -4,25 +4,24 @@
 //! are left to the page, the labels of rules stand inside their panel, and nothing is thinned. Scripts place the
 //! ticks of logarithmic axes, because those of Plotly name no numbers between the powers of ten.
 
-mod colour;
 mod heat;
 mod lanes;
 mod markup;
-mod swatch;
 mod traces;
 
 #[cfg(test)]
 mod tests;
 
 use super::axis::Ticks;
-use super::style::{FRAME, GRID, INK, QUIET, Style, WHITE};
+use super::style::{FRAME, GRID, INK, QUIET, WHITE};
 use super::text::wrap;
-use super::{Axis, AxisScale, Figure, Layer, Panel, extent};
+use super::{Axis, AxisScale, Figure, Layer, Panel, extent, legend};
 use serde_json::{Map, Number, Value, json};
 
-pub(crate) use colour::{Shade, css, palette};
+pub(crate) use super::legend::{Entry, swatch};
+pub(crate) use super::style::{Shade, palette};
 pub(crate) use markup::markup;
-pub(crate) use swatch::swatch;
+pub(crate) use traces::group;
 
 /// Pixels above and below all panels.
 const ABOVE: f64 = 34.0;
@@ -51,29 +50,6 @@ pub(crate) struct Legend {
     /// What the panel shows.
     pub title: String,
     pub entries: Vec<Entry>,
-}
-
-/// One row of a legend, which switches all traces of its group.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Entry {
-    pub label: String,
-    /// `legendgroup` of its traces.
-    pub group: String,
-    /// What its traces look like, each once.
-    pub keys: Vec<Key>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Key {
-    Line(Style),
-    Marker(Style),
-    Band(Style),
-    Bar(Style),
-    UpperLimit(Style),
-    /// Cells without a value.
-    Blank,
-    /// Index of the fill.
-    Fill(usize),
 }
 
 /// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout`, `steps`, the distances of
@@ -106,6 +82,11 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
             for layer in &panel.layers {
                 traces::add(&mut chart, &place, layer);
             }
+            let entries = legend::entries(panel);
+            if !entries.is_empty() {
+                let title = markup::quantity(&panel.y.label).0.to_owned();
+                chart.legend.push(Legend { panel: index, title, entries });
+            }
             chart.frame(&x, &y);
             if !extent::has_data(panel) {
                 let middle =
@@ -116,8 +97,8 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
             let mut axis = axis(&upright, y_range, tall);
             axis["anchor"] = json!(x);
             axis["domain"] = json!([bottom, top]);
-            axis["fixedrange"] = json!(has_lanes(panel));
-            axis["showgrid"] = json!(!has_lanes(panel) && !has_cells(panel));
+            axis["fixedrange"] = json!(panel.has_lanes());
+            axis["showgrid"] = json!(!panel.has_lanes() && !panel.has_cells());
             let name = format!("yaxis{}", suffix(index));
             mark(&mut steps, &mut logs, &name, &upright);
             layout.insert(name, axis);
@@ -126,10 +107,10 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
         let mut axis = axis(&panels[0].x, shown, 300.0);
         // The last of the panels has the texts of the ticks.
         axis["anchor"] = json!(format!("y{}", suffix(index - 1)));
-        axis["showgrid"] = json!(!panels.iter().all(has_cells));
+        axis["showgrid"] = json!(!panels.iter().all(Panel::has_cells));
         if unified {
             axis["unifiedhovertitle"] = json!({"text": unified_title(&panels[0].x)});
-            axis["spikecolor"] = json!(css(QUIET));
+            axis["spikecolor"] = json!(QUIET.css());
             axis["spikethickness"] = json!(1);
             axis["spikedash"] = json!("solid");
         }
@@ -184,14 +165,6 @@ fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
     places
 }
 
-fn has_lanes(panel: &Panel) -> bool {
-    panel.layers.iter().any(|layer| matches!(layer, Layer::Lanes { .. }))
-}
-
-fn has_cells(panel: &Panel) -> bool {
-    panel.layers.iter().any(|layer| matches!(layer, Layer::Heat { .. }))
-}
-
 /// The vertical axis, on which lanes write their names.
 fn lane_axis(panel: &Panel) -> Axis {
     let mut axis = panel.y.clone();
@@ -215,8 +188,8 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
         "zeroline": false,
         "ticks": "outside",
         "ticklen": 4,
-        "tickcolor": css(FRAME),
-        "gridcolor": css(GRID),
+        "tickcolor": FRAME.css(),
+        "gridcolor": GRID.css(),
         "exponentformat": "power",
         "tickfont": {"size": 12},
     });
@@ -258,9 +231,9 @@ fn common(height: f64, unified: bool) -> Map<String, Value> {
     let value = json!({
         "height": height,
         "margin": {"l": 12, "r": 14, "t": ABOVE, "b": 12, "pad": 0},
-        "paper_bgcolor": css(WHITE),
-        "plot_bgcolor": css(WHITE),
-        "font": {"color": css(INK), "size": 12},
+        "paper_bgcolor": WHITE.css(),
+        "plot_bgcolor": WHITE.css(),
+        "font": {"color": INK.css(), "size": 12},
         "showlegend": false,
         "barmode": "overlay",
         // A sweep has few points, which a pointer between two of them should find too.
@@ -268,7 +241,7 @@ fn common(height: f64, unified: bool) -> Map<String, Value> {
         "hovermode": if unified { "x unified" } else { "closest" },
         "hoversubplots": "axis",
         "hoverlabel": {
-            "bgcolor": css(WHITE), "bordercolor": css(FRAME), "font": {"color": css(INK), "size": 12}, "align": "left",
+            "bgcolor": WHITE.css(), "bordercolor": FRAME.css(), "font": {"color": INK.css(), "size": 12}, "align": "left",
         },
         // What was zoomed stays so when colours change.
         "uirevision": "kept",
@@ -277,23 +250,6 @@ fn common(height: f64, unified: bool) -> Map<String, Value> {
 }
 
 impl Chart {
-    /// Adds a key to a panel's legend, under the entry of its label.
-    fn entry(&mut self, panel: usize, title: &str, label: &str, key: Key) {
-        if self.legend.last().is_none_or(|legend| legend.panel != panel) {
-            self.legend.push(Legend { panel, title: title.to_owned(), entries: Vec::new() });
-        }
-        let Some(legend) = self.legend.last_mut() else { return };
-        match legend.entries.iter_mut().find(|entry| entry.label == label) {
-            Some(entry) if entry.keys.contains(&key) => (),
-            Some(entry) => entry.keys.push(key),
-            None => legend.entries.push(Entry {
-                label: label.to_owned(),
-                group: traces::group(panel, label),
-                keys: vec![key],
-            }),
-        }
-    }
-
     /// Panels that show the same over different axes are named by both.
     fn tell_apart(&mut self, figure: &Figure) {
         let titles: Vec<_> = self.legend.iter().map(|legend| legend.title.clone()).collect();
@@ -309,7 +265,7 @@ impl Chart {
     fn frame(&mut self, x: &str, y: &str) {
         self.shapes.push(json!({
             "type": "rect", "xref": format!("{x} domain"), "yref": format!("{y} domain"),
-            "x0": 0, "x1": 1, "y0": 0, "y1": 1, "line": {"color": css(FRAME), "width": 1.0},
+            "x0": 0, "x1": 1, "y0": 0, "y1": 1, "line": {"color": FRAME.css(), "width": 1.0},
         }));
     }
 
@@ -317,7 +273,7 @@ impl Chart {
     fn note(&mut self, text: &str, mut place: Value) {
         place["text"] = json!(markup(text));
         place["showarrow"] = json!(false);
-        place["font"] = json!({"color": css(QUIET), "size": 12});
+        place["font"] = json!({"color": QUIET.css(), "size": 12});
         self.annotations.push(place);
     }
 }

@@ -103,6 +103,20 @@ pub(super) fn clip_polygon(corners: &[Point], area: Rect) -> Vec<Point> {
     shape
 }
 
+/// Lines across a rectangle that go down to the right (slope 1) or up (−1), on multiples of the spacing from the figure's
+/// corner, so that neighbours continue each other's lines.
+pub(super) fn hatching(area: Rect, slope: f64, spacing: f64) -> Vec<Vec<Point>> {
+    let [a, b] = [area.top, area.bottom].map(|y| slope * y);
+    let mut offset = ((area.left - a.max(b)) / spacing).floor() * spacing;
+    let mut lines = Vec::new();
+    while offset < area.right - a.min(b) {
+        let at = |y: f64| (offset + slope * y, y);
+        lines.extend(clip_line(&[at(area.top), at(area.bottom)], area));
+        offset += spacing;
+    }
+    lines
+}
+
 pub(super) fn length(points: &[Point]) -> f64 {
     points.windows(2).map(|p| (p[1].0 - p[0].0).hypot(p[1].1 - p[0].1)).sum()
 }

@@ -3,7 +3,7 @@
 //! The colours are those of Okabe and Ito, which the common forms of colour blindness keep apart. Each style
 //! also has its own dash pattern and marker, and its own lightness as far as six allow, for print in grey.
 
-use plotters::style::RGBAColor;
+use super::colour::{Colour, rgb};
 
 /// How a series looks.
 ///
@@ -44,83 +44,131 @@ impl Style {
         Self::ALL[index % Self::ALL.len()]
     }
 
-    pub(super) fn colour(self) -> RGBAColor {
+    /// Name in style sheets, colour and what stands for it on dark ground, dashes, marker.
+    #[rustfmt::skip]
+    fn look(self) -> (&'static str, Colour, Colour, &'static [f64], Marker) {
         match self {
-            Self::Blue => rgb(0x00, 0x72, 0xB2),
-            Self::Vermilion => rgb(0xD5, 0x5E, 0x00),
-            Self::Black => rgb(0x11, 0x11, 0x11),
-            Self::Orange => rgb(0xE6, 0x9F, 0x00),
-            Self::Green => rgb(0x00, 0x9E, 0x73),
-            Self::Purple => rgb(0xCC, 0x79, 0xA7),
+            Self::Blue => ("blue", rgb(0x00, 0x72, 0xB2), rgb(0x56, 0xA8, 0xE0), &[], Marker::Disc),
+            Self::Vermilion => ("vermilion", rgb(0xD5, 0x5E, 0x00), rgb(0xF0, 0x7E, 0x33), &[7.0, 3.0], Marker::Square),
+            Self::Black => ("black", rgb(0x11, 0x11, 0x11), rgb(0xF2, 0xF2, 0xF2), &[2.0, 2.2], Marker::Cross),
+            Self::Orange => ("orange", rgb(0xE6, 0x9F, 0x00), rgb(0xF5, 0xC0, 0x4A), &[], Marker::Triangle),
+            Self::Green =>
+                ("green", rgb(0x00, 0x9E, 0x73), rgb(0x2E, 0xC4, 0x97), &[9.0, 3.0, 2.0, 3.0], Marker::Diamond),
+            Self::Purple =>
+                ("purple", rgb(0xCC, 0x79, 0xA7), rgb(0xDF, 0x94, 0xBF), &[9.0, 2.5, 2.0, 2.5, 2.0, 2.5], Marker::Plus),
         }
+    }
+
+    pub(super) fn colour(self) -> Colour {
+        self.look().1
     }
 
     /// Lengths of strokes and gaps in turn, in logical pixels; empty for a solid line.
     pub(super) fn dashes(self) -> &'static [f64] {
-        match self {
-            Self::Blue | Self::Orange => &[],
-            Self::Vermilion => &[7.0, 3.0],
-            Self::Black => &[2.0, 2.2],
-            Self::Green => &[9.0, 3.0, 2.0, 3.0],
-            Self::Purple => &[9.0, 2.5, 2.0, 2.5, 2.0, 2.5],
-        }
+        self.look().3
     }
 
     pub(super) fn marker(self) -> Marker {
-        match self {
-            Self::Blue => Marker::Disc,
-            Self::Vermilion => Marker::Square,
-            Self::Black => Marker::Cross,
-            Self::Orange => Marker::Triangle,
-            Self::Green => Marker::Diamond,
-            Self::Purple => Marker::Plus,
-        }
+        self.look().4
     }
 }
 
-pub(super) const fn rgb(r: u8, g: u8, b: u8) -> RGBAColor {
-    RGBAColor(r, g, b, 1.0)
-}
+pub(super) const WHITE: Colour = rgb(0xFF, 0xFF, 0xFF);
+pub(super) const INK: Colour = rgb(0x1A, 0x1A, 0x1A);
+pub(super) const QUIET: Colour = rgb(0x55, 0x55, 0x55);
+pub(super) const FRAME: Colour = rgb(0x70, 0x70, 0x70);
+pub(super) const GRID: Colour = rgb(0xE2, 0xE2, 0xE2);
 
-pub(super) fn faded(RGBAColor(r, g, b, a): RGBAColor, by: f64) -> RGBAColor {
-    RGBAColor(r, g, b, a * by)
-}
-
-pub(super) const WHITE: RGBAColor = rgb(0xFF, 0xFF, 0xFF);
-pub(super) const INK: RGBAColor = rgb(0x1A, 0x1A, 0x1A);
-pub(super) const QUIET: RGBAColor = rgb(0x55, 0x55, 0x55);
-pub(super) const FRAME: RGBAColor = rgb(0x70, 0x70, 0x70);
-pub(super) const GRID: RGBAColor = rgb(0xE2, 0xE2, 0xE2);
+/// Hatching of cells without value: no colour of heat maps is grey.
+pub(super) const HATCH: Colour = rgb(0x8C, 0x8C, 0x8C);
 
 pub(super) const LINE_WIDTH: f64 = 1.5;
 pub(super) const MARKER_RADIUS: f64 = 3.4;
 pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 
-/// The direction in which the lines of a hatching go up.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Hatch {
-    None,
-    Right,
-    Left,
-}
-
 /// What a category of a lane is filled with.
 pub(super) struct Fill {
-    pub ground: RGBAColor,
-    pub hatch: Hatch,
-    pub line: RGBAColor,
+    pub ground: Colour,
+    /// In which direction the lines of its hatching go: down to the right (1), up (−1), or there are none (0).
+    pub slope: f64,
+    pub line: Colour,
 }
+
+/// Number of fills before they start over.
+pub(super) const FILLS: usize = 6;
+
+const FILL: [Fill; FILLS] = [
+    Fill { ground: rgb(0x00, 0x5A, 0x94), slope: 0.0, line: WHITE },
+    Fill { ground: rgb(0xC4, 0xDE, 0xEE), slope: -1.0, line: rgb(0x00, 0x5A, 0x94) },
+    Fill { ground: rgb(0xE6, 0x9F, 0x00), slope: 0.0, line: WHITE },
+    Fill { ground: rgb(0xFB, 0xEB, 0xC8), slope: 1.0, line: rgb(0xA8, 0x6C, 0x00) },
+    Fill { ground: rgb(0xF4, 0xF4, 0xF4), slope: 0.0, line: WHITE },
+    Fill { ground: rgb(0x30, 0x30, 0x30), slope: 0.0, line: WHITE },
+];
 
 /// Pairs of a full colour and its hatched tint, then blank and dark: lightness tells them apart in grey, and
 /// the direction of the hatching tells the two tints apart.
-pub(super) fn fill(category: usize) -> Fill {
-    let (ground, hatch, line) = match category % 6 {
-        0 => (rgb(0x00, 0x5A, 0x94), Hatch::None, WHITE),
-        1 => (rgb(0xC4, 0xDE, 0xEE), Hatch::Right, rgb(0x00, 0x5A, 0x94)),
-        2 => (rgb(0xE6, 0x9F, 0x00), Hatch::None, WHITE),
-        3 => (rgb(0xFB, 0xEB, 0xC8), Hatch::Left, rgb(0xA8, 0x6C, 0x00)),
-        4 => (rgb(0xF4, 0xF4, 0xF4), Hatch::None, WHITE),
-        _ => (rgb(0x30, 0x30, 0x30), Hatch::None, WHITE),
+pub(super) fn fill(category: usize) -> &'static Fill {
+    &FILL[category % FILLS]
+}
+
+/// A colour of the figures: its name in style sheets, as it is, and what stands for it on dark ground.
+pub(crate) struct Shade {
+    pub name: String,
+    pub light: Colour,
+    pub dark: Colour,
+}
+
+/// Every colour that charts use.
+pub(crate) fn palette() -> Vec<Shade> {
+    let mut shades: Vec<Shade> = Vec::new();
+    let mut add = |name: &str, light: Colour, dark: Colour| {
+        // What has one colour on light ground has one on dark ground: scripts translate by colour alone.
+        let dark = shades.iter().find(|s| s.light == light).map_or(dark, |same| same.dark);
+        shades.push(Shade { name: name.to_owned(), light, dark });
     };
-    Fill { ground, hatch, line }
+    add("surface", WHITE, rgb(0x1B, 0x20, 0x27));
+    add("ink", INK, rgb(0xE8, 0xEB, 0xEE));
+    add("quiet", QUIET, rgb(0xA9, 0xB3, 0xBD));
+    add("frame", FRAME, rgb(0x7A, 0x86, 0x92));
+    add("grid", GRID, rgb(0x33, 0x3B, 0x45));
+    add("no-value", HATCH, rgb(0x8A, 0x93, 0x9D));
+    for (name, light, dark, ..) in Style::ALL.map(Style::look) {
+        add(name, light, dark);
+    }
+    let dark_fills = [
+        (rgb(0x4A, 0x9E, 0xD8), WHITE),
+        (rgb(0x1F, 0x3A, 0x4F), rgb(0x6F, 0xB9, 0xE8)),
+        (rgb(0xE0, 0xA4, 0x2B), WHITE),
+        (rgb(0x4A, 0x3A, 0x17), rgb(0xE5, 0xB8, 0x5A)),
+        (rgb(0x2A, 0x30, 0x38), WHITE),
+        (rgb(0xC9, 0xCE, 0xD3), WHITE),
+    ];
+    for (index, (look, (ground, line))) in FILL.iter().zip(dark_fills).enumerate() {
+        add(&format!("fill-{index}"), look.ground, ground);
+        add(&format!("hatch-{index}"), look.line, line);
+    }
+    shades
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_everything_can_be_seen_on_dark_ground() {
+        let all = palette();
+        let of = |name: &str| all.iter().find(|s| s.name == name).expect("a shade").dark;
+        for name in Style::ALL.map(|style| style.look().0).into_iter().chain(["ink", "quiet"]) {
+            assert!(of(name).contrast(of("surface")) > 4.5, "{name}");
+        }
+    }
+
+    #[test]
+    fn law_scripts_can_translate_by_colour_alone() {
+        let all = palette();
+        for a in &all {
+            assert!(all.iter().all(|b| a.light != b.light || a.dark == b.dark), "{}", a.name);
+        }
+    }
 }

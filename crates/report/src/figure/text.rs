@@ -1,45 +1,71 @@
-//! The bundled font: how wide a text is, and its pixels.
+//! The bundled font: how wide a text is, and its outline.
 
-use ab_glyph::{Font, FontRef, PxScale, PxScaleFont, ScaleFont, point};
 use std::sync::LazyLock;
+use tiny_skia::{Path, PathBuilder, Transform};
+use ttf_parser::{Face, GlyphId, OutlineBuilder};
 
 /// A subset of DejaVu Sans; `assets/README.md` says how it was made.
-static FONT: LazyLock<FontRef<'static>> = LazyLock::new(|| {
-    FontRef::try_from_slice(include_bytes!("../../assets/DejaVuSans-subset.ttf"))
-        .expect("the bundled font is valid")
+static FONT: LazyLock<Face<'static>> = LazyLock::new(|| {
+    Face::parse(include_bytes!("../../assets/DejaVuSans-subset.ttf"), 0).expect("the bundled font is valid")
 });
 
-/// For SVG: the bundled font by name, then fonts of similar widths.
-pub(super) const FAMILY: &str = "DejaVu Sans, Bitstream Vera Sans, Verdana, sans-serif";
-
-fn scaled(em: f64) -> PxScaleFont<&'static FontRef<'static>> {
-    // `ab_glyph` scales by the height from descent to ascent, CSS and typography by the em square.
-    let em_height = FONT.units_per_em().map_or(1.0, |units| FONT.height_unscaled() / units);
-    #[expect(clippy::cast_possible_truncation, reason = "a type size needs no more than f32")]
-    let size = em as f32 * em_height;
-    FONT.as_scaled(PxScale::from(size))
+/// Type sizes per unit of the font.
+fn unit() -> f64 {
+    1.0 / f64::from(FONT.units_per_em())
 }
 
-/// Calls `each` with every glyph and the distance of its origin from the start of the text; the total width.
-fn advance(text: &str, em: f64, mut each: impl FnMut(ab_glyph::GlyphId, f32)) -> f32 {
-    let font = scaled(em);
-    let mut x = 0.0;
-    let mut previous = None;
-    for c in text.chars() {
-        let id = font.glyph_id(c);
-        if let Some(previous) = previous {
-            x += font.kern(previous, id);
-        }
-        each(id, x);
-        x += font.h_advance(id);
-        previous = Some(id);
-    }
-    x
+fn glyph(c: char) -> GlyphId {
+    // The first glyph is that of characters which the font has not.
+    FONT.glyph_index(c).unwrap_or(GlyphId(0))
+}
+
+fn advance(c: char) -> f64 {
+    f64::from(FONT.glyph_hor_advance(glyph(c)).unwrap_or(0)) * unit()
 }
 
 /// Width of a text without indices, in the unit of `em`, the type size.
 pub(super) fn plain_width(text: &str, em: f64) -> f64 {
-    f64::from(advance(text, em, |_, _| ()))
+    em * text.chars().map(advance).sum::<f64>()
+}
+
+/// The shapes of a text without indices, from the start of its baseline; none of blanks alone.
+pub(super) fn outline(text: &str, em: f64) -> Option<Path> {
+    let mut shapes = Shapes { path: PathBuilder::new(), x: 0.0 };
+    for c in text.chars() {
+        FONT.outline_glyph(glyph(c), &mut shapes);
+        shapes.x += FONT.glyph_hor_advance(glyph(c)).map_or(0.0, f32::from);
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "a type size needs no more than f32")]
+    let scale = (em * unit()) as f32;
+    shapes.path.finish()?.transform(Transform::from_scale(scale, -scale))
+}
+
+/// Collects glyphs side by side.
+struct Shapes {
+    path: PathBuilder,
+    x: f32,
+}
+
+impl OutlineBuilder for Shapes {
+    fn move_to(&mut self, x: f32, y: f32) {
+        self.path.move_to(self.x + x, y);
+    }
+
+    fn line_to(&mut self, x: f32, y: f32) {
+        self.path.line_to(self.x + x, y);
+    }
+
+    fn quad_to(&mut self, x1: f32, y1: f32, x: f32, y: f32) {
+        self.path.quad_to(self.x + x1, y1, self.x + x, y);
+    }
+
+    fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
+        self.path.cubic_to(self.x + x1, y1, self.x + x2, y2, self.x + x, y);
+    }
+
+    fn close(&mut self) {
+        self.path.close();
+    }
 }
 
 /// Width of a text, in the unit of `em`, the type size.
@@ -90,20 +116,9 @@ pub(super) fn pieces(text: &str) -> Vec<Piece<'_>> {
     pieces
 }
 
-/// Calls `pixel` with the place of each inked pixel relative to the start of the baseline, and its coverage.
-pub(super) fn pixels(text: &str, em: f64, mut pixel: impl FnMut(i32, i32, f64)) {
-    let font = scaled(em);
-    advance(text, em, |id, x| {
-        let glyph = id.with_scale_and_position(font.scale, point(x, 0.0));
-        if let Some(outline) = FONT.outline_glyph(glyph) {
-            let corner = outline.px_bounds().min;
-            #[expect(clippy::cast_possible_truncation, reason = "whole pixels inside the picture")]
-            let (left, top) = (corner.x as i32, corner.y as i32);
-            outline.draw(|dx, dy, coverage| {
-                pixel(left + dx.cast_signed(), top + dy.cast_signed(), f64::from(coverage).clamp(0.0, 1.0));
-            });
-        }
-    });
+/// The text as content of an element.
+pub(super) fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// The text in lines no wider than `limit` as far as its words allow.
@@ -175,7 +190,7 @@ mod tests {
     fn the_font_has_the_letters_of_the_trade() {
         for c in "Az09µΩΔαβγδθψωφλ°±−×·≤≥√²³⁻⁷₀₉→–—≈∞äöüß".chars()
         {
-            assert_ne!(FONT.glyph_id(c).0, 0, "{c}");
+            assert_ne!(glyph(c).0, 0, "{c}");
         }
     }
 

@@ -1,7 +1,7 @@
 //! The HTML of a page.
 
 use super::{Block, Chart, Page, PageError, Section, Table, Tone};
-use crate::figure::plotly::{self, Entry, Legend, css, markup, palette};
+use crate::figure::plotly::{self, Entry, Legend, markup, palette};
 use crate::figure::{Figure, Layer};
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 use serde_json::{Value, json};
@@ -89,7 +89,7 @@ fn embedded(value: &Value) -> String {
 fn colours() -> String {
     let list = |dark: bool| -> String {
         let one = |shade: &plotly::Shade| {
-            format!("--{}:{};", shade.name, css(if dark { shade.dark } else { shade.light }))
+            format!("--{}:{};", shade.name, if dark { shade.dark } else { shade.light }.css())
         };
         palette().iter().map(one).collect()
     };
@@ -106,7 +106,7 @@ fn colours() -> String {
 /// From each colour on light ground to that on dark ground, without their opacity.
 fn translations() -> Value {
     let triple = |colour: String| colour.trim_start_matches("rgb(").trim_end_matches(')').to_owned();
-    palette().iter().map(|shade| (triple(css(shade.light)), json!(triple(css(shade.dark))))).collect()
+    palette().iter().map(|shade| (triple(shade.light.css()), json!(triple(shade.dark.css())))).collect()
 }
 
 fn contents(page: &Page) -> Markup {
@@ -266,21 +266,29 @@ fn legend(panels: &[Legend]) -> Markup {
             @for panel in panels {
                 div role="group" aria-label={ "Series of " (panel.title) } {
                     @if panels.len() > 1 { span.of { (rich(&panel.title)) } }
-                    @for entry in &panel.entries { (legend_entry(entry)) }
+                    @for entry in &panel.entries { (legend_entry(panel.panel, entry)) }
                 }
             }
         }
     }
 }
 
-fn legend_entry(entry: &Entry) -> Markup {
+fn legend_entry(panel: usize, entry: &Entry) -> Markup {
     html! {
-        button.key type="button" aria-pressed="true" data-group=(entry.group)
+        button.key type="button" aria-pressed="true" data-group=(plotly::group(panel, &entry.label))
             title="Click to hide or show, double-click to show alone" {
-            svg viewBox="0 0 30 14" width="30" height="14" aria-hidden="true" {
-                @for key in &entry.keys { (PreEscaped(plotly::swatch(*key))) }
-            }
+            span.swatch aria-hidden="true" { (PreEscaped(swatch(entry))) }
             span { (rich(&entry.label)) }
         }
     }
+}
+
+/// The keys of an entry in the custom properties that hold the colours.
+fn swatch(entry: &Entry) -> String {
+    palette().iter().fold(plotly::swatch(&entry.keys), |svg, shade| {
+        ["fill", "stroke"].into_iter().fold(svg, |svg, paint| {
+            let fixed = format!("{paint}=\"{}\"", shade.light.hex());
+            svg.replace(&fixed, &format!("style=\"{paint}:var(--{})\"", shade.name))
+        })
+    })
 }

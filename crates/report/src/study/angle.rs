@@ -1,14 +1,13 @@
 //! The error over the rotor's angle.
 
 use super::cloud::quantile;
-use super::{Caption, ErrorCloud, Study, WIDTH};
+use super::{Caption, ErrorCloud};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// Axis error over the true angle: single trials, the median and the range from 5 to 95 % in bins of 5°. The scale is that
 /// of the errors; wrong poles are crosses along the upper edge, and outliers beyond the frame are counted in the subtitle.
-pub fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
+pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
     let quantiles = cloud.angle_quantiles([0.05, 0.5, 0.95]);
-    let mut remarks = Vec::new();
     let x = Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0);
     // A few outliers must not flatten everything else.
     let mut errors = cloud.signed().kept().to_vec();
@@ -24,51 +23,29 @@ pub fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
         (bottom, top) = (middle - half, middle + half);
     }
     let points = cloud.points();
-    let inside = |(_, e): &&(f64, f64)| (bottom..=top).contains(e);
-    let beyond = points.kept().len() - points.kept().iter().filter(inside).count();
+    let beyond = points.kept().iter().filter(|(_, e)| !(bottom..=top).contains(e)).count();
     let wrong = cloud.wrong();
-    let y = Axis::new("error of the axis θ_e − θ (°)").range(bottom, top);
-    if beyond > 0 {
-        remarks.push(format!("{beyond} of the points shown are beyond the frame"));
-    }
-    let mut panel = Panel::new(x, y);
-    if !quantiles.is_empty() {
-        panel = panel.with(Layer::Band {
-            label: Some("5 % to 95 %".to_owned()),
-            points: quantiles.iter().map(|(x, [low, _, high])| (*x, *low, *high)).collect(),
-            style: Style::Orange,
-        });
-    }
     let one_in =
         |what: &str, every: u64| if every == 1 { what.to_owned() } else { format!("{what} in {every}") };
+    let mut panel = Panel::new(x, Axis::new("error of the axis θ_e − θ (°)").range(bottom, top));
+    if !quantiles.is_empty() {
+        let range = quantiles.iter().map(|(x, [low, _, high])| (*x, *low, *high));
+        panel = panel.with(Layer::band("5 % to 95 %", Style::Orange, range));
+    }
     if !points.kept().is_empty() {
-        panel = panel.with(Layer::Points {
-            label: Some(one_in("one detection", points.every())),
-            points: points.kept().to_vec(),
-            style: Style::Blue,
-        });
+        let label = one_in("one detection", points.every());
+        panel = panel.with(Layer::points(&label, Style::Blue, points.kept().iter().copied()));
     }
     if !quantiles.is_empty() {
-        panel = panel.with(Layer::Line {
-            label: Some("median".to_owned()),
-            points: quantiles.iter().map(|(x, [_, median, _])| (*x, *median)).collect(),
-            style: Style::Black,
-        });
+        let median = quantiles.iter().map(|(x, [_, median, _])| (*x, *median));
+        panel = panel.with(Layer::line("median", Style::Black, median));
     }
     if !wrong.kept().is_empty() {
         let edge = top - 0.03 * (top - bottom);
         let label = format!("{}, {} in all", one_in("wrong pole", wrong.every()), cloud.wrong_poles());
-        panel = panel.with(Layer::Points {
-            label: Some(label),
-            points: wrong.kept().iter().map(|angle| (*angle, edge)).collect(),
-            style: Style::Vermilion,
-        });
+        let marks = wrong.kept().iter().map(|angle| (*angle, edge));
+        panel = panel.with(Layer::points(&label, Style::Vermilion, marks));
     }
-    Figure {
-        title: caption.title.clone(),
-        subtitle: Study::remarked(caption, &remarks),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
+    let remark = (beyond > 0).then(|| format!("{beyond} of the points shown are beyond the frame"));
+    caption.figure(remark.as_slice(), 480, vec![panel])
 }

@@ -1,7 +1,7 @@
 //! How often which error occurs.
 
 use super::cloud::quantile;
-use super::{Caption, ErrorCloud, Study, WIDTH};
+use super::{Caption, ErrorCloud};
 use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
 
 /// Above, the histogram of the signed axis error with rms and 95th percentile; below, the probability that the error's
@@ -9,7 +9,7 @@ use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
 ///
 /// The lower panel has the exceedance 1 − F on a logarithmic scale rather than F: who designs a start asks how rare a
 /// large error is, and F is flat at 1 just there. Median, p95 and p99 are read off at 50, 5 and 1 %.
-pub fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
+pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
     let kept = cloud.signed();
     let [p50, p95, p99] = [0.5, 0.95, 0.99].map(|p| cloud.magnitude_quantile(p));
     let rms = cloud.rms_deg();
@@ -33,12 +33,12 @@ pub fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
             (histogram.first, histogram.first + histogram.width * histogram.shares.len() as f64);
         upper.x = upper.x.range(first, last);
         upper.y = upper.y.range(0.0, 1.08 * histogram.shares.iter().copied().fold(0.0, f64::max));
-        let band = histogram.outline().map(|(x, y)| (x, 0.0, y)).collect();
-        upper = upper.with(Layer::Band { label: Some(label), points: band, style: Style::Blue });
+        let band = histogram.outline().map(|(x, y)| (x, 0.0, y));
+        upper = upper.with(Layer::band(&label, Style::Blue, band));
         for (name, at) in [("rms", rms), ("p95", p95)] {
             upper = upper
-                .with(Layer::VerticalRule { label: Some(format!("−{name}")), x: -at })
-                .with(Layer::VerticalRule { label: Some(format!("{name} {}°", significant(at))), x: at });
+                .with(Layer::instant(&format!("−{name}"), -at))
+                .with(Layer::instant(&format!("{name} {}°", significant(at)), at));
         }
         let mut curve: Vec<(f64, f64)> =
             cloud.exceedance().into_iter().map(|(x, p)| (x, 100.0 * p)).collect();
@@ -56,21 +56,14 @@ pub fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
             lower.x = lower.x.range(from, to);
         }
         lower.y = lower.y.range(floor, 110.0);
-        lower = lower.with(Layer::Steps { label: None, points: curve, style: Style::Blue });
+        lower = lower.with(Layer::steps("", Style::Blue, curve));
         for (name, at) in [("p50", p50), ("p95", p95), ("p99", p99)] {
-            let label = Some(format!("{name} {}°", significant(at)));
-            lower = lower.with(Layer::VerticalRule { label, x: at });
+            lower = lower.with(Layer::instant(&format!("{name} {}°", significant(at)), at));
         }
         let largest = format!("largest {}°", significant(cloud.max_deg()));
         remarks.insert(0, format!("mean {}°, {largest}", significant(cloud.bias_deg())));
     }
-    Figure {
-        title: caption.title.clone(),
-        subtitle: Study::remarked(caption, &remarks),
-        width: WIDTH,
-        height: 760,
-        panels: vec![upper, lower],
-    }
+    caption.figure(&remarks, 760, vec![upper, lower])
 }
 
 /// Shares in per cent of equal bins.

@@ -1,7 +1,7 @@
 //! Errors over two axes.
 
-use super::place::{place, remark};
-use super::{Caption, Study, WIDTH, pool};
+use super::place::place;
+use super::{Caption, Study};
 use crate::figure::{Axis, Figure, Layer, Panel};
 
 /// Colours are logarithmic above this ratio of the largest and the least error.
@@ -9,44 +9,28 @@ const WIDE: f64 = 30.0;
 
 /// Rms error over two axes of the study as a heat map, pooled over all others. Numbers in very uneven distances are set
 /// evenly, as names are.
-///
-/// # Panics
-///
-/// If the study has no axes with these indices.
-pub fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
+pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
     let (columns, rows) = (place(study, x, true), place(study, y, true));
     let mut values = Vec::with_capacity(columns.values.len() * rows.values.len());
     for row in &rows.values {
         for column in &columns.values {
-            let points = super::pool::at(study, &[(x, column), (y, row)]);
-            values.push(pool(study, &points).rms_deg.value);
+            values.push(study.at(&[(x, column), (y, row)]).rms_deg.value);
         }
     }
     let positive = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
     let (low, high) =
         positive.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
     let colour = Axis::new("rms error of the axis (°)");
-    let others: Vec<String> = study
-        .varied()
-        .into_iter()
-        .filter(|axis| *axis != x && *axis != y)
-        .map(|axis| study.axes[axis].name().to_owned())
-        .collect();
     // Rows of names need no more than two lines each; a large grid is nearly as high as wide.
     let height = (220 + 34 * u32::try_from(rows.values.len()).unwrap_or(u32::MAX).min(12)).max(380);
     // Many names stand upright.
     let height = height + if columns.named && columns.values.len() > 6 { 130 } else { 0 };
-    Figure {
-        title: caption.title.clone(),
-        subtitle: Study::remarked(caption, &remark(&others)),
-        width: WIDTH,
-        height,
-        panels: vec![Panel::new(columns.axis, rows.axis).with(Layer::Heat {
-            x_edges: columns.edges,
-            y_edges: rows.edges,
-            values,
-            colour: if high > WIDE * low { colour.log10() } else { colour },
-            numbers: true,
-        })],
-    }
+    let cells = Panel::new(columns.axis, rows.axis).with(Layer::Heat {
+        x_edges: columns.edges,
+        y_edges: rows.edges,
+        values,
+        colour: if high > WIDE * low { colour.log10() } else { colour },
+        numbers: true,
+    });
+    caption.figure(&study.remark_on_others(&[x, y]), height, vec![cells])
 }

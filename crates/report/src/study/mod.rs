@@ -15,17 +15,17 @@ mod pool;
 mod scatter;
 mod sweep;
 
-pub use angle::error_over_angle;
 pub use cloud::{ErrorCloud, Thinned};
-pub use distribution::distribution;
-pub use heat::heat;
-pub use methods::methods;
-pub use odds::odds;
 pub use pool::{Pooled, pool};
-pub use scatter::scatter;
-pub use sweep::sweep;
 
-use crate::figure::Figure;
+use crate::figure::{Figure, Panel};
+use angle::error_over_angle;
+use distribution::distribution;
+use heat::heat;
+use methods::methods;
+use odds::odds;
+use scatter::scatter;
+use sweep::sweep;
 
 /// A value with its 95 % interval; what is unknown is not a number.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,6 +41,11 @@ pub struct Interval {
 impl Interval {
     /// Nothing is known.
     pub const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+
+    /// As a point of error bars.
+    fn bar(&self, x: f64) -> (f64, f64, f64, f64) {
+        (x, self.value, self.low, self.high)
+    }
 }
 
 /// Where a point is on one axis.
@@ -118,13 +123,20 @@ pub struct Study {
     pub binomial: fn(u64, u64, u64) -> Interval,
 }
 
-/// What is written over a figure.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Caption {
-    /// First line.
-    pub title: String,
-    /// The conditions.
-    pub subtitle: Option<String>,
+/// What is written over a figure: the title, and the conditions.
+struct Caption {
+    title: String,
+    subtitle: Option<String>,
+}
+
+impl Caption {
+    /// A figure of the usual width, with remarks after the conditions.
+    fn figure(&self, remarks: &[String], height: u32, panels: Vec<Panel>) -> Figure {
+        let parts: Vec<&str> = self.subtitle.iter().chain(remarks).map(String::as_str).collect();
+        let subtitle = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
+        let subtitle = (!subtitle.is_empty()).then_some(subtitle);
+        Figure { title: self.title.clone(), subtitle, width: WIDTH, height, panels }
+    }
 }
 
 const WIDTH: u32 = 900;
@@ -166,16 +178,15 @@ impl Study {
         Caption { title, subtitle: self.subtitle.clone() }
     }
 
-    /// The figure's subtitle with a remark after the conditions.
-    fn remarked(caption: &Caption, remarks: &[String]) -> Option<String> {
-        let parts: Vec<&str> = caption
-            .subtitle
-            .iter()
-            .chain(remarks)
-            .map(String::as_str)
-            .filter(|part| !part.is_empty())
-            .collect();
-        (!parts.is_empty()).then(|| parts.join("; "))
+    /// What the points with these values say together.
+    fn at(&self, wanted: &[(usize, &Coordinate)]) -> Pooled {
+        pool(self, &pool::at(self, wanted))
+    }
+
+    /// Over which axes a figure pools that shows these.
+    fn remark_on_others(&self, shown: &[usize]) -> Vec<String> {
+        let others = self.varied().into_iter().filter(|axis| !shown.contains(axis));
+        place::remark(&others.map(|axis| self.axes[axis].name().to_owned()).collect::<Vec<_>>())
     }
 }
 
@@ -229,7 +240,7 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
 fn pairs(study: &Study, varied: &[usize]) -> Vec<(usize, usize)> {
     let effect = |axis: usize| {
         let rms = pool::values(study, axis).into_iter().filter_map(|value| {
-            let rms = pool(study, &pool::at(study, &[(axis, &value)])).rms_deg.value;
+            let rms = study.at(&[(axis, &value)]).rms_deg.value;
             (rms > 0.0).then(|| rms.ln())
         });
         let (low, high) = rms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));

@@ -1,8 +1,8 @@
 //! Wrong poles, undetermined poles and failures over one axis.
 
-use super::place::{Series, place, series};
-use super::sweep::probability_axis;
-use super::{Caption, Interval, Pooled, Study, WIDTH, pool};
+use super::place::{found, place, series};
+use super::sweep::{probability_axis, with_bars};
+use super::{Caption, Interval, Pooled, Study};
 use crate::figure::{Figure, Layer, Panel, Style};
 
 /// How a detection can go wrong, and where that is counted.
@@ -19,33 +19,21 @@ pub(super) const KINDS: [Kind; 3] = [
 ///
 /// Other axes with few values become series, the rest is pooled. Several series stand a little beside their values,
 /// since their intervals and arrows would hide each other.
-///
-/// # Panics
-///
-/// If the study has no axis with this index.
-pub fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
+pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let (series, mut remarks) = series(study, &[axis]);
-    let found = |series: &Series| -> Vec<(f64, Pooled)> {
-        let places = place.shifted(series.shift);
-        let of = |(at, value): (f64, _)| {
-            let mut wanted = vec![(axis, value)];
-            wanted.extend(series.fixed.iter().map(|(axis, value)| (*axis, value)));
-            (at, pool(study, &super::pool::at(study, &wanted)))
-        };
-        places.into_iter().zip(&place.values).map(of).collect()
-    };
-    let found: Vec<Vec<(f64, Pooled)>> = series.iter().map(found).collect();
-    let never = never(found.iter().flatten().map(|(_, pooled)| pooled));
+    let found = found(study, axis, &place, &series);
+    let never = never(found.iter().flatten());
     let mut panels: Vec<Panel> = Vec::new();
     for (index, kind) in KINDS.iter().enumerate() {
         let (name, count, _) = *kind;
-        if index > 0 && found.iter().flatten().all(|(_, pooled)| count(pooled) == 0) {
+        if index > 0 && found.iter().flatten().all(|pooled| count(pooled) == 0) {
             remarks.push(format!("{name}: none"));
             continue;
         }
         let mut panel = Panel::new(place.axis.clone(), probability_axis(name));
         for (series, found) in series.iter().zip(&found) {
+            let found = place.shifted(series.shift).into_iter().zip(found);
             panel = with_odds(panel, found, kind, series.style, (&series.label, &never), !place.named);
         }
         // The series of the first panel are those of all.
@@ -53,13 +41,7 @@ pub fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
         panels.push(panel);
     }
     let height = [420, 640, 860][panels.len().clamp(1, 3) - 1];
-    Figure {
-        title: caption.title.clone(),
-        subtitle: Study::remarked(caption, &remarks),
-        width: WIDTH,
-        height,
-        panels,
-    }
+    caption.figure(&remarks, height, panels)
 }
 
 /// The legend of an upper limit: with the number of trials if that is the same everywhere.
@@ -74,41 +56,35 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a Pooled>) -> String {
 }
 
 /// Adds probabilities in per cent, those of zero counts as upper limits.
-pub(super) fn with_odds(
-    panel: Panel,
-    found: &[(f64, Pooled)],
+pub(super) fn with_odds<'a>(
+    mut panel: Panel,
+    found: impl Iterator<Item = (f64, &'a Pooled)>,
     &(_, count, probability): &Kind,
     style: Style,
     (label, never): (&str, &str),
     line: bool,
 ) -> Panel {
     let (mut bars, mut limits) = (Vec::new(), Vec::new());
-    for (x, pooled) in found.iter().filter(|(_, pooled)| pooled.trials > 0) {
+    for (x, pooled) in found.filter(|(_, pooled)| pooled.trials > 0) {
         let Interval { value, low, high } = probability(pooled);
         if count(pooled) == 0 {
-            limits.push((*x, 100.0 * high));
+            limits.push((x, 100.0 * high));
             // The line has a gap there.
-            bars.push((*x, f64::NAN, f64::NAN, f64::NAN));
+            bars.push((x, f64::NAN, f64::NAN, f64::NAN));
         } else {
-            bars.push((*x, 100.0 * value, 100.0 * low, 100.0 * high));
+            bars.push((x, 100.0 * value, 100.0 * low, 100.0 * high));
         }
     }
-    let mut panel = panel;
     // A series of arrows alone needs its entry too.
     if !label.is_empty() || bars.iter().any(|bar| bar.1.is_finite()) {
-        let label = Some(if label.is_empty() { "with 95 % interval" } else { label }.to_owned());
-        if line {
-            let points = bars.iter().map(|bar| (bar.0, bar.1)).collect();
-            panel = panel.with(Layer::Line { label: label.clone(), points, style });
-        }
-        panel = panel.with(Layer::ErrorBars { label, points: bars, style });
+        let label = if label.is_empty() { "with 95 % interval" } else { label };
+        panel = with_bars(panel, label, bars, style, line);
     }
     if !limits.is_empty() {
         // One entry explains the arrows of all series.
         let known =
             panel.layers.iter().any(|layer| matches!(layer, Layer::UpperLimits { label: Some(_), .. }));
-        let label = (!known).then(|| never.to_owned());
-        panel = panel.with(Layer::UpperLimits { label, points: limits, style });
+        panel = panel.with(Layer::upper_limits(if known { "" } else { never }, style, limits));
     }
     panel
 }

@@ -1,6 +1,6 @@
 //! How an axis of a study becomes one of a figure, and which other axes become series.
 
-use super::{Coordinate, Study, pool};
+use super::{Coordinate, Pooled, Study, pool};
 use crate::figure::{Axis, AxisScale, Style, Ticks, cell_edges, significant};
 
 /// Most series that one panel can tell apart.
@@ -102,15 +102,10 @@ pub(super) fn series(study: &Study, over: &[usize]) -> (Vec<Series>, Vec<String>
         let names = values.iter().all(|value| matches!(value, Coordinate::Name(_)));
         let few = if names { MOST_SERIES } else { 3 };
         if values.len() <= few && combinations.len() * values.len() <= MOST_SERIES {
+            let longer = |known: &Vec<_>, value: &Coordinate| [&known[..], &[(axis, value.clone())]].concat();
             combinations = combinations
                 .iter()
-                .flat_map(|known| {
-                    values.iter().map(move |value| {
-                        let mut longer = known.clone();
-                        longer.push((axis, value.clone()));
-                        longer
-                    })
-                })
+                .flat_map(|known| values.iter().map(|value| longer(known, value)))
                 .collect();
         } else {
             pooled.push(study.axes[axis].name().to_owned());
@@ -128,6 +123,15 @@ pub(super) fn series(study: &Study, over: &[usize]) -> (Vec<Series>, Vec<String>
         shift: 0.7 * ((index as f64 + 0.5) / count - 0.5),
     });
     (series.collect(), remark(&pooled))
+}
+
+/// What each series has at each value of an axis.
+pub(super) fn found(study: &Study, axis: usize, place: &Place, series: &[Series]) -> Vec<Vec<Pooled>> {
+    let at = |series: &Series, value| {
+        let fixed = series.fixed.iter().map(|(axis, value)| (*axis, value));
+        study.at(&[(axis, value)].into_iter().chain(fixed).collect::<Vec<_>>())
+    };
+    series.iter().map(|series| place.values.iter().map(|value| at(series, value)).collect()).collect()
 }
 
 /// A name speaks for itself, a number does not.

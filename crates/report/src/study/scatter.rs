@@ -1,7 +1,7 @@
 //! Errors of a scattered design.
 
 use super::place::error_axis;
-use super::{Caption, Coordinate, Study, WIDTH, pool};
+use super::{Caption, Coordinate, Study, pool};
 use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
 
 /// Most panels of one figure.
@@ -9,7 +9,7 @@ const MOST_PANELS: usize = 6;
 
 /// Rms error of every point against each numeric axis of the study, the first six of them; the names of the first axis
 /// that has up to six become series.
-pub fn scatter(caption: &Caption, study: &Study) -> Figure {
+pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
     let varied = study.varied();
     let is_numeric = |axis: &usize| {
         study.points.iter().all(|point| matches!(point.coordinates.get(*axis), Some(Coordinate::Number(_))))
@@ -45,19 +45,11 @@ pub fn scatter(caption: &Caption, study: &Study) -> Figure {
         panel.legend = panels.is_empty();
         for (index, (fixed, label)) in series.iter().enumerate() {
             let wanted: Vec<_> = fixed.iter().map(|(axis, value)| (*axis, value)).collect();
-            let points =
-                pool::at(study, &wanted).into_iter().map(|p| (numbers(p), p.rms_deg.value)).collect();
-            panel =
-                panel.with(Layer::Points { label: Some(label.clone()), points, style: Style::nth(index) });
+            let points = pool::at(study, &wanted).into_iter().map(|p| (numbers(p), p.rms_deg.value));
+            panel = panel.with(Layer::points(label, Style::nth(index), points));
         }
         panels.push(panel);
     }
     let rows = u32::try_from(panels.len().max(1)).unwrap_or(1);
-    Figure {
-        title: caption.title.clone(),
-        subtitle: caption.subtitle.clone(),
-        width: WIDTH,
-        height: 120 + if rows == 1 { 340 } else { 215 * rows },
-        panels,
-    }
+    caption.figure(&[], 120 + if rows == 1 { 340 } else { 215 * rows }, panels)
 }

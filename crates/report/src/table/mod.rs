@@ -1,4 +1,4 @@
-//! Tables: typed columns, streamed row by row to and from CSV and Parquet.
+//! Tables: typed columns, streamed row by row to CSV and Parquet, and the numbers of finished ones.
 //!
 //! A [`Writer`] holds at most one row group of 65,536 rows (Parquet) or one row (CSV), a [`Reader`] a few thousand
 //! rows, however many there are; only the Parquet footer grows, in memory by about 1.6 kB a column for each group.
@@ -19,8 +19,7 @@
 //! # What a cell holds
 //!
 //! Any cell may be empty. A number that is not finite and a text without characters are empty too, in both
-//! formats: what one of them could not tell apart, neither does, and a table can be converted from one to the
-//! other and back. Whole numbers end at `i64::MAX`, beyond which most readers would turn them into floats.
+//! formats: what one of them could not tell apart, neither does. Whole numbers end at `i64::MAX`, beyond which most readers would turn them into floats.
 //!
 //! # Metadata
 //!

@@ -2,15 +2,14 @@
 
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
-use super::super::heat::{HATCH, MOST_NUMBERS, range};
+use super::super::heat::{MOST_NUMBERS, NO_VALUE, range};
 use super::super::number::{digits, significant};
-use super::super::style::{FRAME, GRID, WHITE};
+use super::super::style::{FRAME, GRID, HATCH, WHITE};
 use super::super::text::wrap;
 use super::super::{AxisScale, Ticks, ticks};
-use super::colour::{css, fixed};
 use super::markup::{markup, quantity, template};
 use super::traces::{Place, nearest};
-use super::{Chart, Key, number, numbers};
+use super::{Chart, number, numbers};
 use serde_json::{Value, json};
 
 /// Digits of what is read out.
@@ -100,12 +99,12 @@ pub(super) fn add(
     let [zmin, zmax] = [low, high].map(|end| axis.scale.even(end));
     let z = |value: f64| if axis.scale.has(value) || value.is_nan() { axis.scale.even(value) } else { zmin };
     let ground = |value: f64| colour((z(value) - zmin) / (zmax - zmin));
-    let scale: Value = stops().map(|(share, stop)| json!([number(share), fixed(stop)])).collect();
+    let scale: Value = stops().map(|(share, stop)| json!([number(share), stop.hex()])).collect();
     let (of_x, of_y) = (quantity(&place.panel.x.label).0, quantity(&place.panel.y.label).0);
     let (name, unit) = quantity(&axis.label);
     let unit = markup(&unit);
     let read = |value: &f64| {
-        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { "no value".to_owned() }
+        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { NO_VALUE.to_owned() }
     };
     let line = |name: &str, index| match name {
         "" => format!("%{{customdata[{index}]}}"),
@@ -136,7 +135,7 @@ pub(super) fn add(
     chart.data.push(trace);
     blanks(chart, place, &columns, &rows, &cells);
     if with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
-        written(chart, place, &columns, &rows, &cells, |value| fixed(ink_on(ground(value))));
+        written(chart, place, &columns, &rows, &cells, |value| ink_on(ground(value)).hex());
     }
 }
 
@@ -196,11 +195,11 @@ fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
         "ypad": 0,
         "len": top - bottom,
         "thickness": 16,
-        "outlinecolor": css(FRAME),
+        "outlinecolor": FRAME.css(),
         "outlinewidth": 1,
         "ticks": "outside",
         "ticklen": 4,
-        "tickcolor": css(FRAME),
+        "tickcolor": FRAME.css(),
         "tickfont": {"size": 12},
         "tickmode": "array",
         "tickvals": numbers(ticks.iter().map(|tick| axis.scale.even(tick.at))),
@@ -233,12 +232,12 @@ fn blanks(chart: &mut Chart, place: &Place, columns: &Cells, rows: &Cells, cells
         "mode": "lines",
         "x": x,
         "y": y,
-        "line": {"color": css(GRID), "width": 0.5},
+        "line": {"color": GRID.css(), "width": 0.5},
         "fill": "toself",
-        "fillcolor": css(WHITE),
-        "fillpattern": {"shape": "/", "size": 6, "solidity": 0.15, "fgcolor": css(HATCH), "bgcolor": css(WHITE)},
+        "fillcolor": WHITE.css(),
+        "fillpattern": {"shape": "/", "size": 6, "solidity": 0.15, "fgcolor": HATCH.css(), "bgcolor": WHITE.css()},
         "hoverinfo": "skip",
         "showlegend": false,
     });
-    place.push(chart, Some("no value"), Key::Blank, trace);
+    place.push(chart, Some(NO_VALUE), trace);
 }

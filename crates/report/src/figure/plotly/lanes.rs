@@ -1,11 +1,10 @@
 //! Lanes as horizontal bars.
 
 use super::super::Lane;
-use super::super::style::{Hatch, fill};
-use super::colour::{FILLS, css};
+use super::super::style::fill;
 use super::markup::{markup, quantity, template};
 use super::traces::{Place, X_DIGITS};
-use super::{Chart, Key, number, numbers};
+use super::{Chart, number, numbers};
 use serde_json::{Value, json};
 
 type Span = (f64, f64, usize);
@@ -13,10 +12,6 @@ type Span = (f64, f64, usize);
 /// One trace for each category in each lane and, where all values at one x are read together, one for each lane that
 /// only tells its state: there, bars would be read at their ends.
 pub(super) fn add(chart: &mut Chart, place: &Place, lanes: &[Lane], categories: &[String]) {
-    for (category, label) in categories.iter().enumerate() {
-        // In the legend even if no lane is ever in that state.
-        place.entry(chart, label, Key::Fill(category % FILLS));
-    }
     for (index, lane) in lanes.iter().enumerate() {
         let middle = (lanes.len() - index) as f64 - 0.5;
         // Written so that a NaN is skipped.
@@ -29,7 +24,7 @@ pub(super) fn add(chart: &mut Chart, place: &Place, lanes: &[Lane], categories: 
             let spans: Vec<_> = spans.iter().filter(|span| span.2 == category).copied().collect();
             if !spans.is_empty() {
                 let trace = bars(place, lane, &spans, category, middle);
-                place.push(chart, Some(label), Key::Fill(category % FILLS), trace);
+                place.push(chart, Some(label), trace);
             }
         }
         if place.unified && !spans.is_empty() {
@@ -49,7 +44,7 @@ fn bars(place: &Place, lane: &Lane, spans: &[Span], category: usize, middle: f64
         "x": numbers(spans.iter().map(|span| span.1 - span.0)),
         "y": numbers(spans.iter().map(|_| middle)),
         "width": 0.72,
-        "marker": marker(category % FILLS),
+        "marker": marker(category),
         "showlegend": false,
     });
     if place.unified {
@@ -97,14 +92,12 @@ fn reading(lane: &Lane, mut spans: Vec<Span>, categories: &[String], middle: f64
 /// A bar's marker in the manner of a category.
 fn marker(category: usize) -> Value {
     let look = fill(category);
-    let mut marker = json!({"color": css(look.ground), "line": {"width": 0}});
-    let shape = match look.hatch {
-        Hatch::None => return marker,
-        Hatch::Right => "/",
-        Hatch::Left => "\\",
-    };
-    marker["pattern"] = json!({
-        "shape": shape, "size": 6, "solidity": 0.2, "fgcolor": css(look.line), "bgcolor": css(look.ground),
-    });
+    let mut marker = json!({"color": look.ground.css(), "line": {"width": 0}});
+    if look.slope != 0.0 {
+        marker["pattern"] = json!({
+            "shape": if look.slope > 0.0 { "\\" } else { "/" }, "size": 6, "solidity": 0.2,
+            "fgcolor": look.line.css(), "bgcolor": look.ground.css(),
+        });
+    }
     marker
 }

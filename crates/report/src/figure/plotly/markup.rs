@@ -1,6 +1,6 @@
 //! Texts for HTML and for Plotly, which both know entities and `<sub>`.
 
-use super::super::text::pieces;
+use super::super::text::{escaped, pieces};
 
 /// The text as markup: everything escaped, the indices of symbols below the line. Not for attributes: Plotly does
 /// not know the entity of the quotation mark.
@@ -12,19 +12,6 @@ pub(crate) fn markup(text: &str) -> String {
             if piece.index { format!("<sub>{plain}</sub>") } else { plain }
         })
         .collect()
-}
-
-fn escaped(text: &str) -> String {
-    let mut out = String::with_capacity(text.len());
-    for c in text.chars() {
-        match c {
-            '&' => out.push_str("&amp;"),
-            '<' => out.push_str("&lt;"),
-            '>' => out.push_str("&gt;"),
-            _ => out.push(c),
-        }
-    }
-    out
 }
 
 /// Markup for a read-out, in which Plotly would replace `%{…}` by data.

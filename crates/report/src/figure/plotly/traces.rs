@@ -1,11 +1,10 @@
 //! Layers as traces, shapes and annotations.
 
 use super::super::layers::BAND_OPACITY;
-use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, WHITE, faded};
+use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, WHITE};
 use super::super::{Axis, AxisScale, Layer, Panel, Ticks};
-use super::colour::css;
 use super::markup::{markup, quantity, template};
-use super::{Chart, Key, heat, lanes, number, numbers};
+use super::{Chart, heat, lanes, number, numbers};
 use serde_json::{Value, json};
 
 /// Digits of values read out, more than any sensor of the trade has; instants have one more.
@@ -41,11 +40,11 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         Layer::Steps { label, points, style } => line(chart, place, label.as_deref(), points, *style, "hv"),
         Layer::Points { label, points, style } => {
             let trace = scatter(place, points, "markers", json!({"marker": markers(*style, points.len())}));
-            place.push(chart, label.as_deref(), Key::Marker(*style), trace);
+            place.push(chart, label.as_deref(), trace);
         }
         Layer::Band { label, points, style } => band(chart, place, label.as_deref(), points, *style),
         Layer::ErrorBars { label, points, style } => {
-            place.push(chart, label.as_deref(), Key::Bar(*style), error_bars(place, points, *style));
+            place.push(chart, label.as_deref(), error_bars(place, points, *style));
         }
         Layer::UpperLimits { label, points, style } => {
             upper_limits(chart, place, label.as_deref(), points, *style);
@@ -61,26 +60,18 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
 
 impl Place<'_> {
     /// Adds a trace to its axes and, if it has a label, to the group that a legend entry switches.
-    pub(super) fn push(&self, chart: &mut Chart, label: Option<&str>, key: Key, mut trace: Value) {
+    pub(super) fn push(&self, chart: &mut Chart, label: Option<&str>, mut trace: Value) {
         trace["xaxis"] = json!(self.x);
         trace["yaxis"] = json!(self.y);
         if let Some(label) = label {
             trace["name"] = json!(markup(label));
             trace["legendgroup"] = json!(group(self.index, label));
-            self.entry(chart, label, key);
         } else if let Some(read) = trace["hovertemplate"].as_str() {
             // Plotly would call it "trace 3".
             let unnamed = NAMED.iter().find_map(|start| read.strip_prefix(start)).unwrap_or(read);
             trace["hovertemplate"] = json!(unnamed);
         }
         chart.data.push(trace);
-    }
-
-    /// Adds a key to the legend, if the panel has one.
-    pub(super) fn entry(&self, chart: &mut Chart, label: &str, key: Key) {
-        if self.panel.legend {
-            chart.entry(self.index, quantity(&self.panel.y.label).0, label, key);
-        }
     }
 
     /// The read-out of a point; `y` writes the vertical value with its unit.
@@ -143,7 +134,7 @@ pub(super) fn nearest(axis: &Axis, place: f64) -> String {
 }
 
 /// The legend group of a label in a panel.
-pub(super) fn group(panel: usize, label: &str) -> String {
+pub(crate) fn group(panel: usize, label: &str) -> String {
     format!("{panel}:{label}")
 }
 
@@ -182,17 +173,17 @@ fn line(
 ) {
     let points = &place.placed(points.iter().copied())[..];
     let look = json!({"line": {
-        "color": css(style.colour()), "width": LINE_WIDTH, "dash": dash(style.dashes()), "shape": shape,
+        "color": style.colour().css(), "width": LINE_WIDTH, "dash": dash(style.dashes()), "shape": shape,
     }, "connectgaps": false});
-    place.push(chart, label, Key::Line(style), scatter(place, points, "lines", look));
+    place.push(chart, label, scatter(place, points, "lines", look));
     // Between two gaps there is no line to draw, but there is a value.
     let known = |i: usize| points.get(i).is_some_and(|p| p.0.is_finite() && p.1.is_finite());
     let alone = |i: &usize| known(*i) && !known(i.wrapping_sub(1)) && !known(i + 1);
     let lone: Vec<_> = (0..points.len()).filter(alone).map(|i| points[i]).collect();
     if !lone.is_empty() {
         let look =
-            json!({"marker": {"symbol": "circle", "size": 2.0 * LINE_WIDTH, "color": css(style.colour())}});
-        place.push(chart, label, Key::Line(style), scatter(place, &lone, "markers", look));
+            json!({"marker": {"symbol": "circle", "size": 2.0 * LINE_WIDTH, "color": style.colour().css()}});
+        place.push(chart, label, scatter(place, &lone, "markers", look));
     }
 }
 
@@ -206,7 +197,7 @@ fn dash(lengths: &[f64]) -> String {
 
 /// Markers that become small and translucent when there are many, as in the drawn figure.
 fn markers(style: Style, count: usize) -> Value {
-    let colour = css(style.colour());
+    let colour = style.colour().css();
     match count {
         0..=200 => {
             let line = json!({"width": 1.4, "color": colour});
@@ -232,24 +223,24 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
     let usable = |p: &(f64, f64, f64)| place.panel.x.scale.has(p.0) && p.1.is_finite() && p.2.is_finite();
     // A fill would cross gaps: each stretch without one has its own pair of edges.
     for run in points.chunk_by(|a, b| usable(a) == usable(b)).filter(|run| usable(&run[0])) {
-        let edge = json!({"color": css(faded(style.colour(), 0.8)), "width": 0.75});
+        let edge = json!({"color": style.colour().faded(0.8).css(), "width": 0.75});
         let lower: Vec<_> = run.iter().map(|p| (p.0, place.y_end(p.1))).collect();
         let upper: Vec<_> = run.iter().map(|p| (p.0, place.y_end(p.2))).collect();
         // The edges may be cut off.
         let ends: Value = run.iter().map(|p| json!([number(p.1), number(p.2)])).collect();
         let mut below = scatter(place, &lower, "lines", json!({"line": edge, "hoverinfo": "skip"}));
         below.as_object_mut().and_then(|trace| trace.remove("hovertemplate"));
-        place.push(chart, label, Key::Band(style), below);
+        place.push(chart, label, below);
         let above = json!({
             "line": edge,
             "fill": "tonexty",
-            "fillcolor": css(faded(style.colour(), BAND_OPACITY)),
+            "fillcolor": style.colour().faded(BAND_OPACITY).css(),
             "customdata": ends,
             "hovertemplate": place.read_out(|unit| {
                 format!("%{{customdata[0]{DIGITS}}} to %{{customdata[1]{DIGITS}}}{unit}")
             }),
         });
-        place.push(chart, label, Key::Band(style), scatter(place, &upper, "lines", above));
+        place.push(chart, label, scatter(place, &upper, "lines", above));
     }
 }
 
@@ -269,7 +260,7 @@ fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style) -> V
             "symmetric": false,
             "array": numbers(points.iter().map(|p| p.3 - p.1)),
             "arrayminus": numbers(points.iter().map(|p| p.1 - p.2)),
-            "color": css(style.colour()),
+            "color": style.colour().css(),
             "thickness": 1.2,
             "width": 3.5,
         },
@@ -282,7 +273,7 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
     for (symbol, size, below) in
         [("line-ew-open", 7.2, 0.0), ("line-ns-open", 4.4, 3.2), ("arrow-down", 7.2, 13.0)]
     {
-        let colour = css(style.colour());
+        let colour = style.colour().css();
         let width = if below == 0.0 { 1.6 } else { 1.2 };
         let line = json!({"width": if symbol == "arrow-down" { 0.0 } else { width }, "color": colour});
         let marker =
@@ -294,7 +285,7 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
             trace["hoverinfo"] = json!("skip");
             trace.as_object_mut().and_then(|trace| trace.remove("hovertemplate"));
         }
-        place.push(chart, label, Key::UpperLimit(style), trace);
+        place.push(chart, label, trace);
     }
 }
 
@@ -302,14 +293,14 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
 fn rule(chart: &mut Chart, place: &Place, mut line: Value, label: Option<&str>, mut note: Value) {
     line["type"] = json!("line");
     // On the colours of cells, some of which are dark, nothing could be read without a ground.
-    if super::has_cells(place.panel) {
-        let ground = css(faded(WHITE, 0.75));
+    if place.panel.has_cells() {
+        let ground = WHITE.faded(0.75).css();
         note["bgcolor"] = json!(ground);
         let mut casing = line.clone();
         casing["line"] = json!({"color": ground, "width": 3.0});
         chart.shapes.push(casing);
     }
-    line["line"] = json!({"color": css(QUIET), "width": 1.0, "dash": dash(RULE_DASHES)});
+    line["line"] = json!({"color": QUIET.css(), "width": 1.0, "dash": dash(RULE_DASHES)});
     chart.shapes.push(line);
     if let Some(label) = label {
         chart.note(label, note);

@@ -48,7 +48,7 @@ fn law_cells_without_a_value_are_hatched_and_in_the_legend() {
     assert_eq!(blank["y"], json!([1, 1, 2, 2, 1, null, 2, 2, 3, 3, 2, null]));
     assert_eq!(blank["fillpattern"]["shape"], "/");
     assert_eq!(chart.legend[0].entries[0].keys, [Key::Blank]);
-    assert_eq!(blank["legendgroup"], json!(chart.legend[0].entries[0].group));
+    assert_eq!(blank["legendgroup"], json!(group(0, &chart.legend[0].entries[0].label)));
     // An edge that is no number takes both of its cells away.
     let (data, _) =
         drawn(vec![heat(vec![0.0, NONE, 2.0, 3.0], vec![0.0, 1.0], vec![1.0; 3], Axis::new("n"))]);

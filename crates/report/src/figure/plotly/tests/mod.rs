@@ -1,7 +1,8 @@
 mod maps;
 
 use super::*;
-use crate::figure::Lane;
+use crate::figure::legend::Key;
+use crate::figure::{Lane, Style};
 
 fn figure(panels: Vec<Panel>) -> Figure {
     Figure { title: "t".into(), subtitle: None, width: 900, height: 480, panels }
@@ -166,7 +167,7 @@ fn law_panels_share_equal_axes_and_do_not_overlap() {
         top = domain[0];
     }
     // Each panel is switched by itself, and named so that it is told from the others.
-    assert_ne!(chart.legend[0].entries[0].group, chart.legend[1].entries[0].group);
+    assert_ne!(chart.data[0]["legendgroup"], chart.data[1]["legendgroup"]);
     assert_eq!(chart.legend[2].title, "current i_a over angle");
 }
 

@@ -1,0 +1,107 @@
+//! Figures as pixels, in which the bundled font stands as shapes.
+
+use super::canvas::{Align, Canvas, Point, Type};
+use super::colour::Colour;
+use super::text::{self, pieces};
+use tiny_skia::{FillRule, LineJoin, Paint, Path, PathBuilder, Pixmap, Stroke, Transform};
+
+/// Pixels per logical pixel: type stays sharp in print.
+const DENSITY: u32 = 2;
+
+pub(super) struct Png(Pixmap);
+
+impl Png {
+    /// None without any pixel.
+    pub fn new(width: u32, height: u32) -> Option<Self> {
+        Pixmap::new(width * DENSITY, height * DENSITY).map(Self)
+    }
+
+    /// The picture as a file. Nothing of a figure is transparent.
+    pub fn finish(self) -> Result<Vec<u8>, png::EncodingError> {
+        let mut file = Vec::new();
+        let mut encoder = png::Encoder::new(&mut file, self.0.width(), self.0.height());
+        encoder.set_color(png::ColorType::Rgb);
+        let rgb: Vec<u8> = self.0.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&rgb)?;
+        writer.finish()?;
+        Ok(file)
+    }
+
+    fn fill(&mut self, path: Option<Path>, colour: Colour, to_logical: Transform) {
+        if let Some(path) = path {
+            let whole = to_logical.post_scale(DENSITY as f32, DENSITY as f32);
+            self.0.fill_path(&path, &paint(colour), FillRule::Winding, whole, None);
+        }
+    }
+}
+
+fn paint(Colour(r, g, b, opacity): Colour) -> Paint<'static> {
+    let mut paint = Paint::default();
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a byte")]
+    paint.set_color_rgba8(r, g, b, (255.0 * opacity).round() as u8);
+    paint
+}
+
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "single precision is a thousandth of a pixel in any figure"
+)]
+fn single(length: f64) -> f32 {
+    length.clamp(-1e6, 1e6) as f32
+}
+
+fn trace(path: &mut PathBuilder, points: &[Point]) {
+    for (index, (x, y)) in points.iter().enumerate() {
+        match index {
+            0 => path.move_to(single(*x), single(*y)),
+            _ => path.line_to(single(*x), single(*y)),
+        }
+    }
+}
+
+impl Canvas for Png {
+    fn strokes(&mut self, lines: &[Vec<Point>], colour: Colour, width: f64) {
+        let mut path = PathBuilder::new();
+        for points in lines {
+            trace(&mut path, points);
+        }
+        let stroke = Stroke { width: single(width), line_join: LineJoin::Round, ..Stroke::default() };
+        let scale = Transform::from_scale(DENSITY as f32, DENSITY as f32);
+        if let Some(path) = path.finish() {
+            self.0.stroke_path(&path, &paint(colour), &stroke, scale, None);
+        }
+    }
+
+    fn polygon(&mut self, corners: &[Point], colour: Colour) {
+        let mut path = PathBuilder::new();
+        trace(&mut path, corners);
+        path.close();
+        self.fill(path.finish(), colour, Transform::identity());
+    }
+
+    fn discs(&mut self, centres: &[Point], radius: f64, colour: Colour) {
+        for (x, y) in centres {
+            let circle = PathBuilder::from_circle(single(*x), single(*y), single(radius));
+            self.fill(circle, colour, Transform::identity());
+        }
+    }
+
+    fn text(&mut self, text: &str, (x, y): Point, set: Type) {
+        let mut along = match set.align {
+            Align::Start => 0.0,
+            Align::Middle => -text::width(text, set.size) / 2.0,
+            Align::End => -text::width(text, set.size),
+        };
+        let turn = if set.upwards { -90.0 } else { 0.0 };
+        for piece in pieces(text) {
+            let down = if piece.index { text::INDEX_DROP * set.size } else { 0.0 };
+            let outline = text::outline(piece.text, piece.size(set.size));
+            let place = Transform::from_translate(single(along), single(down))
+                .post_rotate(turn)
+                .post_translate(single(x), single(y));
+            self.fill(outline, set.colour, place);
+            along += piece.width(set.size);
+        }
+    }
+}
