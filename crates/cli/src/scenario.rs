@@ -121,7 +121,8 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
 /// A motor that an option names. Its path is from the folder of whoever types it, while one in a document is from the
 /// document's folder.
 fn from_here(name: &str, document: &Document) -> String {
-    let elsewhere = !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
+    let elsewhere =
+        !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
     let path = elsewhere.then(|| std::path::absolute(name).ok()).flatten().filter(|path| path.exists());
     path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
 }

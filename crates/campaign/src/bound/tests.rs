@@ -276,12 +276,13 @@ fn law_maximum_likelihood_reaches_the_bound_with_long_pulses() {
 #[test]
 fn regress_an_adaptive_method_is_recorded_with_noise() {
     // Without noise it is certain too soon: its last and longest pulses are missing, and the bound is above what the
-    // method reaches where there is noise (0.059° measured).
+    // method reaches where there is noise (0.059° measured). Noise lets it go on in about a quarter of all trials.
     let method = MethodName::MaximumLikelihoodAdaptive;
     let scenario = Scenario::of_method(method, paper(), ErrorSet::Default, RotorState::Locked, 1);
     let quiet = at(Bounds::new(&scenario), 0.5);
-    let noisy = Bounds { noise: Some(0), ..Bounds::new(&scenario) };
-    let loud = at(noisy, 0.5);
-    assert!(loud.scheme_deg < 0.7 * quiet.scheme_deg, "{loud:?} {quiet:?}");
-    assert_eq!(loud, at(noisy, 0.5));
+    let noisy = |trial| at(Bounds { noise: Some(trial), ..Bounds::new(&scenario) }, 0.5);
+    let loud: Vec<Bound> = (0..16).map(noisy).collect();
+    let longer = loud.iter().filter(|loud| loud.scheme_deg < 0.7 * quiet.scheme_deg).count();
+    assert!((1..12).contains(&longer), "{longer} of {loud:?} {quiet:?}");
+    assert_eq!(loud[0], noisy(0));
 }

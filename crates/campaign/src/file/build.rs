@@ -19,7 +19,7 @@ impl ScenarioFile {
     /// # Errors
     /// A value that cannot be, with its key.
     pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
-        self.scenario_of(self.motor(files)?)
+        self.scenario_of(&self.motor(files)?)
     }
 
     /// The motor.
@@ -28,14 +28,14 @@ impl ScenarioFile {
     }
 
     /// The scenario, with a motor that is already there.
-    pub(super) fn scenario_of(&self, motor: Motor) -> Result<Scenario<Method<f64>>, FileError> {
+    pub(super) fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor)?;
         scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
         Ok(scenario)
     }
 
     /// The same, also where the method's settings cannot work.
-    pub(super) fn assemble(&self, motor: Motor) -> Result<Scenario<Method<f64>>, FileError> {
+    pub(super) fn assemble(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
         if self.trials == 0 {
             return Err(FileError::key("trials", "0", "at least 1"));
         }
@@ -50,7 +50,7 @@ impl ScenarioFile {
             }
         }
         let errors = self.errors.0;
-        let dc_link = self.inverter.dc_link.map_or_else(|| dc_link(&motor), Quantity::value);
+        let dc_link = self.inverter.dc_link.map_or_else(|| dc_link(motor), Quantity::value);
         let mut drive = errors.drive(motor.rated_current, dc_link);
         self.inverter.apply(&mut drive)?;
         let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
@@ -60,7 +60,7 @@ impl ScenarioFile {
             magnet: self.rotor.magnet_temperature.map(Quantity::value),
         };
         let hot = motor.at_temperature(temperature).map_err(|error| FileError::temperature(&error))?;
-        let rotor = self.rotor.state.0.state(&motor).ok_or_else(|| {
+        let rotor = self.rotor.state.0.state(motor).ok_or_else(|| {
             let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
             FileError::key("rotor.state", "\"brake\"", needed)
         })?;
@@ -73,7 +73,7 @@ impl ScenarioFile {
             ));
         }
         // The drive is told of the motor of the data sheet, whatever its temperature is.
-        let mut nameplate = nameplate(&motor, &drive, &sensors);
+        let mut nameplate = nameplate(motor, &drive, &sensors);
         if let Some(Named(signature)) = self.detector.signature {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
         }

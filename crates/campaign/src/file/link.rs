@@ -31,7 +31,7 @@ impl InverterTable {
                 let time_constant = capacitance * source_resistance;
                 if time_constant < LEAST_TIME_CONSTANT {
                     let found =
-                        format!("a time constant of {:.3e} s with its source_resistance", time_constant);
+                        format!("a time constant of {time_constant:.3e} s with its source_resistance");
                     return Err(FileError::key(
                         "inverter.capacitance",
                         &found,

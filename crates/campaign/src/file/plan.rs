@@ -206,7 +206,7 @@ impl Plan {
         }
         let file = document.load()?;
         let scenario = match &self.motor {
-            Some(motor) => file.scenario_of(motor.clone()),
+            Some(motor) => file.scenario_of(motor),
             None => file.scenario(document.files()),
         };
         scenario.map_err(|error| document.locate(error))

@@ -5,6 +5,7 @@ use standstill_plant::Motor;
 use standstill_sim::{Case, Streams};
 use toml::Value;
 
+use super::axes::DesignTable;
 use super::document::{Document, FileError};
 use super::plan::Plan;
 use super::tables::ScenarioFile;
@@ -19,7 +20,7 @@ impl Document {
         let file = self.load()?;
         let others = [
             ("axes", !file.axes.is_empty()),
-            ("design", file.design != Default::default()),
+            ("design", file.design != DesignTable::default()),
             ("tolerances", !file.tolerances.is_empty()),
             ("stop_at", !file.stop_at.is_empty()),
         ];
@@ -39,12 +40,12 @@ impl Document {
 
     /// The scenario on the document's motor, which is there already.
     pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
-        self.load()?.scenario_of(motor.clone()).map_err(|error| self.locate(error))
+        self.load()?.scenario_of(motor).map_err(|error| self.locate(error))
     }
 
     /// The same, also where the method's settings cannot work.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
-        self.load()?.assemble(motor.clone()).map_err(|error| self.locate(error))
+        self.load()?.assemble(motor).map_err(|error| self.locate(error))
     }
 }
 

@@ -225,6 +225,7 @@ fn law_normals_are_standard_normals() {
 fn law_seeded_and_given_draws_have_the_same_distribution() {
     const TRIALS: u64 = 100_000;
     type Read = fn(&mut Draws) -> f64;
+    type Distribution = fn(f64) -> f64;
     fn normal(draws: &mut Draws) -> f64 {
         draws.normal()
     }
@@ -234,7 +235,7 @@ fn law_seeded_and_given_draws_have_the_same_distribution() {
     fn angle(draws: &mut Draws) -> f64 {
         draws.angle()
     }
-    let kinds: [(&str, Read, fn(f64) -> f64); 5] = [
+    let kinds: [(&str, Read, Distribution); 5] = [
         ("normal", normal, |z| lower_tail(-z)),
         ("uniform", uniform, |u| u),
         ("range", |draws| draws.uniform_in(-3.0..5.0), |x| (x + 3.0) / 8.0),

@@ -157,21 +157,20 @@ impl Comparison {
             .collect();
         let needless =
             given.iter().find(|(_, concerned)| method.is_some_and(|name| !concerned.contains(&name)));
-        Error::Arguments(match (method, needless) {
-            (Some(method), Some((given, concerned))) => format!(
+        Error::Arguments(if let (Some(method), Some((given, concerned))) = (method, needless) {
+            format!(
                 "{given}: found with --method {method}, which has no use for it; allowed: {}",
                 listed(concerned)
-            ),
-            _ => {
-                let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();
-                let each: Vec<String> =
-                    given.iter().map(|(name, concerned)| format!("{name}: {}", listed(concerned))).collect();
-                format!(
-                    "{}: found together, but no method has a use for all of them; allowed: {}",
-                    names.join(", "),
-                    each.join("; ")
-                )
-            }
+            )
+        } else {
+            let names: Vec<&str> = given.iter().map(|(name, _)| name.as_str()).collect();
+            let each: Vec<String> =
+                given.iter().map(|(name, concerned)| format!("{name}: {}", listed(concerned))).collect();
+            format!(
+                "{}: found together, but no method has a use for all of them; allowed: {}",
+                names.join(", "),
+                each.join("; ")
+            )
         })
     }
 }
