@@ -110,8 +110,11 @@ fn law_alignment_gives_an_angle_only_where_the_rotor_followed() {
         assert_eq!(locked.failed, 3, "{locked:?}");
         let reasons: Vec<&String> = locked.reasons.keys().collect();
         assert_eq!(reasons, ["not applicable: the rotor did not follow"]);
-        let free = measure(DcAlignment, errors, Free, 3);
-        assert!(free.found == 3 && free.max_deg < 8.0 && free.wrong_poles == 0, "{free:?}");
+        // With a drive's errors it stays out of about one of six angles, and says so (18 % [10, 30] of 60).
+        let free = measure(DcAlignment, errors, Free, 12);
+        let least = if errors == ErrorSet::None { 12 } else { 7 };
+        assert!(free.found >= least && free.found + free.failed == 12, "{free:?}");
+        assert!(free.max_deg < 8.0 && free.wrong_poles == 0, "{free:?}");
     }
 }
 

@@ -93,15 +93,22 @@ impl MotorSpec {
     }
 
     /// The value of one of its numbers, such as `winding.resistance`; none if it has none.
-    pub(super) fn nominal(&self, key: &str, files: &Files) -> Option<Value> {
+    ///
+    /// # Errors
+    /// A data sheet that cannot be read.
+    pub(super) fn nominal(&self, key: &str, files: &Files) -> Result<Option<Value>, FileError> {
         let name = match self {
-            Self::Named(name) => name.as_str(),
-            Self::Table(table) => table.get("base")?.as_str()?,
+            Self::Named(name) => Some(name.as_str()),
+            Self::Table(table) => table.get("base").and_then(Value::as_str),
         };
-        let (_, text) = text(name, files, "motor").ok()?;
-        let sheet = Value::Table(text.parse::<Table>().ok()?);
-        let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
-        number.as_table()?.get("value").cloned()
+        let Some(name) = name else { return Ok(None) };
+        let (_, text) = text(name, files, "motor")?;
+        let value = || {
+            let sheet = Value::Table(text.parse::<Table>().ok()?);
+            let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
+            number.as_table()?.get("value").cloned()
+        };
+        Ok(value())
     }
 
     /// The whole data sheet, so that nothing needs to be looked for again.

@@ -52,7 +52,7 @@ impl Plan {
         let tolerances = file
             .tolerances
             .iter()
-            .map(|(key, tolerance)| Drawn::new(key, tolerance, nominal(&document, &file, key).as_ref()))
+            .map(|(key, tolerance)| Drawn::new(key, tolerance, nominal(&document, &file, key)?.as_ref()))
             .collect::<Result<Vec<_>, _>>()
             .map_err(|error| document.locate(error))?;
         if let Some(drawn) = tolerances.iter().find(|drawn| file.axes.contains_key(drawn.key())) {
@@ -309,9 +309,10 @@ impl ScenarioFile {
 }
 
 /// The value of a key: of the scenario, or for a motor's that of its data sheet.
-fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Option<Value> {
-    if let Some(value) = document.get(key) {
-        return Some(value.clone());
+fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option<Value>, FileError> {
+    match (document.get(key), key.strip_prefix("motor.")) {
+        (Some(value), _) => Ok(Some(value.clone())),
+        (None, Some(key)) => file.motor.nominal(key, document.files()),
+        (None, None) => Ok(None),
     }
-    file.motor.nominal(key.strip_prefix("motor.")?, document.files())
 }
