@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
-use standstill_detect::{Method, MethodName};
+use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::{
     AlphaBeta, Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step,
 };
@@ -16,7 +16,7 @@ use standstill_plant::{
     Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Place, built_in,
 };
 use standstill_sim::{
-    Ask, Bank, CORE, Flow, LANES, Motion, NoProbe, PLANE, RotorState, run, run_side_by_side,
+    Ask, Bank, CORE, Flow, LANES, Motion, NoProbe, PLANE, RotorState, lockstep, run, run_side_by_side,
 };
 
 /// Trials side by side: several times the lanes, so that those which stay empty at the end count little.
@@ -191,6 +191,35 @@ fn one_detection(criterion: &mut Criterion) {
     group.finish();
 }
 
+/// Blocks of detections in the lanes of the present engine and of the one that is to take over.
+fn engines(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("engines");
+    group.sample_size(10).measurement_time(Duration::from_secs(3)).throughput(Throughput::Elements(BLOCK));
+    let free = (MethodName::LineInductanceFast, RotorState::Free, "free");
+    let locked = [
+        MethodName::LineInductance,
+        MethodName::LineInductanceFast,
+        MethodName::Bipolar,
+        MethodName::MaximumLikelihood,
+        MethodName::HfiRotating,
+    ]
+    .map(|method| (method, RotorState::Locked, "locked"));
+    for (method, rotor, state) in locked.into_iter().chain([free]) {
+        let scenario = scenario(method, ErrorSet::Default, rotor);
+        let cases =
+            || (0..BLOCK).filter_map(|k| Some((scenario.case(k), scenario.detector.detector().ok()?)));
+        group.bench_function(format!("{method}, {state}, present"), |bencher| {
+            bencher.iter(|| {
+                run_side_by_side(&scenario.motor, &scenario.drive.link, cases(), |_, run| _ = black_box(run));
+            });
+        });
+        group.bench_function(format!("{method}, {state}, lockstep"), |bencher| {
+            bencher.iter(|| lockstep::run_side_by_side(cases(), |_, run| _ = black_box(run)));
+        });
+    }
+    group.finish();
+}
+
 fn campaign(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("campaign");
     let trials = 4096;
@@ -206,5 +235,5 @@ fn campaign(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, machines, one_segment, one_detection, campaign);
+criterion_group!(benches, machines, one_segment, one_detection, engines, campaign);
 criterion_main!(benches);

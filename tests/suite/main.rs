@@ -11,6 +11,7 @@ mod energy;
 mod error_sets;
 mod failures;
 mod lanes;
+mod lockstep;
 mod magnetics;
 mod methods;
 mod pulse;

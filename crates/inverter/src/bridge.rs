@@ -53,7 +53,7 @@ pub const RESTING_CURRENT: f64 = 1e-9;
 const CERTAIN: f64 = 1e-6;
 
 /// Magnetic axes of the phases: `i_k = p_k · i`.
-pub(crate) const AXES: [AlphaBeta<f64>; 3] = {
+pub const AXES: [AlphaBeta<f64>; 3] = {
     const HALF_ROOT_3: f64 = 0.866_025_403_784_438_6;
     [AlphaBeta::new(1.0, 0.0), AlphaBeta::new(-0.5, HALF_ROOT_3), AlphaBeta::new(-0.5, -HALF_ROOT_3)]
 };

@@ -47,6 +47,17 @@ impl LegModes {
         }))
     }
 
+    /// A leg in this mode.
+    #[inline]
+    pub fn of(&self, mode: Conduction) -> LegMode {
+        self.0[mode as usize]
+    }
+
+    /// A leg of a bridge of which nothing conducts: no leg is blocked while others conduct.
+    pub fn idle(&self) -> LegMode {
+        LegMode::default()
+    }
+
     /// The legs in these modes.
     pub fn legs(&self, modes: Modes) -> Legs {
         let mut legs = Legs::default();

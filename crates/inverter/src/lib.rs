@@ -21,7 +21,7 @@ mod gates;
 mod legs;
 mod link;
 
-pub use bridge::{Bridge, Modes, OpenLeg, Port};
+pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port, RESTING_CURRENT};
 pub use devices::{Clamp, Conduction, Devices};
 pub use gates::{Gate, GateDriver, GateTiming};
 pub use legs::{LegMode, LegModes, Legs, Terminals};

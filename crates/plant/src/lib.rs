@@ -33,7 +33,7 @@ pub use fluxmap::{FluxMap, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
-    Algebraic, Cogging, Core, Eddy, EddyBranch, Harmonics, IronBridge, Linear, MagneticCircuit,
+    Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Harmonics, IronBridge, Linear, MagneticCircuit,
     MagneticState, Magnetics, NoConvergence, Series,
 };
 pub use motor::Motor;

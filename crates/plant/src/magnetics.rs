@@ -22,7 +22,7 @@ use standstill_numeric::{Lane, Symmetric};
 use crate::FluxMap;
 
 pub use algebraic::Algebraic;
-pub use circuit::{Cogging, Eddy, MagneticCircuit, MagneticState, Series};
+pub use circuit::{Circuits, Cogging, Eddy, MagneticCircuit, MagneticState, Series};
 pub use eddy::EddyBranch;
 pub use harmonics::Harmonics;
 pub use iron_bridge::IronBridge;
@@ -152,7 +152,7 @@ impl Core {
     pub fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
         match self {
             Self::Linear(core) => core.evaluate(flux),
-            Self::Algebraic(core) => core.evaluate(flux),
+            Self::Algebraic(core) => core.widened().evaluate(flux),
             Self::Map(core) => one_by_one(core, &flux),
             Self::Series(core) => one_by_one(&**core, &flux),
         }

@@ -16,6 +16,7 @@ mod integrator;
 mod lanes;
 mod ledger;
 mod limits;
+pub mod lockstep;
 mod machine;
 mod motion;
 mod rig;

@@ -219,4 +219,20 @@ impl Timeline {
         self.find_next();
         edges
     }
+
+    /// Takes the next edge of one leg, if it comes before `end`, the end of the command: when, and what the gates do then.
+    /// A timeline is read this way or with [`Self::take`], not both.
+    #[inline]
+    pub fn pop(&mut self, leg: usize, end: Nanos) -> Option<(Nanos, Gate)> {
+        let line = &mut self.lines[leg];
+        while line.due < end {
+            let at = line.due;
+            let changed = line.driver.advance(at);
+            line.look_ahead();
+            if changed {
+                return Some((at, line.driver.gate()));
+            }
+        }
+        None
+    }
 }

@@ -18,29 +18,29 @@ use super::{IronBridge, Magnetics};
 ///
 /// A motor with magnets in its reluctance rotor adds an [`IronBridge`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Algebraic {
+pub struct Algebraic<T = f64> {
     /// a_d0 in 1/H.
-    pub d: f64,
+    pub d: T,
     /// a_dd in A/Wb^(S+1).
-    pub dd: f64,
+    pub dd: T,
     /// S.
     pub d_exponent: u8,
     /// a_q0 in 1/H.
-    pub q: f64,
+    pub q: T,
     /// a_qq in A/Wb^(T+1).
-    pub qq: f64,
+    pub qq: T,
     /// T.
     pub q_exponent: u8,
     /// a_dq in A/Wb^(U+V+3).
-    pub cross: f64,
+    pub cross: T,
     /// U.
     pub cross_d_exponent: u8,
     /// V.
     pub cross_q_exponent: u8,
     /// i_f in A, the magnet as a current that magnetises the d-axis.
-    pub magnet_current: f64,
+    pub magnet_current: T,
     /// Iron bridges beside the magnets, if any.
-    pub bridge: Option<IronBridge>,
+    pub bridge: Option<IronBridge<T>>,
 }
 
 impl Algebraic {
@@ -77,17 +77,39 @@ impl Algebraic {
         }
         Some(at(high))
     }
+}
 
+impl Algebraic {
+    /// The same coefficients for machines side by side.
+    #[inline(always)]
+    pub(super) fn widened<T: Lane>(&self) -> Algebraic<T> {
+        Algebraic {
+            d: T::of(self.d),
+            dd: T::of(self.dd),
+            d_exponent: self.d_exponent,
+            q: T::of(self.q),
+            qq: T::of(self.qq),
+            q_exponent: self.q_exponent,
+            cross: T::of(self.cross),
+            cross_d_exponent: self.cross_d_exponent,
+            cross_q_exponent: self.cross_q_exponent,
+            magnet_current: T::of(self.magnet_current),
+            bridge: self.bridge.as_ref().map(IronBridge::widened),
+        }
+    }
+}
+
+impl<T: Lane> Algebraic<T> {
     /// Current and inverse inductance, of any number of machines.
     #[inline(always)]
-    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+    pub(super) fn evaluate(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
         let (d, q) = (flux.d.abs(), flux.q.abs());
         let (s, t) = (f64::from(self.d_exponent), f64::from(self.q_exponent));
         let d_term = power(d, self.d_exponent) * self.dd;
         let q_term = power(q, self.q_exponent) * self.qq;
         let (mut slope_d, mut slope_q) = (d_term + self.d, q_term + self.q);
         let mut gamma = Symmetric::new(d_term * (s + 1.0) + self.d, T::of(0.0), q_term * (t + 1.0) + self.q);
-        if self.cross != 0.0 {
+        if T::any(self.cross.abs().above(T::of(0.0))) {
             let (u, v) = (f64::from(self.cross_d_exponent), f64::from(self.cross_q_exponent));
             let (d_u, q_v) = (power(d, self.cross_d_exponent), power(q, self.cross_q_exponent));
             let cross = d_u * q_v * self.cross;

@@ -1,10 +1,12 @@
 //! All of the motor's magnetics in one: core, magnet's temperature, harmonics, eddy currents, cogging.
 
 mod series;
+mod side_by_side;
 
 use standstill_interface::Dq;
 
 pub use series::Series;
+pub use side_by_side::Circuits;
 
 use standstill_numeric::{Heading, Lane, Symmetric, cos, sin_cos};
 
@@ -26,6 +28,22 @@ pub struct MagneticState<T = f64> {
     pub core_flux: Dq<T>,
     /// Current in A of the core itself, by which its map is read: i but for harmonics, with the magnet's change on top.
     pub core_current: Dq<T>,
+}
+
+impl<T: Lane> MagneticState<T> {
+    /// Of a core without harmonics, with the magnet's change of temperature.
+    #[inline(always)]
+    fn undistorted(flux: Dq<T>, core_current: Dq<T>, hessian: Symmetric<T>, magnet: Dq<T>) -> Self {
+        let zero = T::of(0.0);
+        Self {
+            current: Dq::new(core_current.d - magnet.d, core_current.q - magnet.q),
+            inverse_inductance: hessian,
+            energy_slope: zero,
+            current_slope: Dq::new(zero, zero),
+            core_flux: flux,
+            core_current,
+        }
+    }
 }
 
 /// Torque of a rotor without current, from slots: `T = −T_c sin(n θ)`.
@@ -160,19 +178,14 @@ impl MagneticCircuit {
     /// Current, inductance and their slopes at a flux in Wb.
     #[inline(always)]
     pub fn state<T: Lane>(&self, flux: Dq<T>, at: Heading<T>) -> MagneticState<T> {
+        let magnet = Dq::new(T::of(self.magnet.d), T::of(self.magnet.q));
         if let Some(distortion) = &self.distortion {
-            return distortion.state(&self.core, self.magnet, flux, at);
+            let inside = distortion.widened().inwards(flux, at);
+            let (current, hessian) = self.core.evaluate(inside.core_flux);
+            return inside.outwards(current, hessian, magnet);
         }
-        let (core_current, inverse_inductance) = self.core.evaluate(flux);
-        let zero = T::of(0.0);
-        MagneticState {
-            current: Dq::new(core_current.d - self.magnet.d, core_current.q - self.magnet.q),
-            inverse_inductance,
-            energy_slope: zero,
-            current_slope: Dq::new(zero, zero),
-            core_flux: flux,
-            core_current,
-        }
+        let (current, hessian) = self.core.evaluate(flux);
+        MagneticState::undistorted(flux, current, hessian, magnet)
     }
 
     /// W in J per 3/2, without what the eddy currents store.

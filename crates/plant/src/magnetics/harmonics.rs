@@ -16,31 +16,31 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Lane, Symmetric};
 
-use super::{Core, MagneticState};
+use super::MagneticState;
 
 /// Harmonics of winding and magnet over the rotor angle. All zero: none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Harmonics {
+pub struct Harmonics<T = f64> {
     /// L_4 in H: `L_4 cos 4θ` is added to the self-inductance of phase a, and so on, as slots and rotor bars do, and the
     /// same amplitude to the mutual inductances, `L_4 cos(4θ − 2φ_j − 2φ_k)` between phases at φ_j and φ_k. So equations
     /// (1) and (2) have it of L_B, and like L_B it is 3/2 L_4 in the plane. (In the self-inductances alone it would be a
     /// half.)
-    pub inductance_4: f64,
+    pub inductance_4: T,
     /// In H: by how much the self-inductance of phase a is larger than that of the others, at any angle. The mutual
     /// inductances stay: leakage of that phase, not more turns. Along its axis it is 2/3 of it, and nothing across.
-    pub asymmetry: f64,
+    pub asymmetry: T,
     /// In Wb: `ψ_5 cos 5θ` is added to the magnet's flux linkage of phase a.
-    pub flux_5: f64,
+    pub flux_5: T,
     /// In Wb: likewise `ψ_7 cos 7θ`. In the rotor's frame both turn with 6θ.
-    pub flux_7: f64,
+    pub flux_7: T,
 }
 
 /// Lower triangular 2×2 matrix.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Lower<T = f64> {
-    xx: T,
-    yx: T,
-    yy: T,
+pub(super) struct Lower<T = f64> {
+    pub(super) xx: T,
+    pub(super) yx: T,
+    pub(super) yy: T,
 }
 
 impl<T: Lane> Lower<T> {
@@ -95,37 +95,39 @@ struct Coordinates<T> {
 
 /// Harmonics around the operating point of a core.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Distortion {
-    harmonics: Harmonics,
-    rest: Dq<f64>,
-    inductance: Symmetric,
-    factor: Lower,
+pub(super) struct Distortion<T = f64> {
+    pub(super) harmonics: Harmonics<T>,
+    pub(super) rest: Dq<T>,
+    pub(super) inductance: Symmetric<T>,
+    pub(super) factor: Lower<T>,
 }
 
-impl Harmonics {
+impl<T: Lane> Harmonics<T> {
     /// M(θ) and its slope over θ, in H and H/rad: a 4θ term of the phases is a reflection that turns with −6θ in the
     /// rotor's frame; one phase that differs is a reflection that stands still in the stator's.
     #[inline(always)]
-    fn inductance<T: Lane>(&self, at: Heading<T>) -> (Symmetric<T>, Symmetric<T>) {
+    fn inductance(&self, at: Heading<T>) -> (Symmetric<T>, Symmetric<T>) {
         let two = at.doubled();
         let six = two.tripled();
-        let (four, odd) = (1.5 * self.inductance_4, self.asymmetry / 3.0);
+        let (four, odd) = (self.inductance_4 * 1.5, self.asymmetry / T::of(3.0));
         let reflection =
-            |factor: f64, cos: T, sin: T| Symmetric::new(cos * factor, sin * factor, -(cos * factor));
+            |factor: T, cos: T, sin: T| Symmetric::new(cos * factor, sin * factor, -(cos * factor));
         let sum = |x: Symmetric<T>, y: Symmetric<T>| Symmetric::new(x.xx + y.xx, x.xy + y.xy, x.yy + y.yy);
         let value = sum(reflection(four, six.cos, -six.sin), reflection(odd, two.cos, -two.sin));
-        let slope = sum(reflection(-6.0 * four, six.sin, six.cos), reflection(-2.0 * odd, two.sin, two.cos));
+        let slope = sum(reflection(four * -6.0, six.sin, six.cos), reflection(odd * -2.0, two.sin, two.cos));
         (Symmetric::new(value.xx + odd, value.xy, value.yy + odd), slope)
     }
 
     /// δ(θ) and its slope over θ, in Wb and Wb/rad.
     #[inline(always)]
-    fn flux<T: Lane>(&self, at: Heading<T>) -> (Dq<T>, Dq<T>) {
+    fn flux(&self, at: Heading<T>) -> (Dq<T>, Dq<T>) {
         let six = at.doubled().tripled();
         let (d, q) = (self.flux_7 + self.flux_5, self.flux_7 - self.flux_5);
-        (Dq::new(six.cos * d, six.sin * q), Dq::new(six.sin * (-6.0 * d), six.cos * (6.0 * q)))
+        (Dq::new(six.cos * d, six.sin * q), Dq::new(six.sin * (d * -6.0), six.cos * (q * 6.0)))
     }
+}
 
+impl Harmonics {
     /// The largest change of the inductances in H, in any direction at any angle.
     pub fn largest_inductance(&self) -> f64 {
         1.5 * self.inductance_4.abs() + 2.0 / 3.0 * self.asymmetry.abs()
@@ -143,15 +145,15 @@ impl Harmonics {
     }
 }
 
-impl Distortion {
+impl<T: Lane> Distortion<T> {
     /// Around the flux `rest` in Wb without current, where the core has this incremental inductance in H. The
     /// harmonics must be smaller than its smaller eigenvalue: see [`Harmonics::fit`].
-    pub(super) fn new(harmonics: Harmonics, rest: Dq<f64>, inductance: Symmetric) -> Self {
+    pub(super) fn new(harmonics: Harmonics<T>, rest: Dq<T>, inductance: Symmetric<T>) -> Self {
         Self { harmonics, rest, inductance, factor: Lower::cholesky(inductance) }
     }
 
     #[inline(always)]
-    fn coordinates<T: Lane>(&self, at: Heading<T>) -> Coordinates<T> {
+    fn coordinates(&self, at: Heading<T>) -> Coordinates<T> {
         let (m, m_slope) = self.harmonics.inductance(at);
         let l = self.inductance;
         let g = Lower::cholesky(Symmetric::new(m.xx + l.xx, m.xy + l.xy, m.yy + l.yy));
@@ -159,11 +161,72 @@ impl Distortion {
         let yx = (m_slope.xy - g.yx * xx) / g.xx;
         let yy = (m_slope.yy * 0.5 - g.yx * yx) / g.yy;
         let back = g.inverse();
-        let factor = Lower::new(T::of(self.factor.xx), T::of(self.factor.yx), T::of(self.factor.yy));
-        let a = factor.times(back);
+        let a = self.factor.times(back);
         let a_slope = a.times(Lower::new(xx, yx, yy)).times(back);
         let (shift, shift_slope) = self.harmonics.flux(at);
         Coordinates { a, a_slope: Lower::new(-a_slope.xx, -a_slope.yx, -a_slope.yy), shift, shift_slope }
+    }
+
+    /// Where the core is when the winding's flux is this.
+    #[inline(always)]
+    pub(super) fn inwards(&self, flux: Dq<T>, at: Heading<T>) -> Inside<T> {
+        let c = self.coordinates(at);
+        let x = flux - self.rest - c.shift;
+        let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
+        Inside { core_flux: self.rest + c.a.apply(x), a: c.a, a_slope: c.a_slope, turning }
+    }
+}
+
+/// The core behind the harmonics.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Inside<T> {
+    /// u in Wb: where the core is.
+    pub(super) core_flux: Dq<T>,
+    a: Lower<T>,
+    a_slope: Lower<T>,
+    /// ∂u/∂θ at constant ψ, in Wb/rad.
+    turning: Dq<T>,
+}
+
+impl<T: Lane> Inside<T> {
+    /// The winding's state over that of the core, with the magnet's change of temperature.
+    #[inline(always)]
+    pub(super) fn outwards(
+        self,
+        core_current: Dq<T>,
+        hessian: Symmetric<T>,
+        magnet: Dq<T>,
+    ) -> MagneticState<T> {
+        let Self { core_flux, a, a_slope, turning } = self;
+        let slope = Dq::new(core_current.d - magnet.d, core_current.q - magnet.q);
+        MagneticState {
+            current: a.apply_transposed(slope),
+            inverse_inductance: a.congruent(hessian),
+            energy_slope: slope.dot(turning),
+            current_slope: a_slope.apply_transposed(slope) + a.apply_transposed(hessian.times_dq(turning)),
+            core_flux,
+            core_current,
+        }
+    }
+}
+
+impl Distortion {
+    /// The same numbers for machines side by side.
+    #[inline(always)]
+    pub(super) fn widened<T: Lane>(&self) -> Distortion<T> {
+        let Harmonics { inductance_4, asymmetry, flux_5, flux_7 } = self.harmonics;
+        let (l, g) = (self.inductance, self.factor);
+        Distortion {
+            harmonics: Harmonics {
+                inductance_4: T::of(inductance_4),
+                asymmetry: T::of(asymmetry),
+                flux_5: T::of(flux_5),
+                flux_7: T::of(flux_7),
+            },
+            rest: Dq::new(T::of(self.rest.d), T::of(self.rest.q)),
+            inductance: Symmetric::new(T::of(l.xx), T::of(l.xy), T::of(l.yy)),
+            factor: Lower::new(T::of(g.xx), T::of(g.yx), T::of(g.yy)),
+        }
     }
 
     /// u: where the core is when the winding's flux is ψ.
@@ -175,32 +238,5 @@ impl Distortion {
     /// Flux in Wb without current.
     pub(super) fn rest(&self, at: Heading) -> Dq<f64> {
         self.rest + self.harmonics.flux(at).0
-    }
-
-    /// The winding's state over that of the core.
-    #[inline(always)]
-    pub(super) fn state<T: Lane>(
-        &self,
-        core: &Core,
-        magnet: Dq<f64>,
-        flux: Dq<T>,
-        at: Heading<T>,
-    ) -> MagneticState<T> {
-        let c = self.coordinates(at);
-        let rest = Dq::new(T::of(self.rest.d), T::of(self.rest.q));
-        let x = flux - rest - c.shift;
-        let core_flux = rest + c.a.apply(x);
-        let (core_current, hessian) = core.evaluate(core_flux);
-        let slope = Dq::new(core_current.d - magnet.d, core_current.q - magnet.q);
-        let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
-        MagneticState {
-            current: c.a.apply_transposed(slope),
-            inverse_inductance: c.a.congruent(hessian),
-            energy_slope: slope.dot(turning),
-            current_slope: c.a_slope.apply_transposed(slope)
-                + c.a.apply_transposed(hessian.times_dq(turning)),
-            core_flux,
-            core_current,
-        }
     }
 }

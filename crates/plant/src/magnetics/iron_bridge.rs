@@ -22,15 +22,15 @@ use super::Magnetics;
 /// smaller ψ_n in the same law: it saturates the rib less, and L_d grows. A current that opposes the magnet from outside
 /// would do the contrary, drive the rib further into saturation.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct IronBridge {
+pub struct IronBridge<T = f64> {
     /// a_b in A/Wb^(W+1).
-    pub strength: f64,
+    pub strength: T,
     /// a_bp in 1/Wb^W.
-    pub saturation: f64,
+    pub saturation: T,
     /// k_q.
-    pub q_share: f64,
+    pub q_share: T,
     /// ψ_n in Wb.
-    pub magnet_flux: f64,
+    pub magnet_flux: T,
     /// W.
     pub exponent: u8,
 }
@@ -46,30 +46,25 @@ const GAUSS: [(f64, f64); 4] = [
 /// Panels of the quadrature: the integrand is smooth, this leaves rounding only.
 const PANELS: u8 = 8;
 
-impl IronBridge {
+impl<T: Lane> IronBridge<T> {
     /// G and s dG/ds, both in 1/H.
     #[inline(always)]
-    fn conductance<T: Lane>(&self, s: T) -> (T, T) {
+    fn conductance(&self, s: T) -> (T, T) {
         let p = power(s, self.exponent);
         let denominator = p * self.saturation + 1.0;
         let g = p * self.strength / denominator;
         (g, g * f64::from(self.exponent) / denominator)
     }
 
-    /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
-    pub(super) fn along_d(&self, flux: f64) -> f64 {
-        self.conductance(flux.abs()).0 * flux
-    }
-
     #[inline(always)]
-    fn coordinates<T: Lane>(&self, flux: Dq<T>) -> (T, T) {
+    fn coordinates(&self, flux: Dq<T>) -> (T, T) {
         let b = flux.d - self.magnet_flux;
         (b, (b * b + flux.q * self.q_share * flux.q).sqrt())
     }
 
     /// Current and inverse inductance, of any number of machines.
     #[inline(always)]
-    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
+    pub(super) fn evaluate(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
         let (b, s) = self.coordinates(flux);
         let k = self.q_share;
         let (g, slope) = self.conductance(s);
@@ -80,6 +75,25 @@ impl IronBridge {
             Dq::new(g * b, g * along_q),
             Symmetric::new(g + bend * b * b, bend * b * along_q, g * k + bend * along_q * along_q),
         )
+    }
+}
+
+impl IronBridge {
+    /// The same numbers for machines side by side.
+    #[inline(always)]
+    pub(super) fn widened<T: Lane>(&self) -> IronBridge<T> {
+        IronBridge {
+            strength: T::of(self.strength),
+            saturation: T::of(self.saturation),
+            q_share: T::of(self.q_share),
+            magnet_flux: T::of(self.magnet_flux),
+            exponent: self.exponent,
+        }
+    }
+
+    /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
+    pub(super) fn along_d(&self, flux: f64) -> f64 {
+        self.conductance(flux.abs()).0 * flux
     }
 }
 

@@ -1,0 +1,243 @@
+//! The magnetic circuits of several motors side by side: each has numbers of its own.
+
+use standstill_interface::{Arithmetic, Dq};
+use standstill_numeric::{Heading, Pack, Symmetric};
+
+use super::{Core, MagneticCircuit, MagneticState};
+use crate::Linear;
+use crate::magnetics::harmonics::{Distortion, Harmonics};
+use crate::magnetics::{Algebraic, IronBridge, Magnetics};
+
+/// The magnetic circuits of `K` motors of one kind: the same kind of core with the same exponents, harmonics and eddy
+/// currents in all of them or in none.
+#[derive(Clone, Debug)]
+pub struct Circuits<const K: usize> {
+    /// A formula whose coefficients are the motors' own; none: each core is looked up by itself.
+    formula: Option<Algebraic<Pack<K>>>,
+    /// Change of the magnet with temperature, as a current in A.
+    magnet: Dq<Pack<K>>,
+    distortion: Option<Distortion<Pack<K>>>,
+    eddy: Option<Eddies<K>>,
+}
+
+/// Eddy branches side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Eddies<const K: usize> {
+    /// 1/τ in 1/s.
+    pub rate: Pack<K>,
+    /// G in 1/H.
+    pub inverse_inductance: Dq<Pack<K>>,
+}
+
+/// A linear core is an algebraic one without saturation.
+fn formula(core: &Core) -> Option<Algebraic> {
+    match core {
+        Core::Algebraic(core) => Some(*core),
+        Core::Linear(Linear { d_axis_inductance, q_axis_inductance, magnet_flux }) => Some(Algebraic {
+            d: 1.0 / d_axis_inductance,
+            q: 1.0 / q_axis_inductance,
+            magnet_current: magnet_flux / d_axis_inductance,
+            ..Algebraic::default()
+        }),
+        Core::Map(_) | Core::Series(_) => None,
+    }
+}
+
+const fn zero<const K: usize>() -> Pack<K> {
+    Pack([0.0; K])
+}
+
+fn put<const K: usize>(to: &mut Pack<K>, lane: usize, from: f64) {
+    to.0[lane] = from;
+}
+
+fn put_dq<const K: usize>(to: &mut Dq<Pack<K>>, lane: usize, from: Dq<f64>) {
+    put(&mut to.d, lane, from.d);
+    put(&mut to.q, lane, from.q);
+}
+
+fn put_symmetric<const K: usize>(to: &mut Symmetric<Pack<K>>, lane: usize, from: Symmetric) {
+    put(&mut to.xx, lane, from.xx);
+    put(&mut to.xy, lane, from.xy);
+    put(&mut to.yy, lane, from.yy);
+}
+
+impl<const K: usize> Circuits<K> {
+    /// For circuits of the same kind as this one, which stands in all lanes.
+    pub fn like(circuit: &MagneticCircuit) -> Self {
+        let none = Dq::new(zero(), zero());
+        let blank = Algebraic {
+            d: zero(),
+            dd: zero(),
+            q: zero(),
+            qq: zero(),
+            cross: zero(),
+            magnet_current: zero(),
+            d_exponent: 0,
+            q_exponent: 0,
+            cross_d_exponent: 0,
+            cross_q_exponent: 0,
+            bridge: None,
+        };
+        let mut circuits = Self {
+            formula: formula(&circuit.core).map(|core| Algebraic {
+                d_exponent: core.d_exponent,
+                q_exponent: core.q_exponent,
+                cross_d_exponent: core.cross_d_exponent,
+                cross_q_exponent: core.cross_q_exponent,
+                bridge: core.bridge.map(|bridge| IronBridge {
+                    strength: zero(),
+                    saturation: zero(),
+                    q_share: zero(),
+                    magnet_flux: zero(),
+                    exponent: bridge.exponent,
+                }),
+                ..blank
+            }),
+            magnet: none,
+            distortion: circuit.distortion.map(|_| {
+                let harmonics =
+                    Harmonics { inductance_4: zero(), asymmetry: zero(), flux_5: zero(), flux_7: zero() };
+                let one = Pack::of(1.0);
+                Distortion::new(harmonics, none, Symmetric::new(one, zero(), one))
+            }),
+            eddy: circuit.eddy.map(|_| Eddies { rate: zero(), inverse_inductance: none }),
+        };
+        for lane in 0..K {
+            circuits.put(lane, circuit);
+        }
+        circuits
+    }
+
+    /// Whether a circuit is of this kind.
+    pub fn fits(&self, circuit: &MagneticCircuit) -> bool {
+        let same_formula = match (&self.formula, formula(&circuit.core)) {
+            (None, _) => true,
+            (Some(these), Some(core)) => {
+                let exponents = |d: u8, q: u8, cross_d: u8, cross_q: u8| [d, q, cross_d, cross_q];
+                exponents(these.d_exponent, these.q_exponent, these.cross_d_exponent, these.cross_q_exponent)
+                    == exponents(
+                        core.d_exponent,
+                        core.q_exponent,
+                        core.cross_d_exponent,
+                        core.cross_q_exponent,
+                    )
+                    && these.bridge.map(|bridge| bridge.exponent) == core.bridge.map(|bridge| bridge.exponent)
+            }
+            (Some(_), None) => false,
+        };
+        same_formula
+            && self.distortion.is_some() == circuit.distortion.is_some()
+            && self.eddy.is_some() == circuit.eddy.is_some()
+    }
+
+    /// Puts a circuit of this kind into a lane.
+    pub fn put(&mut self, lane: usize, circuit: &MagneticCircuit) {
+        debug_assert!(self.fits(circuit));
+        if let (Some(to), Some(from)) = (&mut self.formula, formula(&circuit.core)) {
+            put(&mut to.d, lane, from.d);
+            put(&mut to.dd, lane, from.dd);
+            put(&mut to.q, lane, from.q);
+            put(&mut to.qq, lane, from.qq);
+            put(&mut to.cross, lane, from.cross);
+            put(&mut to.magnet_current, lane, from.magnet_current);
+            if let (Some(to), Some(from)) = (&mut to.bridge, from.bridge) {
+                put(&mut to.strength, lane, from.strength);
+                put(&mut to.saturation, lane, from.saturation);
+                put(&mut to.q_share, lane, from.q_share);
+                put(&mut to.magnet_flux, lane, from.magnet_flux);
+            }
+        }
+        put_dq(&mut self.magnet, lane, circuit.magnet);
+        if let (Some(to), Some(from)) = (&mut self.distortion, &circuit.distortion) {
+            to.put(lane, from);
+        }
+        if let (Some(to), Some((branch, g))) = (&mut self.eddy, circuit.eddy) {
+            put(&mut to.rate, lane, 1.0 / branch.time_constant);
+            put_dq(&mut to.inverse_inductance, lane, g);
+        }
+    }
+
+    /// The eddy branches, if there are any.
+    pub const fn eddies(&self) -> Option<&Eddies<K>> {
+        self.eddy.as_ref()
+    }
+
+    /// Current, inductance and their slopes at fluxes in Wb. `cores` are the motors' own, looked at where there is no
+    /// formula.
+    #[inline(always)]
+    pub fn state(
+        &self,
+        flux: Dq<Pack<K>>,
+        at: Heading<Pack<K>>,
+        cores: &[&MagneticCircuit; K],
+    ) -> MagneticState<Pack<K>> {
+        if let Some(distortion) = &self.distortion {
+            let inside = distortion.inwards(flux, at);
+            let (current, hessian) = self.core(inside.core_flux, cores);
+            return inside.outwards(current, hessian, self.magnet);
+        }
+        let (current, hessian) = self.core(flux, cores);
+        MagneticState::undistorted(flux, current, hessian, self.magnet)
+    }
+
+    #[inline(always)]
+    fn core(&self, flux: Dq<Pack<K>>, cores: &[&MagneticCircuit; K]) -> (Dq<Pack<K>>, Symmetric<Pack<K>>) {
+        match &self.formula {
+            Some(formula) => formula.evaluate(flux),
+            None => look_up(&flux, cores),
+        }
+    }
+
+    /// Whether the cores are known for some currents only.
+    pub const fn have_ends(&self) -> bool {
+        self.formula.is_none()
+    }
+
+    /// How far the cores are from the end of the currents that they are known for, in A; infinite for formulas.
+    #[inline(always)]
+    pub fn room(&self, current: Dq<Pack<K>>, cores: &[&MagneticCircuit; K]) -> Pack<K> {
+        if self.formula.is_some() { Pack::of(f64::INFINITY) } else { look_up_room(&current, cores) }
+    }
+}
+
+// Not inlined: where numbers that were computed one by one meet those of wide registers, a compiler would take the
+// latter apart.
+#[inline(never)]
+fn look_up<const K: usize>(
+    flux: &Dq<Pack<K>>,
+    circuits: &[&MagneticCircuit; K],
+) -> (Dq<Pack<K>>, Symmetric<Pack<K>>) {
+    let (mut current, mut gamma) = (Dq::new(zero(), zero()), Symmetric::new(zero(), zero(), zero()));
+    for (lane, circuit) in circuits.iter().enumerate() {
+        let at = Dq::new(flux.d.0[lane], flux.q.0[lane]);
+        let (i, inverse_inductance) = circuit.core.current_and_inverse_inductance(at);
+        put_dq(&mut current, lane, i);
+        put_symmetric(&mut gamma, lane, inverse_inductance);
+    }
+    (current, gamma)
+}
+
+#[inline(never)]
+fn look_up_room<const K: usize>(current: &Dq<Pack<K>>, circuits: &[&MagneticCircuit; K]) -> Pack<K> {
+    let mut room = zero();
+    for (lane, circuit) in circuits.iter().enumerate() {
+        put(&mut room, lane, circuit.core.margin(Dq::new(current.d.0[lane], current.q.0[lane])));
+    }
+    room
+}
+
+impl<const K: usize> Distortion<Pack<K>> {
+    fn put(&mut self, lane: usize, from: &Distortion) {
+        let (to, of) = (&mut self.harmonics, &from.harmonics);
+        put(&mut to.inductance_4, lane, of.inductance_4);
+        put(&mut to.asymmetry, lane, of.asymmetry);
+        put(&mut to.flux_5, lane, of.flux_5);
+        put(&mut to.flux_7, lane, of.flux_7);
+        put_dq(&mut self.rest, lane, from.rest);
+        put_symmetric(&mut self.inductance, lane, from.inductance);
+        put(&mut self.factor.xx, lane, from.factor.xx);
+        put(&mut self.factor.yx, lane, from.factor.yx);
+        put(&mut self.factor.yy, lane, from.factor.yy);
+    }
+}

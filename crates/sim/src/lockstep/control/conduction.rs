@@ -1,0 +1,256 @@
+//! Which devices conduct, and what follows for the machine.
+
+use standstill_interface::{AlphaBeta, Phase};
+use standstill_inverter::{Conduction, Gate, Modes, Port, RESTING_CURRENT};
+use standstill_numeric::{Heading, Pack, Symmetric};
+
+use super::motion::FLUX_SLACK;
+use super::run::Control;
+use crate::case::RunError;
+use crate::lockstep::lanes::bank::Bank;
+use crate::lockstep::physics::bounds::{DOMAIN, FLUX, MOTION, STOP};
+use crate::lockstep::physics::plane::Plane;
+use crate::lockstep::step::two_derivative::Here;
+use crate::trace::Event;
+
+/// The machine of one lane.
+#[derive(Clone, Copy, Debug)]
+pub struct One {
+    /// Current in A in the run's plane.
+    pub current: Plane,
+    /// Inverse inductance in 1/H there.
+    pub inverse_inductance: Symmetric,
+    /// What changes the currents in A/s at constant flux.
+    pub drift: Plane,
+    /// DC link in V.
+    pub dc_link: f64,
+    /// Heading of the run's plane.
+    pub start: Heading,
+}
+
+impl One {
+    /// The machine of a lane.
+    pub fn of<const K: usize>(bank: &Bank<'_, K>, here: &Here<K>, lane: usize) -> Self {
+        let one = |pack: &Pack<K>| pack.0[lane];
+        let plane = |v: &Plane<Pack<K>>| Plane::new(one(&v.x), one(&v.y));
+        let gamma = &here.at.inverse_inductance;
+        let mut drift = plane(&here.at.relaxing);
+        if bank.machine.rotors.is_some() {
+            drift = drift + plane(&here.at.turning) * one(&here.state.speed);
+        }
+        Self {
+            current: plane(&here.at.current),
+            inverse_inductance: Symmetric::new(one(&gamma.xx), one(&gamma.xy), one(&gamma.yy)),
+            drift,
+            dc_link: one(&here.state.link),
+            start: Heading { sin: one(&bank.machine.start.sin), cos: one(&bank.machine.start.cos) },
+        }
+    }
+
+    /// As the bridge sees it, with the winding's resistance in Ω.
+    pub fn port(&self, current: [f64; 3], resistance: f64) -> Port {
+        let held = self.current * resistance - self.drift.through(self.inverse_inductance.inverse());
+        let holding: AlphaBeta<f64> = held.to_stator(self.start);
+        Port {
+            current,
+            inverse_inductance: self.inverse_inductance.unpark_by(self.start.sin, self.start.cos),
+            holding,
+            dc_link: self.dc_link,
+        }
+    }
+}
+
+impl<'a> Control<'a> {
+    /// Phase currents in A.
+    pub(super) fn currents<const K: usize>(&self, bank: &Bank<'a, K>) -> [f64; 3] {
+        self.currents_at(bank, &bank.here)
+    }
+
+    /// The same at another time.
+    pub(super) fn currents_at<const K: usize>(&self, bank: &Bank<'a, K>, here: &Here<K>) -> [f64; 3] {
+        let i = &here.at.current;
+        let (x, y) = (i.x.0[self.lane], i.y.0[self.lane]);
+        let phase = |k: usize| {
+            let axis = &bank.machine.legs.axes[k];
+            axis.x.0[self.lane] * x + axis.y.0[self.lane] * y
+        };
+        [phase(0), phase(1), phase(2)]
+    }
+
+    /// The machine as the bridge sees it.
+    pub(super) fn port<const K: usize>(&self, bank: &Bank<'a, K>, here: &Here<K>) -> Port {
+        One::of(bank, here, self.lane).port(self.currents_at(bank, here), self.case.motor.resistance)
+    }
+
+    /// Finds the conduction modes that fit the gates and the machine.
+    pub(super) fn resolve<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Result<(), RunError> {
+        let port = self.port(bank, &bank.here);
+        if !port.current.iter().all(|current| current.is_finite()) {
+            return Err(RunError::NotFinite);
+        }
+        let modes = self.case.inverter.bridge.resolve(self.gates.now(), &port);
+        self.conduct(bank, modes);
+        Ok(())
+    }
+
+    /// What conducts after gates have switched. A leg with current goes on with it through another device; whether a
+    /// blocked one stays so is looked at before the next step.
+    pub(super) fn conduct_after_switching<const K: usize>(
+        &mut self,
+        bank: &mut Bank<'a, K>,
+        before: [Gate; 3],
+    ) -> Result<(), RunError> {
+        let gates = self.gates.now();
+        let current = self.currents(bank);
+        let mut modes = self.modes;
+        let mut flowing = 0;
+        for k in 0..3 {
+            let direction = modes[k].direction();
+            if direction != 0.0 {
+                if direction * current[k] <= RESTING_CURRENT {
+                    return self.resolve(bank);
+                }
+                flowing += 1;
+                modes[k] = if direction > 0.0 {
+                    Conduction::outflow(gates[k])
+                } else {
+                    Conduction::inflow(gates[k])
+                };
+            }
+        }
+        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
+        if flowing == 0 && (drives || bank.machine.drifts()) {
+            return self.resolve(bank);
+        }
+        for k in 0..3 {
+            if modes[k] == Conduction::Blocked && gates[k] != before[k] {
+                self.bound(bank, k);
+            }
+        }
+        self.conduct(bank, modes);
+        Ok(())
+    }
+
+    /// The legs conduct so from now on.
+    pub(super) fn conduct<const K: usize>(&mut self, bank: &mut Bank<'a, K>, modes: Modes) {
+        let lane = self.lane;
+        let blocked = modes.iter().filter(|mode| **mode == Conduction::Blocked).count();
+        let was_idle = bank.machine.legs.idle.0[lane] > 0.0;
+        let idle = blocked >= 2;
+        for k in 0..3 {
+            let changed = modes[k] != self.modes[k];
+            if changed {
+                let (time, phase) = (self.time(bank), Phase::ALL[k]);
+                self.event(time * 1e-9, Event::Conduction(phase, modes[k]));
+            }
+            if changed || idle != was_idle || self.first_modes(bank) {
+                let mode = if idle { self.leg_modes.idle() } else { self.leg_modes.of(modes[k]) };
+                bank.machine.legs.put(lane, k, &mode);
+            }
+        }
+        bank.machine.legs.idle.0[lane] = f64::from(u8::from(idle));
+        if modes != self.modes {
+            self.edge = f64::NAN;
+        }
+        self.modes = modes;
+        for k in 0..3 {
+            if modes[k] == Conduction::Blocked {
+                self.bound(bank, k);
+            }
+        }
+    }
+
+    fn first_modes<const K: usize>(&self, bank: &Bank<'a, K>) -> bool {
+        self.time(bank) == 0.0
+    }
+
+    /// Between which potentials a blocked leg stays so, by its gates.
+    fn bound<const K: usize>(&self, bank: &mut Bank<'a, K>, k: usize) {
+        let [low, high] = self.case.inverter.bridge.clamps(self.gates.now()[k]);
+        for part in 0..2 {
+            bank.bounds.low[k][part].0[self.lane] = low[part];
+            bank.bounds.high[k][part].0[self.lane] = high[part];
+        }
+    }
+
+    /// Ends the mode whose margin reached zero and finds what follows.
+    pub(super) fn end_mode<const K: usize>(
+        &mut self,
+        bank: &mut Bank<'a, K>,
+        which: usize,
+    ) -> Result<(), RunError> {
+        let passed = self.time(bank);
+        if which >= FLUX {
+            self.cross_kink(bank, which - FLUX);
+            return Ok(());
+        }
+        if which == DOMAIN {
+            self.event(passed * 1e-9, Event::LeftMap);
+            return Err(self.left_map(bank));
+        }
+        self.carry_passed(passed.next_up());
+        if which == STOP || which == MOTION {
+            self.change_motion(bank, which == STOP);
+            // What the rotor induces may have changed at once.
+            return self.resolve(bank);
+        }
+        if self.modes[which] != Conduction::Blocked {
+            let mut ends = self.modes.map(|mode| mode == Conduction::Blocked);
+            ends[which] = true;
+            self.make_zero(bank, ends);
+        }
+        self.resolve(bank)
+    }
+
+    /// Makes the currents of these legs zero, where the step has them zero up to its error: the flux moves as a voltage
+    /// impulse at their terminals would move it.
+    fn make_zero<const K: usize>(&self, bank: &mut Bank<'a, K>, legs: [bool; 3]) {
+        let lane = self.lane;
+        let all = legs.iter().filter(|leg| **leg).count() >= 2;
+        let one = One::of(bank, &bank.here, lane);
+        let (impulse, change) = if all {
+            (one.current.through(one.inverse_inductance.inverse()), one.current)
+        } else {
+            let k = legs.iter().position(|leg| *leg).unwrap_or(0);
+            let axis = &bank.machine.legs.axes[k];
+            let axis = Plane::new(axis.x.0[lane], axis.y.0[lane]);
+            let across = axis.through(one.inverse_inductance);
+            let share = axis.dot(one.current) / across.dot(axis);
+            (axis * share, across * share)
+        };
+        let here = &mut bank.here;
+        here.state.flux.x.0[lane] -= impulse.x;
+        here.state.flux.y.0[lane] -= impulse.y;
+        let left = if all { Plane::new(0.0, 0.0) } else { one.current - change };
+        here.at.current.x.0[lane] = left.x;
+        here.at.current.y.0[lane] = left.y;
+    }
+
+    fn left_map<const K: usize>(&self, bank: &Bank<'a, K>) -> RunError {
+        let current = &bank.here.at.core_current;
+        // A current in mA is far from the largest whole number.
+        #[allow(clippy::cast_possible_truncation)]
+        let milli = |current: &Pack<K>| (current.0[self.lane] * 1e3).round() as i64;
+        RunError::LeftMap { current_ma: [milli(&current.d), milli(&current.q)] }
+    }
+
+    /// ψ_d or ψ_q, by its number, went to the other side of zero.
+    fn cross_kink<const K: usize>(&mut self, bank: &mut Bank<'a, K>, axis: usize) {
+        let flux = &bank.here.at.core_flux;
+        let flux = [flux.d.0[self.lane], flux.q.0[self.lane]][axis];
+        if self.sides[axis] * flux < FLUX_SLACK {
+            self.sides[axis] = -self.sides[axis];
+        }
+        self.set_sides(bank);
+    }
+
+    /// Tells the bank on which sides of its kinks the core is.
+    pub(super) fn set_sides<const K: usize>(&self, bank: &mut Bank<'a, K>) {
+        if let Some(sides) = &mut bank.bounds.sides {
+            for (to, side) in sides.iter_mut().zip(self.sides) {
+                to[0].0[self.lane] = side;
+                to[1].0[self.lane] = if side == 0.0 { f64::INFINITY } else { 0.0 };
+            }
+        }
+    }
+}

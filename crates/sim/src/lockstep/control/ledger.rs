@@ -1,0 +1,126 @@
+//! Where a run's energy goes, integrated along its steps.
+
+use standstill_interface::Dq;
+use standstill_inverter::Storage;
+use standstill_numeric::{Heading, Pack};
+
+use super::conduction::One;
+use super::run::Control;
+use crate::ledger::Ledger;
+use crate::lockstep::lanes::bank::Bank;
+use crate::lockstep::physics::plane::Plane;
+use crate::lockstep::step::two_derivative::Here;
+
+/// Shares and weights of Gauss and Legendre's rule with four points over 0 to 1.
+const GAUSS: [(f64, f64); 4] = [
+    (0.069_431_844_202_973_71, 0.173_927_422_568_726_93),
+    (0.330_009_478_207_571_87, 0.326_072_577_431_273_07),
+    (0.669_990_521_792_428_1, 0.326_072_577_431_273_07),
+    (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
+];
+
+/// The accounts of a run that goes on.
+#[derive(Clone, Debug)]
+pub struct Accounts {
+    spent: Ledger,
+    field: f64,
+    link: f64,
+}
+
+impl Accounts {
+    /// At the start of a run.
+    pub fn open<const K: usize>(control: &Control<'_>, bank: &Bank<'_, K>) -> Self {
+        Self {
+            spent: Ledger::default(),
+            field: field_energy(control, &bank.here),
+            link: link_energy(control, &bank.here),
+        }
+    }
+
+    /// Adds what was spent in the step just accepted.
+    pub fn follow<'a, const K: usize>(&mut self, control: &Control<'a>, bank: &Bank<'a, K>) {
+        let h = bank.tried.h.0[control.lane];
+        if h <= 0.0 {
+            return;
+        }
+        for (share, weight) in GAUSS {
+            let powers = powers(control, bank, &bank.within(share));
+            let (spent, weight) = (&mut self.spent, weight * h);
+            spent.source += weight * powers.source;
+            spent.source_loss += weight * powers.source_loss;
+            spent.device_loss += weight * powers.device_loss;
+            spent.copper_loss += weight * powers.copper_loss;
+            spent.eddy_loss += weight * powers.eddy_loss;
+            spent.shaft_work += weight * powers.shaft_work;
+            spent.friction_loss += weight * powers.friction_loss;
+            spent.load_work += weight * powers.load_work;
+        }
+    }
+
+    /// At its end.
+    pub fn close<'a, const K: usize>(self, control: &Control<'a>, bank: &Bank<'a, K>) -> Ledger {
+        Ledger {
+            impact_loss: control.impact_loss,
+            field_change: field_energy(control, &bank.here) - self.field,
+            link_change: link_energy(control, &bank.here) - self.link,
+            kinetic_change: control.kinetic_energy(bank),
+            ..self.spent
+        }
+    }
+}
+
+/// Power in W in each account of [`Ledger`].
+fn powers<'a, const K: usize>(control: &Control<'a>, bank: &Bank<'a, K>, here: &Here<K>) -> Ledger {
+    let lane = control.lane;
+    let one = |pack: &Pack<K>| pack.0[lane];
+    let motor = control.case.motor;
+    let current = control.currents_at(bank, here);
+    let legs = &bank.machine.legs.leg;
+    let taken: f64 = (0..3).map(|k| one(&legs[k].rail) * current[k]).sum();
+    let source = bank.machine.links.source_of(lane, one(&here.time) * 1e-9).voltage;
+    let (mut source_current, mut source_loss) = (taken, 0.0);
+    if let Some(Storage { source_resistance, .. }) = control.case.inverter.link.storage {
+        source_current = (source - one(&here.state.link)) / source_resistance;
+        source_loss = source_current * source_current * source_resistance;
+    }
+    // A conducting leg's drop is −offset + resistance · i; a blocked one carries nothing.
+    let drop = |k: usize| (one(&legs[k].resistance) * current[k] - one(&legs[k].offset)) * current[k];
+    let i = One::of(bank, here, lane).current;
+    let mut powers = Ledger {
+        source: source * source_current,
+        source_loss,
+        device_loss: drop(0) + drop(1) + drop(2),
+        copper_loss: 1.5 * motor.resistance * i.dot(i),
+        ..Ledger::default()
+    };
+    if let Some(eddy) = motor.magnetics.eddy(lag(here, lane)) {
+        powers.eddy_loss = 1.5 * eddy.current.dot(lag(here, lane)) / eddy.time_constant;
+    }
+    if let Some(rotors) = &bank.machine.rotors {
+        let speed = one(&here.state.speed) / f64::from(motor.pole_pairs);
+        powers.shaft_work = one(&here.at.torque) * speed;
+        powers.friction_loss = control.motion.friction(&motor.rotor, speed) * speed;
+        powers.load_work = one(&rotors.load) * speed;
+    }
+    powers
+}
+
+fn lag<const K: usize>(here: &Here<K>, lane: usize) -> Dq<f64> {
+    Dq::new(here.at.lag.d.0[lane], here.at.lag.q.0[lane])
+}
+
+/// Energy of the field in J.
+fn field_energy<const K: usize>(control: &Control<'_>, here: &Here<K>) -> f64 {
+    let lane = control.lane;
+    let state = &here.state;
+    let turned = state.turned.0[lane];
+    let flux = Plane::new(state.flux.x.0[lane], state.flux.y.0[lane]).to_rotor(Heading::of(turned));
+    let lag = flux - Dq::new(state.lagging.d.0[lane], state.lagging.q.0[lane]);
+    control.case.motor.field_energy(flux, lag, control.case.start_angle + turned)
+}
+
+/// Energy in the link's capacitor in J.
+fn link_energy<const K: usize>(control: &Control<'_>, here: &Here<K>) -> f64 {
+    let voltage = here.state.link.0[control.lane];
+    control.case.inverter.link.storage.map_or(0.0, |storage| storage.capacitance * voltage * voltage / 2.0)
+}

@@ -1,0 +1,12 @@
+//! A run as a value: what happens at its instants, and what it wants next.
+
+mod conduction;
+mod course;
+mod gates;
+mod ledger;
+mod motion;
+mod run;
+mod watch;
+
+pub use motion::can_move;
+pub use run::{Control, Want};

@@ -1,0 +1,400 @@
+//! One run: told what became of its step, it does what is due at the instant and says what it wants next.
+//!
+//! ```text
+//!   command → gate edges → conduction → voltage → flux → current → reading → detector → command
+//! ```
+
+use standstill_interface::{Command, Nanos, Reading, Real};
+use standstill_inverter::{Conduction, Gate, LegModes, Modes};
+use standstill_numeric::Heading;
+use standstill_plant::Magnetics;
+
+use super::course::{Course, validate};
+use super::gates::{Gates, NEVER};
+use super::ledger::Accounts;
+use crate::case::{Case, Ended, Run, RunError, Work};
+use crate::lockstep::lanes::bank::{Bank, NOTHING};
+use crate::motion::Motion;
+use crate::sensing::{Instant, LowPass, Sampler};
+use crate::trace::{Event, Probe};
+
+/// What a run wants next.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Want {
+    /// A step of its machine.
+    Step,
+    /// The next command, to be given with [`Control::command`]; the readings of the last are there.
+    Command,
+    /// Nothing: it cannot go on.
+    Over(RunError),
+}
+
+/// Events between two instants beyond which the modes are taken to chatter. A segment of a PWM period has at most a
+/// handful.
+const MOST_EVENTS: u32 = 1000;
+
+/// A run in a lane of a bank.
+pub struct Control<'a> {
+    pub(super) case: Case<'a>,
+    /// Its place among the machines side by side.
+    pub(super) lane: usize,
+    pub(super) probe: Option<&'a mut dyn Probe>,
+    pub(super) gates: Gates,
+    pub(super) modes: Modes,
+    pub(super) leg_modes: LegModes,
+    pub(super) motion: Motion,
+    /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
+    pub(super) sides: [f64; 2],
+    course: Course,
+    sampler: Sampler<'a>,
+    pub(super) filters: Option<[LowPass; 3]>,
+    pub(super) link_filter: Option<LowPass>,
+    /// The readings of the last command.
+    pub readings: Vec<Reading<f64>>,
+    events: u32,
+    segments: u64,
+    all_events: u64,
+    /// Energy in J lost where the rotor ran into the end of the brake's play.
+    pub(super) impact_loss: f64,
+    pub(super) accounts: Option<Accounts>,
+    /// The next gate edge in ns that changes what conducts; not-a-number: to be looked for.
+    pub(super) edge: f64,
+    /// Whether the link's voltage has not been looked up since time passed.
+    stale: bool,
+    first: bool,
+}
+
+impl<'a> Control<'a> {
+    /// Puts a case into a lane of a bank of its kind, at rest.
+    pub fn new<const K: usize>(
+        case: Case<'a>,
+        bank: &mut Bank<'a, K>,
+        lane: usize,
+        probe: Option<&'a mut dyn Probe>,
+        ledger: bool,
+        readings: Vec<Reading<f64>>,
+    ) -> Self {
+        let settings = case.sensors.settings;
+        let link = &case.inverter.link;
+        let mut control = Self {
+            lane,
+            probe,
+            gates: Gates::new(case.inverter.gates),
+            modes: [Conduction::Blocked; 3],
+            leg_modes: LegModes::new(&case.inverter.bridge.devices),
+            motion: Motion::Held,
+            sides: case.motor.magnetics.core().kinks().map(f64::from),
+            course: Course::NONE,
+            sampler: Sampler::new(case.sensors, case.streams),
+            filters: settings.bandwidth.map(|corner| [LowPass::new(corner, 0.0); 3]),
+            link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
+            readings,
+            events: 0,
+            segments: 0,
+            all_events: 0,
+            impact_loss: 0.0,
+            accounts: None,
+            edge: f64::NAN,
+            stale: false,
+            first: true,
+            case,
+        };
+        control.readings.clear();
+        control.put(bank);
+        control.set_up_motion(bank);
+        if ledger {
+            control.accounts = Some(Accounts::open(&control, bank));
+        }
+        control
+    }
+
+    /// The machine at rest.
+    fn put<const K: usize>(&mut self, bank: &mut Bank<'a, K>) {
+        let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
+        let (lane, motor, link) = (self.lane, *motor, inverter.link);
+        bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
+        let rest = motor.magnetics.rest(Heading::of(*start_angle));
+        let put = |to: &mut standstill_numeric::Pack<K>, from: f64| to.0[lane] = from;
+        let here = &mut bank.here;
+        put(&mut here.time, 0.0);
+        put(&mut here.state.flux.x, rest.d);
+        put(&mut here.state.flux.y, rest.q);
+        put(&mut here.state.turned, 0.0);
+        put(&mut here.state.speed, 0.0);
+        put(&mut here.state.lagging.d, rest.d);
+        put(&mut here.state.lagging.q, rest.q);
+        let accuracy = &mut bank.accuracy;
+        let scale = motor.winding.mean_inductance * motor.rated_current;
+        put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
+        put(&mut accuracy.per_angle, motor.magnet_flux.max(0.1) / tolerance.flux);
+        put(&mut accuracy.flux_scale, scale);
+        put(&mut accuracy.per_flux_scale, 1.0 / scale);
+        put(&mut accuracy.between, f64::from(u8::from(self.filters.is_some())));
+        put(&mut bank.hint, f64::INFINITY);
+        put(&mut bank.longest, self.longest_step());
+        for counted in
+            [&mut bank.cutting, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
+        {
+            put(counted, 0.0);
+        }
+        put(&mut bank.live, 1.0);
+        self.look(bank);
+        let source = bank.machine.links.source_of(lane, 0.0);
+        bank.here.state.link.0[lane] = source.voltage;
+        self.look_at_link(bank);
+        self.conduct(bank, [Conduction::Blocked; 3]);
+    }
+
+    /// Longest step in ns: a fraction of the ripple's period where a stored voltage or a filter follows it, and of a sag.
+    fn longest_step(&self) -> f64 {
+        let link = &self.case.inverter.link;
+        let follows = link.storage.is_some() || self.link_filter.is_some();
+        let ripple =
+            if follows && link.ripple != 0.0 { 0.125e9 / link.ripple_frequency } else { f64::INFINITY };
+        link.sag.map_or(ripple, |sag| ripple.min(sag.duration * (1e9 / 64.0)))
+    }
+
+    /// Time in ns since the start of the run.
+    pub(super) fn time<const K: usize>(&self, bank: &Bank<'a, K>) -> f64 {
+        bank.here.time.0[self.lane]
+    }
+
+    /// What the machine is at its state, evaluated anew.
+    pub(super) fn look<const K: usize>(&self, bank: &mut Bank<'a, K>) {
+        bank.look(self.lane);
+    }
+
+    /// The link's voltage at the time at hand.
+    fn look_at_link<const K: usize>(&mut self, bank: &mut Bank<'a, K>) {
+        let lane = self.lane;
+        let source = bank.machine.links.source_of(lane, self.time(bank) * 1e-9);
+        bank.here.source.voltage.0[lane] = source.voltage;
+        bank.here.source.rise.0[lane] = source.rise;
+        if bank.machine.links.storage.is_none() {
+            bank.here.state.link.0[lane] = source.voltage;
+        }
+        self.stale = false;
+    }
+
+    /// The detector's next command.
+    pub fn command<const K: usize>(&mut self, bank: &mut Bank<'a, K>, command: &Command<f64>) -> Want {
+        self.readings.clear();
+        let carrier = self.case.inverter.carrier_period;
+        if let Err(error) = validate(command, carrier) {
+            return Want::Over(error);
+        }
+        let start = self.course.end;
+        let end = start + command.duration();
+        if end <= start || end > self.case.time_limit {
+            return Want::Over(RunError::TimeLimit(self.case.time_limit));
+        }
+        self.event(start.seconds(), Event::Command);
+        self.carry_passed(start.0 as f64);
+        self.gates.begin(command, start, carrier);
+        self.edge = f64::NAN;
+        self.course = Course { start, end, sampling: command.sampling, number: 0, pending: None };
+        self.next_trigger();
+        self.go_on(bank)
+    }
+
+    /// Goes on after a step that brought the machine to an instant or to the end of a mode, or that could not be taken because
+    /// a blocked leg's potential was out of its bounds.
+    pub fn resume<const K: usize>(&mut self, bank: &mut Bank<'a, K>, unfit: bool) -> Want {
+        let lane = self.lane;
+        let mut ended = Ok(());
+        if unfit {
+            bank.cutting.0[lane] = 0.0;
+            ended = self.count_event().and_then(|()| self.resolve(bank));
+        } else if bank.cutting.0[lane] <= 0.0 {
+            self.events = 0;
+        } else {
+            bank.cutting.0[lane] = 0.0;
+            let which = bank.ending[lane];
+            if which != NOTHING {
+                self.show_here(bank);
+                ended = self.count_event().and_then(|()| self.end_mode(bank, which));
+                self.show_here(bank);
+            }
+        }
+        match ended {
+            Ok(()) => self.go_on(bank),
+            Err(error) => Want::Over(error),
+        }
+    }
+
+    fn count_event(&mut self) -> Result<(), RunError> {
+        self.events += 1;
+        self.all_events += 1;
+        if self.events > MOST_EVENTS { Err(RunError::Chatter) } else { Ok(()) }
+    }
+
+    /// Does all that is due, up to where a step is wanted or a command. At each instant: first the samples, then the next
+    /// command, then the gates.
+    fn go_on<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Want {
+        let lane = self.lane;
+        if std::mem::take(&mut self.first) {
+            self.show_here(bank);
+        }
+        loop {
+            let time = self.time(bank);
+            if let Some((nominal, at)) = self.course.pending
+                && at.0 as f64 <= time
+            {
+                self.sample(bank, nominal);
+                continue;
+            }
+            let end = self.course.end.0 as f64;
+            if time >= end {
+                self.show_here(bank);
+                return Want::Command;
+            }
+            if self.edge.is_nan() {
+                self.edge = self.gates.next(self.modes);
+            }
+            if self.edge <= time {
+                self.show_here(bank);
+                let switched = self.switch(bank);
+                self.show_here(bank);
+                if let Err(error) = switched {
+                    return Want::Over(error);
+                }
+                self.edge = self.gates.next(self.modes);
+            }
+            let edge = self.edge;
+            let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
+            let stop = edge.min(sample).min(end).min(self.next_source_instant(time));
+            if stop <= time {
+                continue;
+            }
+            self.segments += 1;
+            if self.rests(bank) {
+                self.wait(bank, stop);
+                continue;
+            }
+            if self.stale {
+                self.look_at_link(bank);
+            }
+            bank.stop.0[lane] = stop;
+            return Want::Step;
+        }
+    }
+
+    /// Carries out the gate edges of the time at hand and finds what conducts then.
+    fn switch<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Result<(), RunError> {
+        let time = self.time(bank);
+        if self.stale {
+            self.look_at_link(bank);
+        }
+        let before = self.gates.now();
+        self.carry_passed(time.next_up());
+        self.conduct_after_switching(bank, before)
+    }
+
+    /// Carries out all known edges before a time in ns.
+    pub(super) fn carry_passed(&mut self, before: f64) {
+        while let Some((leg, (at, gate))) = self.gates.due(before.next_down()) {
+            self.gates.take(leg);
+            self.event(at * 1e-9, Event::Gate(standstill_interface::Phase::ALL[leg], gate));
+        }
+    }
+
+    /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
+    fn next_source_instant(&self, time: f64) -> f64 {
+        let Some(sag) = self.case.inverter.link.sag else { return NEVER };
+        [0.0, 0.5, 1.0]
+            .into_iter()
+            .map(|share| Nanos::from_seconds(sag.start + share * sag.duration).0 as f64)
+            .find(|at| *at > time)
+            .unwrap_or(NEVER)
+    }
+
+    fn next_trigger(&mut self) {
+        let Course { start, end, sampling, number, pending } = self.course;
+        let last = pending.map_or(start, |(_, at)| at);
+        self.course.pending = (number < sampling.count).then(|| {
+            let nominal = sampling.trigger(number);
+            // Jitter may bring two triggers out of order; a converter takes them one after the other.
+            (nominal, self.sampler.instant(start + nominal, start, end).max(last))
+        });
+        self.course.number += 1;
+    }
+
+    fn sample<const K: usize>(&mut self, bank: &mut Bank<'a, K>, nominal: Nanos) {
+        if self.stale {
+            self.look_at_link(bank);
+        }
+        // The drive knows what it told the legs at the trigger, not when the sample was really taken.
+        let settings = &self.case.sensors.settings;
+        let requested = match settings.arrangement {
+            crate::Arrangement::LowSideShunts => self.gates.told(self.course.start + nominal),
+            _ => [Gate::Off; 3],
+        };
+        let unfiltered = settings.seen(self.currents(bank), self.modes);
+        let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
+        let link = bank.here.state.link.0[self.lane];
+        let dc_link = self.link_filter.map_or(link, |filter| filter.output());
+        let there = Instant { current, dc_link, requested };
+        let reading: Reading<f64> = self.sampler.read(nominal, &there);
+        let at = self.time(bank) * 1e-9;
+        let seen = reading.current.map(Real::to_double).0;
+        self.event(at, Event::Sample(seen, reading.dc_link));
+        self.readings.push(reading);
+        self.next_trigger();
+    }
+
+    /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
+    fn rests<const K: usize>(&self, bank: &Bank<'a, K>) -> bool {
+        self.modes == [Conduction::Blocked; 3]
+            && !self.motion.moves()
+            && bank.machine.circuits.eddies().is_none()
+            && bank.machine.links.storage.is_none()
+            && self.case.inverter.link.sag.is_none()
+    }
+
+    /// Lets time pass while nothing happens.
+    fn wait<const K: usize>(&mut self, bank: &mut Bank<'a, K>, until: f64) {
+        self.watch_waiting(bank, until);
+        bank.here.time.0[self.lane] = until;
+        self.stale = true;
+    }
+
+    /// Reports an event at a time in s.
+    #[inline]
+    pub(super) fn event(&mut self, time: f64, event: Event) {
+        if let Some(probe) = &mut self.probe {
+            probe.event(time, event);
+        }
+    }
+
+    /// The run at its end.
+    pub fn finish<T, const K: usize>(&mut self, bank: &mut Bank<'a, K>, ended: Ended<T>) -> Run<T> {
+        let lane = self.lane;
+        let turned = bank.here.state.turned.0[lane];
+        let end_angle = self.case.start_angle + turned;
+        let ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
+        let duration = match ended {
+            Ended::Error(_) => Nanos::from_seconds(self.time(bank) * 1e-9),
+            Ended::Outcome(_) => self.course.end,
+        };
+        // Counts are small and whole.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let count = |pack: &standstill_numeric::Pack<K>| pack.0[lane] as u64;
+        Run {
+            ended,
+            duration,
+            start_angle: self.case.start_angle,
+            end_angle,
+            has_pole: self.case.motor.has_magnet(),
+            resolver_angle: end_angle + self.case.sensors.resolver_error,
+            moved: bank.moved.0[lane],
+            peak_current: bank.peak.0[lane],
+            ledger,
+            work: Work {
+                derivatives: count(&bank.evaluations),
+                steps: count(&bank.steps),
+                segments: self.segments,
+                events: self.all_events,
+            },
+        }
+    }
+}

@@ -1,0 +1,354 @@
+//! Machines side by side: each steps to its own next instant or to the end of one of its modes.
+
+use multiversion::multiversion;
+use standstill_interface::{Arithmetic, Dq};
+use standstill_inverter::DcLink;
+use standstill_numeric::{Lane, Pack, Symmetric};
+use standstill_plant::Motor;
+
+use super::mask::bits;
+use crate::lockstep::physics::bounds::{Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::lockstep::physics::links::Source;
+use crate::lockstep::physics::machine::{Machine, Operating};
+use crate::lockstep::physics::plane::Plane;
+use crate::lockstep::physics::state::State;
+use crate::lockstep::step::ends::{CURRENT_SLACK, POTENTIAL_SLACK};
+use crate::lockstep::step::hermite::Cubic;
+use crate::lockstep::step::two_derivative::{Accuracy, Here, Tried};
+
+/// Machines of one kind, what they do until when, and what became of it.
+#[derive(Clone, Debug)]
+pub struct Bank<'a, const K: usize> {
+    /// The machines.
+    pub machine: Machine<'a, K>,
+    /// What ends their modes.
+    pub bounds: Bounds<K>,
+    /// Where they are.
+    pub here: Here<K>,
+    /// How exact their steps must be.
+    pub accuracy: Accuracy<K>,
+    /// 1 for machines that step, else 0.
+    pub live: Pack<K>,
+    /// The next instant of each in ns.
+    pub stop: Pack<K>,
+    /// Length of the step to try next, and of the longest one, in ns.
+    pub hint: Pack<K>,
+    /// See `hint`.
+    pub longest: Pack<K>,
+    /// 1 for machines of which a mode ends at `cut`, else 0.
+    pub cutting: Pack<K>,
+    /// In ns.
+    pub cut: Pack<K>,
+    /// Which mode that is.
+    pub ending: [usize; K],
+    /// Largest phase current in A so far.
+    pub peak: Pack<K>,
+    /// Furthest from the start in rad so far.
+    pub moved: Pack<K>,
+    /// Accepted steps, and all.
+    pub steps: Pack<K>,
+    /// See `steps`.
+    pub evaluations: Pack<K>,
+    /// Whether steps are looked at from within: `begin` and `tried` are then those of the last.
+    pub follow: bool,
+    /// Where the last step began.
+    pub begin: Here<K>,
+    /// The last step.
+    pub tried: Tried<K>,
+}
+
+/// What became of a step: a bit for each machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Served {
+    /// Took the step.
+    pub accepted: u32,
+    /// Is at its next instant, or where a mode ends.
+    pub arrived: u32,
+    /// A blocked leg's potential was out of its bounds before the step.
+    pub unfit: u32,
+    /// Changes too fast for any step, or is no number.
+    pub broken: u32,
+}
+
+/// What ends where only rounding made a margin negative.
+pub const NOTHING: usize = ENDS;
+
+/// A step in ns below which nothing can be resolved.
+const SHORTEST: f64 = 1e-6;
+
+impl<'a, const K: usize> Bank<'a, K> {
+    /// For machines of the kind of this one, on this kind of link; `free`: whether rotors can move, `follow`: whether steps
+    /// are looked at from within.
+    pub fn like(motor: &'a Motor, link: &DcLink, free: bool, follow: bool) -> Self {
+        use standstill_plant::Magnetics;
+        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+        let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
+        let machine = Machine::like(motor, link, free);
+        let rest = State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq };
+        let at = Operating {
+            current: plane,
+            inverse_inductance: Symmetric::new(one, zero, one),
+            turning: plane,
+            relaxing: plane,
+            energy_turn: plane,
+            torque: zero,
+            cogging_slope: zero,
+            core_flux: dq,
+            core_current: dq,
+            lag: dq,
+        };
+        let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
+        let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
+        let accuracy =
+            Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, between: zero };
+        let tried = Tried::new(&machine, &bounds, &here, zero, &accuracy);
+        Self {
+            machine,
+            bounds,
+            begin: here.clone(),
+            here,
+            accuracy,
+            live: zero,
+            stop: zero,
+            hint: zero,
+            longest: zero,
+            cutting: zero,
+            cut: zero,
+            ending: [0; K],
+            peak: zero,
+            moved: zero,
+            steps: zero,
+            evaluations: zero,
+            follow,
+            tried,
+        }
+    }
+
+    /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
+    pub fn step(&mut self) -> Served {
+        let (served, crossed) = step_of_lanes(self);
+        let mut left = crossed;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            self.find_end(lane);
+        }
+        served
+    }
+
+    /// Evaluates a machine anew at its state.
+    pub fn look(&mut self, lane: usize) {
+        let mut mask = [0; K];
+        mask[lane] = u64::MAX;
+        look_at_lanes(self, mask);
+    }
+
+    /// The machines at a share of the step taken last.
+    pub fn within(&self, share: f64) -> Here<K> {
+        within_of_lanes(self, Pack::of(share))
+    }
+
+    /// Finds the mode of a machine that ends first within the step just tried, and when.
+    fn find_end(&mut self, lane: usize) {
+        let tried = &self.tried;
+        let one = |pack: &Pack<K>| pack.0[lane];
+        let mut first = (f64::INFINITY, 0);
+        let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
+            let to = if cubic.value[1] < -slack {
+                1.0
+            } else if cubic.dip() < -slack {
+                cubic.slope[0] / (cubic.slope[0] - cubic.slope[1])
+            } else {
+                return;
+            };
+            let share = cubic.falls_to(-0.5 * slack, 0.0, to);
+            if share < first.0 {
+                *first = (share, which);
+            }
+        };
+        for k in 0..3 {
+            let direction = one(&self.machine.legs.leg[k].direction);
+            if direction == 0.0 {
+                let margin = straight(one(&tried.margins[0][k]), one(&tried.margins[1][k]));
+                // A straight line says little where it begins close to its end: go on by a share at least.
+                if margin.value[1] < -POTENTIAL_SLACK {
+                    let share = margin.falls_to(-0.5 * POTENTIAL_SLACK, 0.0, 1.0).max(0.05);
+                    if share < first.0 {
+                        first = (share, k);
+                    }
+                }
+            } else {
+                let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
+                let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
+                ends(&mut first, k, Cubic { value, slope }, CURRENT_SLACK);
+            }
+        }
+        let slack = self.bounds.slack.each_ref().map(one);
+        if self.machine.rotors.is_some() {
+            let torque = tried.torque_margin(&self.bounds);
+            let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
+            ends(&mut first, MOTION, Cubic { value, slope }, slack[MOTION]);
+            let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
+            let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
+                .map(|speed| speed * one(&tried.h));
+            let [lower, upper] = self.bounds.stops.each_ref().map(one);
+            ends(
+                &mut first,
+                STOP,
+                Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
+                slack[STOP],
+            );
+            ends(&mut first, STOP, Cubic { value: turned.map(|a| a - lower), slope: rise }, slack[STOP]);
+        }
+        let margin = |which: usize| [0, 1].map(|end: usize| one(&tried.margins[end][which]));
+        let [begin, end] = margin(DOMAIN);
+        if end < -slack[DOMAIN] {
+            ends(&mut first, DOMAIN, straight(begin, end), slack[DOMAIN]);
+        }
+        if let Some(sides) = &self.bounds.sides {
+            // While the rotor stands, the core's flux changes as the winding's.
+            let rise = [0, 1].map(|end: usize| {
+                let flux = &tried.change[end].flux;
+                [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))
+            });
+            for axis in 0..2 {
+                let value = margin(FLUX + axis);
+                if value[1] < -slack[FLUX + axis] {
+                    let side = one(&sides[axis][0]);
+                    let slope = rise.map(|rise| side * rise[axis]);
+                    let cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
+                    ends(&mut first, FLUX + axis, cubic, slack[FLUX + axis]);
+                }
+            }
+        }
+        let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
+        let (from, to) = (self.begin.time.0[lane], tried.end.time.0[lane]);
+        self.cut.0[lane] = (from + (to - from) * share).min(to);
+        self.cutting.0[lane] = 1.0;
+        self.ending[lane] = which;
+    }
+}
+
+/// A margin of which no slopes are known.
+fn straight(begin: f64, end: f64) -> Cubic<f64> {
+    Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
+}
+
+/// A step of each machine; also a bit for each of which a mode ends within it.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
+fn step_of_lanes<const K: usize>(bank: &mut Bank<K>) -> (Served, u32) {
+    let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+    let here = &bank.here;
+    let is_live = bank.live.above(zero);
+    let is_cutting = bank.cutting.above(zero);
+    let free_end = bank.stop.least(here.time + bank.hint.least(bank.longest));
+    let until = Pack::choose(is_live, Pack::choose(is_cutting, bank.cut, free_end), here.time);
+    let tried = Tried::new(&bank.machine, &bank.bounds, here, until, &bank.accuracy);
+
+    // What holds is 1, what does not 0: numbers, for a compiler takes masks apart that are combined at length.
+    let is_exact = (one + 1e-12).above(tried.error);
+    let exact = Pack::choose(is_exact, one, zero);
+    let (live, cutting) = (bank.live, bank.cutting);
+    let free = one - cutting;
+    let unfit = live * Pack::choose(zero.above(tried.first), one, zero);
+    let may = live * exact * (one - unfit);
+    let ends = free * Pack::choose(zero.above(tried.least), one, zero)
+        + cutting * Pack::choose(zero.above(tried.deep), one, zero);
+    let crossed = may * ends;
+    let accepted = may - crossed;
+    let length = until - here.time;
+    let short = Pack::choose(Pack::of(SHORTEST).above(length), one, zero);
+    let broken = live * short * (one - exact) * (one - unfit);
+
+    // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
+    let target = Pack::choose(tried.error.above(-one), tried.error, Pack::of(1e3)) + 1e-4;
+    let factor = (Pack::of(0.5) / target).sqrt().sqrt().least(Pack::of(4.0)).greatest(Pack::of(0.1));
+    let next = length * factor;
+    // A step that ended at an instant says little about the next one's length.
+    let longer = Pack::choose(bank.hint.above(length), next.greatest(bank.hint), next);
+    let hint = Pack::choose(is_exact, longer, next.least(length * 0.7));
+    bank.hint = Pack::choose((live - unfit).above(zero), hint, bank.hint);
+
+    let at_stop = Pack::choose(bank.stop.above(until), zero, one);
+    let arrived = accepted * at_stop.greatest(cutting);
+    bank.steps = bank.steps + accepted;
+    bank.evaluations = bank.evaluations + live;
+    let [a, b, c] = tried.phases[1];
+    bank.peak = bank.peak.greatest(accepted * a.abs().greatest(b.abs()).greatest(c.abs()));
+    if bank.machine.rotors.is_some() {
+        bank.moved = bank.moved.greatest(accepted * tried.end.state.turned.abs());
+    }
+    let half = Pack::of(0.5);
+    let crossed = bits::<K>(crossed.above(half));
+    let served = Served {
+        accepted: bits::<K>(accepted.above(half)),
+        arrived: bits::<K>(arrived.above(half)),
+        unfit: bits::<K>(unfit.above(half)),
+        broken: bits::<K>(broken.above(half)),
+    };
+    if bank.follow {
+        bank.begin = bank.here.clone();
+        bank.tried = tried.clone();
+    } else if crossed != 0 {
+        bank.begin.time = bank.here.time;
+        bank.begin.state.turned = bank.here.state.turned;
+        bank.begin.state.speed = bank.here.state.speed;
+        bank.tried.h = tried.h;
+        bank.tried.end.time = tried.end.time;
+        bank.tried.end.state.turned = tried.end.state.turned;
+        bank.tried.end.state.speed = tried.end.state.speed;
+        bank.tried.phases = tried.phases;
+        bank.tried.phase_rise = tried.phase_rise;
+        bank.tried.margins = tried.margins;
+        bank.tried.torque_rise = tried.torque_rise;
+        bank.tried.acceleration = tried.acceleration;
+        bank.tried.change = tried.change;
+    }
+    take(&mut bank.here, &tried.end, accepted.above(half));
+    (served, crossed)
+}
+
+/// Makes the end of a step the place of those that took it.
+#[inline(always)]
+fn take<const K: usize>(here: &mut Here<K>, end: &Here<K>, accepted: [u64; K]) {
+    let choose = |yes: Pack<K>, no: Pack<K>| Pack::choose(accepted, yes, no);
+    let plane = |yes: Plane<Pack<K>>, no: Plane<Pack<K>>| Plane::choose(accepted, yes, no);
+    let dq = |yes: Dq<Pack<K>>, no: Dq<Pack<K>>| Dq::new(choose(yes.d, no.d), choose(yes.q, no.q));
+    let (to, from) = (&here.at, &end.at);
+    let (g, h) = (from.inverse_inductance, to.inverse_inductance);
+    *here = Here {
+        time: choose(end.time, here.time),
+        state: State::choose(accepted, &end.state, &here.state),
+        at: Operating {
+            current: plane(from.current, to.current),
+            inverse_inductance: Symmetric::new(choose(g.xx, h.xx), choose(g.xy, h.xy), choose(g.yy, h.yy)),
+            turning: plane(from.turning, to.turning),
+            relaxing: plane(from.relaxing, to.relaxing),
+            energy_turn: plane(from.energy_turn, to.energy_turn),
+            torque: choose(from.torque, to.torque),
+            cogging_slope: choose(from.cogging_slope, to.cogging_slope),
+            core_flux: dq(from.core_flux, to.core_flux),
+            core_current: dq(from.core_current, to.core_current),
+            lag: dq(from.lag, to.lag),
+        },
+        source: Source {
+            voltage: choose(end.source.voltage, here.source.voltage),
+            rise: choose(end.source.rise, here.source.rise),
+        },
+    };
+}
+
+/// Machines evaluated anew where the mask holds.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
+fn look_at_lanes<const K: usize>(bank: &mut Bank<K>, mask: [u64; K]) {
+    let here = &bank.here;
+    let at = bank.machine.operating(&here.state);
+    let there = Here { time: here.time, state: here.state, at, source: here.source };
+    take(&mut bank.here, &there, mask);
+}
+
+/// Machines within the step taken last.
+#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
+fn within_of_lanes<const K: usize>(bank: &Bank<K>, share: Pack<K>) -> Here<K> {
+    bank.tried.within(&bank.machine, &bank.begin, share)
+}

@@ -1,0 +1,166 @@
+//! DC links side by side.
+
+use std::f64::consts::TAU;
+
+use standstill_interface::Arithmetic;
+use standstill_inverter::DcLink;
+use standstill_numeric::{Lane, Pack, sin_cos};
+
+/// DC links of one kind: with or without ripple, sag and storage, each with numbers of its own.
+#[derive(Clone, Debug)]
+pub struct Links<const K: usize> {
+    /// Mean voltage of the source in V.
+    voltage: Pack<K>,
+    ripple: Option<Ripples<K>>,
+    sag: Option<Sags<K>>,
+    /// Capacitor and source resistance.
+    pub storage: Option<Storages<K>>,
+}
+
+#[derive(Clone, Debug)]
+struct Ripples<const K: usize> {
+    /// In V.
+    amplitude: Pack<K>,
+    /// In rad/s.
+    frequency: Pack<K>,
+    /// In rad.
+    phase: Pack<K>,
+    /// 1 over the square of the frequency.
+    per_square: Pack<K>,
+}
+
+#[derive(Clone, Debug)]
+struct Sags<const K: usize> {
+    /// Half the depth in V.
+    half: Pack<K>,
+    /// In s.
+    start: Pack<K>,
+    /// 1/duration in 1/s.
+    rate: Pack<K>,
+}
+
+/// Capacitors behind source resistances.
+#[derive(Clone, Debug)]
+pub struct Storages<const K: usize> {
+    /// 1/(R C) in 1/s.
+    pub rate: Pack<K>,
+    /// 1/C in 1/F.
+    pub elastance: Pack<K>,
+}
+
+/// A source's voltage.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<T> {
+    /// In V.
+    pub voltage: T,
+    /// How fast it rises, in V/s.
+    pub rise: T,
+}
+
+impl<const K: usize> Links<K> {
+    /// For links of the same kind as this one, which stands in all lanes.
+    pub fn like(link: &DcLink) -> Self {
+        let zero = Pack::of(0.0);
+        let mut links = Self {
+            voltage: zero,
+            ripple: (link.ripple != 0.0).then_some(Ripples {
+                amplitude: zero,
+                frequency: zero,
+                phase: zero,
+                per_square: zero,
+            }),
+            sag: link.sag.map(|_| Sags { half: zero, start: zero, rate: zero }),
+            storage: link.storage.map(|_| Storages { rate: zero, elastance: zero }),
+        };
+        for lane in 0..K {
+            links.put(lane, link);
+        }
+        links
+    }
+
+    /// Whether a link is of this kind.
+    pub fn fits(&self, link: &DcLink) -> bool {
+        self.ripple.is_some() == (link.ripple != 0.0)
+            && self.sag.is_some() == link.sag.is_some()
+            && self.storage.is_some() == link.storage.is_some()
+    }
+
+    /// Puts a link of this kind into a lane.
+    pub fn put(&mut self, lane: usize, link: &DcLink) {
+        let put = |to: &mut Pack<K>, from: f64| to.0[lane] = from;
+        put(&mut self.voltage, link.voltage);
+        if let Some(ripple) = &mut self.ripple {
+            put(&mut ripple.amplitude, link.ripple * link.voltage);
+            put(&mut ripple.frequency, TAU * link.ripple_frequency);
+            put(&mut ripple.phase, link.ripple_phase);
+            put(&mut ripple.per_square, 1.0 / (TAU * link.ripple_frequency * (TAU * link.ripple_frequency)));
+        }
+        if let (Some(to), Some(sag)) = (&mut self.sag, link.sag) {
+            put(&mut to.half, sag.depth * link.voltage / 2.0);
+            put(&mut to.start, sag.start);
+            put(&mut to.rate, 1.0 / sag.duration);
+        }
+        if let (Some(to), Some(storage)) = (&mut self.storage, link.storage) {
+            put(&mut to.rate, 1.0 / (storage.source_resistance * storage.capacitance));
+            put(&mut to.elastance, 1.0 / storage.capacitance);
+        }
+    }
+
+    /// The sources at times in s.
+    #[inline(always)]
+    pub fn source(&self, t: Pack<K>) -> Source<Pack<K>> {
+        let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);
+        let sag = self.sag.as_ref().map(|sag| [sag.half, sag.start, sag.rate]);
+        source_at(self.voltage, ripple, sag, t)
+    }
+
+    /// The source of one lane at a time in s: the bits of [`Self::source`].
+    pub fn source_of(&self, lane: usize, t: f64) -> Source<f64> {
+        let one = |packs: [&Pack<K>; 3]| packs.map(|pack| pack.0[lane]);
+        let ripple =
+            self.ripple.as_ref().map(|ripple| one([&ripple.amplitude, &ripple.frequency, &ripple.phase]));
+        let sag = self.sag.as_ref().map(|sag| one([&sag.half, &sag.start, &sag.rate]));
+        source_at(self.voltage.0[lane], ripple, sag, t)
+    }
+
+    /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
+    /// ripple; of a sag what two values and two slopes tell.
+    #[inline(always)]
+    pub fn area(&self, h: Pack<K>, begin: Source<Pack<K>>, end: Source<Pack<K>>) -> Pack<K> {
+        match (&self.ripple, &self.sag) {
+            (Some(Ripples { per_square, .. }), None) => {
+                self.voltage * h + (begin.rise - end.rise) * *per_square
+            }
+            _ => hermite_area(h, [begin.voltage, end.voltage], [begin.rise, end.rise]),
+        }
+    }
+}
+
+/// A source of this mean voltage in V, with a ripple's amplitude in V, frequency in rad/s and phase in rad, and half the depth
+/// in V, start in s and rate in 1/s of a sag.
+#[inline(always)]
+fn source_at<T: Lane>(voltage: T, ripple: Option<[T; 3]>, sag: Option<[T; 3]>, t: T) -> Source<T> {
+    let (zero, one) = (T::of(0.0), T::of(1.0));
+    let mut source = Source { voltage, rise: zero };
+    if let Some([amplitude, frequency, phase]) = ripple {
+        let (sin, cos) = sin_cos(t * frequency + phase);
+        source.voltage = source.voltage + sin * amplitude;
+        source.rise = cos * (amplitude * frequency);
+    }
+    if let Some([half, start, rate]) = sag {
+        let share = (t - start) * rate;
+        let (sin, cos) = sin_cos(share * TAU);
+        let (begun, goes_on) = (share.above(zero), one.above(share));
+        let dip = T::choose(begun, T::choose(goes_on, (one - cos) * half, zero), zero);
+        let fall = T::choose(begun, T::choose(goes_on, sin * (half * (rate * TAU)), zero), zero);
+        source.voltage = source.voltage - dip;
+        source.rise = source.rise - fall;
+    }
+    source
+}
+
+/// The integral over `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) + h²/12 (y₀′ − y₁′).
+#[inline(always)]
+pub fn hermite_area<T: Lane>(h: T, value: [T; 2], slope: [T; 2]) -> T {
+    h * 0.5 * (value[0] + value[1]) + h * h * (1.0 / 12.0) * (slope[0] - slope[1])
+}

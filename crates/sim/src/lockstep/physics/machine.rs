@@ -1,0 +1,320 @@
+//! The equations of motor, legs and link between two instants, of several machines side by side.
+//!
+//! ```text
+//!   dψ/dt = v − R i          v from the legs, i = ∂W/∂ψ
+//!   di/dt = Γ dψ/dt + ω ∂i/∂θ + what eddy currents lose
+//!   dθ/dt = ω,   J/p dω/dt = T − T_load − friction
+//!   C dU/dt = (E − U)/R_s − i_dc
+//!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
+//! ```
+
+use standstill_interface::{Arithmetic, Dq};
+use standstill_numeric::{Heading, Lane, Pack, Symmetric, sin_cos};
+use standstill_plant::{Circuits, MagneticCircuit, Motor};
+
+use super::legs::{Legs, Terminals};
+use super::links::Links;
+use super::plane::Plane;
+use super::state::State;
+
+/// Machines of one kind, each with numbers of its own.
+#[derive(Clone, Debug)]
+pub struct Machine<'a, const K: usize> {
+    /// The magnetic circuits by their numbers, and as they are.
+    pub circuits: Circuits<K>,
+    /// See `circuits`.
+    pub cores: [&'a MagneticCircuit; K],
+    /// Of the winding in Ω.
+    pub resistance: Pack<K>,
+    /// The DC side.
+    pub links: Links<K>,
+    /// The legs in their modes.
+    pub legs: Legs<K>,
+    /// Heading of the run's plane in the stator's: where the rotors were at their start.
+    pub start: Heading<Pack<K>>,
+    /// The rotors; none: all are locked.
+    pub rotors: Option<Rotors<K>>,
+}
+
+/// Rotors that can move.
+#[derive(Clone, Debug)]
+pub struct Rotors<const K: usize> {
+    /// 1 while it moves, else 0.
+    pub moving: Pack<K>,
+    /// Dry friction torque in N·m against its motion, positive backwards.
+    pub dry_friction: Pack<K>,
+    /// Torque in N·m that the load exerts against forward motion.
+    pub load: Pack<K>,
+    /// Angle at the start in rad.
+    pub start: Pack<K>,
+    /// 3/2 p.
+    torque_factor: Pack<K>,
+    /// p/J in 1/(kg m²).
+    per_inertia: Pack<K>,
+    /// Viscous friction in N·m per rad/s electrical.
+    viscous: Pack<K>,
+    /// Cogging torque in N·m and its periods in an electrical revolution.
+    cogging: [Pack<K>; 2],
+}
+
+/// A machine at one state.
+#[derive(Clone, Copy, Debug)]
+pub struct Operating<T> {
+    /// Current in A.
+    pub current: Plane<T>,
+    /// Inverse incremental inductance Γ in 1/H.
+    pub inverse_inductance: Symmetric<T>,
+    /// ∂i/∂θ in A/rad at constant ψ in the run's plane.
+    pub turning: Plane<T>,
+    /// What eddy currents change the current by, in A/s at constant ψ.
+    pub relaxing: Plane<T>,
+    /// ∂W/∂θ as a torque's slope over the flux: ∂²W/∂θ∂ψ in A/rad, for the slope of the torque.
+    pub energy_turn: Plane<T>,
+    /// Electromagnetic torque in N·m, cogging included.
+    pub torque: T,
+    /// How the cogging torque changes with the angle, in N·m/rad.
+    pub cogging_slope: T,
+    /// Flux in Wb at which the core is: that of the winding but for harmonics.
+    pub core_flux: Dq<T>,
+    /// Current in A of the core, by which its map is read.
+    pub core_current: Dq<T>,
+    /// How far the winding's flux is ahead of χ, in Wb in the rotor's plane.
+    pub lag: Dq<T>,
+}
+
+/// How a machine changes at one state with its legs in their modes.
+#[derive(Clone, Copy, Debug)]
+pub struct Change<T> {
+    /// dψ/dt in V.
+    pub flux: Plane<T>,
+    /// di/dt in A/s.
+    pub current: Plane<T>,
+    /// Potential in V of the leg that is blocked while the others conduct; meaningless if there is none.
+    pub blocked_potential: T,
+}
+
+impl<'a, const K: usize> Machine<'a, K> {
+    /// Machines of the same kind as this motor, which is in all lanes; `free`: whether rotors can move.
+    pub fn like(motor: &'a Motor, link: &standstill_inverter::DcLink, free: bool) -> Self {
+        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+        let mut machine = Self {
+            circuits: Circuits::like(&motor.magnetics),
+            cores: [&motor.magnetics; K],
+            resistance: zero,
+            links: Links::like(link),
+            legs: Legs::idle(),
+            start: Heading { sin: zero, cos: one },
+            rotors: free.then_some(Rotors {
+                moving: zero,
+                dry_friction: zero,
+                load: zero,
+                start: zero,
+                torque_factor: zero,
+                per_inertia: zero,
+                viscous: zero,
+                cogging: [zero; 2],
+            }),
+        };
+        for lane in 0..K {
+            machine.put(lane, motor, link, 0.0, 0.0);
+        }
+        machine
+    }
+
+    /// Puts a machine of this kind into a lane, its rotor at an electrical angle in rad under a load in N·m.
+    pub fn put(
+        &mut self,
+        lane: usize,
+        motor: &'a Motor,
+        link: &standstill_inverter::DcLink,
+        angle: f64,
+        load: f64,
+    ) {
+        let put = |to: &mut Pack<K>, from: f64| to.0[lane] = from;
+        self.circuits.put(lane, &motor.magnetics);
+        self.cores[lane] = &motor.magnetics;
+        put(&mut self.resistance, motor.resistance);
+        self.links.put(lane, link);
+        let start = Heading::of(angle);
+        put(&mut self.start.sin, start.sin);
+        put(&mut self.start.cos, start.cos);
+        self.legs.put_axes(lane, start);
+        if let Some(rotors) = &mut self.rotors {
+            let pole_pairs = f64::from(motor.pole_pairs);
+            put(&mut rotors.start, angle);
+            put(&mut rotors.load, load);
+            put(&mut rotors.torque_factor, 1.5 * pole_pairs);
+            put(&mut rotors.per_inertia, pole_pairs / motor.rotor.inertia);
+            put(&mut rotors.viscous, motor.rotor.friction.viscous / pole_pairs);
+            let (torque, periods) = motor
+                .rotor
+                .cogging
+                .map_or((0.0, 1.0), |cogging| (cogging.torque, f64::from(cogging.periods)));
+            put(&mut rotors.cogging[0], torque);
+            put(&mut rotors.cogging[1], periods);
+        }
+    }
+
+    /// Whether a machine is of this kind.
+    pub fn fits(&self, motor: &Motor, link: &standstill_inverter::DcLink, free: bool) -> bool {
+        self.circuits.fits(&motor.magnetics) && self.links.fits(link) && self.rotors.is_some() == free
+    }
+
+    /// How far rotors have turned, as a heading.
+    #[inline(always)]
+    fn turned(&self, state: &State<Pack<K>>) -> Heading<Pack<K>> {
+        if self.rotors.is_some() {
+            Heading::of(state.turned)
+        } else {
+            Heading { sin: Pack::of(0.0), cos: Pack::of(1.0) }
+        }
+    }
+
+    /// Currents, inductances and torque at a state.
+    #[inline(always)]
+    pub fn operating(&self, state: &State<Pack<K>>) -> Operating<Pack<K>> {
+        let zero = Pack::of(0.0);
+        let turned = self.turned(state);
+        let (flux, at) = if self.rotors.is_some() {
+            let (sin, cos) = (self.start.sin, self.start.cos);
+            let at = Heading {
+                sin: sin * turned.cos + cos * turned.sin,
+                cos: cos * turned.cos - sin * turned.sin,
+            };
+            (state.flux.to_rotor(turned), at)
+        } else {
+            (Dq::new(state.flux.x, state.flux.y), self.start)
+        };
+        let magnetic = self.circuits.state(flux, at, &self.cores);
+        let (mut current, mut gamma) = (magnetic.current, magnetic.inverse_inductance);
+        let none = Dq::new(zero, zero);
+        let (mut lag, mut relaxing) = (none, none);
+        if let Some(eddies) = self.circuits.eddies() {
+            lag = flux - state.lagging;
+            let g = eddies.inverse_inductance;
+            let eddy = Dq::new(lag.d * g.d, lag.q * g.q);
+            current = current + eddy;
+            gamma.xx = gamma.xx + g.d;
+            gamma.yy = gamma.yy + g.q;
+            relaxing = -(eddy * eddies.rate);
+        }
+        let in_plane = |v: Dq<Pack<K>>| Plane::new(v.d, v.q);
+        let mut at_state = Operating {
+            current: in_plane(current),
+            inverse_inductance: gamma,
+            turning: in_plane(none),
+            relaxing: in_plane(relaxing),
+            energy_turn: in_plane(none),
+            torque: zero,
+            cogging_slope: zero,
+            core_flux: magnetic.core_flux,
+            core_current: magnetic.core_current,
+            lag,
+        };
+        if let Some(rotors) = &self.rotors {
+            let (sin, cos) = sin_cos((rotors.start + state.turned) * rotors.cogging[1]);
+            at_state.torque = (flux.d * current.q - flux.q * current.d - magnetic.energy_slope)
+                * rotors.torque_factor
+                - sin * rotors.cogging[0];
+            at_state.cogging_slope = -(cos * rotors.cogging[0] * rotors.cogging[1]);
+            at_state.current = Plane::from_rotor(current, turned);
+            at_state.relaxing = Plane::from_rotor(relaxing, turned);
+            let gamma = gamma.unpark_by(turned.sin, turned.cos);
+            at_state.inverse_inductance = gamma;
+            let slope = current.quarter_turn() + magnetic.current_slope;
+            at_state.turning = Plane::from_rotor(slope, turned) - state.flux.quarter_turn().through(gamma);
+            at_state.energy_turn = Plane::from_rotor(magnetic.current_slope, turned);
+        }
+        at_state
+    }
+
+    /// What changes the currents in A/s at constant flux.
+    #[inline(always)]
+    pub fn drift(&self, at: &Operating<Pack<K>>, speed: Pack<K>) -> Plane<Pack<K>> {
+        if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
+    }
+
+    /// How flux and currents change, at a link voltage in V.
+    #[inline(always)]
+    pub fn change(
+        &self,
+        terminals: &Terminals<Pack<K>>,
+        at: &Operating<Pack<K>>,
+        speed: Pack<K>,
+        link: Pack<K>,
+    ) -> Change<Pack<K>> {
+        let gamma = at.inverse_inductance;
+        // v − R i, but for the blocked leg.
+        let driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
+        // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.
+        let across = terminals.blocked.through(gamma);
+        let mut rising = across.dot(driven);
+        if self.drifts() {
+            rising = rising + terminals.blocked.dot(self.drift(at, speed));
+        }
+        let short = rising / (across.dot(terminals.blocked) + terminals.free);
+        let mut flux = driven - terminals.blocked * short;
+        let idle = self.legs.idle.above(Pack::of(0.0));
+        if Pack::any(idle) {
+            // All currents stay.
+            let mut holding = Plane::new(Pack::of(0.0), Pack::of(0.0));
+            if self.drifts() {
+                holding = holding - self.drift(at, speed).through(gamma.inverse());
+            }
+            flux = Plane::choose(idle, holding, flux);
+        }
+        let mut current = flux.through(gamma);
+        if self.drifts() {
+            current = current + self.drift(at, speed);
+        }
+        Change { flux, current, blocked_potential: short * -1.5 }
+    }
+
+    /// Whether anything but a voltage can change the currents.
+    #[inline(always)]
+    pub fn drifts(&self) -> bool {
+        self.rotors.is_some() || self.circuits.eddies().is_some()
+    }
+
+    /// The legs as the windings see them, with the windings' own resistance.
+    #[inline(always)]
+    pub fn terminals(&self) -> Terminals<Pack<K>> {
+        self.legs.terminals(self.resistance)
+    }
+}
+
+impl<const K: usize> Rotors<K> {
+    /// Acceleration in rad/s² (electrical).
+    #[inline(always)]
+    pub fn acceleration(&self, torque: Pack<K>, speed: Pack<K>) -> Pack<K> {
+        (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
+    }
+
+    /// Torque in N·m of a flux in Wb with a current in A, without what harmonics and cogging add.
+    #[inline(always)]
+    pub fn torque_of(&self, flux: Plane<Pack<K>>, current: Plane<Pack<K>>) -> Pack<K> {
+        flux.cross(current) * self.torque_factor
+    }
+
+    /// How fast it changes in rad/s³ where the torque changes by so much in N·m/s.
+    #[inline(always)]
+    pub fn jerk(&self, torque_rise: Pack<K>, acceleration: Pack<K>) -> Pack<K> {
+        (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
+    }
+
+    /// How fast the torque changes in N·m/s. What the harmonics' energy bends with the angle by itself is left out: it
+    /// matters to the order of a step only with the change of speed within it.
+    #[inline(always)]
+    pub fn torque_rise(
+        &self,
+        state: &State<Pack<K>>,
+        at: &Operating<Pack<K>>,
+        change: &Change<Pack<K>>,
+    ) -> Pack<K> {
+        let speed = state.speed;
+        let in_rotor = change.flux - state.flux.quarter_turn() * speed;
+        (change.flux.cross(at.current) + state.flux.cross(change.current) - at.energy_turn.dot(in_rotor))
+            * self.torque_factor
+            + at.cogging_slope * speed
+    }
+}

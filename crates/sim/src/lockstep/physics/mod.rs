@@ -1,0 +1,8 @@
+//! The equations of motor, legs and link, of several machines side by side.
+
+pub mod bounds;
+pub mod legs;
+pub mod links;
+pub mod machine;
+pub mod plane;
+pub mod state;

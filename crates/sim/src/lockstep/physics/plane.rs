@@ -1,0 +1,107 @@
+//! The plane in which a run computes.
+
+use std::ops::{Add, Mul, Sub};
+
+use standstill_interface::{AlphaBeta, Arithmetic, Dq};
+use standstill_numeric::{Heading, Lane, Symmetric};
+
+/// A vector in the plane of a run: the stator's plane, turned once and for all by the angle at which the rotor starts. While
+/// the rotor has not moved, its first axis is d and its second q, so a locked rotor costs no rotation; the legs' axes are
+/// constants of the run.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Plane<T = f64> {
+    /// Along the d-axis of the rotor at its start.
+    pub x: T,
+    /// A quarter turn ahead.
+    pub y: T,
+}
+
+impl<T: Arithmetic> Plane<T> {
+    /// From its two components.
+    #[inline(always)]
+    pub const fn new(x: T, y: T) -> Self {
+        Self { x, y }
+    }
+
+    /// Dot product.
+    #[inline(always)]
+    pub fn dot(self, other: Self) -> T {
+        self.x * other.x + self.y * other.y
+    }
+
+    /// The third component of the cross product.
+    #[inline(always)]
+    pub fn cross(self, other: Self) -> T {
+        self.x * other.y - self.y * other.x
+    }
+
+    /// Turned a quarter turn forwards.
+    #[inline(always)]
+    pub fn quarter_turn(self) -> Self {
+        Self::new(-self.y, self.x)
+    }
+
+    /// A symmetric matrix times this vector.
+    #[inline(always)]
+    pub fn through(self, m: Symmetric<T>) -> Self {
+        Self::new(m.xx * self.x + m.xy * self.y, m.xy * self.x + m.yy * self.y)
+    }
+
+    /// In the plane of a rotor that has turned by this much since its start.
+    #[inline(always)]
+    pub fn to_rotor(self, turned: Heading<T>) -> Dq<T> {
+        AlphaBeta::new(self.x, self.y).park_by(turned.sin, turned.cos)
+    }
+
+    /// From there.
+    #[inline(always)]
+    pub fn from_rotor(v: Dq<T>, turned: Heading<T>) -> Self {
+        let AlphaBeta { alpha, beta } = v.unpark_by(turned.sin, turned.cos);
+        Self::new(alpha, beta)
+    }
+
+    /// In the stator's plane, for a rotor that started at this heading.
+    #[inline(always)]
+    pub fn to_stator(self, start: Heading<T>) -> AlphaBeta<T> {
+        Dq::new(self.x, self.y).unpark_by(start.sin, start.cos)
+    }
+
+    /// From there.
+    #[inline(always)]
+    pub fn from_stator(v: AlphaBeta<T>, start: Heading<T>) -> Self {
+        let Dq { d, q } = v.park_by(start.sin, start.cos);
+        Self::new(d, q)
+    }
+}
+
+impl<T: Lane> Plane<T> {
+    /// Where the mask holds this vector, elsewhere another.
+    #[inline(always)]
+    pub fn choose(mask: T::Mask, yes: Self, no: Self) -> Self {
+        Self::new(T::choose(mask, yes.x, no.x), T::choose(mask, yes.y, no.y))
+    }
+}
+
+impl<T: Arithmetic> Add for Plane<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Self::new(self.x + other.x, self.y + other.y)
+    }
+}
+
+impl<T: Arithmetic> Sub for Plane<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        Self::new(self.x - other.x, self.y - other.y)
+    }
+}
+
+impl<T: Arithmetic> Mul<T> for Plane<T> {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, factor: T) -> Self {
+        Self::new(self.x * factor, self.y * factor)
+    }
+}

@@ -1,0 +1,38 @@
+//! What changes smoothly between two instants.
+
+use standstill_interface::Dq;
+use standstill_numeric::Lane;
+
+use super::plane::Plane;
+
+/// The state of a run, of one machine or of several side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct State<T = f64> {
+    /// Flux linkage ψ of the winding in Wb, in the run's plane.
+    pub flux: Plane<T>,
+    /// How far the rotor has turned since its start, in rad electrical.
+    pub turned: T,
+    /// Electrical speed ω in rad/s.
+    pub speed: T,
+    /// DC-link voltage in V.
+    pub link: T,
+    /// The flux χ in Wb that lags behind by eddy currents, in the rotor's plane.
+    pub lagging: Dq<T>,
+}
+
+impl<T: Lane> State<T> {
+    /// Where the mask holds this state, elsewhere another.
+    #[inline(always)]
+    pub fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
+        Self {
+            flux: Plane::choose(mask, yes.flux, no.flux),
+            turned: T::choose(mask, yes.turned, no.turned),
+            speed: T::choose(mask, yes.speed, no.speed),
+            link: T::choose(mask, yes.link, no.link),
+            lagging: Dq::new(
+                T::choose(mask, yes.lagging.d, no.lagging.d),
+                T::choose(mask, yes.lagging.q, no.lagging.q),
+            ),
+        }
+    }
+}

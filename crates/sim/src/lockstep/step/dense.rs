@@ -1,0 +1,82 @@
+//! The machines within a step.
+
+use standstill_interface::{Arithmetic, Dq};
+use standstill_numeric::{Lane, Pack};
+
+use super::hermite::Cubic;
+use super::two_derivative::{Here, Tried};
+use crate::lockstep::physics::machine::Machine;
+use crate::lockstep::physics::plane::Plane;
+use crate::lockstep::physics::state::State;
+
+impl<const K: usize> Tried<K> {
+    /// The machines at a share of the step that began at `begin`, as exactly as at its end: the flux from the voltage and
+    /// the integral of the currents' cubic, the currents from the core there.
+    #[inline(always)]
+    pub fn within(&self, machine: &Machine<K>, begin: &Here<K>, share: Pack<K>) -> Here<K> {
+        let zero = Pack::of(0.0);
+        let (h, end) = (self.h, &self.end);
+        let (from, to) = (&begin.state, &end.state);
+        let time = begin.time + (end.time - begin.time) * share;
+        let source = machine.links.source(time * 1e-9);
+        let cubic =
+            |value: [Pack<K>; 2], rise: [Pack<K>; 2]| Cubic { value, slope: [rise[0] * h, rise[1] * h] };
+        let (mut turned, mut speed) = (from.turned, from.speed);
+        if let Some(rotors) = &machine.rotors {
+            let speeds = cubic([from.speed, to.speed], self.acceleration);
+            speed = speeds.at(share);
+            turned = from.turned + speeds.area(share) * h * rotors.moving;
+        }
+        let mut link = source.voltage;
+        let area = if machine.links.storage.is_some() {
+            let links = cubic([from.link, to.link], self.link_rise);
+            link = links.at(share);
+            links.area(share) * h
+        } else {
+            machine.links.area(h * share, begin.source, source)
+        };
+        let terminals = machine.terminals();
+        let [first, last] = &self.change;
+        let along = |value: [Pack<K>; 2], rise: [Pack<K>; 2]| cubic(value, rise).area(share) * h;
+        let charge = Plane::new(
+            along([begin.at.current.x, end.at.current.x], [first.current.x, last.current.x]),
+            along([begin.at.current.y, end.at.current.y], [first.current.y, last.current.y]),
+        );
+        let potential =
+            first.blocked_potential + (last.blocked_potential - first.blocked_potential) * share * 0.5;
+        let driven = from.flux + terminals.rail * area + terminals.offset * (h * share)
+            - charge.through(terminals.resistance)
+            + terminals.blocked * (potential * (2.0 / 3.0) * h * share);
+        let idle = machine.legs.idle.above(zero);
+        let coasting = Plane::new(
+            cubic([from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).at(share),
+            cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).at(share),
+        );
+        let mut flux = Plane::choose(idle, coasting, driven);
+        let mut lagging = from.lagging;
+        if let Some(eddies) = machine.circuits.eddies() {
+            let rate = eddies.rate;
+            let one = |a: Pack<K>, b: Pack<K>, lag_a: Pack<K>, lag_b: Pack<K>| {
+                cubic([a, b], [lag_a * rate, lag_b * rate]).at(share)
+            };
+            lagging = Dq::new(
+                one(from.lagging.d, to.lagging.d, begin.at.lag.d, end.at.lag.d),
+                one(from.lagging.q, to.lagging.q, begin.at.lag.q, end.at.lag.q),
+            );
+        }
+        let mut at = machine.operating(&State { flux, turned, speed, link, lagging });
+        let gamma = at.inverse_inductance;
+        let across = terminals.blocked.through(gamma);
+        let impulse = terminals.blocked.dot(at.current) / (across.dot(terminals.blocked) + terminals.free);
+        let all = at.current.through(gamma.inverse());
+        let (looked_up_flux, looked_up_current) = (flux, at.current);
+        flux = flux - Plane::choose(idle, all, terminals.blocked * impulse);
+        let none = Plane::new(zero, zero);
+        at.current = Plane::choose(idle, none, at.current - across * impulse);
+        if let Some(rotors) = &machine.rotors {
+            at.torque = at.torque + rotors.torque_of(flux, at.current)
+                - rotors.torque_of(looked_up_flux, looked_up_current);
+        }
+        Here { time, state: State { flux, turned, speed, link, lagging }, at, source }
+    }
+}

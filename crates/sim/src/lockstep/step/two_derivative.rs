@@ -1,0 +1,360 @@
+//! The step: a method of order four with two derivatives and one evaluation of the core.
+//!
+//! The voltage between two instants is known and is integrated exactly. Only the drop R i needs a quadrature,
+//! `∫i ≈ h/2 (i₀ + i₁) + h²/12 (i₀′ − i₁′)`, whose slopes `i′ = Γ ψ′ + …` cost nothing beside the currents. The flux at the
+//! end is first predicted; there the core is evaluated; and what the quadrature then misses is put right by one linear
+//! step with Γ, which also takes the current of a blocked leg to zero. Angle, speed and the link's voltage are carried by
+//! the same rule.
+//!
+//! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
+
+use standstill_interface::{Arithmetic, Dq};
+use standstill_numeric::{Heading, Lane, Pack, Symmetric};
+
+use crate::lockstep::physics::bounds::{Bounds, Margins};
+use crate::lockstep::physics::links::{Source, hermite_area};
+use crate::lockstep::physics::machine::{Change, Machine, Operating};
+use crate::lockstep::physics::plane::Plane;
+use crate::lockstep::physics::state::State;
+
+/// Machines at a time: their states and what follows from them.
+#[derive(Clone, Debug)]
+pub struct Here<const K: usize> {
+    /// In ns since the start of the run.
+    pub time: Pack<K>,
+    /// The states.
+    pub state: State<Pack<K>>,
+    /// What follows.
+    pub at: Operating<Pack<K>>,
+    /// The DC sources.
+    pub source: Source<Pack<K>>,
+}
+
+/// A step that was tried.
+#[derive(Clone, Debug)]
+pub struct Tried<const K: usize> {
+    /// Its length in s.
+    pub h: Pack<K>,
+    /// Where it ends.
+    pub end: Here<K>,
+    /// How the machines change at its beginning and at its end.
+    pub change: [Change<Pack<K>>; 2],
+    /// How fast the links' voltages rise, in V/s, at both ends.
+    pub link_rise: [Pack<K>; 2],
+    /// The rotors' accelerations in rad/s² at both ends.
+    pub acceleration: [Pack<K>; 2],
+    /// Phase currents in A at both ends.
+    pub phases: [[Pack<K>; 3]; 2],
+    /// Margins at both ends.
+    pub margins: [Margins<K>; 2],
+    /// How fast the phase currents rise, in A a step, at both ends.
+    pub phase_rise: [[Pack<K>; 3]; 2],
+    /// How fast the torque rises, in N·m a step, at both ends.
+    pub torque_rise: [Pack<K>; 2],
+    /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
+    pub error: Pack<K>,
+    /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
+    pub first: Pack<K>,
+    /// The least of all margins in the step and at its end, with their slack: negative where something ends within it.
+    pub least: Pack<K>,
+    /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
+    pub deep: Pack<K>,
+}
+
+/// How exact a step must be, machine by machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Accuracy<const K: usize> {
+    /// 1 over the largest error of a step in Wb.
+    pub per_flux: Pack<K>,
+    /// The same for the angle in rad.
+    pub per_angle: Pack<K>,
+    /// A flux in Wb by which saturation changes much, and 1 over it.
+    pub flux_scale: Pack<K>,
+    /// See `flux_scale`.
+    pub per_flux_scale: Pack<K>,
+    /// 1 where the currents between the ends matter too, as for filters, else 0.
+    pub between: Pack<K>,
+}
+
+impl<const K: usize> Tried<K> {
+    /// Tries a step to times in ns.
+    #[inline(always)]
+    #[allow(
+        clippy::too_many_lines,
+        reason = "one step, from prediction to correction, in the order of its equations"
+    )]
+    pub fn new(
+        machine: &Machine<K>,
+        bounds: &Bounds<K>,
+        here: &Here<K>,
+        until: Pack<K>,
+        accuracy: &Accuracy<K>,
+    ) -> Self {
+        let zero = Pack::of(0.0);
+        let h = (until - here.time) * 1e-9;
+        let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
+        let terminals = machine.terminals();
+        let begin = &here.state;
+        let change = machine.change(&terminals, &here.at, begin.speed, begin.link);
+        let source = machine.links.source(until * 1e-9);
+
+        // What is predicted: angle and speed, the link's voltage, the currents' integral.
+        let (mut turned, mut speed) = (begin.turned, begin.speed);
+        let (mut acceleration, mut jerk, mut torque_rise) = ([zero; 2], [zero; 2], [zero; 2]);
+        if let Some(rotors) = &machine.rotors {
+            acceleration[0] = rotors.acceleration(here.at.torque, begin.speed);
+            torque_rise[0] = rotors.torque_rise(begin, &here.at, &change);
+            jerk[0] = rotors.jerk(torque_rise[0], acceleration[0]);
+            speed = begin.speed + h * (acceleration[0] + half * jerk[0]);
+            turned = begin.turned
+                + h * (begin.speed * rotors.moving + half * (acceleration[0] + h * jerk[0] * (1.0 / 3.0)));
+        }
+        let mut link = source.voltage;
+        let (mut link_rise, mut link_bend) = ([here.source.rise, source.rise], [zero; 2]);
+        if machine.links.storage.is_some() {
+            (link_rise[0], link_bend[0]) = link_slopes(
+                machine,
+                &terminals.rail,
+                begin.link,
+                here.source,
+                here.at.current,
+                change.current,
+            );
+            link = begin.link + h * (link_rise[0] + half * link_bend[0]);
+        }
+        let area = if machine.links.storage.is_some() {
+            hermite_area(h, [begin.link, link], [link_rise[0], link_rise[0] + h * link_bend[0]])
+        } else {
+            machine.links.area(h, here.source, source)
+        };
+        let idle = machine.legs.idle.above(zero);
+        let known = begin.flux + terminals.rail * area + terminals.offset * h;
+        let drop = (here.at.current * h + change.current * (h * half)).through(terminals.resistance);
+        // What holds the blocked leg's current, as it was at the beginning.
+        let holding = terminals.blocked * (change.blocked_potential * (2.0 / 3.0) * h);
+        let mut flux = Plane::choose(idle, begin.flux + change.flux * h, known - drop + holding);
+        let mut lagging = begin.lagging;
+        let rotor_flux = machine.circuits.eddies().map(|_| RotorFlux::of(machine, begin, &change, h));
+        if let (Some(eddies), Some(from)) = (machine.circuits.eddies(), &rotor_flux) {
+            let there = State { flux, turned, speed, link, lagging };
+            let to = RotorFlux { rise: from.rise, ..RotorFlux::of(machine, &there, &change, h) };
+            lagging = lag_behind(h * eddies.rate, begin.lagging, from, &to);
+        }
+
+        // What is there.
+        let predicted = State { flux, turned, speed, link, lagging };
+        let mut at = machine.operating(&predicted);
+        let gamma = at.inverse_inductance;
+        let across = terminals.blocked.through(gamma);
+        let per_impulse = Pack::of(1.0) / (across.dot(terminals.blocked) + terminals.free);
+        let any_idle = Pack::any(idle);
+        // Takes blocked legs' currents to zero, as an impulse at their terminals would.
+        macro_rules! settle {
+            () => {
+                let share = terminals.blocked.dot(at.current) * per_impulse;
+                let (mut impulse, mut change) = (terminals.blocked * share, across * share);
+                if any_idle {
+                    impulse = Plane::choose(idle, at.current.through(gamma.inverse()), impulse);
+                    change = Plane::choose(idle, at.current, change);
+                }
+                flux = flux - impulse;
+                at.current = at.current - change;
+            };
+        }
+        let (looked_up_flux, looked_up_current) = (flux, at.current);
+        settle!();
+        let (predicted_flux, predicted_current) = (flux, at.current);
+        if let Some(rotors) = &machine.rotors {
+            at.torque = at.torque + rotors.torque_of(predicted_flux, predicted_current)
+                - rotors.torque_of(looked_up_flux, looked_up_current);
+        }
+        let end_change = machine.change(&terminals, &at, speed, link);
+        let mut link_error = zero;
+        let mut more_area = zero;
+        if machine.links.storage.is_some() {
+            let storage = machine.links.storage.as_ref().map_or(zero, |storage| storage.rate);
+            (link_rise[1], link_bend[1]) =
+                link_slopes(machine, &terminals.rail, link, source, at.current, end_change.current);
+            let missing = begin.link + hermite_area(h, link_rise, link_bend) - link;
+            let x = h * storage;
+            let correction = missing / (x * 0.5 + x * x * (1.0 / 12.0) + 1.0);
+            link = link + correction;
+            link_rise[1] = link_rise[1] - correction * storage;
+            link_error = correction;
+            more_area = hermite_area(h, [begin.link, link], link_rise) - area;
+        }
+        let mut angle_error = zero;
+        if let Some(rotors) = &machine.rotors {
+            let there = State { flux, turned, speed, link, lagging };
+            acceleration[1] = rotors.acceleration(at.torque, speed);
+            torque_rise[1] = rotors.torque_rise(&there, &at, &end_change);
+            jerk[1] = rotors.jerk(torque_rise[1], acceleration[1]);
+            let new_speed = begin.speed + hermite_area(h, acceleration, jerk);
+            let new_turned = begin.turned
+                + hermite_area(h, [begin.speed * rotors.moving, new_speed * rotors.moving], acceleration);
+            angle_error = new_turned - turned;
+            let speed_error = new_speed - speed;
+            (turned, speed) = (new_turned, new_speed);
+            at.current = at.current + at.turning * angle_error;
+            // The speed acts on the flux through the holding voltage only; what it is off by within a step shows there.
+            angle_error = angle_error.abs() + (speed_error * h).abs() * 0.1;
+        }
+
+        // What the quadrature misses, and what follows from putting it right.
+        let drop = (here.at.current + at.current) * half + (change.current - end_change.current) * twelfth;
+        let mut missing =
+            known + terminals.rail * more_area - drop.through(terminals.resistance) - predicted_flux;
+        if any_idle {
+            let through = begin.flux + (change.flux + end_change.flux) * half - predicted_flux;
+            missing = Plane::choose(idle, through, missing);
+        }
+        // Twice without what a blocked leg's terminal would take, the second time with what the correction does to the drop.
+        missing = missing - terminals.blocked * (across.dot(missing) * per_impulse);
+        let feedback = missing.through(gamma).through(terminals.resistance) * half;
+        let corrected = missing - feedback;
+        let corrected = corrected - terminals.blocked * (across.dot(corrected) * per_impulse);
+        missing = Plane::choose(idle, missing, corrected);
+        flux = flux + missing;
+        at.current = at.current + missing.through(gamma);
+        if let (Some(eddies), Some(from)) = (machine.circuits.eddies(), &rotor_flux) {
+            let there = State { flux, turned, speed, link, lagging };
+            let to = RotorFlux::of(machine, &there, &end_change, h);
+            let new = lag_behind(h * eddies.rate, begin.lagging, from, &to);
+            let (g, more) = (eddies.inverse_inductance, new - lagging);
+            let more = Dq::new(more.d * g.d, more.q * g.q);
+            let turned = if machine.rotors.is_some() {
+                Heading::of(turned)
+            } else {
+                Heading { sin: zero, cos: Pack::of(1.0) }
+            };
+            at.current = at.current - Plane::from_rotor(more, turned);
+            at.lag = to.flux - new;
+            lagging = new;
+        }
+        settle!();
+        if let Some(rotors) = &machine.rotors {
+            // The torque of what was put right, and the motion that follows from it.
+            at.torque = at.torque + rotors.torque_of(flux, at.current)
+                - rotors.torque_of(predicted_flux, predicted_current);
+            acceleration[1] = rotors.acceleration(at.torque, speed);
+            speed = begin.speed + hermite_area(h, acceleration, jerk);
+            let speeds = [begin.speed * rotors.moving, speed * rotors.moving];
+            let new_turned = begin.turned + hermite_area(h, speeds, acceleration);
+            at.current = at.current + at.turning * (new_turned - turned);
+            turned = new_turned;
+            settle!();
+        }
+        let state = State { flux, turned, speed, link, lagging };
+        let end = Here { time: until, state, at, source };
+
+        // Errors and ends.
+        let phases = [machine.legs.phases(here.at.current), machine.legs.phases(at.current)];
+        let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], missing)
+            + angle_error * 0.1 * accuracy.per_angle
+            + link_error.abs() * 3e-7 * accuracy.per_flux;
+        let margins = [
+            bounds.margins(machine, begin, &here.at, &change, &phases[0]),
+            bounds.margins(machine, &state, &at, &end_change, &phases[1]),
+        ];
+        let phase_rise =
+            [machine.legs.phases(change.current * h), machine.legs.phases(end_change.current * h)];
+        torque_rise = [torque_rise[0] * h, torque_rise[1] * h];
+        let mut tried = Self {
+            h,
+            end,
+            change: [change, end_change],
+            link_rise,
+            acceleration,
+            phases,
+            margins,
+            phase_rise,
+            torque_rise,
+            error,
+            first: zero,
+            least: zero,
+            deep: zero,
+        };
+        tried.look_for_ends(machine, bounds);
+        tried
+    }
+}
+
+/// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².
+#[inline(always)]
+fn link_slopes<const K: usize>(
+    machine: &Machine<K>,
+    rail: &Plane<Pack<K>>,
+    link: Pack<K>,
+    source: Source<Pack<K>>,
+    current: Plane<Pack<K>>,
+    current_rise: Plane<Pack<K>>,
+) -> (Pack<K>, Pack<K>) {
+    let Some(storage) = &machine.links.storage else { return (source.rise, Pack::of(0.0)) };
+    // The current of the upper rail: Σ rail_k i_k = 3/2 rail · i.
+    let taken = |i: Plane<Pack<K>>| rail.dot(i) * storage.elastance * 1.5;
+    let rise = (source.voltage - link) * storage.rate - taken(current);
+    (rise, (source.rise - rise) * storage.rate - taken(current_rise))
+}
+
+/// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
+#[derive(Clone, Copy)]
+struct RotorFlux<T> {
+    flux: Dq<T>,
+    rise: Dq<T>,
+}
+
+impl<const K: usize> RotorFlux<Pack<K>> {
+    #[inline(always)]
+    fn of(machine: &Machine<K>, state: &State<Pack<K>>, change: &Change<Pack<K>>, h: Pack<K>) -> Self {
+        if machine.rotors.is_none() {
+            let in_rotor = |v: Plane<Pack<K>>| Dq::new(v.x, v.y);
+            return Self { flux: in_rotor(state.flux), rise: in_rotor(change.flux * h) };
+        }
+        let turned = Heading::of(state.turned);
+        let rise = (change.flux - state.flux.quarter_turn() * state.speed) * h;
+        Self { flux: state.flux.to_rotor(turned), rise: rise.to_rotor(turned) }
+    }
+}
+
+/// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
+#[inline(always)]
+fn lag_behind<const K: usize>(
+    x: Pack<K>,
+    lagging: Dq<Pack<K>>,
+    begin: &RotorFlux<Pack<K>>,
+    end: &RotorFlux<Pack<K>>,
+) -> Dq<Pack<K>> {
+    let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
+    let denominator = Pack::of(1.0) / (square + half + 1.0);
+    let decay = (square - half + 1.0) * denominator;
+    let mean = (begin.flux + end.flux) * (half * denominator);
+    let tilt = (end.flux - begin.flux) * (square * denominator);
+    let bend = (begin.rise - end.rise) * (twelfth * denominator);
+    lagging * decay + mean + tilt + bend
+}
+
+/// The error of a step, relative to the tolerance.
+#[inline(always)]
+fn error<const K: usize>(
+    accuracy: &Accuracy<K>,
+    h: Pack<K>,
+    resistance: &Symmetric<Pack<K>>,
+    begin: &Here<K>,
+    end: &Here<K>,
+    [change, end_change]: [&Change<Pack<K>>; 2],
+    missing: Plane<Pack<K>>,
+) -> Pack<K> {
+    // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
+    let first = end.at.current - begin.at.current - change.current * h;
+    let twice = (end_change.current - change.current) * h;
+    let third = twice - first - first;
+    let second = first.x.abs() + first.y.abs();
+    let third = third.x.abs() + third.y.abs();
+    let fourth = third * third / (second + third + 1e-30);
+    let loop_resistance = resistance.xx + resistance.yy;
+    let quadrature = loop_resistance * h * fourth * 0.1;
+    let nonlinear = missing.dot(missing) * accuracy.per_flux_scale;
+    // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
+    let between = accuracy.between * fourth * (accuracy.flux_scale * 0.1);
+    (quadrature + nonlinear + between) * accuracy.per_flux
+}
