@@ -29,7 +29,7 @@ fn scenario(motor: Motor, method: MethodName, errors: ErrorSet, rotor: RotorStat
 }
 
 /// The commands that a trial's detector gives, and the trial without errors of its sensors.
-fn commands<'a>(scenario: &'a Scenario<Method<f64>>, trial: u64) -> (Vec<Command<f64>>, Case<'a>) {
+fn commands(scenario: &Scenario<Method<f64>>, trial: u64) -> (Vec<Command<f64>>, Case<'_>) {
     let mut case = scenario.case(trial);
     let detector = scenario.detector.detector().expect("settings");
     let mut recorder = Recorder { detector, commands: Vec::new() };
@@ -106,7 +106,7 @@ fn cross_replayed_commands_give_the_present_engines_currents_on_a_free_rotor() {
 }
 
 /// Runs cases side by side, in the order of their numbers.
-fn side_by_side<'a>(cases: Vec<(Case<'a>, impl Detector<f64>)>) -> Vec<Run<f64>> {
+fn side_by_side(cases: Vec<(Case<'_>, impl Detector<f64>)>) -> Vec<Run<f64>> {
     let mut runs = vec![None; cases.len()];
     lockstep::run_side_by_side(cases, |number, run| {
         assert!(runs[number].replace(run).is_none(), "case {number} ends once");
