@@ -292,18 +292,26 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// Trials of tapes side by side in this thread; `done` gets each record with the number of its tape as it comes to its
     /// end.
+    ///
+    /// # Errors
+    /// A tape for which no detector can be made. No further one is begun; those under way come to their ends.
     pub fn trials_taped(
         &self,
         tapes: &[Tape],
         mut done: impl FnMut(usize, Record),
     ) -> Result<(), SettingsError> {
-        self.detector.detector()?;
-        let cases =
-            tapes.iter().map_while(|tape| Some((self.case_taped(tape), self.detector.detector().ok()?)));
-        run_side_by_side(&self.motor, &self.drive.link, cases, |number, run| {
+        let mut failed = None;
+        let cases = tapes.iter().map_while(|tape| match self.detector.detector() {
+            Ok(detector) => Some((self.case_taped(tape), detector)),
+            Err(error) => {
+                failed = Some(error);
+                None
+            }
+        });
+        run_side_by_side(&self.motor, &self.drive.link, cases.fuse(), |number, run| {
             done(number, Record { trial: tapes[number].index(), run });
         });
-        Ok(())
+        failed.map_or(Ok(()), Err)
     }
 
     /// A trial with any detector.

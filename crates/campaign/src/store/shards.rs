@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use crate::NUMERICS;
+
 use super::identity::{Identity, Shard};
 use super::journal::{JournalError, Rows};
 use super::row::Row;
@@ -40,6 +42,13 @@ pub enum ShardsError {
         /// What is different.
         difference: String,
     },
+    /// One was computed by a program of other numerics: points and statistics would not be those of its rows.
+    Numerics {
+        /// Where it is.
+        path: PathBuf,
+        /// Its number.
+        found: u32,
+    },
     /// These are not there.
     Missing(Vec<Shard>),
     /// One was interrupted.
@@ -68,6 +77,11 @@ impl fmt::Display for ShardsError {
             Self::Foreign { path, first, difference } => {
                 write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
             }
+            Self::Numerics { path, found } => write!(
+                f,
+                "the number of the program's numerics is {found} in {} and {NUMERICS} here: merge its shards with the program that computed them",
+                path.display()
+            ),
             Self::Missing(shards) => {
                 let names: Vec<String> = shards.iter().map(|shard| format!("shard {shard}")).collect();
                 write!(f, "missing: {}", names.join(", "))
@@ -105,6 +119,9 @@ impl Shards {
         let mut run: Option<(PathBuf, Identity)> = None;
         for path in journals(folders)? {
             let identity = Rows::open(&path)?.identity().clone();
+            if identity.numerics != NUMERICS {
+                return Err(ShardsError::Numerics { path, found: identity.numerics });
+            }
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
             let [count, counts] = [identity.shard.count, of.shard.count];
             let difference = (count != counts)
@@ -204,7 +221,7 @@ mod tests {
     fn identity(index: u64, count: u64, seed: u64) -> Identity {
         Identity {
             version: "1".to_owned(),
-            numerics: 1,
+            numerics: NUMERICS,
             seed,
             points: 3,
             trials: 10,
@@ -244,6 +261,10 @@ mod tests {
             .expect("readable");
         let expected: Vec<_> = (0..3).flat_map(|point| (0..10).map(move |trial| (point, trial))).collect();
         assert_eq!(places, expected);
+        // Of a program that computes otherwise.
+        let other = Identity { numerics: NUMERICS + 1, ..identity(1, 1, 1) };
+        let message = Shards::collect(&[write(&at("other"), &other, 0)]).expect_err("refused").to_string();
+        assert!(message.contains("other") && message.contains(&format!("is {}", NUMERICS + 1)), "{message}");
         // The same folder twice is no overlap.
         Shards::collect(&[parts.clone(), parts.clone()].concat()).expect("complete");
 
