@@ -35,6 +35,11 @@ impl Shorthands {
         self
     }
 
+    /// The options that are given and the keys that they set.
+    pub fn given(&self) -> Vec<(&'static str, &'static str)> {
+        self.0.iter().map(|(option, key, _)| (*option, *key)).collect()
+    }
+
     /// `--load`.
     #[must_use]
     pub fn load(self, load: Load) -> Self {

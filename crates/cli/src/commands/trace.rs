@@ -29,10 +29,20 @@ fn plan(options: &Options) -> Result<Plan, Error> {
         .decay(options.decay)
         .with("--method", "detector.method", options.method.map(MethodName::name))
         .with("--angle", "rotor.angle", options.angle);
-    let shipped = if options.method.is_some() { Shipped::Empty } else { Shipped::Paper };
+    // What is shipped is set up for the paper's method.
+    let keys = &options.source.keys.set;
+    let names_method = options.method.is_some() || keys.iter().any(|(key, _)| key == "detector.method");
+    let shipped = if names_method { Shipped::Empty } else { Shipped::Paper };
+    let given = shorthands.given();
     let mut document = scenario::document(&options.source, shipped, shorthands)?;
     scenario::vary(&mut document, &options.axes)?;
     let plan = Plan::new(document)?;
+    let set = keys.iter().map(|(key, _)| ("-s", key.as_str())).chain(given);
+    if let Some((option, key)) = set.into_iter().find(|(_, key)| plan.file().axes.contains_key(*key)) {
+        return Err(Error::Arguments(format!(
+            "{option}: `{key}` is an axis of the scenario, whose values --point chooses"
+        )));
+    }
     if options.point >= plan.points().len() {
         return Err(Error::Arguments(format!(
             "--point {}: needed from 0 to {}, the last point of the axes",

@@ -204,6 +204,29 @@ fn law_axes_of_the_command_line_have_points_to_trace() {
     let error: f64 =
         trials.lines().nth(8).and_then(|row| row.split(',').nth(4)?.parse().ok()).expect("a row");
     assert_eq!(number(&at.join("t/result.json"), "error_deg"), Some(error));
+
+    // An option for the key of an axis would do nothing.
+    for option in [["-s", "inverter.dead_time=5 us"], ["--seed", "7"]] {
+        let axes = ["--vary", "inverter.dead_time=1 us:3 us:3", "--vary", "seed=1,2"];
+        let refused = standstill(&[&["trace", "s.toml", "--out", "x"], &option[..], &axes[..]].concat(), at);
+        let message = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert!(refused.status.code() == Some(2) && message.contains("is an axis"), "{message}");
+        assert!(!at.join("x").exists());
+    }
+}
+
+#[test]
+fn law_a_method_by_its_key_is_the_one_by_its_option() {
+    let folder = folder();
+    let at = folder.path();
+    let trace = |method: &[&str], out: &str| {
+        let common = ["trace", "--motor", "pm-reluctance", "--angle", "40", "--out", out];
+        succeed(&[&common[..], method].concat(), at);
+        number(&at.join(out).join("result.json"), "error_deg")
+    };
+    let by_option = trace(&["--method", "bipolar"], "option");
+    assert!(by_option.is_some_and(|error| error.abs() < 10.0), "{by_option:?}");
+    assert_eq!(trace(&["-s", "detector.method=bipolar"], "key"), by_option);
 }
 
 #[test]
