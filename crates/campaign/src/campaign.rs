@@ -137,7 +137,7 @@ mod tests {
             });
             let message = outcome.expect_err("it ends there").to_string();
             assert!(message.contains("`once`"), "{message}");
-            // What was done before is there, and nothing behind it.
+            // All trials before the failing one are there, and none after it.
             let expected: Vec<Record> =
                 (0..fails - 1).map(|trial| paper.trial(trial).expect("settings")).collect();
             assert_eq!(records, expected);

@@ -368,7 +368,8 @@ pub(crate) fn tolerances<const N: usize>(case: &Case) -> [f64; N] {
     all
 }
 
-fn validate<T: Real>(command: &Command<T>, carrier: Nanos) -> Result<(), RunError> {
+/// Whether a command can be carried out.
+pub(crate) fn validate<T: Real>(command: &Command<T>, carrier: Nanos) -> Result<(), RunError> {
     let duration = command.duration();
     let sampling = command.sampling;
     let too_many = sampling.count > MOST_SAMPLES;

@@ -27,7 +27,7 @@ pub struct DetectorTable {
     pub polarity: Option<Named<PoleRule>>,
     /// Dead time that the detector is told.
     pub dead_time: Option<Quantity<Second>>,
-    /// What is set of the methods' own keys.
+    /// The methods' own keys that are set.
     settings: Vec<(&'static Key, Value)>,
 }
 
@@ -57,7 +57,7 @@ static FIELDS: LazyLock<Vec<(&'static str, Field)>> = LazyLock::new(|| {
 
 static NAMES: LazyLock<Vec<&'static str>> = LazyLock::new(|| FIELDS.iter().map(|(name, _)| *name).collect());
 
-/// What is done with numbers of a unit that is known by its symbol.
+/// Work on numbers of a unit that is known by its symbol.
 trait WithUnit {
     type Output;
     fn with<U: Unit>(self) -> Self::Output;

@@ -9,12 +9,13 @@ use standstill_inverter::{Conduction, Gate, LegModes, Modes};
 use standstill_numeric::Heading;
 use standstill_plant::Magnetics;
 
-use super::course::{Course, validate};
+use super::course::Course;
 use super::gates::{Gates, NEVER};
 use super::ledger::Accounts;
 use crate::case::{Case, Ended, Run, RunError, Work};
 use crate::lockstep::lanes::bank::{Bank, NOTHING};
 use crate::motion::Motion;
+use crate::rig::validate;
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
