@@ -5,12 +5,16 @@
 //! computed and not chosen; there are no branches on values.
 
 mod pack;
+mod wide;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 use std::ops::{Add, Mul, Sub};
 
 use standstill_interface::Arithmetic;
 
 pub use pack::Pack;
+pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
 
 /// One number, or several side by side.
 pub trait Lane:

@@ -23,5 +23,5 @@ mod symmetric;
 
 pub use functions::{atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_gamma, log10, powf, sin};
 pub use heading::Heading;
-pub use lane::{Lane, Pack, power, sin_cos};
+pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Pack, Wide, Width, on_widest, power, sin_cos};
 pub use symmetric::Symmetric;

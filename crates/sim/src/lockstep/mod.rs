@@ -16,4 +16,4 @@ mod lanes;
 mod physics;
 mod step;
 
-pub use lanes::{LANES, run, run_side_by_side};
+pub use lanes::{run, run_side_by_side, run_side_by_side_in};

@@ -1,32 +1,32 @@
 //! The magnetic circuits of several motors side by side: each has numbers of its own.
 
-use standstill_interface::{Arithmetic, Dq};
-use standstill_numeric::{Heading, Pack, Symmetric};
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::{Core, MagneticCircuit, MagneticState};
 use crate::Linear;
 use crate::magnetics::harmonics::{Distortion, Harmonics};
 use crate::magnetics::{Algebraic, IronBridge, Magnetics};
 
-/// The magnetic circuits of `K` motors of one kind: the same kind of core with the same exponents, harmonics and eddy
+/// The magnetic circuits of several motors of one kind: the same kind of core with the same exponents, harmonics and eddy
 /// currents in all of them or in none.
 #[derive(Clone, Debug)]
-pub struct Circuits<const K: usize> {
+pub struct Circuits<V: Wide> {
     /// A formula whose coefficients are the motors' own; none: each core is looked up by itself.
-    formula: Option<Algebraic<Pack<K>>>,
+    formula: Option<Algebraic<V>>,
     /// Change of the magnet with temperature, as a current in A.
-    magnet: Dq<Pack<K>>,
-    distortion: Option<Distortion<Pack<K>>>,
-    eddy: Option<Eddies<K>>,
+    magnet: Dq<V>,
+    distortion: Option<Distortion<V>>,
+    eddy: Option<Eddies<V>>,
 }
 
 /// Eddy branches side by side.
 #[derive(Clone, Copy, Debug)]
-pub struct Eddies<const K: usize> {
+pub struct Eddies<V: Wide> {
     /// 1/τ in 1/s.
-    pub rate: Pack<K>,
+    pub rate: V,
     /// G in 1/H.
-    pub inverse_inductance: Dq<Pack<K>>,
+    pub inverse_inductance: Dq<V>,
 }
 
 /// A linear core is an algebraic one without saturation.
@@ -43,26 +43,27 @@ fn formula(core: &Core) -> Option<Algebraic> {
     }
 }
 
-const fn zero<const K: usize>() -> Pack<K> {
-    Pack([0.0; K])
+#[inline(always)]
+fn zero<V: Wide>() -> V {
+    V::of(0.0)
 }
 
-fn put<const K: usize>(to: &mut Pack<K>, lane: usize, from: f64) {
-    to.0[lane] = from;
+fn put<V: Wide>(to: &mut V, lane: usize, from: f64) {
+    to.put(lane, from);
 }
 
-fn put_dq<const K: usize>(to: &mut Dq<Pack<K>>, lane: usize, from: Dq<f64>) {
+fn put_dq<V: Wide>(to: &mut Dq<V>, lane: usize, from: Dq<f64>) {
     put(&mut to.d, lane, from.d);
     put(&mut to.q, lane, from.q);
 }
 
-fn put_symmetric<const K: usize>(to: &mut Symmetric<Pack<K>>, lane: usize, from: Symmetric) {
+fn put_symmetric<V: Wide>(to: &mut Symmetric<V>, lane: usize, from: Symmetric) {
     put(&mut to.xx, lane, from.xx);
     put(&mut to.xy, lane, from.xy);
     put(&mut to.yy, lane, from.yy);
 }
 
-impl<const K: usize> Circuits<K> {
+impl<V: Wide> Circuits<V> {
     /// For circuits of the same kind as this one, which stands in all lanes.
     pub fn like(circuit: &MagneticCircuit) -> Self {
         let none = Dq::new(zero(), zero());
@@ -98,12 +99,12 @@ impl<const K: usize> Circuits<K> {
             distortion: circuit.distortion.map(|_| {
                 let harmonics =
                     Harmonics { inductance_4: zero(), asymmetry: zero(), flux_5: zero(), flux_7: zero() };
-                let one = Pack::of(1.0);
+                let one = V::of(1.0);
                 Distortion::new(harmonics, none, Symmetric::new(one, zero(), one))
             }),
             eddy: circuit.eddy.map(|_| Eddies { rate: zero(), inverse_inductance: none }),
         };
-        for lane in 0..K {
+        for lane in 0..V::LANES {
             circuits.put(lane, circuit);
         }
         circuits
@@ -159,19 +160,14 @@ impl<const K: usize> Circuits<K> {
     }
 
     /// The eddy branches, if there are any.
-    pub const fn eddies(&self) -> Option<&Eddies<K>> {
+    pub const fn eddies(&self) -> Option<&Eddies<V>> {
         self.eddy.as_ref()
     }
 
     /// Current, inductance and their slopes at fluxes in Wb. `cores` are the motors' own, looked at where there is no
     /// formula.
     #[inline(always)]
-    pub fn state(
-        &self,
-        flux: Dq<Pack<K>>,
-        at: Heading<Pack<K>>,
-        cores: &[&MagneticCircuit; K],
-    ) -> MagneticState<Pack<K>> {
+    pub fn state(&self, flux: Dq<V>, at: Heading<V>, cores: &[&MagneticCircuit]) -> MagneticState<V> {
         if let Some(distortion) = &self.distortion {
             let inside = distortion.inwards(flux, at);
             let (current, hessian) = self.core(inside.core_flux, cores);
@@ -182,7 +178,7 @@ impl<const K: usize> Circuits<K> {
     }
 
     #[inline(always)]
-    fn core(&self, flux: Dq<Pack<K>>, cores: &[&MagneticCircuit; K]) -> (Dq<Pack<K>>, Symmetric<Pack<K>>) {
+    fn core(&self, flux: Dq<V>, cores: &[&MagneticCircuit]) -> (Dq<V>, Symmetric<V>) {
         match &self.formula {
             Some(formula) => formula.evaluate(flux),
             None => look_up(&flux, cores),
@@ -196,21 +192,18 @@ impl<const K: usize> Circuits<K> {
 
     /// How far the cores are from the end of the currents that they are known for, in A; infinite for formulas.
     #[inline(always)]
-    pub fn room(&self, current: Dq<Pack<K>>, cores: &[&MagneticCircuit; K]) -> Pack<K> {
-        if self.formula.is_some() { Pack::of(f64::INFINITY) } else { look_up_room(&current, cores) }
+    pub fn room(&self, current: Dq<V>, cores: &[&MagneticCircuit]) -> V {
+        if self.formula.is_some() { V::of(f64::INFINITY) } else { look_up_room(&current, cores) }
     }
 }
 
 // Not inlined: where numbers that were computed one by one meet those of wide registers, a compiler would take the
 // latter apart.
 #[inline(never)]
-fn look_up<const K: usize>(
-    flux: &Dq<Pack<K>>,
-    circuits: &[&MagneticCircuit; K],
-) -> (Dq<Pack<K>>, Symmetric<Pack<K>>) {
+fn look_up<V: Wide>(flux: &Dq<V>, circuits: &[&MagneticCircuit]) -> (Dq<V>, Symmetric<V>) {
     let (mut current, mut gamma) = (Dq::new(zero(), zero()), Symmetric::new(zero(), zero(), zero()));
     for (lane, circuit) in circuits.iter().enumerate() {
-        let at = Dq::new(flux.d.0[lane], flux.q.0[lane]);
+        let at = Dq::new(flux.d.get(lane), flux.q.get(lane));
         let (i, inverse_inductance) = circuit.core.current_and_inverse_inductance(at);
         put_dq(&mut current, lane, i);
         put_symmetric(&mut gamma, lane, inverse_inductance);
@@ -219,15 +212,15 @@ fn look_up<const K: usize>(
 }
 
 #[inline(never)]
-fn look_up_room<const K: usize>(current: &Dq<Pack<K>>, circuits: &[&MagneticCircuit; K]) -> Pack<K> {
+fn look_up_room<V: Wide>(current: &Dq<V>, circuits: &[&MagneticCircuit]) -> V {
     let mut room = zero();
     for (lane, circuit) in circuits.iter().enumerate() {
-        put(&mut room, lane, circuit.core.margin(Dq::new(current.d.0[lane], current.q.0[lane])));
+        put(&mut room, lane, circuit.core.margin(Dq::new(current.d.get(lane), current.q.get(lane))));
     }
     room
 }
 
-impl<const K: usize> Distortion<Pack<K>> {
+impl<V: Wide> Distortion<V> {
     fn put(&mut self, lane: usize, from: &Distortion) {
         let (to, of) = (&mut self.harmonics, &from.harmonics);
         put(&mut to.inductance_4, lane, of.inductance_4);

@@ -2,7 +2,7 @@
 
 use standstill_interface::{AlphaBeta, Phase};
 use standstill_inverter::{Conduction, Gate, Modes, Port, RESTING_CURRENT};
-use standstill_numeric::{Heading, Pack, Symmetric};
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::motion::FLUX_SLACK;
 use super::run::Control;
@@ -30,9 +30,9 @@ pub struct One {
 
 impl One {
     /// The machine of a lane.
-    pub fn of<const K: usize>(bank: &Bank<'_, K>, here: &Here<K>, lane: usize) -> Self {
-        let one = |pack: &Pack<K>| pack.0[lane];
-        let plane = |v: &Plane<Pack<K>>| Plane::new(one(&v.x), one(&v.y));
+    pub fn of<V: Wide>(bank: &Bank<'_, V>, here: &Here<V>, lane: usize) -> Self {
+        let one = |pack: &V| pack.get(lane);
+        let plane = |v: &Plane<V>| Plane::new(one(&v.x), one(&v.y));
         let gamma = &here.at.inverse_inductance;
         let mut drift = plane(&here.at.relaxing);
         if bank.machine.rotors.is_some() {
@@ -62,28 +62,28 @@ impl One {
 
 impl<'a> Control<'a> {
     /// Phase currents in A.
-    pub(super) fn currents<const K: usize>(&self, bank: &Bank<'a, K>) -> [f64; 3] {
+    pub(super) fn currents<V: Wide>(&self, bank: &Bank<'a, V>) -> [f64; 3] {
         self.currents_at(bank, &bank.here)
     }
 
     /// The same at another time.
-    pub(super) fn currents_at<const K: usize>(&self, bank: &Bank<'a, K>, here: &Here<K>) -> [f64; 3] {
+    pub(super) fn currents_at<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> [f64; 3] {
         let i = &here.at.current;
-        let (x, y) = (i.x.0[self.lane], i.y.0[self.lane]);
+        let (x, y) = (i.x.get(self.lane), i.y.get(self.lane));
         let phase = |k: usize| {
             let axis = &bank.machine.legs.axes[k];
-            axis.x.0[self.lane] * x + axis.y.0[self.lane] * y
+            axis.x.get(self.lane) * x + axis.y.get(self.lane) * y
         };
         [phase(0), phase(1), phase(2)]
     }
 
     /// The machine as the bridge sees it.
-    pub(super) fn port<const K: usize>(&self, bank: &Bank<'a, K>, here: &Here<K>) -> Port {
+    pub(super) fn port<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> Port {
         One::of(bank, here, self.lane).port(self.currents_at(bank, here), self.case.motor.resistance)
     }
 
     /// Finds the conduction modes that fit the gates and the machine.
-    pub(super) fn resolve<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Result<(), RunError> {
+    pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
@@ -95,9 +95,9 @@ impl<'a> Control<'a> {
 
     /// What conducts after gates have switched. A leg with current goes on with it through another device; whether a
     /// blocked one stays so is looked at before the next step.
-    pub(super) fn conduct_after_switching<const K: usize>(
+    pub(super) fn conduct_after_switching<V: Wide>(
         &mut self,
-        bank: &mut Bank<'a, K>,
+        bank: &mut Bank<'a, V>,
         before: [Gate; 3],
     ) -> Result<(), RunError> {
         let gates = self.gates.now();
@@ -132,10 +132,10 @@ impl<'a> Control<'a> {
     }
 
     /// The legs conduct so from now on.
-    pub(super) fn conduct<const K: usize>(&mut self, bank: &mut Bank<'a, K>, modes: Modes) {
+    pub(super) fn conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>, modes: Modes) {
         let lane = self.lane;
         let blocked = modes.iter().filter(|mode| **mode == Conduction::Blocked).count();
-        let was_idle = bank.machine.legs.idle.0[lane] > 0.0;
+        let was_idle = bank.machine.legs.idle.get(lane) > 0.0;
         let idle = blocked >= 2;
         for k in 0..3 {
             let changed = modes[k] != self.modes[k];
@@ -148,7 +148,7 @@ impl<'a> Control<'a> {
                 bank.machine.legs.put(lane, k, &mode);
             }
         }
-        bank.machine.legs.idle.0[lane] = f64::from(u8::from(idle));
+        bank.machine.legs.idle.put(lane, f64::from(u8::from(idle)));
         if modes != self.modes {
             self.edge = f64::NAN;
         }
@@ -160,25 +160,21 @@ impl<'a> Control<'a> {
         }
     }
 
-    fn first_modes<const K: usize>(&self, bank: &Bank<'a, K>) -> bool {
+    fn first_modes<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         self.time(bank) == 0.0
     }
 
     /// Between which potentials a blocked leg stays so, by its gates.
-    fn bound<const K: usize>(&self, bank: &mut Bank<'a, K>, k: usize) {
+    fn bound<V: Wide>(&self, bank: &mut Bank<'a, V>, k: usize) {
         let [low, high] = self.case.inverter.bridge.clamps(self.gates.now()[k]);
         for part in 0..2 {
-            bank.bounds.low[k][part].0[self.lane] = low[part];
-            bank.bounds.high[k][part].0[self.lane] = high[part];
+            bank.bounds.low[k][part].put(self.lane, low[part]);
+            bank.bounds.high[k][part].put(self.lane, high[part]);
         }
     }
 
     /// Ends the mode whose margin reached zero and finds what follows.
-    pub(super) fn end_mode<const K: usize>(
-        &mut self,
-        bank: &mut Bank<'a, K>,
-        which: usize,
-    ) -> Result<(), RunError> {
+    pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, which: usize) -> Result<(), RunError> {
         let passed = self.time(bank);
         if which >= FLUX {
             self.cross_kink(bank, which - FLUX);
@@ -204,7 +200,7 @@ impl<'a> Control<'a> {
 
     /// Makes the currents of these legs zero, where the step has them zero up to its error: the flux moves as a voltage
     /// impulse at their terminals would move it.
-    fn make_zero<const K: usize>(&self, bank: &mut Bank<'a, K>, legs: [bool; 3]) {
+    fn make_zero<V: Wide>(&self, bank: &mut Bank<'a, V>, legs: [bool; 3]) {
         let lane = self.lane;
         let all = legs.iter().filter(|leg| **leg).count() >= 2;
         let one = One::of(bank, &bank.here, lane);
@@ -213,31 +209,32 @@ impl<'a> Control<'a> {
         } else {
             let k = legs.iter().position(|leg| *leg).unwrap_or(0);
             let axis = &bank.machine.legs.axes[k];
-            let axis = Plane::new(axis.x.0[lane], axis.y.0[lane]);
+            let axis = Plane::new(axis.x.get(lane), axis.y.get(lane));
             let across = axis.through(one.inverse_inductance);
             let share = axis.dot(one.current) / across.dot(axis);
             (axis * share, across * share)
         };
         let here = &mut bank.here;
-        here.state.flux.x.0[lane] -= impulse.x;
-        here.state.flux.y.0[lane] -= impulse.y;
+        let flux = &mut here.state.flux;
+        flux.x.put(lane, flux.x.get(lane) - impulse.x);
+        flux.y.put(lane, flux.y.get(lane) - impulse.y);
         let left = if all { Plane::new(0.0, 0.0) } else { one.current - change };
-        here.at.current.x.0[lane] = left.x;
-        here.at.current.y.0[lane] = left.y;
+        here.at.current.x.put(lane, left.x);
+        here.at.current.y.put(lane, left.y);
     }
 
-    fn left_map<const K: usize>(&self, bank: &Bank<'a, K>) -> RunError {
+    fn left_map<V: Wide>(&self, bank: &Bank<'a, V>) -> RunError {
         let current = &bank.here.at.core_current;
         // A current in mA is far from the largest whole number.
         #[allow(clippy::cast_possible_truncation)]
-        let milli = |current: &Pack<K>| (current.0[self.lane] * 1e3).round() as i64;
+        let milli = |current: &V| (current.get(self.lane) * 1e3).round() as i64;
         RunError::LeftMap { current_ma: [milli(&current.d), milli(&current.q)] }
     }
 
     /// ψ_d or ψ_q, by its number, went to the other side of zero.
-    fn cross_kink<const K: usize>(&mut self, bank: &mut Bank<'a, K>, axis: usize) {
+    fn cross_kink<V: Wide>(&mut self, bank: &mut Bank<'a, V>, axis: usize) {
         let flux = &bank.here.at.core_flux;
-        let flux = [flux.d.0[self.lane], flux.q.0[self.lane]][axis];
+        let flux = [flux.d.get(self.lane), flux.q.get(self.lane)][axis];
         if self.sides[axis] * flux < FLUX_SLACK {
             self.sides[axis] = -self.sides[axis];
         }
@@ -245,11 +242,11 @@ impl<'a> Control<'a> {
     }
 
     /// Tells the bank on which sides of its kinks the core is.
-    pub(super) fn set_sides<const K: usize>(&self, bank: &mut Bank<'a, K>) {
+    pub(super) fn set_sides<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         if let Some(sides) = &mut bank.bounds.sides {
             for (to, side) in sides.iter_mut().zip(self.sides) {
-                to[0].0[self.lane] = side;
-                to[1].0[self.lane] = if side == 0.0 { f64::INFINITY } else { 0.0 };
+                to[0].put(self.lane, side);
+                to[1].put(self.lane, if side == 0.0 { f64::INFINITY } else { 0.0 });
             }
         }
     }

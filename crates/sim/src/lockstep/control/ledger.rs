@@ -2,7 +2,7 @@
 
 use standstill_interface::Dq;
 use standstill_inverter::Storage;
-use standstill_numeric::{Heading, Pack};
+use standstill_numeric::{Heading, Wide};
 
 use super::conduction::One;
 use super::run::Control;
@@ -29,7 +29,7 @@ pub struct Accounts {
 
 impl Accounts {
     /// At the start of a run.
-    pub fn open<const K: usize>(control: &Control<'_>, bank: &Bank<'_, K>) -> Self {
+    pub fn open<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>) -> Self {
         Self {
             spent: Ledger::default(),
             field: field_energy(control, &bank.here),
@@ -38,8 +38,8 @@ impl Accounts {
     }
 
     /// Adds what was spent in the step just accepted.
-    pub fn follow<'a, const K: usize>(&mut self, control: &Control<'a>, bank: &Bank<'a, K>) {
-        let h = bank.tried.h.0[control.lane];
+    pub fn follow<'a, V: Wide>(&mut self, control: &Control<'a>, bank: &Bank<'a, V>) {
+        let h = bank.tried.h.get(control.lane);
         if h <= 0.0 {
             return;
         }
@@ -58,7 +58,7 @@ impl Accounts {
     }
 
     /// At its end.
-    pub fn close<'a, const K: usize>(self, control: &Control<'a>, bank: &Bank<'a, K>) -> Ledger {
+    pub fn close<'a, V: Wide>(self, control: &Control<'a>, bank: &Bank<'a, V>) -> Ledger {
         Ledger {
             impact_loss: control.impact_loss,
             field_change: field_energy(control, &bank.here) - self.field,
@@ -70,9 +70,9 @@ impl Accounts {
 }
 
 /// Power in W in each account of [`Ledger`].
-fn powers<'a, const K: usize>(control: &Control<'a>, bank: &Bank<'a, K>, here: &Here<K>) -> Ledger {
+fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>) -> Ledger {
     let lane = control.lane;
-    let one = |pack: &Pack<K>| pack.0[lane];
+    let one = |pack: &V| pack.get(lane);
     let motor = control.case.motor;
     let current = control.currents_at(bank, here);
     let legs = &bank.machine.legs.leg;
@@ -105,22 +105,22 @@ fn powers<'a, const K: usize>(control: &Control<'a>, bank: &Bank<'a, K>, here: &
     powers
 }
 
-fn lag<const K: usize>(here: &Here<K>, lane: usize) -> Dq<f64> {
-    Dq::new(here.at.lag.d.0[lane], here.at.lag.q.0[lane])
+fn lag<V: Wide>(here: &Here<V>, lane: usize) -> Dq<f64> {
+    Dq::new(here.at.lag.d.get(lane), here.at.lag.q.get(lane))
 }
 
 /// Energy of the field in J.
-fn field_energy<const K: usize>(control: &Control<'_>, here: &Here<K>) -> f64 {
+fn field_energy<V: Wide>(control: &Control<'_>, here: &Here<V>) -> f64 {
     let lane = control.lane;
     let state = &here.state;
-    let turned = state.turned.0[lane];
-    let flux = Plane::new(state.flux.x.0[lane], state.flux.y.0[lane]).to_rotor(Heading::of(turned));
-    let lag = flux - Dq::new(state.lagging.d.0[lane], state.lagging.q.0[lane]);
+    let turned = state.turned.get(lane);
+    let flux = Plane::new(state.flux.x.get(lane), state.flux.y.get(lane)).to_rotor(Heading::of(turned));
+    let lag = flux - Dq::new(state.lagging.d.get(lane), state.lagging.q.get(lane));
     control.case.motor.field_energy(flux, lag, control.case.start_angle + turned)
 }
 
 /// Energy in the link's capacitor in J.
-fn link_energy<const K: usize>(control: &Control<'_>, here: &Here<K>) -> f64 {
-    let voltage = here.state.link.0[control.lane];
+fn link_energy<V: Wide>(control: &Control<'_>, here: &Here<V>) -> f64 {
+    let voltage = here.state.link.get(control.lane);
     control.case.inverter.link.storage.map_or(0.0, |storage| storage.capacitance * voltage * voltage / 2.0)
 }

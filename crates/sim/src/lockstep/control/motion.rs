@@ -1,6 +1,6 @@
 //! The rotor's motion: held, resting, sliding, and the stops of a brake's play.
 
-use standstill_numeric::Pack;
+use standstill_numeric::Wide;
 
 use super::run::Control;
 use crate::case::{Play, RotorState};
@@ -31,7 +31,7 @@ pub fn can_move(rotor: RotorState) -> bool {
 
 impl<'a> Control<'a> {
     /// The rotor at its start.
-    pub(super) fn set_up_motion<const K: usize>(&mut self, bank: &mut Bank<'a, K>) {
+    pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let case = &self.case;
         let torque = case.motor.cogging(case.start_angle) - case.load_torque;
         let resolve = |contact| Motion::resolve(&case.motor.rotor, 0.0, torque, contact);
@@ -42,10 +42,10 @@ impl<'a> Control<'a> {
             RotorState::Locked | RotorState::Free | RotorState::Braked(_) => resolve(Contact::None),
         };
         let slack = &mut bank.bounds.slack;
-        slack[DOMAIN].0[self.lane] = CURRENT_SLACK;
-        slack[STOP].0[self.lane] = ANGLE_SLACK;
-        slack[FLUX].0[self.lane] = FLUX_SLACK;
-        slack[FLUX + 1].0[self.lane] = FLUX_SLACK;
+        slack[DOMAIN].put(self.lane, CURRENT_SLACK);
+        slack[STOP].put(self.lane, ANGLE_SLACK);
+        slack[FLUX].put(self.lane, FLUX_SLACK);
+        slack[FLUX + 1].put(self.lane, FLUX_SLACK);
         self.turn(bank, motion);
         self.set_sides(bank);
     }
@@ -70,10 +70,10 @@ impl<'a> Control<'a> {
     }
 
     /// The rotor moves so from now on.
-    fn turn<const K: usize>(&mut self, bank: &mut Bank<'a, K>, motion: Motion) {
+    fn turn<V: Wide>(&mut self, bank: &mut Bank<'a, V>, motion: Motion) {
         self.motion = motion;
         let lane = self.lane;
-        let put = |to: &mut Pack<K>, from: f64| to.0[lane] = from;
+        let put = |to: &mut V, from: f64| to.put(lane, from);
         let rotor = &self.case.motor.rotor;
         put(&mut bank.bounds.slack[MOTION], self.motion_slack());
         for (to, from) in bank.bounds.motion.iter_mut().zip(motion.limits(rotor, self.case.load_torque)) {
@@ -89,28 +89,28 @@ impl<'a> Control<'a> {
     }
 
     /// Kinetic energy in J.
-    pub(super) fn kinetic_energy<const K: usize>(&self, bank: &Bank<'a, K>) -> f64 {
+    pub(super) fn kinetic_energy<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         let motor = self.case.motor;
-        let speed = bank.here.state.speed.0[self.lane] / f64::from(motor.pole_pairs);
+        let speed = bank.here.state.speed.get(self.lane) / f64::from(motor.pole_pairs);
         motor.rotor.inertia * speed * speed / 2.0
     }
 
     /// The rotor stopped, started, or ran into the end of the brake's play.
-    pub(super) fn change_motion<const K: usize>(&mut self, bank: &mut Bank<'a, K>, stopped: bool) {
+    pub(super) fn change_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, stopped: bool) {
         let lane = self.lane;
         let mut contact = Contact::None;
         if stopped {
             self.impact_loss += self.kinetic_energy(bank);
             let [lower, upper] = self.stops();
-            let turned = &mut bank.here.state.turned.0[lane];
+            let turned = &mut bank.here.state.turned.get(lane);
             let ahead = upper - *turned < *turned - lower;
             (contact, *turned) = if ahead { (Contact::Upper, upper) } else { (Contact::Lower, lower) };
         }
         if stopped || matches!(self.motion, Motion::Forward | Motion::Backward) {
-            bank.here.state.speed.0[lane] = 0.0;
+            bank.here.state.speed.put(lane, 0.0);
         }
-        let torque = bank.here.at.torque.0[lane] - self.case.load_torque;
-        let speed = bank.here.state.speed.0[lane];
+        let torque = bank.here.at.torque.get(lane) - self.case.load_torque;
+        let speed = bank.here.state.speed.get(lane);
         let motion = Motion::resolve(&self.case.motor.rotor, speed, torque, contact);
         self.turn(bank, motion);
         let time = self.time(bank);

@@ -6,7 +6,7 @@
 
 use standstill_interface::{Command, Nanos, Reading, Real};
 use standstill_inverter::{Conduction, Gate, LegModes, Modes};
-use standstill_numeric::Heading;
+use standstill_numeric::{Heading, Wide};
 use standstill_plant::Magnetics;
 
 use super::course::Course;
@@ -67,9 +67,9 @@ pub struct Control<'a> {
 
 impl<'a> Control<'a> {
     /// Puts a case into a lane of a bank of its kind, at rest.
-    pub fn new<const K: usize>(
+    pub fn new<V: Wide>(
         case: Case<'a>,
-        bank: &mut Bank<'a, K>,
+        bank: &mut Bank<'a, V>,
         lane: usize,
         probe: Option<&'a mut dyn Probe>,
         ledger: bool,
@@ -110,12 +110,12 @@ impl<'a> Control<'a> {
     }
 
     /// The machine at rest.
-    fn put<const K: usize>(&mut self, bank: &mut Bank<'a, K>) {
+    fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
         let (lane, motor, link) = (self.lane, *motor, inverter.link);
         bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
         let rest = motor.magnetics.rest(Heading::of(*start_angle));
-        let put = |to: &mut standstill_numeric::Pack<K>, from: f64| to.0[lane] = from;
+        let put = |to: &mut V, from: f64| to.put(lane, from);
         let here = &mut bank.here;
         put(&mut here.time, 0.0);
         put(&mut here.state.flux.x, rest.d);
@@ -133,15 +133,14 @@ impl<'a> Control<'a> {
         put(&mut accuracy.between, f64::from(u8::from(self.filters.is_some())));
         put(&mut bank.hint, f64::INFINITY);
         put(&mut bank.longest, self.longest_step());
-        for counted in
-            [&mut bank.cutting, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
-        {
+        for counted in [&mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations] {
             put(counted, 0.0);
         }
-        put(&mut bank.live, 1.0);
+        bank.cutting &= !(1 << lane);
+        bank.live |= 1 << lane;
         self.look(bank);
         let source = bank.machine.links.source_of(lane, 0.0);
-        bank.here.state.link.0[lane] = source.voltage;
+        bank.here.state.link.put(lane, source.voltage);
         self.look_at_link(bank);
         self.conduct(bank, [Conduction::Blocked; 3]);
     }
@@ -156,29 +155,29 @@ impl<'a> Control<'a> {
     }
 
     /// Time in ns since the start of the run.
-    pub(super) fn time<const K: usize>(&self, bank: &Bank<'a, K>) -> f64 {
-        bank.here.time.0[self.lane]
+    pub(super) fn time<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
+        bank.here.time.get(self.lane)
     }
 
     /// What the machine is at its state, evaluated anew.
-    pub(super) fn look<const K: usize>(&self, bank: &mut Bank<'a, K>) {
+    pub(super) fn look<V: Wide>(&self, bank: &mut Bank<'a, V>) {
         bank.look(self.lane);
     }
 
     /// The link's voltage at the time at hand.
-    fn look_at_link<const K: usize>(&mut self, bank: &mut Bank<'a, K>) {
+    fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let lane = self.lane;
         let source = bank.machine.links.source_of(lane, self.time(bank) * 1e-9);
-        bank.here.source.voltage.0[lane] = source.voltage;
-        bank.here.source.rise.0[lane] = source.rise;
+        bank.here.source.voltage.put(lane, source.voltage);
+        bank.here.source.rise.put(lane, source.rise);
         if bank.machine.links.storage.is_none() {
-            bank.here.state.link.0[lane] = source.voltage;
+            bank.here.state.link.put(lane, source.voltage);
         }
         self.stale = false;
     }
 
     /// The detector's next command.
-    pub fn command<const K: usize>(&mut self, bank: &mut Bank<'a, K>, command: &Command<f64>) -> Want {
+    pub fn command<V: Wide>(&mut self, bank: &mut Bank<'a, V>, command: &Command<f64>) -> Want {
         self.readings.clear();
         let carrier = self.case.inverter.carrier_period;
         if let Err(error) = validate(command, carrier) {
@@ -200,16 +199,16 @@ impl<'a> Control<'a> {
 
     /// Goes on after a step that brought the machine to an instant or to the end of a mode, or that could not be taken because
     /// a blocked leg's potential was out of its bounds.
-    pub fn resume<const K: usize>(&mut self, bank: &mut Bank<'a, K>, unfit: bool) -> Want {
+    pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, unfit: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
         if unfit {
-            bank.cutting.0[lane] = 0.0;
+            bank.cutting &= !(1 << lane);
             ended = self.count_event().and_then(|()| self.resolve(bank));
-        } else if bank.cutting.0[lane] <= 0.0 {
+        } else if bank.cutting >> lane & 1 == 0 {
             self.events = 0;
         } else {
-            bank.cutting.0[lane] = 0.0;
+            bank.cutting &= !(1 << lane);
             let which = bank.ending[lane];
             if which != NOTHING {
                 self.show_here(bank);
@@ -231,7 +230,7 @@ impl<'a> Control<'a> {
 
     /// Does all that is due, up to where a step is wanted or a command. At each instant: first the samples, then the next
     /// command, then the gates.
-    fn go_on<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Want {
+    fn go_on<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
         let lane = self.lane;
         if std::mem::take(&mut self.first) {
             self.show_here(bank);
@@ -275,13 +274,13 @@ impl<'a> Control<'a> {
             if self.stale {
                 self.look_at_link(bank);
             }
-            bank.stop.0[lane] = stop;
+            bank.stop.put(lane, stop);
             return Want::Step;
         }
     }
 
     /// Carries out the gate edges of the time at hand and finds what conducts then.
-    fn switch<const K: usize>(&mut self, bank: &mut Bank<'a, K>) -> Result<(), RunError> {
+    fn switch<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let time = self.time(bank);
         if self.stale {
             self.look_at_link(bank);
@@ -320,7 +319,7 @@ impl<'a> Control<'a> {
         self.course.number += 1;
     }
 
-    fn sample<const K: usize>(&mut self, bank: &mut Bank<'a, K>, nominal: Nanos) {
+    fn sample<V: Wide>(&mut self, bank: &mut Bank<'a, V>, nominal: Nanos) {
         if self.stale {
             self.look_at_link(bank);
         }
@@ -332,7 +331,7 @@ impl<'a> Control<'a> {
         };
         let unfiltered = settings.seen(self.currents(bank), self.modes);
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
-        let link = bank.here.state.link.0[self.lane];
+        let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
         let there = Instant { current, dc_link, requested };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
@@ -344,7 +343,7 @@ impl<'a> Control<'a> {
     }
 
     /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
-    fn rests<const K: usize>(&self, bank: &Bank<'a, K>) -> bool {
+    fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
         self.modes == [Conduction::Blocked; 3]
             && !self.motion.moves()
             && bank.machine.circuits.eddies().is_none()
@@ -353,9 +352,9 @@ impl<'a> Control<'a> {
     }
 
     /// Lets time pass while nothing happens.
-    fn wait<const K: usize>(&mut self, bank: &mut Bank<'a, K>, until: f64) {
+    fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         self.watch_waiting(bank, until);
-        bank.here.time.0[self.lane] = until;
+        bank.here.time.put(self.lane, until);
         self.stale = true;
     }
 
@@ -368,9 +367,9 @@ impl<'a> Control<'a> {
     }
 
     /// The run at its end.
-    pub fn finish<T, const K: usize>(&mut self, bank: &mut Bank<'a, K>, ended: Ended<T>) -> Run<T> {
+    pub fn finish<T, V: Wide>(&mut self, bank: &mut Bank<'a, V>, ended: Ended<T>) -> Run<T> {
         let lane = self.lane;
-        let turned = bank.here.state.turned.0[lane];
+        let turned = bank.here.state.turned.get(lane);
         let end_angle = self.case.start_angle + turned;
         let ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
         let duration = match ended {
@@ -379,7 +378,7 @@ impl<'a> Control<'a> {
         };
         // Counts are small and whole.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let count = |pack: &standstill_numeric::Pack<K>| pack.0[lane] as u64;
+        let count = |pack: &V| pack.get(lane) as u64;
         Run {
             ended,
             duration,
@@ -387,8 +386,8 @@ impl<'a> Control<'a> {
             end_angle,
             has_pole: self.case.motor.has_magnet(),
             resolver_angle: end_angle + self.case.sensors.resolver_error,
-            moved: bank.moved.0[lane],
-            peak_current: bank.peak.0[lane],
+            moved: bank.moved.get(lane),
+            peak_current: bank.peak.get(lane),
             ledger,
             work: Work {
                 derivatives: count(&bank.evaluations),

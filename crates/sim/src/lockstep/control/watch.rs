@@ -1,6 +1,7 @@
 //! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
 
 use standstill_interface::Phase;
+use standstill_numeric::Wide;
 
 use super::conduction::One;
 use super::gates::matters;
@@ -14,11 +15,11 @@ type Point = ([f64; 3], f64);
 
 impl<'a> Control<'a> {
     /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
-    pub fn follow<const K: usize>(&mut self, bank: &Bank<'a, K>, thirds: &[Here<K>; 2]) {
+    pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
         if self.filters.is_some() || self.link_filter.is_some() {
-            let h = bank.tried.h.0[self.lane];
+            let h = bank.tried.h.get(self.lane);
             let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
-                .map(|here| (self.currents_at(bank, here), here.state.link.0[self.lane]));
+                .map(|here| (self.currents_at(bank, here), here.state.link.get(self.lane)));
             self.filter(h, points);
         }
         if let Some(mut accounts) = self.accounts.take() {
@@ -45,9 +46,9 @@ impl<'a> Control<'a> {
     }
 
     /// Shows who watches the step just accepted, and the gate edges on the way.
-    fn watch<const K: usize>(&mut self, bank: &Bank<'a, K>) {
+    fn watch<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
-        let (begin, end) = (bank.begin.time.0[self.lane], bank.tried.end.time.0[self.lane]);
+        let (begin, end) = (bank.begin.time.get(self.lane), bank.tried.end.time.get(self.lane));
         let h = (end - begin) * 1e-9;
         // A number of snapshots per step is small and positive.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -72,7 +73,7 @@ impl<'a> Control<'a> {
     }
 
     /// Lets a time pass in which nothing happens, up to a time in ns: for who watches and for the sensors' filters.
-    pub(super) fn watch_waiting<const K: usize>(&mut self, bank: &mut Bank<'a, K>, until: f64) {
+    pub(super) fn watch_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
         if h > 0.0 && (self.filters.is_some() || self.link_filter.is_some()) {
@@ -94,7 +95,7 @@ impl<'a> Control<'a> {
     }
 
     #[inline(never)]
-    fn watch_resting<const K: usize>(&mut self, bank: &Bank<'a, K>, until: f64) {
+    fn watch_resting<V: Wide>(&mut self, bank: &Bank<'a, V>, until: f64) {
         let Some(resolution) = self.probe.as_ref().and_then(|probe| probe.resolution()) else { return };
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
@@ -103,45 +104,45 @@ impl<'a> Control<'a> {
         let mut here = bank.here.clone();
         for part in 1..=parts {
             let time = begin + (until - begin) * f64::from(part) / f64::from(parts);
-            here.time.0[self.lane] = time;
-            here.state.link.0[self.lane] = bank.machine.links.source_of(self.lane, time * 1e-9).voltage;
+            here.time.put(self.lane, time);
+            here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time * 1e-9).voltage);
             self.show(bank, &here);
         }
     }
 
     /// Shows the machine as it is to who watches.
     #[inline]
-    pub(super) fn show_here<const K: usize>(&mut self, bank: &Bank<'a, K>) {
+    pub(super) fn show_here<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if self.probe.is_some() {
             self.show_now(bank);
         }
     }
 
     #[inline(never)]
-    fn show_now<const K: usize>(&mut self, bank: &Bank<'a, K>) {
+    fn show_now<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if self.probe.as_ref().and_then(|probe| probe.resolution()).is_some() {
             let mut here = bank.here.clone();
             if bank.machine.links.storage.is_none() {
-                let time = here.time.0[self.lane] * 1e-9;
-                here.state.link.0[self.lane] = bank.machine.links.source_of(self.lane, time).voltage;
+                let time = here.time.get(self.lane) * 1e-9;
+                here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time).voltage);
             }
             self.show(bank, &here);
         }
     }
 
-    fn show<const K: usize>(&mut self, bank: &Bank<'a, K>, here: &Here<K>) {
+    fn show<V: Wide>(&mut self, bank: &Bank<'a, V>, here: &Here<V>) {
         let lane = self.lane;
         let current = self.currents_at(bank, here);
         let one = One::of(bank, here, lane);
         let port = one.port(current, self.case.motor.resistance);
         let potential = self.case.inverter.bridge.potentials(self.gates.now(), self.modes, &port);
         let snapshot = Snapshot {
-            time: here.time.0[lane] * 1e-9,
+            time: here.time.get(lane) * 1e-9,
             current,
             potential,
             dc_link: one.dc_link,
-            angle: self.case.start_angle + here.state.turned.0[lane],
-            speed: here.state.speed.0[lane],
+            angle: self.case.start_angle + here.state.turned.get(lane),
+            speed: here.state.speed.get(lane),
             torque: self.torque(here),
             modes: self.modes,
         };
@@ -151,13 +152,13 @@ impl<'a> Control<'a> {
     }
 
     /// Electromagnetic torque in N·m, also of a locked rotor, whose steps do without.
-    fn torque<const K: usize>(&self, here: &Here<K>) -> f64 {
+    fn torque<V: Wide>(&self, here: &Here<V>) -> f64 {
         let lane = self.lane;
         let state = &here.state;
-        let angle = self.case.start_angle + state.turned.0[lane];
-        let turned = standstill_numeric::Heading::of(state.turned.0[lane]);
-        let plane = |v: &crate::lockstep::physics::plane::Plane<standstill_numeric::Pack<K>>| {
-            crate::lockstep::physics::plane::Plane::new(v.x.0[lane], v.y.0[lane]).to_rotor(turned)
+        let angle = self.case.start_angle + state.turned.get(lane);
+        let turned = standstill_numeric::Heading::of(state.turned.get(lane));
+        let plane = |v: &crate::lockstep::physics::plane::Plane<V>| {
+            crate::lockstep::physics::plane::Plane::new(v.x.get(lane), v.y.get(lane)).to_rotor(turned)
         };
         let motor = self.case.motor;
         let (flux, current) = (plane(&state.flux), plane(&here.at.current));

@@ -1,12 +1,10 @@
 //! Machines side by side: each steps to its own next instant or to the end of one of its modes.
 
-use multiversion::multiversion;
-use standstill_interface::{Arithmetic, Dq};
+use standstill_interface::Dq;
 use standstill_inverter::DcLink;
-use standstill_numeric::{Lane, Pack, Symmetric};
+use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
-use super::mask::bits;
 use crate::lockstep::physics::bounds::{Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::lockstep::physics::links::Source;
 use crate::lockstep::physics::machine::{Machine, Operating};
@@ -18,43 +16,43 @@ use crate::lockstep::step::two_derivative::{Accuracy, Here, Tried};
 
 /// Machines of one kind, what they do until when, and what became of it.
 #[derive(Clone, Debug)]
-pub struct Bank<'a, const K: usize> {
+pub struct Bank<'a, V: Wide> {
     /// The machines.
-    pub machine: Machine<'a, K>,
+    pub machine: Machine<'a, V>,
     /// What ends their modes.
-    pub bounds: Bounds<K>,
+    pub bounds: Bounds<V>,
     /// Where they are.
-    pub here: Here<K>,
+    pub here: Here<V>,
     /// How exact their steps must be.
-    pub accuracy: Accuracy<K>,
-    /// 1 for machines that step, else 0.
-    pub live: Pack<K>,
+    pub accuracy: Accuracy<V>,
+    /// A bit for each machine that steps.
+    pub live: u32,
     /// The next instant of each in ns.
-    pub stop: Pack<K>,
+    pub stop: V,
     /// Length of the step to try next, and of the longest one, in ns.
-    pub hint: Pack<K>,
+    pub hint: V,
     /// See `hint`.
-    pub longest: Pack<K>,
-    /// 1 for machines of which a mode ends at `cut`, else 0.
-    pub cutting: Pack<K>,
+    pub longest: V,
+    /// A bit for each machine of which a mode ends at `cut`.
+    pub cutting: u32,
     /// In ns.
-    pub cut: Pack<K>,
+    pub cut: V,
     /// Which mode that is.
-    pub ending: [usize; K],
+    pub ending: [usize; MOST_LANES],
     /// Largest phase current in A so far.
-    pub peak: Pack<K>,
+    pub peak: V,
     /// Furthest from the start in rad so far.
-    pub moved: Pack<K>,
+    pub moved: V,
     /// Accepted steps, and all.
-    pub steps: Pack<K>,
+    pub steps: V,
     /// See `steps`.
-    pub evaluations: Pack<K>,
+    pub evaluations: V,
     /// Whether steps are looked at from within: `begin` and `tried` are then those of the last.
     pub follow: bool,
     /// Where the last step began.
-    pub begin: Here<K>,
+    pub begin: Here<V>,
     /// The last step.
-    pub tried: Tried<K>,
+    pub tried: Tried<V>,
 }
 
 /// What became of a step: a bit for each machine.
@@ -76,12 +74,12 @@ pub const NOTHING: usize = ENDS;
 /// A step in ns below which nothing can be resolved.
 const SHORTEST: f64 = 1e-6;
 
-impl<'a, const K: usize> Bank<'a, K> {
+impl<'a, V: Wide> Bank<'a, V> {
     /// For machines of the kind of this one, on this kind of link; `free`: whether rotors can move, `follow`: whether steps
     /// are looked at from within.
     pub fn like(motor: &'a Motor, link: &DcLink, free: bool, follow: bool) -> Self {
         use standstill_plant::Magnetics;
-        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+        let (zero, one) = (V::of(0.0), V::of(1.0));
         let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
         let machine = Machine::like(motor, link, free);
         let rest = State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq };
@@ -108,13 +106,13 @@ impl<'a, const K: usize> Bank<'a, K> {
             begin: here.clone(),
             here,
             accuracy,
-            live: zero,
+            live: 0,
             stop: zero,
             hint: zero,
             longest: zero,
-            cutting: zero,
+            cutting: 0,
             cut: zero,
-            ending: [0; K],
+            ending: [0; MOST_LANES],
             peak: zero,
             moved: zero,
             steps: zero,
@@ -126,7 +124,7 @@ impl<'a, const K: usize> Bank<'a, K> {
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
     pub fn step(&mut self) -> Served {
-        let (served, crossed) = step_of_lanes(self);
+        let (served, crossed) = V::compute(StepOf(self));
         let mut left = crossed;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
@@ -138,20 +136,18 @@ impl<'a, const K: usize> Bank<'a, K> {
 
     /// Evaluates a machine anew at its state.
     pub fn look(&mut self, lane: usize) {
-        let mut mask = [0; K];
-        mask[lane] = u64::MAX;
-        look_at_lanes(self, mask);
+        V::compute(LookAt(self, 1 << lane));
     }
 
     /// The machines at a share of the step taken last.
-    pub fn within(&self, share: f64) -> Here<K> {
-        within_of_lanes(self, Pack::of(share))
+    pub fn within(&self, share: f64) -> Here<V> {
+        V::compute(Within(self, share))
     }
 
     /// Finds the mode of a machine that ends first within the step just tried, and when.
     fn find_end(&mut self, lane: usize) {
         let tried = &self.tried;
-        let one = |pack: &Pack<K>| pack.0[lane];
+        let one = |pack: &V| pack.get(lane);
         let mut first = (f64::INFINITY, 0);
         let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
             let to = if cubic.value[1] < -slack {
@@ -222,9 +218,9 @@ impl<'a, const K: usize> Bank<'a, K> {
             }
         }
         let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
-        let (from, to) = (self.begin.time.0[lane], tried.end.time.0[lane]);
-        self.cut.0[lane] = (from + (to - from) * share).min(to);
-        self.cutting.0[lane] = 1.0;
+        let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
+        self.cut.put(lane, (from + (to - from) * share).min(to));
+        self.cutting |= 1 << lane;
         self.ending[lane] = which;
     }
 }
@@ -234,86 +230,85 @@ fn straight(begin: f64, end: f64) -> Cubic<f64> {
     Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }
 
-/// A step of each machine; also a bit for each of which a mode ends within it.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
-fn step_of_lanes<const K: usize>(bank: &mut Bank<K>) -> (Served, u32) {
-    let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
-    let here = &bank.here;
-    let is_live = bank.live.above(zero);
-    let is_cutting = bank.cutting.above(zero);
-    let free_end = bank.stop.least(here.time + bank.hint.least(bank.longest));
-    let until = Pack::choose(is_live, Pack::choose(is_cutting, bank.cut, free_end), here.time);
-    let tried = Tried::new(&bank.machine, &bank.bounds, here, until, &bank.accuracy);
+/// A step of each machine.
+struct StepOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>);
 
-    // What holds is 1, what does not 0: numbers, for a compiler takes masks apart that are combined at length.
-    let is_exact = (one + 1e-12).above(tried.error);
-    let exact = Pack::choose(is_exact, one, zero);
-    let (live, cutting) = (bank.live, bank.cutting);
-    let free = one - cutting;
-    let unfit = live * Pack::choose(zero.above(tried.first), one, zero);
-    let may = live * exact * (one - unfit);
-    let ends = free * Pack::choose(zero.above(tried.least), one, zero)
-        + cutting * Pack::choose(zero.above(tried.deep), one, zero);
-    let crossed = may * ends;
-    let accepted = may - crossed;
-    let length = until - here.time;
-    let short = Pack::choose(Pack::of(SHORTEST).above(length), one, zero);
-    let broken = live * short * (one - exact) * (one - unfit);
+impl<V: Wide> Compute for StepOf<'_, '_, V> {
+    /// What became of it, and a bit for each machine of which a mode ends within the step.
+    type Output = (Served, u32);
 
-    // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
-    let target = Pack::choose(tried.error.above(-one), tried.error, Pack::of(1e3)) + 1e-4;
-    let factor = (Pack::of(0.5) / target).sqrt().sqrt().least(Pack::of(4.0)).greatest(Pack::of(0.1));
-    let next = length * factor;
-    // A step that ended at an instant says little about the next one's length.
-    let longer = Pack::choose(bank.hint.above(length), next.greatest(bank.hint), next);
-    let hint = Pack::choose(is_exact, longer, next.least(length * 0.7));
-    bank.hint = Pack::choose((live - unfit).above(zero), hint, bank.hint);
+    #[inline(always)]
+    fn compute(self) -> (Served, u32) {
+        let bank = self.0;
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let here = &bank.here;
+        let (live, cutting) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.cutting));
+        let free_end = bank.stop.least(here.time + bank.hint.least(bank.longest));
+        let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time);
+        let tried = Tried::new(&bank.machine, &bank.bounds, here, until, &bank.accuracy);
 
-    let at_stop = Pack::choose(bank.stop.above(until), zero, one);
-    let arrived = accepted * at_stop.greatest(cutting);
-    bank.steps = bank.steps + accepted;
-    bank.evaluations = bank.evaluations + live;
-    let [a, b, c] = tried.phases[1];
-    bank.peak = bank.peak.greatest(accepted * a.abs().greatest(b.abs()).greatest(c.abs()));
-    if bank.machine.rotors.is_some() {
-        bank.moved = bank.moved.greatest(accepted * tried.end.state.turned.abs());
+        let exact = V::of(1.0 + 1e-12).above(tried.error);
+        let unfit = live & zero.above(tried.first);
+        let may = live & exact & !unfit;
+        let ends = (zero.above(tried.least) & !cutting) | (zero.above(tried.deep) & cutting);
+        let crossed = may & ends;
+        let accepted = may & !crossed;
+        let length = until - here.time;
+        let broken = live & V::of(SHORTEST).above(length) & !exact & !unfit;
+
+        // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
+        let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;
+        let factor = (V::of(0.5) / target).sqrt().sqrt().least(V::of(4.0)).greatest(V::of(0.1));
+        let next = length * factor;
+        // A step that ended at an instant says little about the next one's length.
+        let longer = V::choose(bank.hint.above(length), next.greatest(bank.hint), next);
+        let hint = V::choose(exact, longer, next.least(length * 0.7));
+        bank.hint = V::choose(live & !unfit, hint, bank.hint);
+
+        let arrived = accepted & (cutting | !bank.stop.above(until));
+        bank.steps = bank.steps + V::only(accepted, one);
+        bank.evaluations = bank.evaluations + V::only(live, one);
+        let [a, b, c] = tried.phases[1];
+        bank.peak = bank.peak.greatest(V::only(accepted, a.abs().greatest(b.abs()).greatest(c.abs())));
+        if bank.machine.rotors.is_some() {
+            bank.moved = bank.moved.greatest(V::only(accepted, tried.end.state.turned.abs()));
+        }
+        let crossed = crossed.bits();
+        let served = Served {
+            accepted: accepted.bits(),
+            arrived: arrived.bits(),
+            unfit: unfit.bits(),
+            broken: broken.bits(),
+        };
+        if bank.follow {
+            bank.begin = bank.here.clone();
+            bank.tried = tried.clone();
+        } else if crossed != 0 {
+            bank.begin.time = bank.here.time;
+            bank.begin.state.turned = bank.here.state.turned;
+            bank.begin.state.speed = bank.here.state.speed;
+            bank.tried.h = tried.h;
+            bank.tried.end.time = tried.end.time;
+            bank.tried.end.state.turned = tried.end.state.turned;
+            bank.tried.end.state.speed = tried.end.state.speed;
+            bank.tried.phases = tried.phases;
+            bank.tried.phase_rise = tried.phase_rise;
+            bank.tried.margins = tried.margins;
+            bank.tried.torque_rise = tried.torque_rise;
+            bank.tried.acceleration = tried.acceleration;
+            bank.tried.change = tried.change;
+        }
+        take(&mut bank.here, &tried.end, accepted);
+        (served, crossed)
     }
-    let half = Pack::of(0.5);
-    let crossed = bits::<K>(crossed.above(half));
-    let served = Served {
-        accepted: bits::<K>(accepted.above(half)),
-        arrived: bits::<K>(arrived.above(half)),
-        unfit: bits::<K>(unfit.above(half)),
-        broken: bits::<K>(broken.above(half)),
-    };
-    if bank.follow {
-        bank.begin = bank.here.clone();
-        bank.tried = tried.clone();
-    } else if crossed != 0 {
-        bank.begin.time = bank.here.time;
-        bank.begin.state.turned = bank.here.state.turned;
-        bank.begin.state.speed = bank.here.state.speed;
-        bank.tried.h = tried.h;
-        bank.tried.end.time = tried.end.time;
-        bank.tried.end.state.turned = tried.end.state.turned;
-        bank.tried.end.state.speed = tried.end.state.speed;
-        bank.tried.phases = tried.phases;
-        bank.tried.phase_rise = tried.phase_rise;
-        bank.tried.margins = tried.margins;
-        bank.tried.torque_rise = tried.torque_rise;
-        bank.tried.acceleration = tried.acceleration;
-        bank.tried.change = tried.change;
-    }
-    take(&mut bank.here, &tried.end, accepted.above(half));
-    (served, crossed)
 }
 
 /// Makes the end of a step the place of those that took it.
 #[inline(always)]
-fn take<const K: usize>(here: &mut Here<K>, end: &Here<K>, accepted: [u64; K]) {
-    let choose = |yes: Pack<K>, no: Pack<K>| Pack::choose(accepted, yes, no);
-    let plane = |yes: Plane<Pack<K>>, no: Plane<Pack<K>>| Plane::choose(accepted, yes, no);
-    let dq = |yes: Dq<Pack<K>>, no: Dq<Pack<K>>| Dq::new(choose(yes.d, no.d), choose(yes.q, no.q));
+fn take<V: Wide>(here: &mut Here<V>, end: &Here<V>, accepted: V::Mask) {
+    let choose = |yes: V, no: V| V::choose(accepted, yes, no);
+    let plane = |yes: Plane<V>, no: Plane<V>| Plane::choose(accepted, yes, no);
+    let dq = |yes: Dq<V>, no: Dq<V>| Dq::new(choose(yes.d, no.d), choose(yes.q, no.q));
     let (to, from) = (&here.at, &end.at);
     let (g, h) = (from.inverse_inductance, to.inverse_inductance);
     *here = Here {
@@ -338,17 +333,29 @@ fn take<const K: usize>(here: &mut Here<K>, end: &Here<K>, accepted: [u64; K]) {
     };
 }
 
-/// Machines evaluated anew where the mask holds.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
-fn look_at_lanes<const K: usize>(bank: &mut Bank<K>, mask: [u64; K]) {
-    let here = &bank.here;
-    let at = bank.machine.operating(&here.state);
-    let there = Here { time: here.time, state: here.state, at, source: here.source };
-    take(&mut bank.here, &there, mask);
+/// Machines evaluated anew at their states: a bit for each.
+struct LookAt<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32);
+
+impl<V: Wide> Compute for LookAt<'_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn compute(self) {
+        let here = &self.0.here;
+        let at = self.0.machine.operating(&here.state);
+        let there = Here { time: here.time, state: here.state, at, source: here.source };
+        take(&mut self.0.here, &there, V::Mask::of_bits(self.1));
+    }
 }
 
-/// Machines within the step taken last.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
-fn within_of_lanes<const K: usize>(bank: &Bank<K>, share: Pack<K>) -> Here<K> {
-    bank.tried.within(&bank.machine, &bank.begin, share)
+/// Machines at a share of the step taken last.
+struct Within<'b, 'a, V: Wide>(&'b Bank<'a, V>, f64);
+
+impl<V: Wide> Compute for Within<'_, '_, V> {
+    type Output = Here<V>;
+
+    #[inline(always)]
+    fn compute(self) -> Here<V> {
+        self.0.tried.within(&self.0.machine, &self.0.begin, V::of(self.1))
+    }
 }

@@ -10,17 +10,17 @@
 //! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
 
 pub mod bank;
-pub mod mask;
+
+use std::marker::PhantomData;
 
 use standstill_interface::{Abc, Command, Detector, Leg, Reading, Real, Stage, Step};
+
+use standstill_numeric::{OnWidest, Wide, Width, on_widest};
 
 use self::bank::{Bank, Served};
 use crate::case::{Case, Ended, Run, RunError};
 use crate::lockstep::control::{Control, Want, can_move};
 use crate::trace::{NoProbe, Probe};
-
-/// Machines side by side.
-pub const LANES: usize = 8;
 
 /// A run in its lane, with its detector.
 struct Detection<'a, T: Real, D> {
@@ -32,7 +32,7 @@ struct Detection<'a, T: Real, D> {
 
 impl<'a, T: Real, D: Detector<T>> Detection<'a, T, D> {
     /// Goes on until a step is wanted, or to the end of the run.
-    fn advance<const K: usize>(&mut self, bank: &mut Bank<'a, K>, mut want: Want) -> Option<Run<T>> {
+    fn advance<V: Wide>(&mut self, bank: &mut Bank<'a, V>, mut want: Want) -> Option<Run<T>> {
         loop {
             let ended = match want {
                 Want::Step => return None,
@@ -87,29 +87,53 @@ fn has_filters(case: &Case) -> bool {
 }
 
 /// Whether a case fits into a bank.
-fn fits<const K: usize>(bank: &Bank<K>, case: &Case) -> bool {
+fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter.link, can_move(case.rotor))
         && (bank.follow || !has_filters(case))
 }
 
 /// Runs in the lanes of a bank.
-struct SideBySide<'a, const K: usize, T: Real, D> {
-    bank: Bank<'a, K>,
-    lanes: [Option<Detection<'a, T, D>>; K],
+struct SideBySide<'a, V: Wide, T: Real, D> {
+    bank: Bank<'a, V>,
+    lanes: Vec<Option<Detection<'a, T, D>>>,
 }
 
-impl<'a, const K: usize, T: Real, D: Detector<T>> SideBySide<'a, K, T, D> {
-    fn new(bank: Bank<'a, K>) -> Self {
-        Self { bank, lanes: std::array::from_fn(|_| None) }
+impl<'a, V: Wide, T: Real, D: Detector<T>> SideBySide<'a, V, T, D> {
+    fn new(bank: Bank<'a, V>) -> Self {
+        Self { bank, lanes: (0..V::LANES).map(|_| None).collect() }
     }
 
     /// Seats a run in a lane; its end, if it needs no step.
     fn seat(&mut self, lane: usize, detection: Detection<'a, T, D>) -> Option<Run<T>> {
         let run = self.lanes[lane].insert(detection).advance(&mut self.bank, Want::Command);
         if run.is_some() {
-            self.bank.live.0[lane] = 0.0;
+            self.bank.live &= !(1 << lane);
         }
         run
+    }
+
+    /// Takes cases into a lane until one of them needs a step.
+    fn fill(
+        &mut self,
+        lane: usize,
+        cases: &mut impl Iterator<Item = (usize, (Case<'a>, D))>,
+        done: &mut impl FnMut(usize, Run<T>),
+    ) {
+        let spare = self.lanes[lane].take();
+        let (mut raw, mut readings) =
+            spare.map_or_else(Default::default, |spare| (spare.control.readings, spare.readings));
+        for (number, (case, mut detector)) in cases {
+            if !fits(&self.bank, &case) {
+                done(number, run(&case, &mut detector, false, &mut NoProbe));
+                continue;
+            }
+            let control = Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut raw));
+            let detection = Detection { number, control, detector, readings: std::mem::take(&mut readings) };
+            match self.seat(lane, detection) {
+                Some(run) => done(number, run),
+                None => return,
+            }
+        }
     }
 
     /// A step of all, and what follows from it. `over` gets the runs that have come to their ends, with their lanes.
@@ -131,7 +155,7 @@ impl<'a, const K: usize, T: Real, D: Detector<T>> SideBySide<'a, K, T, D> {
                 detection.control.resume(&mut self.bank, unfit >> lane & 1 == 1)
             };
             if let Some(run) = detection.advance(&mut self.bank, want) {
-                self.bank.live.0[lane] = 0.0;
+                self.bank.live &= !(1 << lane);
                 over(lane, run);
             }
         }
@@ -169,7 +193,7 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     probe: &mut dyn Probe,
 ) -> Run<T> {
     let watched = probe.resolution().is_some() || ledger || has_filters(case);
-    let mut bank: Bank<'_, 1> = Bank::like(case.motor, &case.inverter.link, can_move(case.rotor), watched);
+    let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter.link, can_move(case.rotor), watched);
     let control = Control::new(case.clone(), &mut bank, 0, Some(probe), ledger, Vec::new());
     let mut one = SideBySide::new(bank);
     let detection = Detection { number: 0, control, detector: Borrowed(detector), readings: Vec::new() };
@@ -189,44 +213,53 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
 /// its equations, not other numbers) are carried out one by one.
 pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
-    mut done: impl FnMut(usize, Run<T>),
+    done: impl FnMut(usize, Run<T>),
 ) {
-    let mut cases = cases.into_iter().enumerate().peekable();
-    let Some((_, (first, _))) = cases.peek() else { return };
-    let bank: Bank<'a, LANES> =
-        Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(first));
-    let mut all = SideBySide::new(bank);
-    // Takes cases into a lane until one of them needs a step.
-    let mut fill = |all: &mut SideBySide<'a, LANES, T, D>,
-                    lane: usize,
-                    done: &mut dyn FnMut(usize, Run<T>)| {
-        let spare = all.lanes[lane].take();
-        let (mut raw, mut readings) =
-            spare.map_or_else(Default::default, |spare| (spare.control.readings, spare.readings));
-        for (number, (case, mut detector)) in cases.by_ref() {
-            if !fits(&all.bank, &case) {
-                done(number, run(&case, &mut detector, false, &mut NoProbe));
-                continue;
-            }
-            let control = Control::new(case, &mut all.bank, lane, None, false, std::mem::take(&mut raw));
-            let detection = Detection { number, control, detector, readings: std::mem::take(&mut readings) };
-            match all.seat(lane, detection) {
-                Some(run) => done(number, run),
-                None => return,
-            }
+    run_side_by_side_in(Width::Avx512, cases, done);
+}
+
+/// The same in registers no wider than `most`: the bits of the runs do not depend on it.
+pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
+    most: Width,
+    cases: impl IntoIterator<Item = (Case<'a>, D)>,
+    done: impl FnMut(usize, Run<T>),
+) {
+    on_widest(most, Work { cases: cases.into_iter(), done, of: PhantomData });
+}
+
+/// Cases to be run, and what is done with the runs.
+struct Work<'a, T, C, F> {
+    cases: C,
+    done: F,
+    of: PhantomData<(&'a (), T)>,
+}
+
+impl<'a, T: Real, D: Detector<T>, C, F> OnWidest for Work<'a, T, C, F>
+where
+    C: Iterator<Item = (Case<'a>, D)>,
+    F: FnMut(usize, Run<T>),
+{
+    type Output = ();
+
+    fn with<V: Wide>(self) {
+        let Self { cases, mut done, .. } = self;
+        let mut cases = cases.enumerate().peekable();
+        let Some((_, (first, _))) = cases.peek() else { return };
+        let bank: Bank<'a, V> =
+            Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(first));
+        let mut all = SideBySide::new(bank);
+        for lane in 0..V::LANES {
+            all.fill(lane, &mut cases, &mut done);
         }
-    };
-    for lane in 0..LANES {
-        fill(&mut all, lane, &mut done);
-    }
-    let mut over = Vec::with_capacity(LANES);
-    while all.bank.live.0.iter().any(|live| *live > 0.0) {
-        all.turn(|lane, run| over.push((lane, run)));
-        for (lane, run) in over.drain(..) {
-            if let Some(detection) = &all.lanes[lane] {
-                done(detection.number, run);
+        let mut over = Vec::with_capacity(V::LANES);
+        while all.bank.live != 0 {
+            all.turn(|lane, run| over.push((lane, run)));
+            for (lane, run) in over.drain(..) {
+                if let Some(detection) = &all.lanes[lane] {
+                    done(detection.number, run);
+                }
+                all.fill(lane, &mut cases, &mut done);
             }
-            fill(&mut all, lane, &mut done);
         }
     }
 }

@@ -1,7 +1,6 @@
 //! What ends the smooth part of a run, of several machines side by side.
 
-use standstill_interface::Arithmetic;
-use standstill_numeric::{Lane, Pack};
+use standstill_numeric::Wide;
 
 use super::machine::{Change, Machine, Operating};
 use super::state::State;
@@ -20,31 +19,31 @@ pub const ENDS: usize = 8;
 
 /// What ends the smooth part. What cannot end it is infinitely far away.
 #[derive(Clone, Debug)]
-pub struct Bounds<const K: usize> {
+pub struct Bounds<V: Wide> {
     /// Per leg the potentials between which it stays blocked, each by its share of the link's voltage and V on top.
-    pub low: [[Pack<K>; 2]; 3],
+    pub low: [[V; 2]; 3],
     /// See `low`.
-    pub high: [[Pack<K>; 2]; 3],
+    pub high: [[V; 2]; 3],
     /// The rotor's motion: a constant, and factors of its speed in rad/s, of the torque in N·m and of its magnitude
     /// beside the load.
-    pub motion: [Pack<K>; 4],
+    pub motion: [V; 4],
     /// How far the rotor may turn from its start, backwards and forwards, in rad.
-    pub stops: [Pack<K>; 2],
+    pub stops: [V; 2],
     /// ψ_d and ψ_q: the side of zero on which they are, +1 or −1, where the core has a kink there, else 0; and what is
     /// added.
-    pub sides: Option<[[Pack<K>; 2]; 2]>,
+    pub sides: Option<[[V; 2]; 2]>,
     /// How far beyond zero each margin must be to count as crossed.
-    pub slack: [Pack<K>; ENDS],
+    pub slack: [V; ENDS],
 }
 
 /// How far the modes are from their ends: the current in A of a conducting leg, the distance in V of a blocked one's
 /// potential to the nearer bound; in N·m or rad/s, rad, A, Wb. Negative beyond.
-pub type Margins<const K: usize> = [Pack<K>; ENDS];
+pub type Margins<V> = [V; ENDS];
 
-impl<const K: usize> Bounds<K> {
+impl<V: Wide> Bounds<V> {
     /// For cores with or without kinks.
     pub fn new(kinks: bool) -> Self {
-        let (zero, far) = (Pack::of(0.0), Pack::of(f64::INFINITY));
+        let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         Self {
             low: [[zero, -far]; 3],
             high: [[zero, far]; 3],
@@ -59,24 +58,23 @@ impl<const K: usize> Bounds<K> {
     #[inline(always)]
     pub fn margins(
         &self,
-        machine: &Machine<K>,
-        state: &State<Pack<K>>,
-        at: &Operating<Pack<K>>,
-        change: &Change<Pack<K>>,
-        current: &[Pack<K>; 3],
-    ) -> Margins<K> {
-        let (zero, far) = (Pack::of(0.0), Pack::of(f64::INFINITY));
+        machine: &Machine<V>,
+        state: &State<V>,
+        at: &Operating<V>,
+        change: &Change<V>,
+        current: &[V; 3],
+    ) -> Margins<V> {
+        let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         let legs = &machine.legs;
         let mut potential = [change.blocked_potential; 3];
         let idle = legs.idle.above(zero);
-        if machine.drifts() && Pack::any(idle) {
+        if machine.drifts() && V::any(idle) {
             potential = self.idle_potentials(machine, state, change, potential);
         }
-        // Spelled out: of a loop a compiler would make vectors across the legs, not across the machines.
         let mut margins = [far; ENDS];
-        margins[0] = self.leg(machine, state, 0, potential[0], current[0]);
-        margins[1] = self.leg(machine, state, 1, potential[1], current[1]);
-        margins[2] = self.leg(machine, state, 2, potential[2], current[2]);
+        for k in 0..3 {
+            margins[k] = self.leg(machine, state, k, potential[k], current[k]);
+        }
         if let Some(rotors) = &machine.rotors {
             let [constant, by_speed, by_torque, by_size] = self.motion;
             let (speed, torque) = (state.speed, at.torque);
@@ -96,48 +94,41 @@ impl<const K: usize> Bounds<K> {
 
     /// The margin of a leg with this potential in V, if it is blocked, or this current in A.
     #[inline(always)]
-    fn leg(
-        &self,
-        machine: &Machine<K>,
-        state: &State<Pack<K>>,
-        k: usize,
-        potential: Pack<K>,
-        current: Pack<K>,
-    ) -> Pack<K> {
-        let (zero, legs) = (Pack::of(0.0), &machine.legs);
+    fn leg(&self, machine: &Machine<V>, state: &State<V>, k: usize, potential: V, current: V) -> V {
+        let (zero, legs) = (V::of(0.0), &machine.legs);
         let low = self.low[k][0] * state.link + self.low[k][1];
         let high = self.high[k][0] * state.link + self.high[k][1];
         let mut blocked = (potential - low).least(high - potential);
         if !machine.drifts() {
             // Without anything that drives them, idle legs stay idle.
-            blocked = Pack::choose(legs.idle.above(zero), Pack::of(f64::INFINITY), blocked);
+            blocked = V::choose(legs.idle.above(zero), V::of(f64::INFINITY), blocked);
         }
         let direction = legs.leg[k].direction;
-        Pack::choose(direction.abs().above(zero), direction * current, blocked)
+        V::choose(direction.abs().above(zero), direction * current, blocked)
     }
 
     /// Potentials in V where all legs are blocked: all follow what would drive currents, and what they have in common is
     /// halfway between the bounds.
-    #[inline(never)]
+    #[inline(always)]
     fn idle_potentials(
         &self,
-        machine: &Machine<K>,
-        state: &State<Pack<K>>,
-        change: &Change<Pack<K>>,
-        otherwise: [Pack<K>; 3],
-    ) -> [Pack<K>; 3] {
+        machine: &Machine<V>,
+        state: &State<V>,
+        change: &Change<V>,
+        otherwise: [V; 3],
+    ) -> [V; 3] {
         let legs = &machine.legs;
         let held = legs.phases(change.flux);
-        let idle = legs.idle.above(Pack::of(0.0));
-        let (mut down, mut up) = (Pack::of(f64::INFINITY), Pack::of(f64::INFINITY));
+        let idle = legs.idle.above(V::of(0.0));
+        let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
         for k in 0..3 {
             let low = self.low[k][0] * state.link + self.low[k][1];
             let high = self.high[k][0] * state.link + self.high[k][1];
             down = down.least(held[k] - low);
             up = up.least(high - held[k]);
         }
-        let bounded = Pack::of(f64::MAX).above((up + down).abs());
-        let common = Pack::choose(bounded, (up - down) * 0.5, state.link * 0.5);
-        std::array::from_fn(|k| Pack::choose(idle, common + held[k], otherwise[k]))
+        let bounded = V::of(f64::MAX).above((up + down).abs());
+        let common = V::choose(bounded, (up - down) * 0.5, state.link * 0.5);
+        std::array::from_fn(|k| V::choose(idle, common + held[k], otherwise[k]))
     }
 }

@@ -1,20 +1,19 @@
 //! The legs of several inverters side by side as the windings see them.
 
-use standstill_interface::Arithmetic;
 use standstill_inverter::{AXES, LegMode};
-use standstill_numeric::{Heading, Pack, Symmetric};
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::plane::Plane;
 
 /// The legs in their modes.
 #[derive(Clone, Debug)]
-pub struct Legs<const K: usize> {
+pub struct Legs<V: Wide> {
     /// Magnetic axes of the phases in the run's plane.
-    pub axes: [Plane<Pack<K>>; 3],
+    pub axes: [Plane<V>; 3],
     /// Leg by leg.
-    pub leg: [LegMode<Pack<K>>; 3],
+    pub leg: [LegMode<V>; 3],
     /// 1 where all are blocked, else 0.
-    pub idle: Pack<K>,
+    pub idle: V,
 }
 
 /// Legs and winding resistance as a winding without neutral sees them.
@@ -32,13 +31,13 @@ pub struct Terminals<T> {
     pub free: T,
 }
 
-impl<const K: usize> Legs<K> {
+impl<V: Wide> Legs<V> {
     /// All blocked, of rotors at zero.
     pub fn idle() -> Self {
-        let zero = Pack::of(0.0);
+        let zero = V::of(0.0);
         let leg = LegMode { rail: zero, offset: zero, resistance: zero, direction: zero, blocked: zero };
-        let mut legs = Self { axes: [Plane::new(zero, zero); 3], leg: [leg; 3], idle: Pack::of(1.0) };
-        for lane in 0..K {
+        let mut legs = Self { axes: [Plane::new(zero, zero); 3], leg: [leg; 3], idle: V::of(1.0) };
+        for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
         }
         legs
@@ -48,7 +47,8 @@ impl<const K: usize> Legs<K> {
     pub fn put_axes(&mut self, lane: usize, start: Heading) {
         for (to, axis) in self.axes.iter_mut().zip(AXES) {
             let axis = Plane::from_stator(axis, start);
-            (to.x.0[lane], to.y.0[lane]) = (axis.x, axis.y);
+            to.x.put(lane, axis.x);
+            to.y.put(lane, axis.y);
         }
     }
 
@@ -56,31 +56,31 @@ impl<const K: usize> Legs<K> {
     #[inline]
     pub fn put(&mut self, lane: usize, leg: usize, mode: &LegMode) {
         let to = &mut self.leg[leg];
-        to.rail.0[lane] = mode.rail;
-        to.offset.0[lane] = mode.offset;
-        to.resistance.0[lane] = mode.resistance;
-        to.direction.0[lane] = mode.direction;
-        to.blocked.0[lane] = mode.blocked;
+        to.rail.put(lane, mode.rail);
+        to.offset.put(lane, mode.offset);
+        to.resistance.put(lane, mode.resistance);
+        to.direction.put(lane, mode.direction);
+        to.blocked.put(lane, mode.blocked);
     }
 
     /// Current in A of each phase.
     #[inline(always)]
-    pub fn phases(&self, current: Plane<Pack<K>>) -> [Pack<K>; 3] {
+    pub fn phases(&self, current: Plane<V>) -> [V; 3] {
         let [a, b, c] = &self.axes;
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
     /// The legs and the winding together.
     #[inline(always)]
-    pub fn terminals(&self, winding: Pack<K>) -> Terminals<Pack<K>> {
-        let zero = Pack::of(0.0);
+    pub fn terminals(&self, winding: V) -> Terminals<V> {
+        let zero = V::of(0.0);
         let none = Plane::new(zero, zero);
         let mut all = Terminals {
             rail: none,
             offset: none,
             resistance: Symmetric::new(winding, zero, winding),
             blocked: none,
-            free: Pack::of(1.0),
+            free: V::of(1.0),
         };
         for k in 0..3 {
             let (axis, leg) = (self.axes[k], &self.leg[k]);

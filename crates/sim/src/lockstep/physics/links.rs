@@ -2,50 +2,49 @@
 
 use std::f64::consts::TAU;
 
-use standstill_interface::Arithmetic;
 use standstill_inverter::DcLink;
-use standstill_numeric::{Lane, Pack, sin_cos};
+use standstill_numeric::{Lane, Wide, sin_cos};
 
 /// DC links of one kind: with or without ripple, sag and storage, each with numbers of its own.
 #[derive(Clone, Debug)]
-pub struct Links<const K: usize> {
+pub struct Links<V: Wide> {
     /// Mean voltage of the source in V.
-    voltage: Pack<K>,
-    ripple: Option<Ripples<K>>,
-    sag: Option<Sags<K>>,
+    voltage: V,
+    ripple: Option<Ripples<V>>,
+    sag: Option<Sags<V>>,
     /// Capacitor and source resistance.
-    pub storage: Option<Storages<K>>,
+    pub storage: Option<Storages<V>>,
 }
 
 #[derive(Clone, Debug)]
-struct Ripples<const K: usize> {
+struct Ripples<V: Wide> {
     /// In V.
-    amplitude: Pack<K>,
+    amplitude: V,
     /// In rad/s.
-    frequency: Pack<K>,
+    frequency: V,
     /// In rad.
-    phase: Pack<K>,
+    phase: V,
     /// 1 over the square of the frequency.
-    per_square: Pack<K>,
+    per_square: V,
 }
 
 #[derive(Clone, Debug)]
-struct Sags<const K: usize> {
+struct Sags<V: Wide> {
     /// Half the depth in V.
-    half: Pack<K>,
+    half: V,
     /// In s.
-    start: Pack<K>,
+    start: V,
     /// 1/duration in 1/s.
-    rate: Pack<K>,
+    rate: V,
 }
 
 /// Capacitors behind source resistances.
 #[derive(Clone, Debug)]
-pub struct Storages<const K: usize> {
+pub struct Storages<V: Wide> {
     /// 1/(R C) in 1/s.
-    pub rate: Pack<K>,
+    pub rate: V,
     /// 1/C in 1/F.
-    pub elastance: Pack<K>,
+    pub elastance: V,
 }
 
 /// A source's voltage.
@@ -57,10 +56,10 @@ pub struct Source<T> {
     pub rise: T,
 }
 
-impl<const K: usize> Links<K> {
+impl<V: Wide> Links<V> {
     /// For links of the same kind as this one, which stands in all lanes.
     pub fn like(link: &DcLink) -> Self {
-        let zero = Pack::of(0.0);
+        let zero = V::of(0.0);
         let mut links = Self {
             voltage: zero,
             ripple: (link.ripple != 0.0).then_some(Ripples {
@@ -72,7 +71,7 @@ impl<const K: usize> Links<K> {
             sag: link.sag.map(|_| Sags { half: zero, start: zero, rate: zero }),
             storage: link.storage.map(|_| Storages { rate: zero, elastance: zero }),
         };
-        for lane in 0..K {
+        for lane in 0..V::LANES {
             links.put(lane, link);
         }
         links
@@ -87,7 +86,7 @@ impl<const K: usize> Links<K> {
 
     /// Puts a link of this kind into a lane.
     pub fn put(&mut self, lane: usize, link: &DcLink) {
-        let put = |to: &mut Pack<K>, from: f64| to.0[lane] = from;
+        let put = |to: &mut V, from: f64| to.put(lane, from);
         put(&mut self.voltage, link.voltage);
         if let Some(ripple) = &mut self.ripple {
             put(&mut ripple.amplitude, link.ripple * link.voltage);
@@ -108,7 +107,7 @@ impl<const K: usize> Links<K> {
 
     /// The sources at times in s.
     #[inline(always)]
-    pub fn source(&self, t: Pack<K>) -> Source<Pack<K>> {
+    pub fn source(&self, t: V) -> Source<V> {
         let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);
         let sag = self.sag.as_ref().map(|sag| [sag.half, sag.start, sag.rate]);
         source_at(self.voltage, ripple, sag, t)
@@ -116,17 +115,17 @@ impl<const K: usize> Links<K> {
 
     /// The source of one lane at a time in s: the bits of [`Self::source`].
     pub fn source_of(&self, lane: usize, t: f64) -> Source<f64> {
-        let one = |packs: [&Pack<K>; 3]| packs.map(|pack| pack.0[lane]);
+        let one = |packs: [&V; 3]| packs.map(|pack| pack.get(lane));
         let ripple =
             self.ripple.as_ref().map(|ripple| one([&ripple.amplitude, &ripple.frequency, &ripple.phase]));
         let sag = self.sag.as_ref().map(|sag| one([&sag.half, &sag.start, &sag.rate]));
-        source_at(self.voltage.0[lane], ripple, sag, t)
+        source_at(self.voltage.get(lane), ripple, sag, t)
     }
 
     /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
     /// ripple; of a sag what two values and two slopes tell.
     #[inline(always)]
-    pub fn area(&self, h: Pack<K>, begin: Source<Pack<K>>, end: Source<Pack<K>>) -> Pack<K> {
+    pub fn area(&self, h: V, begin: Source<V>, end: Source<V>) -> V {
         match (&self.ripple, &self.sag) {
             (Some(Ripples { per_square, .. }), None) => {
                 self.voltage * h + (begin.rise - end.rise) * *per_square

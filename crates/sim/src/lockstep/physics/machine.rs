@@ -8,8 +8,8 @@
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //! ```
 
-use standstill_interface::{Arithmetic, Dq};
-use standstill_numeric::{Heading, Lane, Pack, Symmetric, sin_cos};
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, MOST_LANES, Symmetric, Wide, sin_cos};
 use standstill_plant::{Circuits, MagneticCircuit, Motor};
 
 use super::legs::{Legs, Terminals};
@@ -19,42 +19,42 @@ use super::state::State;
 
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
-pub struct Machine<'a, const K: usize> {
+pub struct Machine<'a, V: Wide> {
     /// The magnetic circuits by their numbers, and as they are.
-    pub circuits: Circuits<K>,
+    pub circuits: Circuits<V>,
     /// See `circuits`.
-    pub cores: [&'a MagneticCircuit; K],
+    pub cores: [&'a MagneticCircuit; MOST_LANES],
     /// Of the winding in Ω.
-    pub resistance: Pack<K>,
+    pub resistance: V,
     /// The DC side.
-    pub links: Links<K>,
+    pub links: Links<V>,
     /// The legs in their modes.
-    pub legs: Legs<K>,
+    pub legs: Legs<V>,
     /// Heading of the run's plane in the stator's: where the rotors were at their start.
-    pub start: Heading<Pack<K>>,
+    pub start: Heading<V>,
     /// The rotors; none: all are locked.
-    pub rotors: Option<Rotors<K>>,
+    pub rotors: Option<Rotors<V>>,
 }
 
 /// Rotors that can move.
 #[derive(Clone, Debug)]
-pub struct Rotors<const K: usize> {
+pub struct Rotors<V: Wide> {
     /// 1 while it moves, else 0.
-    pub moving: Pack<K>,
+    pub moving: V,
     /// Dry friction torque in N·m against its motion, positive backwards.
-    pub dry_friction: Pack<K>,
+    pub dry_friction: V,
     /// Torque in N·m that the load exerts against forward motion.
-    pub load: Pack<K>,
+    pub load: V,
     /// Angle at the start in rad.
-    pub start: Pack<K>,
+    pub start: V,
     /// 3/2 p.
-    torque_factor: Pack<K>,
+    torque_factor: V,
     /// p/J in 1/(kg m²).
-    per_inertia: Pack<K>,
+    per_inertia: V,
     /// Viscous friction in N·m per rad/s electrical.
-    viscous: Pack<K>,
+    viscous: V,
     /// Cogging torque in N·m and its periods in an electrical revolution.
-    cogging: [Pack<K>; 2],
+    cogging: [V; 2],
 }
 
 /// A machine at one state.
@@ -93,13 +93,13 @@ pub struct Change<T> {
     pub blocked_potential: T,
 }
 
-impl<'a, const K: usize> Machine<'a, K> {
+impl<'a, V: Wide> Machine<'a, V> {
     /// Machines of the same kind as this motor, which is in all lanes; `free`: whether rotors can move.
     pub fn like(motor: &'a Motor, link: &standstill_inverter::DcLink, free: bool) -> Self {
-        let (zero, one) = (Pack::of(0.0), Pack::of(1.0));
+        let (zero, one) = (V::of(0.0), V::of(1.0));
         let mut machine = Self {
             circuits: Circuits::like(&motor.magnetics),
-            cores: [&motor.magnetics; K],
+            cores: [&motor.magnetics; MOST_LANES],
             resistance: zero,
             links: Links::like(link),
             legs: Legs::idle(),
@@ -115,7 +115,7 @@ impl<'a, const K: usize> Machine<'a, K> {
                 cogging: [zero; 2],
             }),
         };
-        for lane in 0..K {
+        for lane in 0..V::LANES {
             machine.put(lane, motor, link, 0.0, 0.0);
         }
         machine
@@ -130,7 +130,7 @@ impl<'a, const K: usize> Machine<'a, K> {
         angle: f64,
         load: f64,
     ) {
-        let put = |to: &mut Pack<K>, from: f64| to.0[lane] = from;
+        let put = |to: &mut V, from: f64| to.put(lane, from);
         self.circuits.put(lane, &motor.magnetics);
         self.cores[lane] = &motor.magnetics;
         put(&mut self.resistance, motor.resistance);
@@ -162,18 +162,18 @@ impl<'a, const K: usize> Machine<'a, K> {
 
     /// How far rotors have turned, as a heading.
     #[inline(always)]
-    fn turned(&self, state: &State<Pack<K>>) -> Heading<Pack<K>> {
+    fn turned(&self, state: &State<V>) -> Heading<V> {
         if self.rotors.is_some() {
             Heading::of(state.turned)
         } else {
-            Heading { sin: Pack::of(0.0), cos: Pack::of(1.0) }
+            Heading { sin: V::of(0.0), cos: V::of(1.0) }
         }
     }
 
     /// Currents, inductances and torque at a state.
     #[inline(always)]
-    pub fn operating(&self, state: &State<Pack<K>>) -> Operating<Pack<K>> {
-        let zero = Pack::of(0.0);
+    pub fn operating(&self, state: &State<V>) -> Operating<V> {
+        let zero = V::of(0.0);
         let turned = self.turned(state);
         let (flux, at) = if self.rotors.is_some() {
             let (sin, cos) = (self.start.sin, self.start.cos);
@@ -198,7 +198,7 @@ impl<'a, const K: usize> Machine<'a, K> {
             gamma.yy = gamma.yy + g.q;
             relaxing = -(eddy * eddies.rate);
         }
-        let in_plane = |v: Dq<Pack<K>>| Plane::new(v.d, v.q);
+        let in_plane = |v: Dq<V>| Plane::new(v.d, v.q);
         let mut at_state = Operating {
             current: in_plane(current),
             inverse_inductance: gamma,
@@ -230,19 +230,13 @@ impl<'a, const K: usize> Machine<'a, K> {
 
     /// What changes the currents in A/s at constant flux.
     #[inline(always)]
-    pub fn drift(&self, at: &Operating<Pack<K>>, speed: Pack<K>) -> Plane<Pack<K>> {
+    pub fn drift(&self, at: &Operating<V>, speed: V) -> Plane<V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
     }
 
     /// How flux and currents change, at a link voltage in V.
     #[inline(always)]
-    pub fn change(
-        &self,
-        terminals: &Terminals<Pack<K>>,
-        at: &Operating<Pack<K>>,
-        speed: Pack<K>,
-        link: Pack<K>,
-    ) -> Change<Pack<K>> {
+    pub fn change(&self, terminals: &Terminals<V>, at: &Operating<V>, speed: V, link: V) -> Change<V> {
         let gamma = at.inverse_inductance;
         // v − R i, but for the blocked leg.
         let driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
@@ -254,10 +248,10 @@ impl<'a, const K: usize> Machine<'a, K> {
         }
         let short = rising / (across.dot(terminals.blocked) + terminals.free);
         let mut flux = driven - terminals.blocked * short;
-        let idle = self.legs.idle.above(Pack::of(0.0));
-        if Pack::any(idle) {
+        let idle = self.legs.idle.above(V::of(0.0));
+        if V::any(idle) {
             // All currents stay.
-            let mut holding = Plane::new(Pack::of(0.0), Pack::of(0.0));
+            let mut holding = Plane::new(V::of(0.0), V::of(0.0));
             if self.drifts() {
                 holding = holding - self.drift(at, speed).through(gamma.inverse());
             }
@@ -278,39 +272,34 @@ impl<'a, const K: usize> Machine<'a, K> {
 
     /// The legs as the windings see them, with the windings' own resistance.
     #[inline(always)]
-    pub fn terminals(&self) -> Terminals<Pack<K>> {
+    pub fn terminals(&self) -> Terminals<V> {
         self.legs.terminals(self.resistance)
     }
 }
 
-impl<const K: usize> Rotors<K> {
+impl<V: Wide> Rotors<V> {
     /// Acceleration in rad/s² (electrical).
     #[inline(always)]
-    pub fn acceleration(&self, torque: Pack<K>, speed: Pack<K>) -> Pack<K> {
+    pub fn acceleration(&self, torque: V, speed: V) -> V {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
     }
 
     /// Torque in N·m of a flux in Wb with a current in A, without what harmonics and cogging add.
     #[inline(always)]
-    pub fn torque_of(&self, flux: Plane<Pack<K>>, current: Plane<Pack<K>>) -> Pack<K> {
+    pub fn torque_of(&self, flux: Plane<V>, current: Plane<V>) -> V {
         flux.cross(current) * self.torque_factor
     }
 
     /// How fast it changes in rad/s³ where the torque changes by so much in N·m/s.
     #[inline(always)]
-    pub fn jerk(&self, torque_rise: Pack<K>, acceleration: Pack<K>) -> Pack<K> {
+    pub fn jerk(&self, torque_rise: V, acceleration: V) -> V {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
     /// How fast the torque changes in N·m/s. What the harmonics' energy bends with the angle by itself is left out: it
     /// matters to the order of a step only with the change of speed within it.
     #[inline(always)]
-    pub fn torque_rise(
-        &self,
-        state: &State<Pack<K>>,
-        at: &Operating<Pack<K>>,
-        change: &Change<Pack<K>>,
-    ) -> Pack<K> {
+    pub fn torque_rise(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> V {
         let speed = state.speed;
         let in_rotor = change.flux - state.flux.quarter_turn() * speed;
         (change.flux.cross(at.current) + state.flux.cross(change.current) - at.energy_turn.dot(in_rotor))

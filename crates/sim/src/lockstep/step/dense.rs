@@ -1,7 +1,7 @@
 //! The machines within a step.
 
-use standstill_interface::{Arithmetic, Dq};
-use standstill_numeric::{Lane, Pack};
+use standstill_interface::Dq;
+use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
@@ -9,18 +9,17 @@ use crate::lockstep::physics::machine::Machine;
 use crate::lockstep::physics::plane::Plane;
 use crate::lockstep::physics::state::State;
 
-impl<const K: usize> Tried<K> {
+impl<V: Wide> Tried<V> {
     /// The machines at a share of the step that began at `begin`, as exactly as at its end: the flux from the voltage and
     /// the integral of the currents' cubic, the currents from the core there.
     #[inline(always)]
-    pub fn within(&self, machine: &Machine<K>, begin: &Here<K>, share: Pack<K>) -> Here<K> {
-        let zero = Pack::of(0.0);
+    pub fn within(&self, machine: &Machine<V>, begin: &Here<V>, share: V) -> Here<V> {
+        let zero = V::of(0.0);
         let (h, end) = (self.h, &self.end);
         let (from, to) = (&begin.state, &end.state);
         let time = begin.time + (end.time - begin.time) * share;
         let source = machine.links.source(time * 1e-9);
-        let cubic =
-            |value: [Pack<K>; 2], rise: [Pack<K>; 2]| Cubic { value, slope: [rise[0] * h, rise[1] * h] };
+        let cubic = |value: [V; 2], rise: [V; 2]| Cubic { value, slope: [rise[0] * h, rise[1] * h] };
         let (mut turned, mut speed) = (from.turned, from.speed);
         if let Some(rotors) = &machine.rotors {
             let speeds = cubic([from.speed, to.speed], self.acceleration);
@@ -37,7 +36,7 @@ impl<const K: usize> Tried<K> {
         };
         let terminals = machine.terminals();
         let [first, last] = &self.change;
-        let along = |value: [Pack<K>; 2], rise: [Pack<K>; 2]| cubic(value, rise).area(share) * h;
+        let along = |value: [V; 2], rise: [V; 2]| cubic(value, rise).area(share) * h;
         let charge = Plane::new(
             along([begin.at.current.x, end.at.current.x], [first.current.x, last.current.x]),
             along([begin.at.current.y, end.at.current.y], [first.current.y, last.current.y]),
@@ -56,9 +55,7 @@ impl<const K: usize> Tried<K> {
         let mut lagging = from.lagging;
         if let Some(eddies) = machine.circuits.eddies() {
             let rate = eddies.rate;
-            let one = |a: Pack<K>, b: Pack<K>, lag_a: Pack<K>, lag_b: Pack<K>| {
-                cubic([a, b], [lag_a * rate, lag_b * rate]).at(share)
-            };
+            let one = |a: V, b: V, lag_a: V, lag_b: V| cubic([a, b], [lag_a * rate, lag_b * rate]).at(share);
             lagging = Dq::new(
                 one(from.lagging.d, to.lagging.d, begin.at.lag.d, end.at.lag.d),
                 one(from.lagging.q, to.lagging.q, begin.at.lag.q, end.at.lag.q),

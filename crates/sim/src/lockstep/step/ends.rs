@@ -1,11 +1,9 @@
 //! What ends within a step: margins that fall below zero at its end or between its ends.
 
-use standstill_interface::Arithmetic;
-use standstill_numeric::{Lane, Pack};
+use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::Tried;
-use crate::lockstep::lanes::mask::Mask;
 use crate::lockstep::physics::bounds::{Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::lockstep::physics::machine::Machine;
 
@@ -17,27 +15,20 @@ pub const POTENTIAL_SLACK: f64 = 1e-6;
 /// conducts late grows with its square.
 const POTENTIAL_DEEP: f64 = 2e-3;
 
-impl<const K: usize> Tried<K> {
+impl<V: Wide> Tried<V> {
     /// Where something ends within the step, or before it.
     #[inline(always)]
-    pub(super) fn look_for_ends(&mut self, machine: &Machine<K>, bounds: &Bounds<K>) {
-        let far = Pack::of(f64::INFINITY);
+    pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
+        let far = V::of(f64::INFINITY);
         let (mut least, mut first, mut deep) = (far, far, far);
-        // Spelled out: of a loop a compiler would make vectors across the legs, not across the machines.
-        macro_rules! look_at_leg {
-            ($k:literal) => {
-                let conducts = machine.legs.leg[$k].direction.abs().above(Pack::of(0.0));
-                let [begin, end] = [self.margins[0][$k], self.margins[1][$k]];
-                let slack = Pack::choose(conducts, Pack::of(CURRENT_SLACK), Pack::of(POTENTIAL_SLACK));
-                least = least.least(end + slack);
-                first = first.least(Pack::choose(conducts, far, begin + POTENTIAL_SLACK));
-                deep = deep.least(Pack::choose(conducts, far, end + POTENTIAL_DEEP));
-            };
+        for (k, leg) in machine.legs.leg.iter().enumerate() {
+            let conducts = leg.direction.abs().above(V::of(0.0));
+            let [begin, end] = [self.margins[0][k], self.margins[1][k]];
+            least = least.least(end + V::choose(conducts, V::of(CURRENT_SLACK), V::of(POTENTIAL_SLACK)));
+            first = first.least(V::choose(conducts, far, begin + POTENTIAL_SLACK));
+            deep = deep.least(V::choose(conducts, far, end + POTENTIAL_DEEP));
         }
-        look_at_leg!(0);
-        look_at_leg!(1);
-        look_at_leg!(2);
-        if Pack::any(self.may_dip(machine)) {
+        if V::any(self.may_dip(machine)) {
             least = least.least(self.dips(machine));
         }
         if machine.rotors.is_some() {
@@ -58,22 +49,20 @@ impl<const K: usize> Tried<K> {
 
     /// Where a leg's current falls at the beginning of the step and rises at its end.
     #[inline(always)]
-    fn may_dip(&self, machine: &Machine<K>) -> Mask<K> {
-        let zero = Pack::of(0.0);
-        macro_rules! turns {
-            ($k:literal) => {{
-                let cubic = self.leg_current($k, machine.legs.leg[$k].direction);
-                // Positive only where the first slope is negative and the second positive.
-                (-cubic.slope[0]).least(cubic.slope[1])
-            }};
+    fn may_dip(&self, machine: &Machine<V>) -> V::Mask {
+        let mut turns = V::of(f64::NEG_INFINITY);
+        for (k, leg) in machine.legs.leg.iter().enumerate() {
+            let cubic = self.leg_current(k, leg.direction);
+            // Positive only where the first slope is negative and the second positive.
+            turns = turns.greatest((-cubic.slope[0]).least(cubic.slope[1]));
         }
-        turns!(0).greatest(turns!(1)).greatest(turns!(2)).above(zero)
+        turns.above(V::of(0.0))
     }
 
     /// The least of the legs' currents where they dip, with their slack.
-    #[inline(never)]
-    fn dips(&self, machine: &Machine<K>) -> Pack<K> {
-        let mut least = Pack::of(f64::INFINITY);
+    #[inline(always)]
+    fn dips(&self, machine: &Machine<V>) -> V {
+        let mut least = V::of(f64::INFINITY);
         for k in 0..3 {
             let dip = self.leg_current(k, machine.legs.leg[k].direction).dip();
             least = least.least(dip + CURRENT_SLACK);
@@ -83,7 +72,7 @@ impl<const K: usize> Tried<K> {
 
     /// The current of a leg over the step in the direction of its mode.
     #[inline(always)]
-    pub fn leg_current(&self, leg: usize, direction: Pack<K>) -> Cubic<Pack<K>> {
+    pub fn leg_current(&self, leg: usize, direction: V) -> Cubic<V> {
         Cubic {
             value: [direction * self.phases[0][leg], direction * self.phases[1][leg]],
             slope: [direction * self.phase_rise[0][leg], direction * self.phase_rise[1][leg]],
@@ -92,12 +81,12 @@ impl<const K: usize> Tried<K> {
 
     /// The margin of the rotor's motion over the step, as far as it follows from the torque.
     #[inline(always)]
-    pub fn torque_margin(&self, bounds: &Bounds<K>) -> Cubic<Pack<K>> {
+    pub fn torque_margin(&self, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
         // Of the magnitude it is the falling side that ends anything: that of the larger end.
         let value = [self.margins[0][MOTION], self.margins[1][MOTION]];
         let rises = self.torque_rise[1] + self.torque_rise[0];
-        let sign = Pack::choose(rises.above(Pack::of(0.0)), Pack::of(1.0), Pack::of(-1.0));
+        let sign = V::choose(rises.above(V::of(0.0)), V::of(1.0), V::of(-1.0));
         let slope = |end: usize| {
             by_torque * self.torque_rise[end]
                 + by_size * sign * self.torque_rise[end]

@@ -8,8 +8,8 @@
 //!
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
-use standstill_interface::{Arithmetic, Dq};
-use standstill_numeric::{Heading, Lane, Pack, Symmetric};
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use crate::lockstep::physics::bounds::{Bounds, Margins};
 use crate::lockstep::physics::links::{Source, hermite_area};
@@ -19,64 +19,64 @@ use crate::lockstep::physics::state::State;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Debug)]
-pub struct Here<const K: usize> {
+pub struct Here<V: Wide> {
     /// In ns since the start of the run.
-    pub time: Pack<K>,
+    pub time: V,
     /// The states.
-    pub state: State<Pack<K>>,
+    pub state: State<V>,
     /// What follows.
-    pub at: Operating<Pack<K>>,
+    pub at: Operating<V>,
     /// The DC sources.
-    pub source: Source<Pack<K>>,
+    pub source: Source<V>,
 }
 
 /// A step that was tried.
 #[derive(Clone, Debug)]
-pub struct Tried<const K: usize> {
+pub struct Tried<V: Wide> {
     /// Its length in s.
-    pub h: Pack<K>,
+    pub h: V,
     /// Where it ends.
-    pub end: Here<K>,
+    pub end: Here<V>,
     /// How the machines change at its beginning and at its end.
-    pub change: [Change<Pack<K>>; 2],
+    pub change: [Change<V>; 2],
     /// How fast the links' voltages rise, in V/s, at both ends.
-    pub link_rise: [Pack<K>; 2],
+    pub link_rise: [V; 2],
     /// The rotors' accelerations in rad/s² at both ends.
-    pub acceleration: [Pack<K>; 2],
+    pub acceleration: [V; 2],
     /// Phase currents in A at both ends.
-    pub phases: [[Pack<K>; 3]; 2],
+    pub phases: [[V; 3]; 2],
     /// Margins at both ends.
-    pub margins: [Margins<K>; 2],
+    pub margins: [Margins<V>; 2],
     /// How fast the phase currents rise, in A a step, at both ends.
-    pub phase_rise: [[Pack<K>; 3]; 2],
+    pub phase_rise: [[V; 3]; 2],
     /// How fast the torque rises, in N·m a step, at both ends.
-    pub torque_rise: [Pack<K>; 2],
+    pub torque_rise: [V; 2],
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
-    pub error: Pack<K>,
+    pub error: V,
     /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
-    pub first: Pack<K>,
+    pub first: V,
     /// The least of all margins in the step and at its end, with their slack: negative where something ends within it.
-    pub least: Pack<K>,
+    pub least: V,
     /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
-    pub deep: Pack<K>,
+    pub deep: V,
 }
 
 /// How exact a step must be, machine by machine.
 #[derive(Clone, Copy, Debug)]
-pub struct Accuracy<const K: usize> {
+pub struct Accuracy<V: Wide> {
     /// 1 over the largest error of a step in Wb.
-    pub per_flux: Pack<K>,
+    pub per_flux: V,
     /// The same for the angle in rad.
-    pub per_angle: Pack<K>,
+    pub per_angle: V,
     /// A flux in Wb by which saturation changes much, and 1 over it.
-    pub flux_scale: Pack<K>,
+    pub flux_scale: V,
     /// See `flux_scale`.
-    pub per_flux_scale: Pack<K>,
+    pub per_flux_scale: V,
     /// 1 where the currents between the ends matter too, as for filters, else 0.
-    pub between: Pack<K>,
+    pub between: V,
 }
 
-impl<const K: usize> Tried<K> {
+impl<V: Wide> Tried<V> {
     /// Tries a step to times in ns.
     #[inline(always)]
     #[allow(
@@ -84,13 +84,13 @@ impl<const K: usize> Tried<K> {
         reason = "one step, from prediction to correction, in the order of its equations"
     )]
     pub fn new(
-        machine: &Machine<K>,
-        bounds: &Bounds<K>,
-        here: &Here<K>,
-        until: Pack<K>,
-        accuracy: &Accuracy<K>,
+        machine: &Machine<V>,
+        bounds: &Bounds<V>,
+        here: &Here<V>,
+        until: V,
+        accuracy: &Accuracy<V>,
     ) -> Self {
-        let zero = Pack::of(0.0);
+        let zero = V::of(0.0);
         let h = (until - here.time) * 1e-9;
         let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
         let terminals = machine.terminals();
@@ -146,8 +146,8 @@ impl<const K: usize> Tried<K> {
         let mut at = machine.operating(&predicted);
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
-        let per_impulse = Pack::of(1.0) / (across.dot(terminals.blocked) + terminals.free);
-        let any_idle = Pack::any(idle);
+        let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.free);
+        let any_idle = V::any(idle);
         // Takes blocked legs' currents to zero, as an impulse at their terminals would.
         macro_rules! settle {
             () => {
@@ -225,7 +225,7 @@ impl<const K: usize> Tried<K> {
             let turned = if machine.rotors.is_some() {
                 Heading::of(turned)
             } else {
-                Heading { sin: zero, cos: Pack::of(1.0) }
+                Heading { sin: zero, cos: V::of(1.0) }
             };
             at.current = at.current - Plane::from_rotor(more, turned);
             at.lag = to.flux - new;
@@ -281,17 +281,17 @@ impl<const K: usize> Tried<K> {
 
 /// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².
 #[inline(always)]
-fn link_slopes<const K: usize>(
-    machine: &Machine<K>,
-    rail: &Plane<Pack<K>>,
-    link: Pack<K>,
-    source: Source<Pack<K>>,
-    current: Plane<Pack<K>>,
-    current_rise: Plane<Pack<K>>,
-) -> (Pack<K>, Pack<K>) {
-    let Some(storage) = &machine.links.storage else { return (source.rise, Pack::of(0.0)) };
+fn link_slopes<V: Wide>(
+    machine: &Machine<V>,
+    rail: &Plane<V>,
+    link: V,
+    source: Source<V>,
+    current: Plane<V>,
+    current_rise: Plane<V>,
+) -> (V, V) {
+    let Some(storage) = &machine.links.storage else { return (source.rise, V::of(0.0)) };
     // The current of the upper rail: Σ rail_k i_k = 3/2 rail · i.
-    let taken = |i: Plane<Pack<K>>| rail.dot(i) * storage.elastance * 1.5;
+    let taken = |i: Plane<V>| rail.dot(i) * storage.elastance * 1.5;
     let rise = (source.voltage - link) * storage.rate - taken(current);
     (rise, (source.rise - rise) * storage.rate - taken(current_rise))
 }
@@ -303,11 +303,11 @@ struct RotorFlux<T> {
     rise: Dq<T>,
 }
 
-impl<const K: usize> RotorFlux<Pack<K>> {
+impl<V: Wide> RotorFlux<V> {
     #[inline(always)]
-    fn of(machine: &Machine<K>, state: &State<Pack<K>>, change: &Change<Pack<K>>, h: Pack<K>) -> Self {
+    fn of(machine: &Machine<V>, state: &State<V>, change: &Change<V>, h: V) -> Self {
         if machine.rotors.is_none() {
-            let in_rotor = |v: Plane<Pack<K>>| Dq::new(v.x, v.y);
+            let in_rotor = |v: Plane<V>| Dq::new(v.x, v.y);
             return Self { flux: in_rotor(state.flux), rise: in_rotor(change.flux * h) };
         }
         let turned = Heading::of(state.turned);
@@ -318,14 +318,9 @@ impl<const K: usize> RotorFlux<Pack<K>> {
 
 /// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
 #[inline(always)]
-fn lag_behind<const K: usize>(
-    x: Pack<K>,
-    lagging: Dq<Pack<K>>,
-    begin: &RotorFlux<Pack<K>>,
-    end: &RotorFlux<Pack<K>>,
-) -> Dq<Pack<K>> {
+fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
     let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
-    let denominator = Pack::of(1.0) / (square + half + 1.0);
+    let denominator = V::of(1.0) / (square + half + 1.0);
     let decay = (square - half + 1.0) * denominator;
     let mean = (begin.flux + end.flux) * (half * denominator);
     let tilt = (end.flux - begin.flux) * (square * denominator);
@@ -335,15 +330,15 @@ fn lag_behind<const K: usize>(
 
 /// The error of a step, relative to the tolerance.
 #[inline(always)]
-fn error<const K: usize>(
-    accuracy: &Accuracy<K>,
-    h: Pack<K>,
-    resistance: &Symmetric<Pack<K>>,
-    begin: &Here<K>,
-    end: &Here<K>,
-    [change, end_change]: [&Change<Pack<K>>; 2],
-    missing: Plane<Pack<K>>,
-) -> Pack<K> {
+fn error<V: Wide>(
+    accuracy: &Accuracy<V>,
+    h: V,
+    resistance: &Symmetric<V>,
+    begin: &Here<V>,
+    end: &Here<V>,
+    [change, end_change]: [&Change<V>; 2],
+    missing: Plane<V>,
+) -> V {
     // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
     let first = end.at.current - begin.at.current - change.current * h;
     let twice = (end_change.current - change.current) * h;

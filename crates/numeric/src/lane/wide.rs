@@ -1,0 +1,139 @@
+//! Machines side by side in wide registers, chosen while the program runs.
+
+use std::ops::{BitAnd, BitOr, Not};
+
+use super::Lane;
+
+/// Where something holds, lane by lane.
+pub trait Mask: Copy + BitAnd<Output = Self> + BitOr<Output = Self> + Not<Output = Self> {
+    /// One bit for each lane, the first lane in the lowest.
+    fn bits(self) -> u32;
+
+    /// Whether it holds anywhere.
+    #[inline(always)]
+    fn anywhere(self) -> bool {
+        self.bits() != 0
+    }
+
+    /// A mask from such bits.
+    fn of_bits(bits: u32) -> Self;
+}
+
+impl Mask for bool {
+    #[inline(always)]
+    fn bits(self) -> u32 {
+        u32::from(self)
+    }
+
+    #[inline(always)]
+    fn of_bits(bits: u32) -> Self {
+        bits & 1 == 1
+    }
+}
+
+/// Numbers side by side whose operations are single instructions, or one number alone.
+///
+/// A type of this kind that needs more than the program's own target can only be named by who was given it by
+/// [`on_widest`], which looks at the processor first: to have one is to be allowed to use it. Its operations become single
+/// instructions only inside [`Wide::compute`].
+pub trait Wide: Lane<Mask: Mask> + 'static {
+    /// How many numbers stand side by side.
+    const LANES: usize;
+
+    /// The number in a lane; panics beyond the last.
+    fn get(&self, lane: usize) -> f64;
+
+    /// Puts a number into a lane; panics beyond the last.
+    fn put(&mut self, lane: usize, value: f64);
+
+    /// Carries out a computation with the processor's instructions for this type.
+    fn compute<C: Compute>(computation: C) -> C::Output;
+
+    /// One number at a place, zero elsewhere.
+    #[inline(always)]
+    #[must_use]
+    fn only(mask: Self::Mask, number: Self) -> Self {
+        Self::choose(mask, number, Self::of(0.0))
+    }
+}
+
+/// The largest [`Wide::LANES`].
+pub const MOST_LANES: usize = 16;
+
+/// A computation that [`Wide::compute`] carries out. Its method must be `#[inline(always)]`, and so must be all that is to
+/// use wide registers.
+pub trait Compute {
+    /// What comes of it.
+    type Output;
+
+    /// Computes it.
+    fn compute(self) -> Self::Output;
+}
+
+impl Wide for f64 {
+    const LANES: usize = 1;
+
+    #[inline(always)]
+    fn get(&self, lane: usize) -> f64 {
+        assert!(lane == 0);
+        *self
+    }
+
+    #[inline(always)]
+    fn put(&mut self, lane: usize, value: f64) {
+        assert!(lane == 0);
+        *self = value;
+    }
+
+    #[inline(always)]
+    fn compute<C: Compute>(computation: C) -> C::Output {
+        computation.compute()
+    }
+}
+
+/// Work that is the same for every type of numbers side by side.
+pub trait OnWidest {
+    /// What comes of it.
+    type Output;
+
+    /// Does it with numbers of this type.
+    fn with<V: Wide>(self) -> Self::Output;
+}
+
+/// Instructions that numbers side by side may use.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Width {
+    /// One number after the other, as on any processor.
+    One,
+    /// 256-bit registers (AVX2).
+    Avx2,
+    /// 512-bit registers (AVX-512 F and DQ).
+    Avx512,
+}
+
+impl Width {
+    /// The widest that this processor has.
+    pub fn widest() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        {
+            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+                return Self::Avx512;
+            }
+            if is_x86_feature_detected!("avx2") {
+                return Self::Avx2;
+            }
+        }
+        Self::One
+    }
+}
+
+/// Does work with the widest numbers that the processor has, but none wider than `most`.
+pub fn on_widest<W: OnWidest>(most: Width, work: W) -> W::Output {
+    match most.min(Width::widest()) {
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx512 => work.with::<super::x86::Avx512>(),
+        #[cfg(target_arch = "x86_64")]
+        Width::Avx2 => work.with::<super::x86::Avx2>(),
+        _ => work.with::<f64>(),
+    }
+}

@@ -1,0 +1,324 @@
+//! Numbers side by side in the registers of AVX2 and AVX-512.
+//!
+//! The two types are named nowhere outside this crate: only `on_widest` hands them out, as a type parameter, after it has
+//! seen that the processor has their instructions. That is why their operations are safe to call.
+
+#![allow(unsafe_code, reason = "the processor's vector instructions; see above for why they may be used")]
+
+use std::arch::x86_64::*;
+use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
+
+use standstill_interface::Arithmetic;
+
+use super::Lane;
+use super::wide::{Compute, Mask, Wide};
+
+/// Registers of AVX-512 that stand side by side.
+const REGISTERS_512: usize = 1;
+/// Registers of AVX2 that stand side by side.
+const REGISTERS_256: usize = 2;
+
+macro_rules! numbers {
+    (
+        $name:ident, $masks:ident, $vector:ty, $mask:ty, $registers:ident, $per_register:literal, $features:literal,
+        set: $set:ident, add: $add:ident, sub: $sub:ident, mul: $mul:ident, div: $div:ident, sqrt: $sqrt:ident,
+        least: $least:ident, greatest: $greatest:ident,
+        $ops:ident
+    ) => {
+        /// Numbers side by side.
+        #[derive(Clone, Copy, Debug)]
+        #[repr(C, align(64))]
+        pub struct $name([$vector; $registers]);
+
+        /// Where something holds.
+        #[derive(Clone, Copy, Debug)]
+        pub struct $masks([$mask; $registers]);
+
+        numbers!(@operator $name $registers Add add $add);
+        numbers!(@operator $name $registers Sub sub $sub);
+        numbers!(@operator $name $registers Mul mul $mul);
+        numbers!(@operator $name $registers Div div $div);
+
+        impl Neg for $name {
+            type Output = Self;
+
+            #[inline(always)]
+            fn neg(mut self) -> Self {
+                for x in &mut self.0 {
+                    *x = unsafe { $ops::negative(*x) };
+                }
+                self
+            }
+        }
+
+        impl Arithmetic for $name {
+            #[inline(always)]
+            fn of(value: f64) -> Self {
+                Self([unsafe { $set(value) }; $registers])
+            }
+        }
+
+        impl Lane for $name {
+            type Mask = $masks;
+
+            #[inline(always)]
+            fn abs(mut self) -> Self {
+                for x in &mut self.0 {
+                    *x = unsafe { $ops::magnitude(*x) };
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn sqrt(mut self) -> Self {
+                for x in &mut self.0 {
+                    *x = unsafe { $sqrt(*x) };
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn above(self, other: Self) -> $masks {
+                let mut mask = $ops::NOWHERE;
+                for k in 0..$registers {
+                    mask.0[k] = unsafe { $ops::above(self.0[k], other.0[k]) };
+                }
+                mask
+            }
+
+            // The instructions take their second operand where one is no number, as is asked for here.
+            #[inline(always)]
+            fn least(mut self, other: Self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $least(other.0[k], self.0[k]) };
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn greatest(mut self, other: Self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $greatest(other.0[k], self.0[k]) };
+                }
+                self
+            }
+
+            #[inline(always)]
+            fn bit(self, bit: u32) -> $masks {
+                let mut mask = $ops::NOWHERE;
+                for k in 0..$registers {
+                    mask.0[k] = unsafe { $ops::bit(self.0[k], bit) };
+                }
+                mask
+            }
+
+            #[inline(always)]
+            fn choose(mask: $masks, yes: Self, mut no: Self) -> Self {
+                for k in 0..$registers {
+                    no.0[k] = unsafe { $ops::choose(mask.0[k], yes.0[k], no.0[k]) };
+                }
+                no
+            }
+
+            #[inline(always)]
+            fn any(mask: $masks) -> bool {
+                mask.anywhere()
+            }
+
+            #[inline(always)]
+            fn each<const M: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; M]) -> [Self; M] {
+                let mut all = [Self::of(0.0); M];
+                for lane in 0..Self::LANES {
+                    for (one, value) in all.iter_mut().zip(function(x.get(lane), y.get(lane))) {
+                        one.put(lane, value);
+                    }
+                }
+                all
+            }
+        }
+
+        impl Wide for $name {
+            const LANES: usize = $per_register * $registers;
+
+            #[inline(always)]
+            fn get(&self, lane: usize) -> f64 {
+                assert!(lane < Self::LANES);
+                // As many numbers without gaps between them.
+                unsafe { *std::ptr::from_ref(self).cast::<f64>().add(lane) }
+            }
+
+            #[inline(always)]
+            fn put(&mut self, lane: usize, value: f64) {
+                assert!(lane < Self::LANES);
+                unsafe { *std::ptr::from_mut(self).cast::<f64>().add(lane) = value }
+            }
+
+            #[inline(always)]
+            fn compute<C: Compute>(computation: C) -> C::Output {
+                #[inline]
+                #[target_feature(enable = $features)]
+                fn with_features<C: Compute>(computation: C) -> C::Output {
+                    computation.compute()
+                }
+                // The type exists, so the processor has the instructions.
+                unsafe { with_features(computation) }
+            }
+        }
+
+        impl BitAnd for $masks {
+            type Output = Self;
+
+            #[inline(always)]
+            fn bitand(mut self, other: Self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $ops::and(self.0[k], other.0[k]) };
+                }
+                self
+            }
+        }
+
+        impl BitOr for $masks {
+            type Output = Self;
+
+            #[inline(always)]
+            fn bitor(mut self, other: Self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $ops::or(self.0[k], other.0[k]) };
+                }
+                self
+            }
+        }
+
+        impl Not for $masks {
+            type Output = Self;
+
+            #[inline(always)]
+            fn not(mut self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $ops::not(self.0[k]) };
+                }
+                self
+            }
+        }
+
+        impl Mask for $masks {
+            #[inline(always)]
+            fn bits(self) -> u32 {
+                let mut all = 0;
+                for k in 0..$registers {
+                    all |= unsafe { $ops::bits(self.0[k]) } << ($per_register * k);
+                }
+                all
+            }
+
+            #[inline(always)]
+            fn of_bits(bits: u32) -> Self {
+                let mut mask = $ops::NOWHERE;
+                for k in 0..$registers {
+                    mask.0[k] = unsafe { $ops::of_bits(bits >> ($per_register * k)) };
+                }
+                mask
+            }
+        }
+    };
+    (@operator $name:ident $registers:ident $trait:ident $method:ident $instruction:ident) => {
+        impl $trait for $name {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(mut self, other: Self) -> Self {
+                for k in 0..$registers {
+                    self.0[k] = unsafe { $instruction(self.0[k], other.0[k]) };
+                }
+                self
+            }
+        }
+
+        impl $trait<f64> for $name {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $method(self, other: f64) -> Self {
+                $trait::$method(self, Self::of(other))
+            }
+        }
+    };
+}
+
+numbers!(
+    Avx512, Masks512, __m512d, __mmask8, REGISTERS_512, 8, "avx512f,avx512dq,avx512vl,avx512bw,bmi2",
+    set: _mm512_set1_pd, add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd,
+    sqrt: _mm512_sqrt_pd, least: _mm512_min_pd, greatest: _mm512_max_pd,
+    avx512
+);
+numbers!(
+    Avx2, Masks256, __m256d, __m256d, REGISTERS_256, 4, "avx2,bmi2",
+    set: _mm256_set1_pd, add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd,
+    sqrt: _mm256_sqrt_pd, least: _mm256_min_pd, greatest: _mm256_max_pd,
+    avx2
+);
+
+/// What AVX-512 does in its own way: a mask is a bit for each number.
+mod avx512 {
+    use super::*;
+
+    pub const NOWHERE: Masks512 = Masks512([0; REGISTERS_512]);
+
+    macro_rules! of_features {
+        ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)+) => {$(
+            #[inline]
+            #[target_feature(enable = "avx512f,avx512dq")]
+            pub fn $name($($argument: $type),*) -> $result $body
+        )+};
+    }
+
+    of_features! {
+        fn negative(x: __m512d) -> __m512d { _mm512_xor_pd(x, _mm512_set1_pd(-0.0)) }
+        fn magnitude(x: __m512d) -> __m512d { _mm512_abs_pd(x) }
+        fn above(x: __m512d, y: __m512d) -> __mmask8 { _mm512_cmp_pd_mask::<_CMP_GT_OQ>(x, y) }
+        fn bit(x: __m512d, bit: u32) -> __mmask8 {
+            _mm512_test_epi64_mask(_mm512_castpd_si512(x), _mm512_set1_epi64(1 << bit))
+        }
+        fn choose(mask: __mmask8, yes: __m512d, no: __m512d) -> __m512d { _mm512_mask_blend_pd(mask, no, yes) }
+        fn and(x: __mmask8, y: __mmask8) -> __mmask8 { x & y }
+        fn or(x: __mmask8, y: __mmask8) -> __mmask8 { x | y }
+        fn not(x: __mmask8) -> __mmask8 { !x }
+        fn bits(x: __mmask8) -> u32 { u32::from(x) }
+        fn of_bits(bits: u32) -> __mmask8 { (bits & 0xff) as __mmask8 }
+    }
+}
+
+/// What AVX2 does in its own way: a mask is all bits of a number or none.
+mod avx2 {
+    use super::*;
+
+    pub const NOWHERE: Masks256 = Masks256([unsafe { std::mem::zeroed() }; REGISTERS_256]);
+
+    macro_rules! of_features {
+        ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)+) => {$(
+            #[inline]
+            #[target_feature(enable = "avx2")]
+            pub fn $name($($argument: $type),*) -> $result $body
+        )+};
+    }
+
+    of_features! {
+        fn negative(x: __m256d) -> __m256d { _mm256_xor_pd(x, _mm256_set1_pd(-0.0)) }
+        fn magnitude(x: __m256d) -> __m256d { _mm256_andnot_pd(_mm256_set1_pd(-0.0), x) }
+        fn above(x: __m256d, y: __m256d) -> __m256d { _mm256_cmp_pd::<_CMP_GT_OQ>(x, y) }
+        fn bit(x: __m256d, bit: u32) -> __m256d {
+            let bit = _mm256_set1_epi64x(1 << bit);
+            _mm256_castsi256_pd(_mm256_cmpeq_epi64(_mm256_and_si256(_mm256_castpd_si256(x), bit), bit))
+        }
+        fn choose(mask: __m256d, yes: __m256d, no: __m256d) -> __m256d { _mm256_blendv_pd(no, yes, mask) }
+        fn and(x: __m256d, y: __m256d) -> __m256d { _mm256_and_pd(x, y) }
+        fn or(x: __m256d, y: __m256d) -> __m256d { _mm256_or_pd(x, y) }
+        fn not(x: __m256d) -> __m256d { _mm256_xor_pd(x, _mm256_castsi256_pd(_mm256_set1_epi64x(-1))) }
+        fn bits(x: __m256d) -> u32 { _mm256_movemask_pd(x).cast_unsigned() }
+        fn of_bits(bits: u32) -> __m256d {
+            let lanes = _mm256_set_epi64x(8, 4, 2, 1);
+            let set = _mm256_and_si256(_mm256_set1_epi64x(i64::from(bits)), lanes);
+            _mm256_castsi256_pd(_mm256_cmpeq_epi64(set, lanes))
+        }
+    }
+}
