@@ -11,7 +11,7 @@ const NEVER: Nanos = Nanos(u64::MAX);
 
 /// What a leg does in a stage.
 #[derive(Clone, Copy, Debug)]
-enum Task {
+pub enum Task {
     /// Keeps its gates.
     Keep(Gate),
     /// In each period it is low for `idle`, high for `on`, and low for the rest.
@@ -19,7 +19,8 @@ enum Task {
 }
 
 impl Task {
-    fn new<T: Real>(leg: Leg<T>, carrier: Nanos) -> Self {
+    /// Of a leg that is asked for this, with a carrier of such a period.
+    pub fn new<T: Real>(leg: Leg<T>, carrier: Nanos) -> Self {
         match leg {
             Leg::Off => Self::Keep(Gate::Off),
             Leg::Low => Self::Keep(Gate::Low),
@@ -45,7 +46,7 @@ impl Task {
 
 /// One leg's requests over one command, in order of time. What repeats the request before is no request.
 #[derive(Clone, Copy, Debug)]
-struct LegPlan {
+pub struct LegPlan {
     /// What the leg does in each of the two stages.
     tasks: [Task; 2],
     start: Nanos,
@@ -62,7 +63,7 @@ struct LegPlan {
 
 impl LegPlan {
     /// Of a leg that is told nothing.
-    const NONE: Self = Self {
+    pub const NONE: Self = Self {
         tasks: [Task::Keep(Gate::Off); 2],
         start: Nanos::ZERO,
         ends: [Nanos::ZERO; 2],
@@ -73,8 +74,19 @@ impl LegPlan {
         gate: Gate::Off,
     };
 
-    fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
+    /// Of a leg with these tasks in the stages of a command.
+    pub fn new(tasks: [Task; 2], start: Nanos, ends: [Nanos; 2], carrier: Nanos) -> Self {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
+    }
+
+    /// The next request, and on to the one after it.
+    pub fn take(&mut self) -> Option<(Nanos, Gate)> {
+        let request = (self.at, self.gate);
+        if self.at == NEVER {
+            return None;
+        }
+        self.advance();
+        Some(request)
     }
 
     /// Steps to the request after this one.
@@ -102,7 +114,7 @@ impl LegPlan {
     }
 
     /// What the leg is told just before `at`, which lies after the start of the command.
-    fn told(&self, at: Nanos) -> Gate {
+    pub fn told(&self, at: Nanos) -> Gate {
         let before = at - Nanos(1);
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
         match self.tasks[stage] {
@@ -218,21 +230,5 @@ impl Timeline {
         }
         self.find_next();
         edges
-    }
-
-    /// Takes the next edge of one leg, if it comes before `end`, the end of the command: when, and what the gates do then.
-    /// A timeline is read this way or with [`Self::take`], not both.
-    #[inline]
-    pub fn pop(&mut self, leg: usize, end: Nanos) -> Option<(Nanos, Gate)> {
-        let line = &mut self.lines[leg];
-        while line.due < end {
-            let at = line.due;
-            let changed = line.driver.advance(at);
-            line.look_ahead();
-            if changed {
-                return Some((at, line.driver.gate()));
-            }
-        }
-        None
     }
 }

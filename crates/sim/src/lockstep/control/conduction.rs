@@ -1,14 +1,14 @@
 //! Which devices conduct, and what follows for the machine.
 
-use standstill_interface::{AlphaBeta, Phase};
-use standstill_inverter::{Conduction, Gate, Modes, Port, RESTING_CURRENT};
+use standstill_interface::AlphaBeta;
+use standstill_inverter::{Gate, Port};
 use standstill_numeric::{Heading, Symmetric, Wide};
 
 use super::motion::FLUX_SLACK;
 use super::run::Control;
 use crate::case::RunError;
 use crate::lockstep::lanes::bank::Bank;
-use crate::lockstep::physics::bounds::{DOMAIN, FLUX, MOTION, STOP};
+use crate::lockstep::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
 use crate::lockstep::physics::plane::Plane;
 use crate::lockstep::step::two_derivative::Here;
 use crate::trace::Event;
@@ -82,95 +82,22 @@ impl<'a> Control<'a> {
         One::of(bank, here, self.lane).port(self.currents_at(bank, here), self.case.motor.resistance)
     }
 
+    /// Which switches are on.
+    pub(super) fn gates<V: Wide>(&self, bank: &Bank<'a, V>) -> [Gate; 3] {
+        let time = self.time(bank);
+        bank.machine.legs.gates.each_ref().map(|gates| gates.of(self.lane, time))
+    }
+
     /// Finds the conduction modes that fit the gates and the machine.
     pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
         }
-        let modes = self.case.inverter.bridge.resolve(self.gates.now(), &port);
-        self.conduct(bank, modes);
+        self.found = self.time(bank);
+        let modes = self.case.inverter.bridge.resolve(self.gates(bank), &port);
+        bank.machine.legs.put(self.lane, modes);
         Ok(())
-    }
-
-    /// What conducts after gates have switched. A leg with current goes on with it through another device; whether a
-    /// blocked one stays so is looked at before the next step.
-    pub(super) fn conduct_after_switching<V: Wide>(
-        &mut self,
-        bank: &mut Bank<'a, V>,
-        before: [Gate; 3],
-    ) -> Result<(), RunError> {
-        let gates = self.gates.now();
-        let current = self.currents(bank);
-        let mut modes = self.modes;
-        let mut flowing = 0;
-        for k in 0..3 {
-            let direction = modes[k].direction();
-            if direction != 0.0 {
-                if direction * current[k] <= RESTING_CURRENT {
-                    return self.resolve(bank);
-                }
-                flowing += 1;
-                modes[k] = if direction > 0.0 {
-                    Conduction::outflow(gates[k])
-                } else {
-                    Conduction::inflow(gates[k])
-                };
-            }
-        }
-        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
-        if flowing == 0 && (drives || bank.machine.drifts()) {
-            return self.resolve(bank);
-        }
-        for k in 0..3 {
-            if modes[k] == Conduction::Blocked && gates[k] != before[k] {
-                self.bound(bank, k);
-            }
-        }
-        self.conduct(bank, modes);
-        Ok(())
-    }
-
-    /// The legs conduct so from now on.
-    pub(super) fn conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>, modes: Modes) {
-        let lane = self.lane;
-        let blocked = modes.iter().filter(|mode| **mode == Conduction::Blocked).count();
-        let was_idle = bank.machine.legs.idle.get(lane) > 0.0;
-        let idle = blocked >= 2;
-        for k in 0..3 {
-            let changed = modes[k] != self.modes[k];
-            if changed {
-                let (time, phase) = (self.time(bank), Phase::ALL[k]);
-                self.event(time * 1e-9, Event::Conduction(phase, modes[k]));
-            }
-            if changed || idle != was_idle || self.first_modes(bank) {
-                let mode = if idle { self.leg_modes.idle() } else { self.leg_modes.of(modes[k]) };
-                bank.machine.legs.put(lane, k, &mode);
-            }
-        }
-        bank.machine.legs.idle.put(lane, f64::from(u8::from(idle)));
-        if modes != self.modes {
-            self.edge = f64::NAN;
-        }
-        self.modes = modes;
-        for k in 0..3 {
-            if modes[k] == Conduction::Blocked {
-                self.bound(bank, k);
-            }
-        }
-    }
-
-    fn first_modes<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
-        self.time(bank) == 0.0
-    }
-
-    /// Between which potentials a blocked leg stays so, by its gates.
-    fn bound<V: Wide>(&self, bank: &mut Bank<'a, V>, k: usize) {
-        let [low, high] = self.case.inverter.bridge.clamps(self.gates.now()[k]);
-        for part in 0..2 {
-            bank.bounds.low[k][part].put(self.lane, low[part]);
-            bank.bounds.high[k][part].put(self.lane, high[part]);
-        }
     }
 
     /// Ends the mode whose margin reached zero and finds what follows.
@@ -184,15 +111,14 @@ impl<'a> Control<'a> {
             self.event(passed * 1e-9, Event::LeftMap);
             return Err(self.left_map(bank));
         }
-        self.carry_passed(passed.next_up());
         if which == STOP || which == MOTION {
             self.change_motion(bank, which == STOP);
             // What the rotor induces may have changed at once.
             return self.resolve(bank);
         }
-        if self.modes[which] != Conduction::Blocked {
-            let mut ends = self.modes.map(|mode| mode == Conduction::Blocked);
-            ends[which] = true;
+        if which != BLOCKED {
+            let legs = &bank.machine.legs;
+            let ends = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
             self.make_zero(bank, ends);
         }
         self.resolve(bank)

@@ -1,117 +1,102 @@
-//! The gates of the three legs now, and the edges that are certain to come.
+//! What the legs are told: requests that follow from commands, one after the other.
 
-use standstill_interface::{Command, Nanos};
-use standstill_inverter::{Conduction, Gate, GateTiming, Modes};
+use std::collections::VecDeque;
 
-use crate::timeline::Timeline;
+use standstill_interface::{Abc, Command, Nanos, Stage};
+use standstill_inverter::{Gate, GateTiming};
+use standstill_numeric::Wide;
 
-/// Edges of one leg that are known ahead: of three neighbouring edges at least one changes what conducts.
-const ROOM: usize = 4;
+use crate::lockstep::physics::legs::Legs;
+use crate::timeline::{LegPlan, Task};
 
-/// Later than any instant.
-pub const NEVER: f64 = f64::INFINITY;
-
-/// An edge: when in ns, and what the gates do from then on.
-pub type Edge = (f64, Gate);
-
-#[derive(Clone, Copy, Debug)]
-struct Leg {
-    gate: Gate,
-    /// Edges to come, in order of time.
-    ahead: [Edge; ROOM],
-    known: usize,
-}
-
-/// The gates of the three legs.
+/// What one leg is told.
 #[derive(Clone, Debug)]
-pub struct Gates {
-    timeline: Timeline,
-    legs: [Leg; 3],
-    /// No edge from here on is certain before the next command.
-    end: Nanos,
+struct Line {
+    timing: GateTiming,
+    plan: LegPlan,
+    /// Requests of commands that are over, whose edges are still to come.
+    left: VecDeque<(Nanos, Gate)>,
+    /// What its driver was told last, and what it was told last before the command.
+    requested: Gate,
+    before: Gate,
 }
 
-/// Whether new gates of a leg change what it does: unless its current flows through the same device as before.
-pub fn matters(mode: Conduction, gate: Gate) -> bool {
-    let after = match mode.direction() {
-        0.0 => return true,
-        direction if direction > 0.0 => Conduction::outflow(gate),
-        _ => Conduction::inflow(gate),
-    };
-    after != mode
-}
-
-impl Gates {
-    /// All off.
-    pub fn new(timings: [GateTiming; 3]) -> Self {
-        let leg = Leg { gate: Gate::Off, ahead: [(NEVER, Gate::Off); ROOM], known: 0 };
-        Self { timeline: Timeline::new(timings), legs: [leg; 3], end: Nanos::ZERO }
+impl Line {
+    /// The next request that is no repetition: when it switches off, when on, and what, in ns.
+    fn next(&mut self) -> Option<(f64, f64, Gate)> {
+        loop {
+            let (at, gate) = match self.left.pop_front() {
+                Some(request) => request,
+                None => self.plan.take()?,
+            };
+            if gate != self.requested {
+                self.requested = gate;
+                let off = at + self.timing.turn_off_delay;
+                // The other switch is off by then even where delays are unequal: no shoot-through.
+                let on = match gate {
+                    Gate::Off => off,
+                    _ => (at + self.timing.dead_time + self.timing.turn_on_delay).max(off),
+                };
+                return Some((off.0 as f64, on.0 as f64, gate));
+            }
+        }
     }
+}
 
-    /// What the gates do now.
-    pub fn now(&self) -> [Gate; 3] {
-        self.legs.map(|leg| leg.gate)
+/// What the legs of one inverter are told.
+#[derive(Clone, Debug)]
+pub struct Lines {
+    lines: [Line; 3],
+    start: Nanos,
+}
+
+impl Lines {
+    /// Nothing yet.
+    pub fn new(timings: [GateTiming; 3]) -> Self {
+        let line = |timing| Line {
+            timing,
+            plan: LegPlan::NONE,
+            left: VecDeque::new(),
+            requested: Gate::Off,
+            before: Gate::Off,
+        };
+        Self { lines: timings.map(line), start: Nanos::ZERO }
     }
 
     /// Lays out the next command, which starts where the one before ended.
-    pub fn begin(&mut self, command: &Command<f64>, start: Nanos, carrier: Nanos) {
-        self.timeline.begin(command, start, carrier);
-        self.end = start + command.duration();
+    pub fn begin<V: Wide>(
+        &mut self,
+        legs: &mut Legs<V>,
+        lane: usize,
+        command: &Command<f64>,
+        start: Nanos,
+        carrier: Nanos,
+    ) {
+        let first = command.stage;
+        let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
+        let ends = [start + first.duration, start + first.duration + second.duration];
+        let (Abc(a), Abc(b)) = (first.legs, second.legs);
+        self.start = start;
+        for (k, line) in self.lines.iter_mut().enumerate() {
+            while let Some(request) = line.plan.take() {
+                line.left.push_back(request);
+            }
+            line.before = line.left.back().map_or(line.requested, |(_, gate)| *gate);
+            let tasks = [Task::new(a[k], carrier), Task::new(b[k], carrier)];
+            line.plan = LegPlan::new(tasks, start, ends, carrier);
+            if legs.gates[k].waits(lane) {
+                legs.gates[k].expect(lane, line.next());
+            }
+        }
     }
 
-    /// What the legs are told just before a time of this command.
+    /// A request to a leg has been carried out: the next one is put in its place.
+    pub fn carry_out<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize) {
+        legs.gates[k].carry_out(lane, self.lines[k].next());
+    }
+
+    /// What the legs are told just before `at`, a time of this command or its start.
     pub fn told(&self, at: Nanos) -> [Gate; 3] {
-        self.timeline.told(at)
-    }
-
-    /// The next edge in ns that changes what these modes conduct.
-    pub fn next(&mut self, modes: Modes) -> f64 {
-        let mut next = NEVER;
-        for (k, mode) in modes.into_iter().enumerate() {
-            next = next.min(self.next_of(k, mode));
-        }
-        next
-    }
-
-    fn next_of(&mut self, k: usize, mode: Conduction) -> f64 {
-        let leg = &mut self.legs[k];
-        let mut place = 0;
-        loop {
-            if place == leg.known {
-                if leg.known == ROOM {
-                    return leg.ahead[ROOM - 1].0;
-                }
-                let Some((at, gate)) = self.timeline.pop(k, self.end) else { return NEVER };
-                leg.ahead[place] = (at.0 as f64, gate);
-                leg.known += 1;
-            }
-            let (at, gate) = leg.ahead[place];
-            if matters(mode, gate) {
-                return at;
-            }
-            place += 1;
-        }
-    }
-
-    /// The first known edge up to a time in ns: its leg and itself.
-    pub fn due(&self, time: f64) -> Option<(usize, Edge)> {
-        let mut first: Option<(usize, Edge)> = None;
-        for (k, leg) in self.legs.iter().enumerate() {
-            if leg.known > 0
-                && leg.ahead[0].0 <= time
-                && first.is_none_or(|(_, edge)| leg.ahead[0].0 < edge.0)
-            {
-                first = Some((k, leg.ahead[0]));
-            }
-        }
-        first
-    }
-
-    /// Carries out the first known edge of a leg.
-    pub fn take(&mut self, k: usize) {
-        let leg = &mut self.legs[k];
-        leg.gate = leg.ahead[0].1;
-        leg.ahead.copy_within(1.., 0);
-        leg.known -= 1;
+        self.lines.each_ref().map(|line| if at > self.start { line.plan.told(at) } else { line.before })
     }
 }

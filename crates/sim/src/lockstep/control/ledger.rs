@@ -75,7 +75,7 @@ fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>
     let one = |pack: &V| pack.get(lane);
     let motor = control.case.motor;
     let current = control.currents_at(bank, here);
-    let legs = &bank.machine.legs.leg;
+    let legs = &bank.tried.legs.leg;
     let taken: f64 = (0..3).map(|k| one(&legs[k].rail) * current[k]).sum();
     let source = bank.machine.links.source_of(lane, one(&here.time) * 1e-9).voltage;
     let (mut source_current, mut source_loss) = (taken, 0.0);

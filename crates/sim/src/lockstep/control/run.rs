@@ -5,15 +5,16 @@
 //! ```
 
 use standstill_interface::{Command, Nanos, Reading, Real};
-use standstill_inverter::{Conduction, Gate, LegModes, Modes};
+use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::{Heading, Wide};
 use standstill_plant::Magnetics;
 
 use super::course::Course;
-use super::gates::{Gates, NEVER};
+use super::gates::Lines;
 use super::ledger::Accounts;
 use crate::case::{Case, Ended, Run, RunError, Work};
 use crate::lockstep::lanes::bank::{Bank, NOTHING};
+use crate::lockstep::physics::gates::NEVER;
 use crate::motion::Motion;
 use crate::rig::validate;
 use crate::sensing::{Instant, LowPass, Sampler};
@@ -40,9 +41,9 @@ pub struct Control<'a> {
     /// Its place among the machines side by side.
     pub(super) lane: usize,
     pub(super) probe: Option<&'a mut dyn Probe>,
-    pub(super) gates: Gates,
-    pub(super) modes: Modes,
-    pub(super) leg_modes: LegModes,
+    pub(super) lines: Lines,
+    /// What conducts and which switches are on, as who watches was shown it last.
+    pub(super) shown: (Modes, [Gate; 3]),
     pub(super) motion: Motion,
     /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
     pub(super) sides: [f64; 2],
@@ -58,8 +59,8 @@ pub struct Control<'a> {
     /// Energy in J lost where the rotor ran into the end of the brake's play.
     pub(super) impact_loss: f64,
     pub(super) accounts: Option<Accounts>,
-    /// The next gate edge in ns that changes what conducts; not-a-number: to be looked for.
-    pub(super) edge: f64,
+    /// When the modes of legs without current were found last, in ns.
+    pub(super) found: f64,
     /// Whether the link's voltage has not been looked up since time passed.
     stale: bool,
     first: bool,
@@ -80,9 +81,8 @@ impl<'a> Control<'a> {
         let mut control = Self {
             lane,
             probe,
-            gates: Gates::new(case.inverter.gates),
-            modes: [Conduction::Blocked; 3],
-            leg_modes: LegModes::new(&case.inverter.bridge.devices),
+            lines: Lines::new(case.inverter.gates),
+            shown: ([Conduction::Blocked; 3], [Gate::Off; 3]),
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
@@ -95,7 +95,7 @@ impl<'a> Control<'a> {
             all_events: 0,
             impact_loss: 0.0,
             accounts: None,
-            edge: f64::NAN,
+            found: -1.0,
             stale: false,
             first: true,
             case,
@@ -112,7 +112,7 @@ impl<'a> Control<'a> {
     /// The machine at rest.
     fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
-        let (lane, motor, link) = (self.lane, *motor, inverter.link);
+        let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
         bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
         let rest = motor.magnetics.rest(Heading::of(*start_angle));
         let put = |to: &mut V, from: f64| to.put(lane, from);
@@ -142,7 +142,7 @@ impl<'a> Control<'a> {
         let source = bank.machine.links.source_of(lane, 0.0);
         bank.here.state.link.put(lane, source.voltage);
         self.look_at_link(bank);
-        self.conduct(bank, [Conduction::Blocked; 3]);
+        bank.machine.legs.put_bridge(lane, &bridge);
     }
 
     /// Longest step in ns: a fraction of the ripple's period where a stored voltage or a filter follows it, and of a sag.
@@ -189,9 +189,8 @@ impl<'a> Control<'a> {
             return Want::Over(RunError::TimeLimit(self.case.time_limit));
         }
         self.event(start.seconds(), Event::Command);
-        self.carry_passed(start.0 as f64);
-        self.gates.begin(command, start, carrier);
-        self.edge = f64::NAN;
+        self.found = -1.0;
+        self.lines.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
         self.course = Course { start, end, sampling: command.sampling, number: 0, pending: None };
         self.next_trigger();
         self.go_on(bank)
@@ -205,15 +204,15 @@ impl<'a> Control<'a> {
         if unfit {
             bank.cutting &= !(1 << lane);
             ended = self.count_event().and_then(|()| self.resolve(bank));
+            self.show_change(bank);
         } else if bank.cutting >> lane & 1 == 0 {
             self.events = 0;
         } else {
             bank.cutting &= !(1 << lane);
             let which = bank.ending[lane];
             if which != NOTHING {
-                self.show_here(bank);
                 ended = self.count_event().and_then(|()| self.end_mode(bank, which));
-                self.show_here(bank);
+                self.show_change(bank);
             }
         }
         match ended {
@@ -248,27 +247,20 @@ impl<'a> Control<'a> {
                 self.show_here(bank);
                 return Want::Command;
             }
-            if self.edge.is_nan() {
-                self.edge = self.gates.next(self.modes);
-            }
-            if self.edge <= time {
-                self.show_here(bank);
-                let switched = self.switch(bank);
-                self.show_here(bank);
-                if let Err(error) = switched {
+            self.carry_out_requests(bank, time);
+            if bank.machine.legs.idle_lanes() >> lane & 1 == 1 && self.found < time {
+                if let Err(error) = self.begin_to_conduct(bank) {
                     return Want::Over(error);
                 }
-                self.edge = self.gates.next(self.modes);
+                self.show_change(bank);
             }
-            let edge = self.edge;
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
-            let stop = edge.min(sample).min(end).min(self.next_source_instant(time));
-            if stop <= time {
-                continue;
-            }
+            let stop = sample.min(end).min(self.next_source_instant(time));
             self.segments += 1;
             if self.rests(bank) {
-                self.wait(bank, stop);
+                let legs = &bank.machine.legs;
+                let edge = (0..3).map(|k| legs.gates[k].next_of(lane, time).0).fold(NEVER, f64::min);
+                self.wait(bank, stop.min(edge));
                 continue;
             }
             if self.stale {
@@ -279,23 +271,33 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Carries out the gate edges of the time at hand and finds what conducts then.
-    fn switch<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
-        let time = self.time(bank);
+    /// Legs without current begin to conduct where their gates and the machine ask for it.
+    fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        self.found = self.time(bank);
+        let gates = self.gates(bank);
+        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
+        if !drives && !bank.machine.drifts() {
+            return Ok(());
+        }
         if self.stale {
             self.look_at_link(bank);
         }
-        let before = self.gates.now();
-        self.carry_passed(time.next_up());
-        self.conduct_after_switching(bank, before)
+        self.resolve(bank)
     }
 
-    /// Carries out all known edges before a time in ns.
-    pub(super) fn carry_passed(&mut self, before: f64) {
-        while let Some((leg, (at, gate))) = self.gates.due(before.next_down()) {
-            self.gates.take(leg);
-            self.event(at * 1e-9, Event::Gate(standstill_interface::Phase::ALL[leg], gate));
+    /// Puts the next requests in the place of those that have been carried out at a time in ns.
+    fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
+        for k in 0..3 {
+            let direction = bank.machine.legs.direction(self.lane, k);
+            while bank.machine.legs.gates[k].is_past(self.lane, time, direction) {
+                self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
+            }
         }
+    }
+
+    /// The request to a leg has been carried out as far as it matters.
+    pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
+        self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
     /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
@@ -326,10 +328,12 @@ impl<'a> Control<'a> {
         // The drive knows what it told the legs at the trigger, not when the sample was really taken.
         let settings = &self.case.sensors.settings;
         let requested = match settings.arrangement {
-            crate::Arrangement::LowSideShunts => self.gates.told(self.course.start + nominal),
+            crate::Arrangement::LowSideShunts => self.lines.told(self.course.start + nominal),
             _ => [Gate::Off; 3],
         };
-        let unfiltered = settings.seen(self.currents(bank), self.modes);
+        // Samples come before gate edges of the same instant.
+        let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
+        let unfiltered = settings.seen(self.currents(bank), modes);
         let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
@@ -344,7 +348,7 @@ impl<'a> Control<'a> {
 
     /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.
     fn rests<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
-        self.modes == [Conduction::Blocked; 3]
+        bank.machine.legs.idle_lanes() >> self.lane & 1 == 1
             && !self.motion.moves()
             && bank.machine.circuits.eddies().is_none()
             && bank.machine.links.storage.is_none()
@@ -356,6 +360,7 @@ impl<'a> Control<'a> {
         self.watch_waiting(bank, until);
         bank.here.time.put(self.lane, until);
         self.stale = true;
+        self.show_change(bank);
     }
 
     /// Reports an event at a time in s.

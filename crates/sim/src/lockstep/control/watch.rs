@@ -1,10 +1,10 @@
 //! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
 
 use standstill_interface::Phase;
+use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
 
 use super::conduction::One;
-use super::gates::matters;
 use super::run::Control;
 use crate::lockstep::lanes::bank::Bank;
 use crate::lockstep::step::two_derivative::Here;
@@ -20,7 +20,8 @@ impl<'a> Control<'a> {
             let h = bank.tried.h.get(self.lane);
             let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
                 .map(|here| (self.currents_at(bank, here), here.state.link.get(self.lane)));
-            self.filter(h, points);
+            let modes = bank.machine.legs.modes(self.lane, bank.begin.time.get(self.lane));
+            self.filter(h, modes, points);
         }
         if let Some(mut accounts) = self.accounts.take() {
             accounts.follow(self, bank);
@@ -29,11 +30,11 @@ impl<'a> Control<'a> {
         self.watch(bank);
     }
 
-    fn filter(&mut self, h: f64, points: [Point; 4]) {
+    fn filter(&mut self, h: f64, modes: Modes, points: [Point; 4]) {
         if h <= 0.0 {
             return;
         }
-        let (settings, modes) = (self.case.sensors.settings, self.modes);
+        let settings = self.case.sensors.settings;
         if let Some(filters) = &mut self.filters {
             let seen = points.map(|(current, _)| settings.seen(current, modes));
             for (k, filter) in filters.iter_mut().enumerate() {
@@ -53,16 +54,18 @@ impl<'a> Control<'a> {
         // A number of snapshots per step is small and positive.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let parts = (h / resolution).ceil().max(1.0) as u32;
+        let mut shown_until = begin;
         for part in 1..=parts {
             let share = f64::from(part) / f64::from(parts);
             let time = begin + (end - begin) * share;
-            while let Some((leg, (at, gate))) = self.gates.due(time.next_down())
-                && !matters(self.modes[leg], gate)
-            {
-                let there = bank.within(((at - begin) / (end - begin)).clamp(0.0, 1.0));
-                self.show(bank, &there);
-                self.gates.take(leg);
-                self.event(at * 1e-9, Event::Gate(Phase::ALL[leg], gate));
+            while let Some((k, at, gate)) = self.next_gate(bank, shown_until, time) {
+                shown_until = at;
+                if gate != self.shown.1[k] {
+                    let there = bank.within(((at - begin) / (end - begin)).clamp(0.0, 1.0));
+                    self.show(bank, &there);
+                    self.shown.1[k] = gate;
+                    self.event(at * 1e-9, Event::Gate(Phase::ALL[k], gate));
+                }
             }
             if part == parts {
                 self.show(bank, &bank.tried.end);
@@ -70,6 +73,50 @@ impl<'a> Control<'a> {
                 self.show(bank, &bank.within(share));
             }
         }
+        self.show_change(bank);
+    }
+
+    /// The first gate edge after one time in ns and before another: its leg, when it is, and the gate since.
+    fn next_gate<V: Wide>(&self, bank: &Bank<'a, V>, after: f64, before: f64) -> Option<(usize, f64, Gate)> {
+        let legs = &bank.machine.legs;
+        let edges = (0..3).map(|k| {
+            let (at, gate) = legs.gates[k].next_of(self.lane, after);
+            (k, at, gate)
+        });
+        let ahead = edges.filter(|(_, at, _)| *at > after && *at < before);
+        ahead.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
+    }
+
+    /// Reports gates that have switched and devices that have begun or ceased to conduct, and shows the machine before and
+    /// after.
+    #[inline]
+    pub(super) fn show_change<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+        if self.probe.is_some() {
+            self.show_what_changed(bank);
+        }
+    }
+
+    #[inline(never)]
+    fn show_what_changed<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+        let time = self.time(bank);
+        let (modes, gates) = (bank.machine.legs.modes(self.lane, time), self.gates(bank));
+        let (old_modes, old_gates) = self.shown;
+        if (modes, gates) == self.shown {
+            return;
+        }
+        self.show_now(bank);
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            if gates[k] != old_gates[k] {
+                self.event(time * 1e-9, Event::Gate(phase, gates[k]));
+            }
+        }
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            if modes[k] != old_modes[k] {
+                self.event(time * 1e-9, Event::Conduction(phase, modes[k]));
+            }
+        }
+        self.shown = (modes, gates);
+        self.show_now(bank);
     }
 
     /// Lets a time pass in which nothing happens, up to a time in ns: for who watches and for the sensors' filters.
@@ -87,7 +134,7 @@ impl<'a> Control<'a> {
                     let time = begin * 1e-9 + (part + share) / parts * h;
                     ([0.0; 3], bank.machine.links.source_of(self.lane, time).voltage)
                 });
-                self.filter(h / parts, points);
+                self.filter(h / parts, [Conduction::Blocked; 3], points);
                 part += 1.0;
             }
         }
@@ -135,7 +182,7 @@ impl<'a> Control<'a> {
         let current = self.currents_at(bank, here);
         let one = One::of(bank, here, lane);
         let port = one.port(current, self.case.motor.resistance);
-        let potential = self.case.inverter.bridge.potentials(self.gates.now(), self.modes, &port);
+        let potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
         let snapshot = Snapshot {
             time: here.time.get(lane) * 1e-9,
             current,
@@ -144,7 +191,7 @@ impl<'a> Control<'a> {
             angle: self.case.start_angle + here.state.turned.get(lane),
             speed: here.state.speed.get(lane),
             torque: self.torque(here),
-            modes: self.modes,
+            modes: self.shown.0,
         };
         if let Some(probe) = &mut self.probe {
             probe.snapshot(&snapshot);

@@ -5,7 +5,7 @@ use standstill_inverter::DcLink;
 use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
-use crate::lockstep::physics::bounds::{Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::lockstep::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::lockstep::physics::links::Source;
 use crate::lockstep::physics::machine::{Machine, Operating};
 use crate::lockstep::physics::plane::Plane;
@@ -27,7 +27,7 @@ pub struct Bank<'a, V: Wide> {
     pub accuracy: Accuracy<V>,
     /// A bit for each machine that steps.
     pub live: u32,
-    /// The next instant of each in ns.
+    /// The next instant of each in ns, gate edges apart.
     pub stop: V,
     /// Length of the step to try next, and of the longest one, in ns.
     pub hint: V,
@@ -66,6 +66,8 @@ pub struct Served {
     pub unfit: u32,
     /// Changes too fast for any step, or is no number.
     pub broken: u32,
+    /// A request to a leg has been carried out: the next one is wanted.
+    pub past: [u32; 3],
 }
 
 /// What ends where only rounding made a margin negative.
@@ -99,7 +101,8 @@ impl<'a, V: Wide> Bank<'a, V> {
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
         let accuracy =
             Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, between: zero };
-        let tried = Tried::new(&machine, &bounds, &here, zero, &accuracy);
+        let legs = machine.legs.at(zero, zero);
+        let tried = Tried::new(&machine, &bounds, &legs, &here, zero, &accuracy);
         Self {
             machine,
             bounds,
@@ -163,20 +166,19 @@ impl<'a, V: Wide> Bank<'a, V> {
             }
         };
         for k in 0..3 {
-            let direction = one(&self.machine.legs.leg[k].direction);
-            if direction == 0.0 {
-                let margin = straight(one(&tried.margins[0][k]), one(&tried.margins[1][k]));
-                // A straight line says little where it begins close to its end: go on by a share at least.
-                if margin.value[1] < -POTENTIAL_SLACK {
-                    let share = margin.falls_to(-0.5 * POTENTIAL_SLACK, 0.0, 1.0).max(0.05);
-                    if share < first.0 {
-                        first = (share, k);
-                    }
-                }
-            } else {
+            let direction = self.machine.legs.direction(lane, k);
+            if direction != 0.0 {
                 let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
                 let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
                 ends(&mut first, k, Cubic { value, slope }, CURRENT_SLACK);
+            }
+        }
+        let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));
+        // A straight line says little where it begins close to its end: go on by a share at least.
+        if margin.value[1] < -POTENTIAL_SLACK {
+            let share = margin.falls_to(-0.5 * POTENTIAL_SLACK, 0.0, 1.0).max(0.05);
+            if share < first.0 {
+                first = (share, BLOCKED);
             }
         }
         let slack = self.bounds.slack.each_ref().map(one);
@@ -243,9 +245,12 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let here = &bank.here;
         let (live, cutting) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.cutting));
-        let free_end = bank.stop.least(here.time + bank.hint.least(bank.longest));
+        let legs = bank.machine.legs.at(here.time, bank.machine.resistance);
+        let edge = bank.machine.legs.next_edge(here.time);
+        let stop = bank.stop.least(edge);
+        let free_end = stop.least(here.time + bank.hint.least(bank.longest));
         let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time);
-        let tried = Tried::new(&bank.machine, &bank.bounds, here, until, &bank.accuracy);
+        let tried = Tried::new(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy);
 
         let exact = V::of(1.0 + 1e-12).above(tried.error);
         let unfit = live & zero.above(tried.first);
@@ -265,7 +270,10 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let hint = V::choose(exact, longer, next.least(length * 0.7));
         bank.hint = V::choose(live & !unfit, hint, bank.hint);
 
-        let arrived = accepted & (cutting | !bank.stop.above(until));
+        // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
+        let at_edge = legs.idle & !edge.above(until);
+        let arrived = accepted & (cutting | !bank.stop.above(until) | at_edge);
+        let past = bank.machine.legs.past(until).map(|past| (accepted & past).bits());
         bank.steps = bank.steps + V::only(accepted, one);
         bank.evaluations = bank.evaluations + V::only(live, one);
         let [a, b, c] = tried.phases[1];
@@ -279,6 +287,7 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
             arrived: arrived.bits(),
             unfit: unfit.bits(),
             broken: broken.bits(),
+            past,
         };
         if bank.follow {
             bank.begin = bank.here.clone();

@@ -138,7 +138,7 @@ impl<'a, V: Wide, T: Real, D: Detector<T>> SideBySide<'a, V, T, D> {
 
     /// A step of all, and what follows from it. `over` gets the runs that have come to their ends, with their lanes.
     fn turn(&mut self, mut over: impl FnMut(usize, Run<T>)) {
-        let Served { accepted, arrived, unfit, broken } = self.bank.step();
+        let Served { accepted, arrived, unfit, broken, past } = self.bank.step();
         if self.bank.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {
@@ -157,6 +157,14 @@ impl<'a, V: Wide, T: Real, D: Detector<T>> SideBySide<'a, V, T, D> {
             if let Some(run) = detection.advance(&mut self.bank, want) {
                 self.bank.live &= !(1 << lane);
                 over(lane, run);
+            }
+        }
+        // Those who arrived have seen to it.
+        for (k, past) in past.into_iter().enumerate() {
+            for lane in lanes_of(past & !(arrived | broken)) {
+                if let Some(detection) = &mut self.lanes[lane] {
+                    detection.control.carry_out(&mut self.bank, k);
+                }
             }
         }
     }

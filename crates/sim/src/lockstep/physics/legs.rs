@@ -1,19 +1,55 @@
 //! The legs of several inverters side by side as the windings see them.
 
-use standstill_inverter::{AXES, LegMode};
-use standstill_numeric::{Heading, Symmetric, Wide};
+use standstill_inverter::{AXES, Bridge, Conduction, Devices, Modes, OpenLeg};
+use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
 
+use super::gates::{LegGates, On};
 use super::plane::Plane;
 
-/// The legs in their modes.
+/// The legs: their devices, their gates, and which way their currents flow.
 #[derive(Clone, Debug)]
 pub struct Legs<V: Wide> {
     /// Magnetic axes of the phases in the run's plane.
     pub axes: [Plane<V>; 3],
+    /// Drop in V and resistance in Ω of switches and of diodes.
+    switch: [V; 2],
+    diode: [V; 2],
+    /// How far beyond the rails in V the potential of a leg with both switches off may be.
+    beyond: V,
     /// Leg by leg.
-    pub leg: [LegMode<V>; 3],
-    /// 1 where all are blocked, else 0.
-    pub idle: V,
+    pub gates: [LegGates<V>; 3],
+    /// A bit for each machine of which the leg's current flows out of it, into the motor.
+    pub out: [u32; 3],
+    /// The same for currents into the leg. Without either the leg is blocked.
+    pub into: [u32; 3],
+}
+
+/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
+#[derive(Clone, Copy, Debug)]
+pub struct Leg<V> {
+    /// 1 at the positive rail, 0 at the negative.
+    pub rail: V,
+    /// In V.
+    pub offset: V,
+    /// In Ω.
+    pub resistance: V,
+    /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    pub direction: V,
+}
+
+/// What the legs are at one time.
+#[derive(Clone, Copy, Debug)]
+pub struct Conducting<V: Wide> {
+    /// Leg by leg.
+    pub leg: [Leg<V>; 3],
+    /// Where they carry current.
+    pub flows: [V::Mask; 3],
+    /// Where none does.
+    pub idle: V::Mask,
+    /// Which switches are on.
+    pub on: [On<V::Mask>; 3],
+    /// All together, with the winding's resistance.
+    pub terminals: Terminals<V>,
 }
 
 /// Legs and winding resistance as a winding without neutral sees them.
@@ -31,12 +67,35 @@ pub struct Terminals<T> {
     pub free: T,
 }
 
+/// Between which potentials a leg can be blocked, from below and from above, each as its share of the link's voltage and V on
+/// top.
+#[derive(Clone, Copy, Debug)]
+pub struct Range<V> {
+    low: [V; 2],
+    high: [V; 2],
+}
+
+impl<V: Lane> Range<V> {
+    /// The bounds in V at a link voltage in V.
+    #[inline(always)]
+    pub fn at(&self, link: V) -> [V; 2] {
+        [self.low[0] * link + self.low[1], self.high[0] * link + self.high[1]]
+    }
+}
+
 impl<V: Wide> Legs<V> {
-    /// All blocked, of rotors at zero.
+    /// All blocked and off, of rotors at zero.
     pub fn idle() -> Self {
         let zero = V::of(0.0);
-        let leg = LegMode { rail: zero, offset: zero, resistance: zero, direction: zero, blocked: zero };
-        let mut legs = Self { axes: [Plane::new(zero, zero); 3], leg: [leg; 3], idle: V::of(1.0) };
+        let mut legs = Self {
+            axes: [Plane::new(zero, zero); 3],
+            switch: [zero; 2],
+            diode: [zero; 2],
+            beyond: zero,
+            gates: [LegGates::new(); 3],
+            out: [0; 3],
+            into: [0; 3],
+        };
         for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
         }
@@ -52,15 +111,45 @@ impl<V: Wide> Legs<V> {
         }
     }
 
-    /// A leg's mode; that no other is blocked must hold where this one is.
-    #[inline]
-    pub fn put(&mut self, lane: usize, leg: usize, mode: &LegMode) {
-        let to = &mut self.leg[leg];
-        to.rail.put(lane, mode.rail);
-        to.offset.put(lane, mode.offset);
-        to.resistance.put(lane, mode.resistance);
-        to.direction.put(lane, mode.direction);
-        to.blocked.put(lane, mode.blocked);
+    /// Puts a bridge into a lane, all off.
+    pub fn put_bridge(&mut self, lane: usize, bridge: &Bridge) {
+        let Devices { switch_drop, switch_resistance, diode_drop, diode_resistance } = bridge.devices;
+        self.switch[0].put(lane, switch_drop);
+        self.switch[1].put(lane, switch_resistance);
+        self.diode[0].put(lane, diode_drop);
+        self.diode[1].put(lane, diode_resistance);
+        self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
+        self.gates.iter_mut().for_each(|gates| gates.clear(lane));
+        self.put(lane, [Conduction::Blocked; 3]);
+    }
+
+    /// The legs of a lane conduct so from now on. One leg alone carries nothing.
+    pub fn put(&mut self, lane: usize, modes: Modes) {
+        let flows = modes.iter().filter(|mode| **mode != Conduction::Blocked).count() > 1;
+        for (k, mode) in modes.into_iter().enumerate() {
+            let bit = |to: &mut u32, on: bool| *to = *to & !(1 << lane) | u32::from(on) << lane;
+            bit(&mut self.out[k], flows && mode.direction() > 0.0);
+            bit(&mut self.into[k], flows && mode.direction() < 0.0);
+        }
+    }
+
+    /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    pub fn direction(&self, lane: usize, k: usize) -> f64 {
+        f64::from(self.out[k] >> lane & 1) - f64::from(self.into[k] >> lane & 1)
+    }
+
+    /// A bit for each machine without current.
+    pub fn idle_lanes(&self) -> u32 {
+        !(self.out[0] | self.out[1] | self.out[2])
+    }
+
+    /// What conducts in a lane at a time in ns.
+    pub fn modes(&self, lane: usize, time: f64) -> Modes {
+        std::array::from_fn(|k| match self.direction(lane, k) {
+            0.0 => Conduction::Blocked,
+            direction if direction > 0.0 => Conduction::outflow(self.gates[k].of(lane, time)),
+            _ => Conduction::inflow(self.gates[k].of(lane, time)),
+        })
     }
 
     /// Current in A of each phase.
@@ -70,29 +159,104 @@ impl<V: Wide> Legs<V> {
         [a.dot(current), b.dot(current), c.dot(current)]
     }
 
-    /// The legs and the winding together.
+    /// The next gate edges after times in ns that may change what the legs do.
     #[inline(always)]
-    pub fn terminals(&self, winding: V) -> Terminals<V> {
-        let zero = V::of(0.0);
+    pub fn next_edge(&self, time: V) -> V {
+        let mut edge = V::of(f64::INFINITY);
+        for k in 0..3 {
+            let [out, into] = self.flow(k);
+            edge = edge.least(self.gates[k].next_edge(time, out, into));
+        }
+        edge
+    }
+
+    /// Where a request of each leg has been carried out at times in ns.
+    #[inline(always)]
+    pub fn past(&self, time: V) -> [V::Mask; 3] {
+        let past = |k: usize| {
+            let [out, into] = self.flow(k);
+            self.gates[k].past(time, out, into)
+        };
+        [past(0), past(1), past(2)]
+    }
+
+    #[inline(always)]
+    fn flow(&self, k: usize) -> [V::Mask; 2] {
+        [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
+    }
+
+    /// What the legs are at times in ns, with windings of such a resistance in Ω.
+    #[inline(always)]
+    pub fn at(&self, time: V, winding: V) -> Conducting<V> {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
+        let flows = legs.map(|(_, flows, _)| flows);
+        let idle = !(flows[0] | flows[1] | flows[2]);
         let none = Plane::new(zero, zero);
-        let mut all = Terminals {
+        let mut terminals = Terminals {
             rail: none,
             offset: none,
             resistance: Symmetric::new(winding, zero, winding),
             blocked: none,
-            free: V::of(1.0),
+            free: one,
         };
-        for k in 0..3 {
-            let (axis, leg) = (self.axes[k], &self.leg[k]);
+        for (k, (leg, flows, _)) in legs.iter().enumerate() {
+            let (axis, all) = (self.axes[k], &mut terminals);
             all.rail = all.rail + axis * (leg.rail * (2.0 / 3.0));
             all.offset = all.offset + axis * (leg.offset * (2.0 / 3.0));
             let across = axis * (leg.resistance * (2.0 / 3.0));
             all.resistance.xx = all.resistance.xx + across.x * axis.x;
             all.resistance.xy = all.resistance.xy + across.x * axis.y;
             all.resistance.yy = all.resistance.yy + across.y * axis.y;
-            all.blocked = all.blocked + axis * leg.blocked;
-            all.free = all.free - leg.blocked;
+            let blocked = V::only(!(idle | *flows), one);
+            all.blocked = all.blocked + axis * blocked;
+            all.free = all.free - blocked;
         }
-        all
+        Conducting { leg: legs.map(|(leg, ..)| leg), flows, idle, on: legs.map(|(.., on)| on), terminals }
+    }
+
+    #[inline(always)]
+    fn leg(&self, k: usize, time: V) -> (Leg<V>, V::Mask, On<V::Mask>) {
+        let one = V::of(1.0);
+        let on = self.gates[k].at(time);
+        let [out, into] = self.flow(k);
+        let flows = out | into;
+        let switch = (out & on.high) | (into & on.low);
+        let upper = (out & on.high) | (into & !on.low);
+        let drop = V::choose(switch, self.switch[0], self.diode[0]);
+        let leg = Leg {
+            rail: V::only(upper, one),
+            offset: V::choose(out, -drop, V::only(into, drop)),
+            resistance: V::only(flows, V::choose(switch, self.switch[1], self.diode[1])),
+            direction: V::choose(out, one, V::only(into, -one)),
+        };
+        (leg, flows, on)
+    }
+
+    /// Where devices of the one leg that is blocked begin to conduct.
+    #[inline(always)]
+    pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
+        let [a, b, c] = [0, 1, 2].map(|k| !at.flows[k]);
+        self.range(&On {
+            high: (a & at.on[0].high) | (b & at.on[1].high) | (c & at.on[2].high),
+            low: (a & at.on[0].low) | (b & at.on[1].low) | (c & at.on[2].low),
+        })
+    }
+
+    /// Where devices of a leg with such gates begin to conduct.
+    #[inline(always)]
+    pub fn range(&self, on: &On<V::Mask>) -> Range<V> {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let (switch, diode) = (self.switch[0], self.diode[0]);
+        Range {
+            low: [
+                V::only(on.high, one),
+                V::choose(on.high, -switch, V::choose(on.low, -diode, -self.beyond)),
+            ],
+            high: [
+                V::choose(on.low, zero, one),
+                V::choose(on.low, switch, V::choose(on.high, diode, self.beyond)),
+            ],
+        }
     }
 }

@@ -12,7 +12,7 @@ use standstill_interface::Dq;
 use standstill_numeric::{Heading, MOST_LANES, Symmetric, Wide, sin_cos};
 use standstill_plant::{Circuits, MagneticCircuit, Motor};
 
-use super::legs::{Legs, Terminals};
+use super::legs::{Conducting, Legs};
 use super::links::Links;
 use super::plane::Plane;
 use super::state::State;
@@ -236,7 +236,8 @@ impl<'a, V: Wide> Machine<'a, V> {
 
     /// How flux and currents change, at a link voltage in V.
     #[inline(always)]
-    pub fn change(&self, terminals: &Terminals<V>, at: &Operating<V>, speed: V, link: V) -> Change<V> {
+    pub fn change(&self, legs: &Conducting<V>, at: &Operating<V>, speed: V, link: V) -> Change<V> {
+        let terminals = &legs.terminals;
         let gamma = at.inverse_inductance;
         // v − R i, but for the blocked leg.
         let driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
@@ -248,14 +249,13 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
         let short = rising / (across.dot(terminals.blocked) + terminals.free);
         let mut flux = driven - terminals.blocked * short;
-        let idle = self.legs.idle.above(V::of(0.0));
-        if V::any(idle) {
+        if V::any(legs.idle) {
             // All currents stay.
             let mut holding = Plane::new(V::of(0.0), V::of(0.0));
             if self.drifts() {
                 holding = holding - self.drift(at, speed).through(gamma.inverse());
             }
-            flux = Plane::choose(idle, holding, flux);
+            flux = Plane::choose(legs.idle, holding, flux);
         }
         let mut current = flux.through(gamma);
         if self.drifts() {
@@ -268,12 +268,6 @@ impl<'a, V: Wide> Machine<'a, V> {
     #[inline(always)]
     pub fn drifts(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some()
-    }
-
-    /// The legs as the windings see them, with the windings' own resistance.
-    #[inline(always)]
-    pub fn terminals(&self) -> Terminals<V> {
-        self.legs.terminals(self.resistance)
     }
 }
 

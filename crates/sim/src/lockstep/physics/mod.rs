@@ -1,6 +1,7 @@
 //! The equations of motor, legs and link, of several machines side by side.
 
 pub mod bounds;
+pub mod gates;
 pub mod legs;
 pub mod links;
 pub mod machine;

@@ -34,7 +34,7 @@ impl<V: Wide> Tried<V> {
         } else {
             machine.links.area(h * share, begin.source, source)
         };
-        let terminals = machine.terminals();
+        let terminals = &self.legs.terminals;
         let [first, last] = &self.change;
         let along = |value: [V; 2], rise: [V; 2]| cubic(value, rise).area(share) * h;
         let charge = Plane::new(
@@ -46,7 +46,7 @@ impl<V: Wide> Tried<V> {
         let driven = from.flux + terminals.rail * area + terminals.offset * (h * share)
             - charge.through(terminals.resistance)
             + terminals.blocked * (potential * (2.0 / 3.0) * h * share);
-        let idle = machine.legs.idle.above(zero);
+        let idle = self.legs.idle;
         let coasting = Plane::new(
             cubic([from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).at(share),
             cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).at(share),

@@ -4,7 +4,7 @@ use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::Tried;
-use crate::lockstep::physics::bounds::{Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::lockstep::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::lockstep::physics::machine::Machine;
 
 /// How far beyond zero a margin must be to count as crossed: the current of a leg in A, and its potential in V.
@@ -19,17 +19,16 @@ impl<V: Wide> Tried<V> {
     /// Where something ends within the step, or before it.
     #[inline(always)]
     pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
-        let far = V::of(f64::INFINITY);
-        let (mut least, mut first, mut deep) = (far, far, far);
-        for (k, leg) in machine.legs.leg.iter().enumerate() {
-            let conducts = leg.direction.abs().above(V::of(0.0));
-            let [begin, end] = [self.margins[0][k], self.margins[1][k]];
-            least = least.least(end + V::choose(conducts, V::of(CURRENT_SLACK), V::of(POTENTIAL_SLACK)));
-            first = first.least(V::choose(conducts, far, begin + POTENTIAL_SLACK));
-            deep = deep.least(V::choose(conducts, far, end + POTENTIAL_DEEP));
+        let mut least = V::of(f64::INFINITY);
+        for k in 0..3 {
+            least = least.least(self.margins[1][k] + CURRENT_SLACK);
         }
-        if V::any(self.may_dip(machine)) {
-            least = least.least(self.dips(machine));
+        let blocked = self.margins[1][BLOCKED];
+        least = least.least(blocked + POTENTIAL_SLACK);
+        let first = self.margins[0][BLOCKED] + POTENTIAL_SLACK;
+        let deep = blocked + POTENTIAL_DEEP;
+        if V::any(self.may_dip()) {
+            least = least.least(self.dips());
         }
         if machine.rotors.is_some() {
             let motion = self.margins[1][MOTION].least(self.torque_margin(bounds).dip());
@@ -49,10 +48,10 @@ impl<V: Wide> Tried<V> {
 
     /// Where a leg's current falls at the beginning of the step and rises at its end.
     #[inline(always)]
-    fn may_dip(&self, machine: &Machine<V>) -> V::Mask {
+    fn may_dip(&self) -> V::Mask {
         let mut turns = V::of(f64::NEG_INFINITY);
-        for (k, leg) in machine.legs.leg.iter().enumerate() {
-            let cubic = self.leg_current(k, leg.direction);
+        for k in 0..3 {
+            let cubic = self.leg_current(k);
             // Positive only where the first slope is negative and the second positive.
             turns = turns.greatest((-cubic.slope[0]).least(cubic.slope[1]));
         }
@@ -61,10 +60,10 @@ impl<V: Wide> Tried<V> {
 
     /// The least of the legs' currents where they dip, with their slack.
     #[inline(always)]
-    fn dips(&self, machine: &Machine<V>) -> V {
+    fn dips(&self) -> V {
         let mut least = V::of(f64::INFINITY);
         for k in 0..3 {
-            let dip = self.leg_current(k, machine.legs.leg[k].direction).dip();
+            let dip = self.leg_current(k).dip();
             least = least.least(dip + CURRENT_SLACK);
         }
         least
@@ -72,7 +71,8 @@ impl<V: Wide> Tried<V> {
 
     /// The current of a leg over the step in the direction of its mode.
     #[inline(always)]
-    pub fn leg_current(&self, leg: usize, direction: V) -> Cubic<V> {
+    pub fn leg_current(&self, leg: usize) -> Cubic<V> {
+        let direction = self.legs.leg[leg].direction;
         Cubic {
             value: [direction * self.phases[0][leg], direction * self.phases[1][leg]],
             slope: [direction * self.phase_rise[0][leg], direction * self.phase_rise[1][leg]],

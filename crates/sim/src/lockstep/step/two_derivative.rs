@@ -12,6 +12,7 @@ use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
 
 use crate::lockstep::physics::bounds::{Bounds, Margins};
+use crate::lockstep::physics::legs::Conducting;
 use crate::lockstep::physics::links::{Source, hermite_area};
 use crate::lockstep::physics::machine::{Change, Machine, Operating};
 use crate::lockstep::physics::plane::Plane;
@@ -35,6 +36,8 @@ pub struct Here<V: Wide> {
 pub struct Tried<V: Wide> {
     /// Its length in s.
     pub h: V,
+    /// What the legs are meanwhile.
+    pub legs: Conducting<V>,
     /// Where it ends.
     pub end: Here<V>,
     /// How the machines change at its beginning and at its end.
@@ -86,6 +89,7 @@ impl<V: Wide> Tried<V> {
     pub fn new(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
+        legs: &Conducting<V>,
         here: &Here<V>,
         until: V,
         accuracy: &Accuracy<V>,
@@ -93,9 +97,9 @@ impl<V: Wide> Tried<V> {
         let zero = V::of(0.0);
         let h = (until - here.time) * 1e-9;
         let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
-        let terminals = machine.terminals();
+        let terminals = &legs.terminals;
         let begin = &here.state;
-        let change = machine.change(&terminals, &here.at, begin.speed, begin.link);
+        let change = machine.change(legs, &here.at, begin.speed, begin.link);
         let source = machine.links.source(until * 1e-9);
 
         // What is predicted: angle and speed, the link's voltage, the currents' integral.
@@ -127,7 +131,7 @@ impl<V: Wide> Tried<V> {
         } else {
             machine.links.area(h, here.source, source)
         };
-        let idle = machine.legs.idle.above(zero);
+        let idle = legs.idle;
         let known = begin.flux + terminals.rail * area + terminals.offset * h;
         let drop = (here.at.current * h + change.current * (h * half)).through(terminals.resistance);
         // What holds the blocked leg's current, as it was at the beginning.
@@ -168,7 +172,7 @@ impl<V: Wide> Tried<V> {
             at.torque = at.torque + rotors.torque_of(predicted_flux, predicted_current)
                 - rotors.torque_of(looked_up_flux, looked_up_current);
         }
-        let end_change = machine.change(&terminals, &at, speed, link);
+        let end_change = machine.change(legs, &at, speed, link);
         let mut link_error = zero;
         let mut more_area = zero;
         if machine.links.storage.is_some() {
@@ -253,14 +257,15 @@ impl<V: Wide> Tried<V> {
             + angle_error * 0.1 * accuracy.per_angle
             + link_error.abs() * 3e-7 * accuracy.per_flux;
         let margins = [
-            bounds.margins(machine, begin, &here.at, &change, &phases[0]),
-            bounds.margins(machine, &state, &at, &end_change, &phases[1]),
+            bounds.margins(machine, legs, begin, &here.at, &change, &phases[0]),
+            bounds.margins(machine, legs, &state, &at, &end_change, &phases[1]),
         ];
         let phase_rise =
             [machine.legs.phases(change.current * h), machine.legs.phases(end_change.current * h)];
         torque_rise = [torque_rise[0] * h, torque_rise[1] * h];
         let mut tried = Self {
             h,
+            legs: *legs,
             end,
             change: [change, end_change],
             link_rise,

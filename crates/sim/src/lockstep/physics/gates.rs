@@ -1,0 +1,216 @@
+//! The gates of several inverters side by side, as numbers.
+//!
+//! A request switches both switches of a leg off at once and the wanted one on after the dead time. Of each leg the last
+//! request that is under way and the one after it are known:
+//! ```text
+//!          done            off       on
+//!   … off   │  from (on)    │  off    │  to (on) …
+//!   ────────┴───────────────┴─────────┴──────────► time
+//! ```
+//! A gate whose request is followed by the next before its dead time is over never comes on.
+
+use standstill_inverter::Gate;
+use standstill_numeric::{Mask, Wide};
+
+/// Later than any instant.
+pub const NEVER: f64 = f64::INFINITY;
+
+/// Which switch of a leg is on: a bit for each machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct On<M = u32> {
+    /// The upper one.
+    pub high: M,
+    /// The lower one.
+    pub low: M,
+}
+
+impl On {
+    fn put(&mut self, lane: usize, gate: Gate) {
+        let bit = |to: &mut u32, on: bool| *to = *to & !(1 << lane) | u32::from(on) << lane;
+        bit(&mut self.high, gate == Gate::High);
+        bit(&mut self.low, gate == Gate::Low);
+    }
+
+    fn of(self, lane: usize) -> Gate {
+        if self.high >> lane & 1 == 1 {
+            Gate::High
+        } else if self.low >> lane & 1 == 1 {
+            Gate::Low
+        } else {
+            Gate::Off
+        }
+    }
+
+    fn masks<M: Mask>(self) -> On<M> {
+        On { high: M::of_bits(self.high), low: M::of_bits(self.low) }
+    }
+}
+
+impl<M: Mask> On<M> {
+    /// Where these gates matter to a leg whose current flows out of it or into it: a current that flows through a diode
+    /// goes on through it whatever the switch beside it does.
+    #[inline(always)]
+    fn matter(self, out: M, into: M) -> M {
+        (out & self.high) | (into & self.low) | (!(out | into) & (self.high | self.low))
+    }
+}
+
+/// The gates of one leg of each machine. Times in ns.
+#[derive(Clone, Copy, Debug)]
+pub struct LegGates<V> {
+    /// From when on the gate is `from`, if nothing has changed it by then.
+    done: V,
+    /// When both are switched off by the next request, and when the wanted one comes on.
+    off: V,
+    on: V,
+    from: On,
+    to: On,
+}
+
+impl<V: Wide> LegGates<V> {
+    /// Both off, and no request to come.
+    pub fn new() -> Self {
+        let never = V::of(NEVER);
+        Self { done: -never, off: never, on: never, from: On::default(), to: On::default() }
+    }
+
+    /// Makes it that of a lane, off with no request to come.
+    pub fn clear(&mut self, lane: usize) {
+        self.done.put(lane, -NEVER);
+        self.from.put(lane, Gate::Off);
+        self.expect(lane, None);
+    }
+
+    /// Whether no request is to come.
+    pub fn waits(&self, lane: usize) -> bool {
+        self.off.get(lane) == NEVER
+    }
+
+    /// The next request: when it switches off, when on, and what.
+    pub fn expect(&mut self, lane: usize, request: Option<(f64, f64, Gate)>) {
+        let (off, on, gate) = request.unwrap_or((NEVER, NEVER, Gate::Off));
+        self.off.put(lane, off);
+        self.on.put(lane, on);
+        self.to.put(lane, gate);
+    }
+
+    /// The request to come becomes the one under way, and this one is to come.
+    pub fn carry_out(&mut self, lane: usize, next: Option<(f64, f64, Gate)>) {
+        let to = self.to.of(lane);
+        self.done.put(lane, if to == Gate::Off { -NEVER } else { self.on.get(lane) });
+        self.from.put(lane, to);
+        self.expect(lane, next);
+    }
+
+    /// Which switches are on at times in ns.
+    #[inline(always)]
+    pub fn at(&self, time: V) -> On<V::Mask> {
+        let (from, to) = (self.from.masks::<V::Mask>(), self.to.masks::<V::Mask>());
+        let before = self.off.above(time);
+        let first = before & !self.done.above(time);
+        let second = !before & !self.on.above(time);
+        On { high: (first & from.high) | (second & to.high), low: (first & from.low) | (second & to.low) }
+    }
+
+    /// The gate of one lane at a time in ns.
+    pub fn of(&self, lane: usize, time: f64) -> Gate {
+        if time < self.off.get(lane) {
+            if time < self.done.get(lane) { Gate::Off } else { self.from.of(lane) }
+        } else if time < self.on.get(lane) {
+            Gate::Off
+        } else {
+            self.to.of(lane)
+        }
+    }
+
+    /// The next edge after times in ns that may change what a leg with its current in these directions does; some change
+    /// nothing, none is missing.
+    #[inline(always)]
+    pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask) -> V {
+        let from = self.from.masks::<V::Mask>().matter(out, into);
+        let later = V::choose(from & self.off.above(time), self.off, self.on);
+        V::choose(from & self.done.above(time), self.done.least(later), later)
+    }
+
+    /// Where the request to come has been carried out at times in ns as far as it matters to a leg with its current in these
+    /// directions.
+    #[inline(always)]
+    pub fn past(&self, time: V, out: V::Mask, into: V::Mask) -> V::Mask {
+        let to = self.to.masks::<V::Mask>().matter(out, into);
+        !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
+    }
+
+    /// The next edge of a lane after a time in ns, and its gate from then on.
+    pub fn next_of(&self, lane: usize, time: f64) -> (f64, Gate) {
+        let (done, off, on) = (self.done.get(lane), self.off.get(lane), self.on.get(lane));
+        if time < done && done < off {
+            (done, self.from.of(lane))
+        } else if time < off && self.from.of(lane) != Gate::Off && done < off {
+            (off, Gate::Off)
+        } else {
+            (on, self.to.of(lane))
+        }
+    }
+
+    /// The same for one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
+    pub fn is_past(&self, lane: usize, time: f64, direction: f64) -> bool {
+        let to = self.to.of(lane);
+        let matters = match to {
+            Gate::Off => false,
+            Gate::High => direction >= 0.0,
+            Gate::Low => direction <= 0.0,
+        };
+        let carried_out = self.off.get(lane) <= time && self.done.get(lane) <= time;
+        self.on.get(lane) <= time || carried_out && !matters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A leg that was told high at 0 and low at 10 µs, with 0.3 µs to switch off and 2.2 µs to switch on.
+    fn leg() -> LegGates<f64> {
+        let mut leg = LegGates::new();
+        leg.expect(0, Some((300.0, 2200.0, Gate::High)));
+        leg.carry_out(0, Some((10_300.0, 12_200.0, Gate::Low)));
+        leg
+    }
+
+    #[test]
+    fn analytic_gates_come_after_the_dead_time() {
+        let leg = leg();
+        let gates: Vec<_> =
+            [2199.0, 2200.0, 10_299.0, 10_300.0, 12_199.0, 12_200.0].map(|t| leg.of(0, t)).into();
+        assert_eq!(gates, [Gate::Off, Gate::High, Gate::High, Gate::Off, Gate::Off, Gate::Low]);
+        for time in [0.0, 2200.0, 5000.0, 10_300.0, 11_000.0, 12_200.0, 13_000.0] {
+            let on = leg.at(time);
+            assert_eq!(On { high: u32::from(on.high), low: u32::from(on.low) }.of(0), leg.of(0, time));
+        }
+    }
+
+    #[test]
+    fn analytic_only_edges_that_change_a_device_count() {
+        let leg = leg();
+        // Out of the leg: the upper switch or the lower diode.
+        assert_eq!(leg.next_edge(3000.0, true, false), 10_300.0);
+        assert!(leg.past(10_300.0, true, false), "the lower switch changes nothing");
+        // Into it: the upper diode until the lower switch comes on.
+        assert_eq!(leg.next_edge(3000.0, false, true), 12_200.0);
+        assert!(!leg.past(10_300.0, false, true) && leg.past(12_200.0, false, true));
+        // Without current all count.
+        assert_eq!(leg.next_edge(0.0, false, false), 2200.0);
+        assert_eq!(leg.next_edge(2200.0, false, false), 10_300.0);
+        assert_eq!(leg.next_edge(10_300.0, false, false), 12_200.0);
+    }
+
+    #[test]
+    fn law_a_pulse_within_the_dead_time_is_lost() {
+        let mut leg = LegGates::<f64>::new();
+        leg.expect(0, Some((300.0, 2200.0, Gate::High)));
+        leg.carry_out(0, Some((1300.0, 3200.0, Gate::Low)));
+        assert!((0..3200).all(|t| leg.of(0, f64::from(t)) == Gate::Off));
+        assert_eq!(leg.of(0, 3200.0), Gate::Low);
+        assert_eq!(leg.next_of(0, 0.0), (3200.0, Gate::Low));
+    }
+}
