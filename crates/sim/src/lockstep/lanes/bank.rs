@@ -273,7 +273,8 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
         let at_edge = legs.idle & !edge.above(until);
         let arrived = accepted & (cutting | !bank.stop.above(until) | at_edge);
-        let past = bank.machine.legs.past(until).map(|past| (accepted & past).bits());
+        let [a, b, c] = bank.machine.legs.past(until);
+        let past = [(accepted & a).bits(), (accepted & b).bits(), (accepted & c).bits()];
         bank.steps = bank.steps + V::only(accepted, one);
         bank.evaluations = bank.evaluations + V::only(live, one);
         let [a, b, c] = tried.phases[1];

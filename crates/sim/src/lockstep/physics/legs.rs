@@ -173,11 +173,13 @@ impl<V: Wide> Legs<V> {
     /// Where a request of each leg has been carried out at times in ns.
     #[inline(always)]
     pub fn past(&self, time: V) -> [V::Mask; 3] {
-        let past = |k: usize| {
-            let [out, into] = self.flow(k);
-            self.gates[k].past(time, out, into)
-        };
-        [past(0), past(1), past(2)]
+        [self.past_of(0, time), self.past_of(1, time), self.past_of(2, time)]
+    }
+
+    #[inline(always)]
+    fn past_of(&self, k: usize, time: V) -> V::Mask {
+        let [out, into] = self.flow(k);
+        self.gates[k].past(time, out, into)
     }
 
     #[inline(always)]
@@ -189,8 +191,9 @@ impl<V: Wide> Legs<V> {
     #[inline(always)]
     pub fn at(&self, time: V, winding: V) -> Conducting<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
-        let flows = legs.map(|(_, flows, _)| flows);
+        let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
+            [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
+        let flows = [flows_a, flows_b, flows_c];
         let idle = !(flows[0] | flows[1] | flows[2]);
         let none = Plane::new(zero, zero);
         let mut terminals = Terminals {
@@ -212,7 +215,7 @@ impl<V: Wide> Legs<V> {
             all.blocked = all.blocked + axis * blocked;
             all.free = all.free - blocked;
         }
-        Conducting { leg: legs.map(|(leg, ..)| leg), flows, idle, on: legs.map(|(.., on)| on), terminals }
+        Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }
 
     #[inline(always)]
@@ -236,7 +239,7 @@ impl<V: Wide> Legs<V> {
     /// Where devices of the one leg that is blocked begin to conduct.
     #[inline(always)]
     pub fn range_of_blocked(&self, at: &Conducting<V>) -> Range<V> {
-        let [a, b, c] = [0, 1, 2].map(|k| !at.flows[k]);
+        let [a, b, c] = [!at.flows[0], !at.flows[1], !at.flows[2]];
         self.range(&On {
             high: (a & at.on[0].high) | (b & at.on[1].high) | (c & at.on[2].high),
             low: (a & at.on[0].low) | (b & at.on[1].low) | (c & at.on[2].low),
