@@ -15,9 +15,8 @@ use standstill_inverter::{Conduction, Gate};
 use standstill_plant::{
     Core, FluxMap, MagneticCircuit, Magnetics, MapPoint, MapSamples, Motor, Place, built_in,
 };
-use standstill_sim::{
-    Ask, Bank, CORE, Flow, LANES, Motion, NoProbe, PLANE, RotorState, lockstep, run, run_side_by_side,
-};
+use standstill_sim::reference::run_side_by_side;
+use standstill_sim::{Ask, Bank, CORE, Flow, LANES, Motion, NoProbe, PLANE, RotorState, lockstep, run};
 
 /// Trials side by side: several times the lanes, so that those which stay empty at the end count little.
 const BLOCK: u64 = 64;

@@ -11,7 +11,8 @@ use std::time::Instant;
 use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_plant::built_in;
-use standstill_sim::{RotorState, lockstep, run_side_by_side};
+use standstill_sim::reference::run_side_by_side;
+use standstill_sim::{RotorState, lockstep};
 
 const METHODS: [(MethodName, u64, RotorState); 6] = [
     (MethodName::LineInductanceFast, 256, RotorState::Locked),
@@ -37,15 +38,17 @@ fn main() {
         if std::env::args().len() > 1 && !std::env::args().any(|wanted| wanted == name) {
             continue;
         }
-        let scenario: Scenario<Method<f64>> = Scenario::of_method(method, motor.clone(), ErrorSet::Default, rotor, 1);
-        let cases = || (0..trials).filter_map(|k| Some((scenario.case(k), scenario.detector.detector().ok()?)));
+        let scenario: Scenario<Method<f64>> =
+            Scenario::of_method(method, motor.clone(), ErrorSet::Default, rotor, 1);
+        let cases =
+            || (0..trials).filter_map(|k| Some((scenario.case(k), scenario.detector.detector().ok()?)));
         let mut times = [f64::INFINITY; 2];
         let start = Instant::now();
         while start.elapsed().as_secs_f64() < 3.0 {
             best(&mut times[0], trials, || {
                 run_side_by_side(&scenario.motor, &scenario.drive.link, cases(), |_, run| _ = black_box(run));
             });
-            for _ in 0..if std::env::var_os("ONLY").is_some() {60} else {2} {
+            for _ in 0..if std::env::var_os("ONLY").is_some() { 60 } else { 2 } {
                 best(&mut times[1], trials, || {
                     lockstep::run_side_by_side(cases(), |_, run| _ = black_box(run));
                 });

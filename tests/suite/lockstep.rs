@@ -4,7 +4,8 @@ use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::{Command, Detector, Reading, Step};
 use standstill_plant::{Motor, built_in, built_in_names};
-use standstill_sim::{Case, NoProbe, RotorState, Run, SensorSettings, Sensors, Trace, lockstep, run};
+use standstill_sim::reference::run;
+use standstill_sim::{Case, NoProbe, RotorState, Run, SensorSettings, Sensors, Trace, lockstep};
 
 use crate::bench::{Script, paper_motor};
 

@@ -68,7 +68,7 @@ fn play(
         }),
     };
     case.load_torque = load_torque;
-    case.tolerance = Tolerance { flux: 1e-13 };
+    case.tolerance = Tolerance { flux: 1e-14 };
     run(&case, &mut Script::new(commands), true, &mut NoProbe)
 }
 
@@ -118,7 +118,8 @@ fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
             let mut motor = motor.clone();
             motor.rotor.cogging = None;
             let run = play(&motor, inverter, commands, 0.0, &mut rng);
-            assert!(run.peak_current < 1e-9 && run.moved == 0.0, "{run:?}");
+            // What rounding leaves of the current at rest, some 1e-15 A, turns a free rotor by some 1e-19 rad.
+            assert!(run.peak_current < 1e-13 && run.moved < 1e-15, "{run:?}");
         }
     }
 }

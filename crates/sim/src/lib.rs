@@ -29,13 +29,19 @@ mod trace;
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
 pub use flow::Flow;
 pub use integrator::Attempt;
-pub use lanes::{Bank, LANES, Lanes, run_side_by_side};
+pub use lanes::{Bank, LANES, Lanes};
 pub use ledger::Ledger;
 pub use limits::{Limits, MARGINS};
+pub use lockstep::{run, run_side_by_side};
 pub use machine::{CORE, Evaluation, Machine, Operating, PLANE, WITH_EDDY, WITH_LEDGER};
 pub use motion::Motion;
-pub use rig::run;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
 pub use streams::{Draws, Purpose, Streams, Strip, Tape};
 pub use stride::{Ask, Stride};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};
+
+/// The engine that was before: the referee.
+pub mod reference {
+    pub use crate::lanes::run_side_by_side;
+    pub use crate::rig::run;
+}

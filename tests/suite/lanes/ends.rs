@@ -29,9 +29,9 @@ impl Detector<f64> for Upset {
 }
 
 /// Runs these side by side and alone.
-fn both<'a>(scenario: &'a Scenario<Method<f64>>, cases: &[(Case<'a>, Upset)]) -> Vec<(Run<f64>, Run<f64>)> {
+fn both<'a>(cases: &[(Case<'a>, Upset)]) -> Vec<(Run<f64>, Run<f64>)> {
     let mut runs = vec![None; cases.len()];
-    run_side_by_side(&scenario.motor, &scenario.drive.link, cases.iter().cloned(), |number, run| {
+    run_side_by_side(cases.iter().cloned(), |number, run| {
         assert!(runs[number].replace(run).is_none(), "case {number} ends once");
     });
     let alone = cases.iter().map(|(case, upset)| run(case, &mut upset.clone(), false, &mut NoProbe));
@@ -75,7 +75,7 @@ fn law_a_bad_end_in_one_lane_is_none_in_another() {
             })
             .collect();
         let mut ends = [0; 5];
-        for (number, (lane, alone)) in both(&scenario, &cases).into_iter().enumerate() {
+        for (number, (lane, alone)) in both(&cases).into_iter().enumerate() {
             assert_eq!(format!("{lane:?}"), format!("{alone:?}"), "case {number}, {rotor:?}");
             ends[match alone.ended {
                 Ended::Outcome(_) => 0,
@@ -105,7 +105,7 @@ fn law_leaving_a_map_in_one_lane_is_none_in_another() {
         let leaves = |k: u32| k % 3 == 1;
         let upset = |k| Upset { inner: inner.clone(), after: k / 3, wrong: leaves(k).then_some(wrong) };
         let cases: Vec<_> = (0..30).map(|k| (scenario.case(k.into()), upset(k))).collect();
-        for (k, (lane, alone)) in (0..).zip(both(&scenario, &cases)) {
+        for (k, (lane, alone)) in (0..).zip(both(&cases)) {
             assert_eq!(format!("{lane:?}"), format!("{alone:?}"), "case {k}, {rotor:?}");
             let left = matches!(alone.ended, Ended::Error(RunError::LeftMap { .. }));
             assert_eq!(left, leaves(k), "case {k}, {rotor:?}: {:?}", alone.ended);
@@ -116,13 +116,13 @@ fn law_leaving_a_map_in_one_lane_is_none_in_another() {
 #[test]
 fn law_no_cases_and_cases_that_end_at_once() {
     let scenario = scenario(paper_motor(), RotorState::Locked);
-    assert_eq!(both(&scenario, &[]).len(), 0);
+    assert_eq!(both(&[]).len(), 0);
     let wrong = Some(Command::hold(Stage::off(Nanos::ZERO), Sampling::NONE));
     let inner = scenario.detector.detector().expect("settings");
     let upset = Upset { inner, after: 0, wrong };
     let at = |k: u8| scenario.case_at(f64::from(k), Specimen { drive: k.into(), noise: 7 });
     let cases: Vec<_> = (0..20).map(|k| (at(k), upset.clone())).collect();
-    for (lane, alone) in both(&scenario, &cases) {
+    for (lane, alone) in both(&cases) {
         assert_eq!(lane, alone);
         assert_eq!(lane.ended, Ended::Error(RunError::BadCommand));
     }

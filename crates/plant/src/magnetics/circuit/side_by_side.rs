@@ -202,7 +202,7 @@ impl<V: Wide> Circuits<V> {
 #[inline(never)]
 fn look_up<V: Wide>(flux: &Dq<V>, circuits: &[&MagneticCircuit]) -> (Dq<V>, Symmetric<V>) {
     let (mut current, mut gamma) = (Dq::new(zero(), zero()), Symmetric::new(zero(), zero(), zero()));
-    for (lane, circuit) in circuits.iter().enumerate() {
+    for (lane, circuit) in circuits.iter().take(V::LANES).enumerate() {
         let at = Dq::new(flux.d.get(lane), flux.q.get(lane));
         let (i, inverse_inductance) = circuit.core.current_and_inverse_inductance(at);
         put_dq(&mut current, lane, i);
@@ -214,7 +214,7 @@ fn look_up<V: Wide>(flux: &Dq<V>, circuits: &[&MagneticCircuit]) -> (Dq<V>, Symm
 #[inline(never)]
 fn look_up_room<V: Wide>(current: &Dq<V>, circuits: &[&MagneticCircuit]) -> V {
     let mut room = zero();
-    for (lane, circuit) in circuits.iter().enumerate() {
+    for (lane, circuit) in circuits.iter().take(V::LANES).enumerate() {
         put(&mut room, lane, circuit.core.margin(Dq::new(current.d.get(lane), current.q.get(lane))));
     }
     room

@@ -133,7 +133,9 @@ impl<'a> Control<'a> {
         put(&mut accuracy.between, f64::from(u8::from(self.filters.is_some())));
         put(&mut bank.hint, f64::INFINITY);
         put(&mut bank.longest, self.longest_step());
-        for counted in [&mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations] {
+        for counted in
+            [&mut bank.refused, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
+        {
             put(counted, 0.0);
         }
         bank.cutting &= !(1 << lane);
@@ -252,8 +254,8 @@ impl<'a> Control<'a> {
                 if let Err(error) = self.begin_to_conduct(bank) {
                     return Want::Over(error);
                 }
-                self.show_change(bank);
             }
+            self.show_change(bank);
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
             let stop = sample.min(end).min(self.next_source_instant(time));
             self.segments += 1;

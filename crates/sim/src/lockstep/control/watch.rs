@@ -54,12 +54,12 @@ impl<'a> Control<'a> {
         // A number of snapshots per step is small and positive.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let parts = (h / resolution).ceil().max(1.0) as u32;
-        let mut shown_until = begin;
+        let mut shown_until = [begin; 3];
         for part in 1..=parts {
             let share = f64::from(part) / f64::from(parts);
             let time = begin + (end - begin) * share;
             while let Some((k, at, gate)) = self.next_gate(bank, shown_until, time) {
-                shown_until = at;
+                shown_until[k] = at;
                 if gate != self.shown.1[k] {
                     let there = bank.within(((at - begin) / (end - begin)).clamp(0.0, 1.0));
                     self.show(bank, &there);
@@ -76,14 +76,19 @@ impl<'a> Control<'a> {
         self.show_change(bank);
     }
 
-    /// The first gate edge after one time in ns and before another: its leg, when it is, and the gate since.
-    fn next_gate<V: Wide>(&self, bank: &Bank<'a, V>, after: f64, before: f64) -> Option<(usize, f64, Gate)> {
+    /// The first gate edge before a time in ns and, leg by leg, after others: its leg, when it is, and the gate since.
+    fn next_gate<V: Wide>(
+        &self,
+        bank: &Bank<'a, V>,
+        after: [f64; 3],
+        before: f64,
+    ) -> Option<(usize, f64, Gate)> {
         let legs = &bank.machine.legs;
         let edges = (0..3).map(|k| {
-            let (at, gate) = legs.gates[k].next_of(self.lane, after);
+            let (at, gate) = legs.gates[k].next_of(self.lane, after[k]);
             (k, at, gate)
         });
-        let ahead = edges.filter(|(_, at, _)| *at > after && *at < before);
+        let ahead = edges.filter(|(k, at, _)| *at > after[*k] && *at < before);
         ahead.min_by(|(_, a, _), (_, b, _)| a.total_cmp(b))
     }
 

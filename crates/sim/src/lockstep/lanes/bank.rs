@@ -43,6 +43,8 @@ pub struct Bank<'a, V: Wide> {
     pub peak: V,
     /// Furthest from the start in rad so far.
     pub moved: V,
+    /// Steps in a row that were not taken.
+    pub refused: V,
     /// Accepted steps, and all.
     pub steps: V,
     /// See `steps`.
@@ -72,6 +74,9 @@ pub struct Served {
 
 /// What ends where only rounding made a margin negative.
 pub const NOTHING: usize = ENDS;
+
+/// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
+const MOST_REFUSED: f64 = 200.0;
 
 /// A step in ns below which nothing can be resolved.
 const SHORTEST: f64 = 1e-6;
@@ -118,6 +123,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             ending: [0; MOST_LANES],
             peak: zero,
             moved: zero,
+            refused: zero,
             steps: zero,
             evaluations: zero,
             follow,
@@ -259,7 +265,9 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let crossed = may & ends;
         let accepted = may & !crossed;
         let length = until - here.time;
-        let broken = live & V::of(SHORTEST).above(length) & !exact & !unfit;
+        bank.refused = V::only(live & !accepted & !unfit, bank.refused + 1.0);
+        let hopeless = bank.refused.above(V::of(MOST_REFUSED));
+        let broken = live & ((V::of(SHORTEST).above(length) & !exact & !unfit) | hopeless);
 
         // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
         let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;

@@ -1,10 +1,9 @@
 //! The machines within a step.
 
-use standstill_interface::Dq;
 use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
-use super::two_derivative::{Here, Tried};
+use super::two_derivative::{Here, RotorFlux, Tried, lag_behind};
 use crate::lockstep::physics::machine::Machine;
 use crate::lockstep::physics::plane::Plane;
 use crate::lockstep::physics::state::State;
@@ -54,12 +53,16 @@ impl<V: Wide> Tried<V> {
         let mut flux = Plane::choose(idle, coasting, driven);
         let mut lagging = from.lagging;
         if let Some(eddies) = machine.circuits.eddies() {
-            let rate = eddies.rate;
-            let one = |a: V, b: V, lag_a: V, lag_b: V| cubic([a, b], [lag_a * rate, lag_b * rate]).at(share);
-            lagging = Dq::new(
-                one(from.lagging.d, to.lagging.d, begin.at.lag.d, end.at.lag.d),
-                one(from.lagging.q, to.lagging.q, begin.at.lag.q, end.at.lag.q),
+            // By the step's own rule over its first part: a cubic would be off where the flux lags behind by much.
+            let (part, x) = (h * share, share);
+            let rise = Plane::new(
+                cubic([from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).rise(x),
+                cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).rise(x),
             );
+            let begin_state = RotorFlux::of(machine, from, first.flux * part, from.speed * part);
+            let there = State { flux, turned, speed, link, lagging };
+            let end_state = RotorFlux::of(machine, &there, rise * share, speed * part);
+            lagging = lag_behind(part * eddies.rate, from.lagging, &begin_state, &end_state);
         }
         let mut at = machine.operating(&State { flux, turned, speed, link, lagging });
         let gamma = at.inverse_inductance;

@@ -24,6 +24,17 @@ impl<T: Lane> Cubic<T> {
         a + x * (s + x * (c + x * d))
     }
 
+    /// Its slope per step at a share of the step.
+    #[inline(always)]
+    pub fn rise(&self, x: T) -> T {
+        let [a, b] = self.value;
+        let [s, e] = self.slope;
+        let rise = b - a;
+        let c = rise * 3.0 - s - s - e;
+        let d = s + e - rise - rise;
+        s + x * (c + c + x * (d * 3.0))
+    }
+
     /// Its integral from the beginning to a share of the step, per step.
     #[inline(always)]
     pub fn area(&self, x: T) -> T {
