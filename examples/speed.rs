@@ -1,8 +1,8 @@
 //! How fast is this machine, and what becomes of it?
 //!
 //! ```text
-//!   multiplications and additions ─► right-hand sides ─► steps ─► detections ─► a campaign
-//!            (its peak)               alone, in lanes             each method     1, 2 threads
+//!   multiplications and additions ─► detections, alone and side by side ─► a campaign
+//!            (its peak)                        each method                  1, 2 threads
 //! ```
 //! All in one run, by turns and each at its best: the ratios hold on a machine that is busy with something else. The
 //! figures of docs/performance.md are from here.
@@ -16,9 +16,8 @@ use std::time::Instant;
 use multiversion::multiversion;
 use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
 use standstill_detect::{Method, MethodName, SettingsError};
-use standstill_inverter::{Conduction, DcLink};
-use standstill_plant::{Motor, built_in};
-use standstill_sim::{Ask, Bank, CORE, Flow, LANES, Motion, PLANE, RotorState};
+use standstill_plant::built_in;
+use standstill_sim::RotorState;
 
 /// Multiplications with addition that do not wait for each other: as many chains as a processor can have under way.
 const CHAINS: usize = 12;
@@ -51,74 +50,6 @@ fn by_turns<const K: usize>(turns: [u32; 2], per: [f64; K], mut tasks: [&mut dyn
         }
     }
     std::array::from_fn(|k| best[k] * 1e9 / per[k])
-}
-
-/// A line pulse on a motor at rest, on a link with ripple.
-struct Kernels<'a> {
-    flow: Flow<'a>,
-    bank: Bank<'a>,
-    state: [f64; PLANE],
-}
-
-impl<'a> Kernels<'a> {
-    /// What one call of each function does alone: so many times.
-    const CALLS: u32 = 2000;
-    const TOLERANCE: [f64; CORE] = [1e-9; CORE];
-
-    fn new(motor: &'a Motor, scenario: &'a Scenario<Method<f64>>) -> Self {
-        let link: &DcLink = &scenario.drive.link;
-        let mut flow = Flow::new(motor, &scenario.drive.bridge, link, Motion::Held);
-        flow.turn(Motion::Held, 0.75);
-        flow.conduct([Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
-        let rest = motor.open_circuit_flux(0.75);
-        let state = [rest.alpha + 0.01, rest.beta];
-        let mut kernels = Self { bank: Bank::new(motor, link, Self::TOLERANCE), flow, state };
-        for lane in 0..LANES {
-            kernels.bank.seat(lane, &kernels.flow.machine, &kernels.flow.limits);
-        }
-        kernels.steps_in_lanes();
-        kernels
-    }
-
-    fn ask(&self) -> Ask<'_, PLANE> {
-        let Flow { machine, limits, .. } = &self.flow;
-        Ask { machine, limits, time: 1e-3, start: self.state, h: 2e-5 }
-    }
-
-    fn slopes_alone(&self) {
-        let terminals = self.flow.machine.terminals();
-        for _ in 0..Self::CALLS {
-            let there = self.flow.machine.evaluate(&terminals, black_box(1e-3), black_box(&self.state));
-            black_box(there.slope);
-        }
-    }
-
-    fn slopes_in_lanes(&mut self) {
-        for _ in 0..Self::CALLS {
-            black_box(black_box(&mut self.bank).slopes::<PLANE>(false));
-        }
-    }
-
-    fn steps_alone(&self) {
-        for _ in 0..Self::CALLS {
-            black_box(black_box(self.ask()).stride(&[1e-9; PLANE]));
-        }
-    }
-
-    /// With all that a machine puts into its lane and takes out of it.
-    fn steps_in_lanes(&mut self) {
-        for _ in 0..Self::CALLS {
-            for lane in 0..LANES {
-                let Flow { machine, limits, .. } = &self.flow;
-                let ask = Ask { machine, limits, time: 1e-3, start: black_box(self.state), h: 2e-5 };
-                self.bank.put(lane, &ask);
-            }
-            black_box(&mut self.bank).step();
-            for lane in 0..LANES {
-                black_box(self.bank.take::<PLANE>(lane));
-            }
-        }
-    }
 }
 
 /// What a trial computes, on average: right-hand sides, steps, segments, events, and how long it is in s.
@@ -219,50 +150,25 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         by_turns([100, 1000], [operations], [&mut || peak(black_box(&mut chains), black_box(0.999))]);
     println!("peak: {:.0} multiplications and additions per ns, fused", 1.0 / operation);
 
-    let (machine, mut of_slopes, mut of_steps) =
-        (Kernels::new(&motor, &fast), Kernels::new(&motor, &fast), Kernels::new(&motor, &fast));
-    let calls = f64::from(Kernels::CALLS);
-    let lanes = calls * LANES as f64;
-    let [slope, slope_in_lanes, step, step_in_lanes] = by_turns(
-        [25, 200],
-        [calls, lanes, calls, lanes],
-        [
-            &mut || machine.slopes_alone(),
-            &mut || of_slopes.slopes_in_lanes(),
-            &mut || machine.steps_alone(),
-            &mut || of_steps.steps_in_lanes(),
-        ],
-    );
-    println!("\n| ns for one machine | alone | in one of {LANES} lanes | ratio |\n|---|---|---|---|");
-    println!("| right-hand side | {slope:.1} | {slope_in_lanes:.2} | {:.2} |", slope / slope_in_lanes);
-    println!("| step, put and taken | {step:.0} | {step_in_lanes:.1} | {:.2} |", step / step_in_lanes);
-
     println!(
-        "\n| default errors | right-hand sides | steps | segments | events | µs alone | µs in lanes | ratio | simulated s/s |"
+        "\n| default errors | evaluations of the core | steps | segments | events | µs alone | µs in lanes | ratio | simulated s/s |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let free = [MethodName::LineInductanceFast, MethodName::HfiRotating, MethodName::MaximumLikelihood];
     for method in MethodName::ALL {
         // Enough that the last ones, which have empty lanes beside them, count little; of seconds of PWM, as many as lanes.
-        let trials = if method == MethodName::DcAlignment { LANES as u64 } else { 64 };
+        let trials = if method == MethodName::DcAlignment { 8 } else { 64 };
         row(&scenario(method, RotorState::Locked), &format!("`{method}`, locked"), trials)?;
         if free.contains(&method) {
             row(&scenario(method, RotorState::Free), &format!("`{method}`, free"), trials)?;
         }
     }
 
-    let [derivatives, steps, ..] = work(&fast, 1000)?;
     let trials = 20_000;
-    // The lanes' own rate again, by turns with the campaign: a busy machine is as busy for both.
-    let [one, two, slope_in_lanes, step_in_lanes] = by_turns(
+    let [one, two] = by_turns(
         [7, 7],
-        [trials as f64, trials as f64, lanes, lanes],
-        [
-            &mut || campaign(&fast, trials, Some(1)),
-            &mut || campaign(&fast, trials, Some(2)),
-            &mut || of_slopes.slopes_in_lanes(),
-            &mut || of_steps.steps_in_lanes(),
-        ],
+        [trials as f64; 2],
+        [&mut || campaign(&fast, trials, Some(1)), &mut || campaign(&fast, trials, Some(2))],
     );
     let name = MethodName::LineInductanceFast;
     println!("\n| campaign of `{name}`, {trials} trials | |\n|---|---|");
@@ -273,13 +179,6 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         println!("| processors that two threads had at most | {processors:.2} |");
         println!("| detections per processor's second, two threads against one | {efficiency:.2} |");
     }
-    let share = |per_trial: f64, time: f64| 100.0 * per_trial * time / one;
-    println!(
-        "| right-hand sides against those of lanes alone | {:.0} % |",
-        share(derivatives, slope_in_lanes)
-    );
-    println!("| steps against those of lanes alone | {:.0} % |", share(steps, step_in_lanes));
-
     for (trials, memory) in grown {
         if let Some(memory) = memory {
             println!("| memory after {trials} trials, kB | {memory} |");

@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use standstill_sim::LANES;
+use standstill_sim::MOST_LANES;
 
 /// Blocks of trials: between them records are handed on. The records are the same whatever the blocks are.
 #[derive(Clone, Copy, Debug)]
@@ -20,7 +20,7 @@ const LONG: Duration = Duration::from_millis(150);
 impl Pace {
     /// Before the first block: all lanes of all threads have work.
     pub(crate) const fn new(threads: usize) -> Self {
-        let least = (LANES * threads) as u64;
+        let least = (MOST_LANES * threads) as u64;
         Self { size: least, least }
     }
 

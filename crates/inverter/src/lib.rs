@@ -12,19 +12,17 @@
 //! the three legs follow from the gates and the port (currents, inductances, back-EMF): [`Bridge::resolve`].
 //! While they hold, [`Bridge::potentials`] gives the terminal potentials; a blocked leg's potential is the one
 //! that keeps its current at zero, one linear equation, so there is no off-resistance and nothing stiff.
-//! A mode holds while its leg's current flows its way, or its potential stays between [`Bridge::clamps`].
+//! A mode holds while its leg's current flows its way, or its potential stays between the bounds that its gates set.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod bridge;
 mod devices;
 mod gates;
-mod legs;
 mod link;
 
 pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port, RESTING_CURRENT};
 pub use devices::{Clamp, Conduction, Devices};
-pub use gates::{Gate, GateDriver, GateTiming};
-pub use legs::{LegMode, LegModes, Legs, Terminals};
+pub use gates::{Gate, GateTiming};
 pub use link::{DcLink, Sag, Storage};
 
 use standstill_interface::Nanos;

@@ -1,179 +1,295 @@
-//! Steps of several machines at once.
+//! Runs side by side, or one alone: the same code for both.
 //!
 //! ```text
-//!   detection 0 ─┐  ask                        ┌─ go on
-//!   detection 1 ─┤ ─────► one step in 8 lanes ─┤
-//!   …            │                             │
-//!   detection 7 ─┘                             └─ …          a detection that is done makes room for the next
+//!   run 0  ─┐ wants a step                       ┌─ resume
+//!   run 1  ─┤ ─────► one step in wide registers ─┤
+//!   …       │                                    │
+//!   run 7  ─┘                                    └─ …        a run that is over makes room for the next
 //! ```
-//! What they compute is what a single machine's step computes, written once ([`Machine`], [`Ask::stride`]) and here compiled
-//! for arrays of numbers and the widest registers that the processor at hand has. Multiplication and addition are not
-//! fused: each lane has the bits of the machine alone.
-//!
-//! A detection is a function that can wait: where it needs a step, it leaves what it asks for in its lane and lets the
-//! others run. Alone, it never waits. So there is one control flow, and it does not know which of the two it is in.
+//! Each run steps to its own next instant. What it computes does not depend on its neighbours: multiplication and addition
+//! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
 
-mod bank;
+pub mod bank;
 
-use std::cell::RefCell;
-use std::future::{Future, poll_fn};
-use std::pin::{Pin, pin};
-use std::task::{Context, Poll, Waker};
+use std::marker::PhantomData;
 
-use standstill_interface::{Detector, Real};
-use standstill_inverter::DcLink;
-use standstill_plant::Motor;
+use standstill_interface::{Abc, Command, Detector, Leg, Reading, Real, Stage, Step};
 
-pub use self::bank::{Bank, LANES, Lanes};
+use standstill_numeric::{OnWidest, Wide, Width, on_widest};
 
-use crate::case::{Case, Run};
-use crate::limits::Limits;
-use crate::machine::{CORE, Machine};
-use crate::rig::{Rig, run, tolerances};
-use crate::stride::{Ask, Stride};
-use crate::trace::NoProbe;
+use self::bank::{Bank, Served};
+use crate::case::{Case, Ended, Run, RunError};
+use crate::control::{Control, Want, can_move};
+use crate::trace::{NoProbe, Probe};
 
-/// Who carries out steps.
-pub(crate) trait Steps {
-    /// The legs conduct otherwise from now on.
-    fn legs_changed(&self, _machine: &Machine, _limits: &Limits) {}
-
-    /// So does the rotor move, or the core is on another side of a kink.
-    fn motion_changed(&self, _machine: &Machine, _limits: &Limits) {}
-
-    /// Asks for a step of the machine as it was last told to be: it is there at once, or at the next [`turn`].
-    fn ask<const N: usize>(&self, ask: &Ask<'_, N>, tolerance: &[f64; N]) -> Option<Stride<N>>;
-
-    /// The step that was asked for a turn ago.
-    fn answer<const N: usize>(&self) -> Stride<N>;
+/// A run in its lane, with its detector.
+struct Detection<'a, T: Real, D> {
+    number: usize,
+    control: Control<'a>,
+    detector: D,
+    readings: Vec<Reading<T>>,
 }
 
-/// Waits until the others have had their turns.
-pub(crate) async fn turn() {
-    let mut waited = false;
-    poll_fn(|_| if std::mem::replace(&mut waited, true) { Poll::Ready(()) } else { Poll::Pending }).await;
-}
-
-/// One machine by itself.
-pub(crate) struct Alone;
-
-impl Steps for Alone {
-    fn ask<const N: usize>(&self, ask: &Ask<'_, N>, tolerance: &[f64; N]) -> Option<Stride<N>> {
-        Some(ask.stride(tolerance))
-    }
-
-    fn answer<const N: usize>(&self) -> Stride<N> {
-        unreachable!("alone nothing is waited for")
-    }
-}
-
-/// The outcome of a function that never waits.
-pub(crate) fn at_once<F: Future>(future: F) -> F::Output {
-    match pin!(future).poll(&mut Context::from_waker(Waker::noop())) {
-        Poll::Ready(output) => output,
-        Poll::Pending => unreachable!("alone there is nothing to wait for"),
-    }
-}
-
-/// A machine's place in a bank.
-struct Seat<'b, 'a> {
-    bank: &'b RefCell<Bank<'a>>,
-    lane: usize,
-}
-
-impl Steps for Seat<'_, '_> {
-    fn legs_changed(&self, machine: &Machine, limits: &Limits) {
-        self.bank.borrow_mut().put_legs(self.lane, machine, limits);
-    }
-
-    fn motion_changed(&self, machine: &Machine, limits: &Limits) {
-        self.bank.borrow_mut().put_motion(self.lane, machine, limits);
-    }
-
-    #[inline]
-    fn ask<const N: usize>(&self, ask: &Ask<'_, N>, _tolerance: &[f64; N]) -> Option<Stride<N>> {
-        self.bank.borrow_mut().put(self.lane, ask);
-        None
-    }
-
-    #[inline]
-    fn answer<const N: usize>(&self) -> Stride<N> {
-        self.bank.borrow().take(self.lane)
-    }
-}
-
-/// Runs detections side by side in the lanes of one thread, until `cases` has no more. All cases have the first one's
-/// motor, tolerance and kind of link. `done` gets each run with the number of its case, as they come to their ends, not in
-/// their order. Each run is the one that [`crate::run`] gives, to the last bit.
-///
-/// # Panics
-/// On a case with another motor, another tolerance or a link that differs in more than the phase of its ripple.
-pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
-    motor: &'a Motor,
-    link: &'a DcLink,
-    cases: impl IntoIterator<Item = (Case<'a>, D)>,
-    mut done: impl FnMut(usize, Run<T>),
-) {
-    let mut cases = cases.into_iter().enumerate().peekable();
-    let Some((_, (first, _))) = cases.peek() else { return };
-    if motor.magnetics.eddy_currents().is_some() {
-        // Longer states are not compiled for lanes.
-        for (number, (case, mut detector)) in cases {
-            done(number, run(&case, &mut detector, false, &mut NoProbe));
-        }
-        return;
-    }
-    let tolerance = first.tolerance;
-    let bank = RefCell::new(Bank::new(motor, link, tolerances(first)));
-    let begin = |lane| {
-        let (number, (case, mut detector)) = cases.next()?;
-        assert!(
-            std::ptr::eq(case.motor, motor) && case.tolerance == tolerance,
-            "cases of one motor and tolerance"
-        );
-        let phase = case.inverter.link.ripple_phase;
-        assert!(case.inverter.link == DcLink { ripple_phase: phase, ..*link }, "cases of one kind of link");
-        let seat = Seat { bank: &bank, lane };
-        Some(async move {
-            (number, Rig::<CORE, _, _>::new(&case, &mut NoProbe, seat).detect(&mut detector).await)
-        })
-    };
-    take_turns(&bank, begin, done);
-}
-
-/// Lets detections run, each until it asks for a step or is done, in turn with the steps.
-fn take_turns<T, F: Future<Output = (usize, Run<T>)>>(
-    bank: &RefCell<Bank>,
-    mut begin: impl FnMut(usize) -> Option<F>,
-    mut done: impl FnMut(usize, Run<T>),
-) {
-    let mut seats: [Pin<Box<Option<F>>>; LANES] = std::array::from_fn(|_| Box::pin(None));
-    let mut context = Context::from_waker(Waker::noop());
-    let mut go_on = |lane: usize| {
-        let seat = &mut seats[lane];
+impl<'a, T: Real, D: Detector<T>> Detection<'a, T, D> {
+    /// Goes on until a step is wanted, or to the end of the run.
+    fn advance<V: Wide>(&mut self, bank: &mut Bank<'a, V>, mut want: Want) -> Option<Run<T>> {
         loop {
-            if let Some(detection) = seat.as_mut().as_pin_mut() {
-                match detection.poll(&mut context) {
-                    Poll::Pending => return,
-                    Poll::Ready((number, run)) => done(number, run),
+            let ended = match want {
+                Want::Step => return None,
+                Want::Over(error) => Ended::Error(error),
+                Want::Command => {
+                    self.readings.clear();
+                    self.readings.extend(self.control.readings.iter().map(reading_as));
+                    match self.detector.step(&self.readings) {
+                        Step::Done(outcome) => Ended::Outcome(outcome),
+                        Step::Drive(command) => {
+                            want = self.control.command(bank, &command_of(&command));
+                            continue;
+                        }
+                    }
+                }
+            };
+            return Some(self.control.finish(bank, ended));
+        }
+    }
+}
+
+/// A reading in the detector's numbers.
+fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
+    Reading {
+        at: reading.at,
+        current: reading.current.map(T::of),
+        sensed: reading.sensed,
+        dc_link: T::of(reading.dc_link),
+        dc_link_clipped: reading.dc_link_clipped,
+    }
+}
+
+/// A detector's command in double precision.
+fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
+    let stage = |stage: Stage<T>| {
+        let Abc(legs) = stage.legs;
+        let legs = legs.map(|leg| match leg {
+            Leg::Off => Leg::Off,
+            Leg::Low => Leg::Low,
+            Leg::High => Leg::High,
+            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
+        });
+        Stage { legs: Abc(legs), duration: stage.duration }
+    };
+    Command { stage: stage(command.stage), then: command.then.map(stage), sampling: command.sampling }
+}
+
+/// Whether the steps of a case are looked at from within by its sensors.
+fn has_filters(case: &Case) -> bool {
+    let settings = &case.sensors.settings;
+    settings.bandwidth.is_some() || settings.dc_link.bandwidth.is_some()
+}
+
+/// Whether a case fits into a bank.
+fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
+    bank.machine.fits(case.motor, &case.inverter.link, can_move(case.rotor))
+        && (bank.follow || !has_filters(case))
+}
+
+/// Runs in the lanes of a bank.
+struct SideBySide<'a, V: Wide, T: Real, D> {
+    bank: Bank<'a, V>,
+    lanes: Vec<Option<Detection<'a, T, D>>>,
+}
+
+impl<'a, V: Wide, T: Real, D: Detector<T>> SideBySide<'a, V, T, D> {
+    fn new(bank: Bank<'a, V>) -> Self {
+        Self { bank, lanes: (0..V::LANES).map(|_| None).collect() }
+    }
+
+    /// Seats a run in a lane; its end, if it needs no step.
+    fn seat(&mut self, lane: usize, detection: Detection<'a, T, D>) -> Option<Run<T>> {
+        let run = self.lanes[lane].insert(detection).advance(&mut self.bank, Want::Command);
+        if run.is_some() {
+            self.bank.live &= !(1 << lane);
+        }
+        run
+    }
+
+    /// Takes cases into a lane until one of them needs a step.
+    fn fill(
+        &mut self,
+        lane: usize,
+        cases: &mut impl Iterator<Item = (usize, (Case<'a>, D))>,
+        done: &mut impl FnMut(usize, Run<T>),
+    ) {
+        let spare = self.lanes[lane].take();
+        let (mut raw, mut readings) =
+            spare.map_or_else(Default::default, |spare| (spare.control.readings, spare.readings));
+        for (number, (case, mut detector)) in cases {
+            if !fits(&self.bank, &case) {
+                done(number, run(&case, &mut detector, false, &mut NoProbe));
+                continue;
+            }
+            let control = Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut raw));
+            let detection = Detection { number, control, detector, readings: std::mem::take(&mut readings) };
+            match self.seat(lane, detection) {
+                Some(run) => done(number, run),
+                None => return,
+            }
+        }
+    }
+
+    /// A step of all, and what follows from it. `over` gets the runs that have come to their ends, with their lanes.
+    fn turn(&mut self, mut over: impl FnMut(usize, Run<T>)) {
+        let Served { accepted, arrived, unfit, broken, past } = self.bank.step();
+        if self.bank.follow {
+            let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
+            for lane in lanes_of(accepted) {
+                if let Some(detection) = &mut self.lanes[lane] {
+                    detection.control.follow(&self.bank, &thirds);
                 }
             }
-            let next = begin(lane);
-            let over = next.is_none();
-            seat.set(next);
-            if over {
-                return;
+        }
+        for lane in lanes_of(arrived | unfit | broken) {
+            let Some(detection) = &mut self.lanes[lane] else { continue };
+            let want = if broken >> lane & 1 == 1 {
+                Want::Over(RunError::NotFinite)
+            } else {
+                detection.control.resume(&mut self.bank, unfit >> lane & 1 == 1)
+            };
+            if let Some(run) = detection.advance(&mut self.bank, want) {
+                self.bank.live &= !(1 << lane);
+                over(lane, run);
             }
         }
-    };
-    (0..LANES).for_each(&mut go_on);
-    loop {
-        let served = bank.borrow_mut().step();
-        if served == [false; LANES] {
-            return;
+        // Those who arrived have seen to it.
+        for (k, past) in past.into_iter().enumerate() {
+            for lane in lanes_of(past & !(arrived | broken)) {
+                if let Some(detection) = &mut self.lanes[lane] {
+                    detection.control.carry_out(&mut self.bank, k);
+                }
+            }
         }
-        for lane in (0..LANES).filter(|lane| served[*lane]) {
-            go_on(lane);
+    }
+}
+
+/// The numbers of the bits that are set.
+fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
+    std::iter::from_fn(move || {
+        let lane = bits.trailing_zeros() as usize;
+        (bits != 0).then(|| {
+            bits &= bits - 1;
+            lane
+        })
+    })
+}
+
+/// A detector that belongs to somebody else.
+struct Borrowed<'d, D: ?Sized>(&'d mut D);
+
+impl<T: Real, D: Detector<T> + ?Sized> Detector<T> for Borrowed<'_, D> {
+    fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
+        self.0.step(readings)
+    }
+}
+
+/// Carries out one detection from rest.
+///
+/// `ledger` asks for the energies, which are integrated along and cost time. Neither they nor who watches change a bit of
+/// the run.
+pub fn run<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut dyn Probe,
+) -> Run<T> {
+    alone(case, detector, ledger, probe, false)
+}
+
+/// The same by another method for each step, of order five and with nothing in common with the engine's own but the
+/// equations: for tests, and to know the numerical error of a run.
+pub fn referee<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut dyn Probe,
+) -> Run<T> {
+    alone(case, detector, ledger, probe, true)
+}
+
+fn alone<T: Real, D: Detector<T> + ?Sized>(
+    case: &Case,
+    detector: &mut D,
+    ledger: bool,
+    probe: &mut dyn Probe,
+    refereed: bool,
+) -> Run<T> {
+    let watched = probe.resolution().is_some() || ledger || has_filters(case);
+    let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter.link, can_move(case.rotor), watched);
+    bank.refereed = refereed;
+    let control = Control::new(case.clone(), &mut bank, 0, Some(probe), ledger, Vec::new());
+    let mut one = SideBySide::new(bank);
+    let detection = Detection { number: 0, control, detector: Borrowed(detector), readings: Vec::new() };
+    let mut ended = one.seat(0, detection);
+    loop {
+        if let Some(run) = ended {
+            return run;
+        }
+        one.turn(|_, run| ended = Some(run));
+    }
+}
+
+/// Runs detections side by side in the lanes of one thread, until `cases` has no more. `done` gets each run with the number
+/// of its case, as they come to their ends, not in their order. Each run is the one that [`run`] gives, to the last bit.
+///
+/// Each case may have a motor, a link and a drive of its own. Cases of another kind than the first one's (another form of
+/// its equations, not other numbers) are carried out one by one.
+pub fn run_side_by_side<'a, T: Real, D: Detector<T>>(
+    cases: impl IntoIterator<Item = (Case<'a>, D)>,
+    done: impl FnMut(usize, Run<T>),
+) {
+    run_side_by_side_in(Width::Avx512, cases, done);
+}
+
+/// The same in registers no wider than `most`: the bits of the runs do not depend on it.
+pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
+    most: Width,
+    cases: impl IntoIterator<Item = (Case<'a>, D)>,
+    done: impl FnMut(usize, Run<T>),
+) {
+    on_widest(most, Work { cases: cases.into_iter(), done, of: PhantomData });
+}
+
+/// Cases to be run, and what is done with the runs.
+struct Work<'a, T, C, F> {
+    cases: C,
+    done: F,
+    of: PhantomData<(&'a (), T)>,
+}
+
+impl<'a, T: Real, D: Detector<T>, C, F> OnWidest for Work<'a, T, C, F>
+where
+    C: Iterator<Item = (Case<'a>, D)>,
+    F: FnMut(usize, Run<T>),
+{
+    type Output = ();
+
+    fn with<V: Wide>(self) {
+        let Self { cases, mut done, .. } = self;
+        let mut cases = cases.enumerate().peekable();
+        let Some((_, (first, _))) = cases.peek() else { return };
+        let bank: Bank<'a, V> =
+            Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(first));
+        let mut all = SideBySide::new(bank);
+        for lane in 0..V::LANES {
+            all.fill(lane, &mut cases, &mut done);
+        }
+        let mut over = Vec::with_capacity(V::LANES);
+        while all.bank.live != 0 {
+            all.turn(|lane, run| over.push((lane, run)));
+            for (lane, run) in over.drain(..) {
+                if let Some(detection) = &all.lanes[lane] {
+                    done(detection.number, run);
+                }
+                all.fill(lane, &mut cases, &mut done);
+            }
         }
     }
 }

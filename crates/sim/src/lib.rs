@@ -5,43 +5,30 @@
 //! ```
 //!
 //! Time is cut at every instant: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of
-//! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and one
-//! high-order integrator carries it ([`run`]). A run is a pure function of its [`Case`]: nothing reads a clock,
+//! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and steps with two
+//! derivatives carry it, of one machine ([`run`]) or of several side by side ([`run_side_by_side`]). A run is a pure function of its [`Case`]: nothing reads a clock,
 //! and every random draw belongs to a purpose and has a number there ([`Streams`]).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
+#![allow(
+    clippy::needless_range_loop,
+    reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
+)]
 
 mod case;
-mod flow;
-mod integrator;
+mod control;
 mod lanes;
 mod ledger;
-mod limits;
-pub mod lockstep;
-mod machine;
-mod motion;
-mod rig;
+mod physics;
 mod sensing;
+mod step;
 mod streams;
-mod stride;
-mod timeline;
 mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
-pub use flow::Flow;
-pub use integrator::Attempt;
-pub use lanes::{Bank, LANES, Lanes};
+pub use lanes::{referee, run, run_side_by_side, run_side_by_side_in};
 pub use ledger::Ledger;
-pub use limits::{Limits, MARGINS};
-pub use lockstep::{run, run_side_by_side};
-pub use machine::{CORE, Evaluation, Machine, Operating, PLANE, WITH_EDDY, WITH_LEDGER};
-pub use motion::Motion;
+pub use physics::motion::Motion;
 pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
+pub use standstill_numeric::{MOST_LANES, Width};
 pub use streams::{Draws, Purpose, Streams, Strip, Tape};
-pub use stride::{Ask, Stride};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};
-
-/// The engine that was before: the referee.
-pub mod reference {
-    pub use crate::lanes::run_side_by_side;
-    pub use crate::rig::run;
-}

@@ -3,7 +3,7 @@
 use standstill_interface::Phase;
 use standstill_inverter::{Conduction, Gate, Modes};
 
-use crate::motion::Motion;
+use crate::physics::motion::Motion;
 
 /// The machine at one time.
 #[derive(Clone, Copy, Debug, PartialEq)]

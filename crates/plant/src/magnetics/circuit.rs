@@ -22,6 +22,8 @@ pub struct MagneticState<T = f64> {
     pub inverse_inductance: Symmetric<T>,
     /// ∂W/∂θ in J per 3/2 and rad, at constant ψ.
     pub energy_slope: T,
+    /// ∂²W/∂θ² in J per 3/2 and rad², at constant ψ.
+    pub energy_bend: T,
     /// ∂i/∂θ in A/rad, at constant ψ.
     pub current_slope: Dq<T>,
     /// Flux in Wb at which the core itself is: ψ but for harmonics.
@@ -39,6 +41,7 @@ impl<T: Lane> MagneticState<T> {
             current: Dq::new(core_current.d - magnet.d, core_current.q - magnet.q),
             inverse_inductance: hessian,
             energy_slope: zero,
+            energy_bend: zero,
             current_slope: Dq::new(zero, zero),
             core_flux: flux,
             core_current,

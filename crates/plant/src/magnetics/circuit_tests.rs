@@ -67,6 +67,10 @@ fn law_current_and_slope_are_the_gradient_of_one_energy() {
             let slope = (energy(angle + h) - energy(angle - h)) / (2.0 * h);
             let size = circuit.energy(flux, at).abs() + 1.0;
             assert!((state.energy_slope - slope).abs() < 1e-5 * size, "{name} {flux:?}: {state:?} {slope}");
+            let slope = |angle| circuit.state(flux, Heading::of(angle)).energy_slope;
+            let bend = (slope(angle + h) - slope(angle - h)) / (2.0 * h);
+            let size = 1.0 + state.energy_bend.abs();
+            assert!((state.energy_bend - bend).abs() < 1e-5 * size, "{name} {flux:?}: {state:?} {bend}");
         }
     }
 }

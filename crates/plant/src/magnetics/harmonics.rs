@@ -67,6 +67,19 @@ impl<T: Lane> Lower<T> {
         Self::new(self.xx * other.xx, self.yx * other.xx + self.yy * other.yx, self.yy * other.yy)
     }
 
+    /// H, lower triangular, with `H selfᵀ + self Hᵀ = m`.
+    #[inline(always)]
+    fn halves(self, m: Symmetric<T>) -> Self {
+        let xx = m.xx / (self.xx + self.xx);
+        let yx = (m.xy - self.yx * xx) / self.xx;
+        Self::new(xx, yx, (m.yy * 0.5 - self.yx * yx) / self.yy)
+    }
+
+    #[inline(always)]
+    fn negative(self) -> Self {
+        Self::new(-self.xx, -self.yx, -self.yy)
+    }
+
     #[inline(always)]
     fn apply(self, v: Dq<T>) -> Dq<T> {
         Dq::new(self.xx * v.d, self.yx * v.d + self.yy * v.q)
@@ -85,10 +98,11 @@ impl<T: Lane> Lower<T> {
     }
 }
 
-/// The coordinates at one rotor angle.
+/// The coordinates at one rotor angle, with their first and second derivatives over it.
 struct Coordinates<T> {
     a: Lower<T>,
     a_slope: Lower<T>,
+    a_bend: Lower<T>,
     shift: Dq<T>,
     shift_slope: Dq<T>,
 }
@@ -103,10 +117,10 @@ pub(super) struct Distortion<T = f64> {
 }
 
 impl<T: Lane> Harmonics<T> {
-    /// M(θ) and its slope over θ, in H and H/rad: a 4θ term of the phases is a reflection that turns with −6θ in the
+    /// M(θ) in H with its first and second derivatives over θ: a 4θ term of the phases is a reflection that turns with −6θ in the
     /// rotor's frame; one phase that differs is a reflection that stands still in the stator's.
     #[inline(always)]
-    fn inductance(&self, at: Heading<T>) -> (Symmetric<T>, Symmetric<T>) {
+    fn inductance(&self, at: Heading<T>) -> [Symmetric<T>; 3] {
         let two = at.doubled();
         let six = two.tripled();
         let (four, odd) = (self.inductance_4 * 1.5, self.asymmetry / T::of(3.0));
@@ -115,7 +129,9 @@ impl<T: Lane> Harmonics<T> {
         let sum = |x: Symmetric<T>, y: Symmetric<T>| Symmetric::new(x.xx + y.xx, x.xy + y.xy, x.yy + y.yy);
         let value = sum(reflection(four, six.cos, -six.sin), reflection(odd, two.cos, -two.sin));
         let slope = sum(reflection(four * -6.0, six.sin, six.cos), reflection(odd * -2.0, two.sin, two.cos));
-        (Symmetric::new(value.xx + odd, value.xy, value.yy + odd), slope)
+        let bend =
+            sum(reflection(four * -36.0, six.cos, -six.sin), reflection(odd * -4.0, two.cos, -two.sin));
+        [Symmetric::new(value.xx + odd, value.xy, value.yy + odd), slope, bend]
     }
 
     /// δ(θ) and its slope over θ, in Wb and Wb/rad.
@@ -154,17 +170,26 @@ impl<T: Lane> Distortion<T> {
 
     #[inline(always)]
     fn coordinates(&self, at: Heading<T>) -> Coordinates<T> {
-        let (m, m_slope) = self.harmonics.inductance(at);
+        let [m, m_slope, m_bend] = self.harmonics.inductance(at);
         let l = self.inductance;
         let g = Lower::cholesky(Symmetric::new(m.xx + l.xx, m.xy + l.xy, m.yy + l.yy));
-        let xx = m_slope.xx / (g.xx + g.xx);
-        let yx = (m_slope.xy - g.yx * xx) / g.xx;
-        let yy = (m_slope.yy * 0.5 - g.yx * yx) / g.yy;
+        // G Gᵀ = L₀ + M: G' Gᵀ + G G'ᵀ = M' and G'' Gᵀ + G G''ᵀ = M'' − 2 G' G'ᵀ.
+        let p = g.halves(m_slope);
+        let (xx, xy, yy) = (p.xx * p.xx, p.xx * p.yx, p.yx * p.yx + p.yy * p.yy);
+        let p_slope =
+            g.halves(Symmetric::new(m_bend.xx - (xx + xx), m_bend.xy - (xy + xy), m_bend.yy - (yy + yy)));
+        // A = G₀ G⁻¹: A' = −A G' G⁻¹ and A'' = −(2 A' G' + A G'') G⁻¹.
         let back = g.inverse();
         let a = self.factor.times(back);
-        let a_slope = a.times(Lower::new(xx, yx, yy)).times(back);
+        let a_slope = a.times(p).times(back).negative();
+        let (once, twice) = (a.times(p_slope), a_slope.times(p));
+        let a_bend = Lower::new(
+            once.xx + twice.xx + twice.xx,
+            once.yx + twice.yx + twice.yx,
+            once.yy + twice.yy + twice.yy,
+        );
         let (shift, shift_slope) = self.harmonics.flux(at);
-        Coordinates { a, a_slope: Lower::new(-a_slope.xx, -a_slope.yx, -a_slope.yy), shift, shift_slope }
+        Coordinates { a, a_slope, a_bend: a_bend.times(back).negative(), shift, shift_slope }
     }
 
     /// Where the core is when the winding's flux is this.
@@ -173,7 +198,10 @@ impl<T: Lane> Distortion<T> {
         let c = self.coordinates(at);
         let x = flux - self.rest - c.shift;
         let turning = c.a_slope.apply(x) - c.a.apply(c.shift_slope);
-        Inside { core_flux: self.rest + c.a.apply(x), a: c.a, a_slope: c.a_slope, turning }
+        // δ'' = −36 δ.
+        let bend = c.a_bend.apply(x) - c.a_slope.apply(c.shift_slope + c.shift_slope)
+            + c.a.apply(Dq::new(c.shift.d * 36.0, c.shift.q * 36.0));
+        Inside { core_flux: self.rest + c.a.apply(x), a: c.a, a_slope: c.a_slope, turning, bend }
     }
 }
 
@@ -184,8 +212,9 @@ pub(super) struct Inside<T> {
     pub(super) core_flux: Dq<T>,
     a: Lower<T>,
     a_slope: Lower<T>,
-    /// ∂u/∂θ at constant ψ, in Wb/rad.
+    /// ∂u/∂θ at constant ψ, in Wb/rad, and ∂²u/∂θ².
     turning: Dq<T>,
+    bend: Dq<T>,
 }
 
 impl<T: Lane> Inside<T> {
@@ -197,12 +226,13 @@ impl<T: Lane> Inside<T> {
         hessian: Symmetric<T>,
         magnet: Dq<T>,
     ) -> MagneticState<T> {
-        let Self { core_flux, a, a_slope, turning } = self;
+        let Self { core_flux, a, a_slope, turning, bend } = self;
         let slope = Dq::new(core_current.d - magnet.d, core_current.q - magnet.q);
         MagneticState {
             current: a.apply_transposed(slope),
             inverse_inductance: a.congruent(hessian),
             energy_slope: slope.dot(turning),
+            energy_bend: slope.dot(bend) + turning.dot(hessian.times_dq(turning)),
             current_slope: a_slope.apply_transposed(slope) + a.apply_transposed(hessian.times_dq(turning)),
             core_flux,
             core_current,

@@ -1,251 +1,388 @@
-//! Machines side by side: a lane of wide registers for each.
+//! Machines side by side: each steps to its own next instant or to the end of one of its modes.
 
-use multiversion::multiversion;
-use standstill_interface::AlphaBeta;
-use standstill_inverter::{DcLink, LegMode, Legs, Port};
-use standstill_numeric::{Heading, Pack, Symmetric};
+use standstill_interface::Dq;
+use standstill_inverter::DcLink;
+use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
-use crate::limits::Limits;
-use crate::machine::{CORE, Machine, PLANE};
-use crate::stride::{Ask, Crossing, Stride};
+use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::physics::links::Source;
+use crate::physics::machine::{Machine, Operating};
+use crate::physics::plane::Plane;
+use crate::physics::state::State;
+use crate::step::ends::{CURRENT_SLACK, POTENTIAL_SLACK};
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::{Accuracy, Here, Tried};
 
-/// Machines side by side: one register of the widest kind, two or four of others.
-pub const LANES: usize = 8;
-
-/// A number of each.
-pub type Lanes = Pack<LANES>;
-
-/// Machines of which a step in lanes can only be one: as long a state, moving or not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(u8)]
-enum Kind {
-    /// A rotor at rest on a stiff link.
-    Still,
-    /// A rotor at rest.
-    Resting,
-    /// A rotor that moves.
-    Moving,
+/// Machines of one kind, what they do until when, and what became of it.
+#[derive(Clone, Debug)]
+pub struct Bank<'a, V: Wide> {
+    /// The machines.
+    pub machine: Machine<'a, V>,
+    /// What ends their modes.
+    pub bounds: Bounds<V>,
+    /// Where they are.
+    pub here: Here<V>,
+    /// How exact their steps must be.
+    pub accuracy: Accuracy<V>,
+    /// A bit for each machine that steps.
+    pub live: u32,
+    /// The next instant of each in ns, gate edges apart.
+    pub stop: V,
+    /// Length of the step to try next, and of the longest one, in ns.
+    pub hint: V,
+    /// See `hint`.
+    pub longest: V,
+    /// A bit for each machine of which a mode ends at `cut`.
+    pub cutting: u32,
+    /// In ns.
+    pub cut: V,
+    /// Which mode that is.
+    pub ending: [usize; MOST_LANES],
+    /// Largest phase current in A so far.
+    pub peak: V,
+    /// Furthest from the start in rad so far.
+    pub moved: V,
+    /// Steps in a row that were not taken.
+    pub refused: V,
+    /// Accepted steps, and all.
+    pub steps: V,
+    /// See `steps`.
+    pub evaluations: V,
+    /// Whether steps are looked at from within: `begin` and `tried` are then those of the last.
+    pub follow: bool,
+    /// Whether the referee takes the steps of a machine alone.
+    pub refereed: bool,
+    /// Where the last step began.
+    pub begin: Here<V>,
+    /// The last step.
+    pub tried: Tried<V>,
 }
 
-impl Kind {
-    const ALL: [Self; 3] = [Self::Still, Self::Resting, Self::Moving];
-
-    fn of<const N: usize>(machine: &Machine) -> Self {
-        match N {
-            PLANE => Self::Still,
-            CORE if machine.moves => Self::Moving,
-            CORE => Self::Resting,
-            _ => unreachable!("no detection runs in lanes with a longer state"),
-        }
-    }
+/// What became of a step: a bit for each machine.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Served {
+    /// Took the step.
+    pub accepted: u32,
+    /// Is at its next instant, or where a mode ends.
+    pub arrived: u32,
+    /// A blocked leg's potential was out of its bounds before the step.
+    pub unfit: u32,
+    /// Changes too fast for any step, or is no number.
+    pub broken: u32,
+    /// A request to a leg has been carried out: the next one is wanted.
+    pub past: [u32; 3],
 }
 
-/// Machines side by side, what they ask for and what they get. All have the same motor and the same link but for the phase
-/// of its ripple.
-#[derive(Debug)]
-pub struct Bank<'a> {
-    machine: Machine<'a, Lanes>,
-    limits: Limits<Lanes>,
-    time: Lanes,
-    h: Lanes,
-    state: [Lanes; CORE],
-    asked: [Option<Kind>; LANES],
-    slope: [Lanes; CORE],
-    answer: Stride<CORE, Lanes>,
-    tolerance: [f64; CORE],
-}
+/// What ends where only rounding made a margin negative.
+pub const NOTHING: usize = ENDS;
 
-impl<'a> Bank<'a> {
-    /// Without machines in its lanes yet; with the tolerances of their states.
-    pub fn new(motor: &'a Motor, link: &'a DcLink, tolerance: [f64; CORE]) -> Self {
-        let zero = Pack([0.0; LANES]);
-        let (three, plane) = ([zero; 3], AlphaBeta::new(zero, zero));
-        let gamma = Symmetric::new(zero, zero, zero);
-        let leg = LegMode { rail: zero, offset: zero, resistance: zero, direction: zero, blocked: zero };
+/// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
+const MOST_REFUSED: f64 = 200.0;
+
+/// A step in ns below which nothing can be resolved.
+const SHORTEST: f64 = 1e-6;
+
+impl<'a, V: Wide> Bank<'a, V> {
+    /// For machines of the kind of this one, on this kind of link; `free`: whether rotors can move, `follow`: whether steps
+    /// are looked at from within.
+    pub fn like(motor: &'a Motor, link: &DcLink, free: bool, follow: bool) -> Self {
+        use standstill_plant::Magnetics;
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
+        let machine = Machine::like(motor, link, free);
+        let rest = State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq };
+        let at = Operating {
+            current: plane,
+            inverse_inductance: Symmetric::new(one, zero, one),
+            turning: plane,
+            relaxing: plane,
+            energy_turn: plane,
+            energy_bend: zero,
+            torque: zero,
+            cogging_slope: zero,
+            core_flux: dq,
+            core_current: dq,
+            lag: dq,
+        };
+        let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
+        let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
+        let accuracy =
+            Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, between: zero };
+        let legs = machine.legs.at(zero, zero);
+        let tried = Tried::new(&machine, &bounds, &legs, &here, zero, &accuracy);
         Self {
-            machine: Machine {
-                motor,
-                link,
-                ripple_phase: zero,
-                legs: Legs { leg: [leg; 3], idle: zero },
-                moves: false,
-                dry_friction: zero,
-                load_torque: zero,
-                angle: zero,
-                heading: Heading { sin: zero, cos: zero },
-            },
-            limits: Limits {
-                low: [[zero; 2]; 3],
-                high: [[zero; 2]; 3],
-                motion: [zero; 4],
-                stops: [zero; 2],
-                sides: [[zero; 2]; 2],
-            },
-            time: zero,
-            h: zero,
-            state: [zero; CORE],
-            asked: [None; LANES],
-            slope: [zero; CORE],
-            answer: Stride {
-                error: zero,
-                margin: zero,
-                end: [zero; CORE],
-                port: Port { current: three, inverse_inductance: gamma, holding: plane, dc_link: zero },
-                crossing: Crossing { other_margin: zero, middle_current: three, rise: [three; 2] },
-            },
-            tolerance,
+            machine,
+            bounds,
+            begin: here.clone(),
+            here,
+            accuracy,
+            live: 0,
+            stop: zero,
+            hint: zero,
+            longest: zero,
+            cutting: 0,
+            cut: zero,
+            ending: [0; MOST_LANES],
+            peak: zero,
+            moved: zero,
+            refused: zero,
+            steps: zero,
+            evaluations: zero,
+            follow,
+            refereed: false,
+            tried,
         }
     }
 
-    /// The legs of a lane's machine in their modes.
-    pub(super) fn put_legs(&mut self, lane: usize, machine: &Machine, limits: &Limits) {
-        let put = |to: &mut Lanes, from: f64| to.0[lane] = from;
-        put(&mut self.machine.legs.idle, machine.legs.idle);
-        for (k, from) in machine.legs.leg.iter().enumerate() {
-            let to = &mut self.machine.legs.leg[k];
-            put(&mut to.rail, from.rail);
-            put(&mut to.offset, from.offset);
-            put(&mut to.resistance, from.resistance);
-            put(&mut to.direction, from.direction);
-            put(&mut to.blocked, from.blocked);
-            // Those of conducting legs mean nothing.
-            if from.direction == 0.0 {
-                for part in 0..2 {
-                    put(&mut self.limits.low[k][part], limits.low[k][part]);
-                    put(&mut self.limits.high[k][part], limits.high[k][part]);
-                }
-            }
+    /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
+    pub fn step(&mut self) -> Served {
+        let (served, crossed) = V::compute(StepOf(self));
+        let mut left = crossed;
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize;
+            left &= left - 1;
+            self.find_end(lane);
         }
+        served
     }
 
-    /// All else of a lane's machine.
-    pub(super) fn put_motion(&mut self, lane: usize, machine: &Machine, limits: &Limits) {
-        let put = |to: &mut Lanes, from: f64| to.0[lane] = from;
-        let (to, from) = (&mut self.machine, machine);
-        put(&mut to.ripple_phase, from.ripple_phase);
-        put(&mut to.dry_friction, from.dry_friction);
-        put(&mut to.load_torque, from.load_torque);
-        put(&mut to.angle, from.angle);
-        put(&mut to.heading.sin, from.heading.sin);
-        put(&mut to.heading.cos, from.heading.cos);
-        for (to, from) in self.limits.motion.iter_mut().zip(limits.motion) {
-            put(to, from);
-        }
-        for k in 0..2 {
-            put(&mut self.limits.stops[k], limits.stops[k]);
-            put(&mut self.limits.sides[k][0], limits.sides[k][0]);
-            put(&mut self.limits.sides[k][1], limits.sides[k][1]);
-        }
+    /// Evaluates a machine anew at its state.
+    pub fn look(&mut self, lane: usize) {
+        V::compute(LookAt(self, 1 << lane));
     }
 
-    /// Seats a machine in a lane, or tells that it changed.
-    pub fn seat(&mut self, lane: usize, machine: &Machine, limits: &Limits) {
-        self.put_legs(lane, machine, limits);
-        self.put_motion(lane, machine, limits);
+    /// The machines at a share of the step taken last.
+    pub fn within(&self, share: f64) -> Here<V> {
+        V::compute(Within(self, share))
     }
 
-    /// Leaves in a lane what the machine there asks for.
-    pub fn put<const N: usize>(&mut self, lane: usize, ask: &Ask<'_, N>) {
-        self.time.0[lane] = ask.time;
-        self.h.0[lane] = ask.h;
-        for n in 0..N {
-            self.state[n].0[lane] = ask.start[n];
-        }
-        self.asked[lane] = Some(Kind::of::<N>(ask.machine));
-    }
-
-    /// Carries out the steps of the kind that most machines ask for; returns for which lanes.
-    pub fn step(&mut self) -> [bool; LANES] {
-        let Some(kind) = self.most_wanted() else { return [false; LANES] };
-        self.advance(kind);
-        self.asked.each_mut().map(|asked| {
-            let served = *asked == Some(kind);
-            if served {
-                *asked = None;
-            }
-            served
-        })
-    }
-
-    /// The derivatives of all states, for machines that move or do not.
-    pub fn slopes<const N: usize>(&mut self, moves: bool) -> [Lanes; N] {
-        self.machine.moves = moves;
-        slopes_of_lanes::<N>(self);
-        std::array::from_fn(|n| self.slope[n])
-    }
-
-    /// What the machine in a lane got.
-    pub fn take<const N: usize>(&self, lane: usize) -> Stride<N> {
-        let Stride { error, margin, end, port, crossing } = &self.answer;
-        let take = |from: &Lanes| from.0[lane];
-        let gamma = &port.inverse_inductance;
-        Stride {
-            error: take(error),
-            margin: take(margin),
-            end: std::array::from_fn(|n| take(&end[n])),
-            port: Port {
-                current: port.current.each_ref().map(take),
-                inverse_inductance: Symmetric::new(take(&gamma.xx), take(&gamma.xy), take(&gamma.yy)),
-                holding: AlphaBeta::new(take(&port.holding.alpha), take(&port.holding.beta)),
-                dc_link: take(&port.dc_link),
-            },
-            // Asked for seldom.
-            crossing: if take(margin) < 0.0 {
-                Crossing {
-                    other_margin: take(&crossing.other_margin),
-                    middle_current: crossing.middle_current.each_ref().map(take),
-                    rise: crossing.rise.each_ref().map(|rise| rise.each_ref().map(take)),
-                }
+    /// Finds the mode of a machine that ends first within the step just tried, and when.
+    fn find_end(&mut self, lane: usize) {
+        let tried = &self.tried;
+        let one = |pack: &V| pack.get(lane);
+        let mut first = (f64::INFINITY, 0);
+        let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
+            let to = if cubic.value[1] < -slack {
+                1.0
+            } else if cubic.dip() < -slack {
+                cubic.slope[0] / (cubic.slope[0] - cubic.slope[1])
             } else {
-                Crossing::default()
-            },
+                return;
+            };
+            let share = cubic.falls_to(-0.5 * slack, 0.0, to);
+            if share < first.0 {
+                *first = (share, which);
+            }
+        };
+        for k in 0..3 {
+            let direction = self.machine.legs.direction(lane, k);
+            if direction != 0.0 {
+                let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
+                let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
+                ends(&mut first, k, Cubic { value, slope }, CURRENT_SLACK);
+            }
         }
-    }
-
-    /// The kind that most machines ask for.
-    fn most_wanted(&self) -> Option<Kind> {
-        let count = |kind: Kind| self.asked.iter().filter(|asked| **asked == Some(kind)).count();
-        let [still, resting, moving] = Kind::ALL.map(count);
-        match still.max(resting).max(moving) {
-            0 => None,
-            most if still == most => Some(Kind::Still),
-            most if moving == most => Some(Kind::Moving),
-            _ => Some(Kind::Resting),
+        let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));
+        // A straight line says little where it begins close to its end: go on by a share at least.
+        if margin.value[1] < -POTENTIAL_SLACK {
+            let share = margin.falls_to(-0.5 * POTENTIAL_SLACK, 0.0, 1.0).max(0.05);
+            if share < first.0 {
+                first = (share, BLOCKED);
+            }
         }
-    }
-
-    /// Carries out what machines of this kind ask for; what the others' lanes compute means nothing.
-    fn advance(&mut self, kind: Kind) {
-        self.machine.moves = kind == Kind::Moving;
-        match kind {
-            Kind::Still => stride_of_lanes::<PLANE>(self),
-            Kind::Resting | Kind::Moving => stride_of_lanes::<CORE>(self),
+        let slack = self.bounds.slack.each_ref().map(one);
+        if self.machine.rotors.is_some() {
+            let torque = tried.torque_margin(&self.bounds);
+            let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
+            ends(&mut first, MOTION, Cubic { value, slope }, slack[MOTION]);
+            let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
+            let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
+                .map(|speed| speed * one(&tried.h));
+            let [lower, upper] = self.bounds.stops.each_ref().map(one);
+            ends(
+                &mut first,
+                STOP,
+                Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
+                slack[STOP],
+            );
+            ends(&mut first, STOP, Cubic { value: turned.map(|a| a - lower), slope: rise }, slack[STOP]);
         }
+        let margin = |which: usize| [0, 1].map(|end: usize| one(&tried.margins[end][which]));
+        let [begin, end] = margin(DOMAIN);
+        if end < -slack[DOMAIN] {
+            ends(&mut first, DOMAIN, straight(begin, end), slack[DOMAIN]);
+        }
+        if let Some(sides) = &self.bounds.sides {
+            // While the rotor stands, the core's flux changes as the winding's.
+            let rise = [0, 1].map(|end: usize| {
+                let flux = &tried.change[end].flux;
+                [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))
+            });
+            for axis in 0..2 {
+                let value = margin(FLUX + axis);
+                if value[1] < -slack[FLUX + axis] {
+                    let side = one(&sides[axis][0]);
+                    let slope = rise.map(|rise| side * rise[axis]);
+                    let cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
+                    ends(&mut first, FLUX + axis, cubic, slack[FLUX + axis]);
+                }
+            }
+        }
+        let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
+        let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
+        self.cut.put(lane, (from + (to - from) * share).min(to));
+        self.cutting |= 1 << lane;
+        self.ending[lane] = which;
     }
 }
 
-/// The right-hand side of each machine.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
-fn slopes_of_lanes<const N: usize>(bank: &mut Bank) {
-    let mut state = [bank.time; N];
-    state.copy_from_slice(&bank.state[..N]);
-    let slope = bank.machine.evaluate(&bank.machine.terminals(), bank.time, &state).slope;
-    bank.slope[..N].copy_from_slice(&slope);
+/// A margin of which no slopes are known.
+fn straight(begin: f64, end: f64) -> Cubic<f64> {
+    Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }
 
 /// A step of each machine.
-#[multiversion(targets("x86_64+avx512f+avx512dq+avx512vl+avx512bw+avx2+bmi2", "x86_64+avx2+bmi2"))]
-fn stride_of_lanes<const N: usize>(bank: &mut Bank) {
-    let (mut start, mut tolerance) = ([bank.time; N], [0.0; N]);
-    start.copy_from_slice(&bank.state[..N]);
-    tolerance.copy_from_slice(&bank.tolerance[..N]);
-    let ask =
-        Ask::<N, Lanes> { machine: &bank.machine, limits: &bank.limits, time: bank.time, start, h: bank.h };
-    let stride = ask.stride(&tolerance);
-    bank.answer.error = stride.error;
-    bank.answer.margin = stride.margin;
-    bank.answer.crossing = stride.crossing;
-    bank.answer.end[..N].copy_from_slice(&stride.end);
-    bank.answer.port = stride.port;
+struct StepOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>);
+
+impl<V: Wide> Compute for StepOf<'_, '_, V> {
+    /// What became of it, and a bit for each machine of which a mode ends within the step.
+    type Output = (Served, u32);
+
+    #[inline(always)]
+    fn compute(self) -> (Served, u32) {
+        let bank = self.0;
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let here = &bank.here;
+        let (live, cutting) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.cutting));
+        let legs = bank.machine.legs.at(here.time, bank.machine.resistance);
+        let edge = bank.machine.legs.next_edge(here.time);
+        let stop = bank.stop.least(edge);
+        let free_end = stop.least(here.time + bank.hint.least(bank.longest));
+        let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time);
+        let tried = if V::LANES == 1 && bank.refereed {
+            Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+        } else {
+            Tried::new(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+        };
+
+        let exact = V::of(1.0 + 1e-12).above(tried.error);
+        let unfit = live & zero.above(tried.first);
+        let may = live & exact & !unfit;
+        let ends = (zero.above(tried.least) & !cutting) | (zero.above(tried.deep) & cutting);
+        let crossed = may & ends;
+        let accepted = may & !crossed;
+        let length = until - here.time;
+        bank.refused = V::only(live & !accepted & !unfit, bank.refused + 1.0);
+        let hopeless = bank.refused.above(V::of(MOST_REFUSED));
+        let broken = live & ((V::of(SHORTEST).above(length) & !exact & !unfit) | hopeless);
+
+        // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
+        let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;
+        let factor = (V::of(0.5) / target).sqrt().sqrt().least(V::of(4.0)).greatest(V::of(0.1));
+        let next = length * factor;
+        // A step that ended at an instant says little about the next one's length.
+        let longer = V::choose(bank.hint.above(length), next.greatest(bank.hint), next);
+        let hint = V::choose(exact, longer, next.least(length * 0.7));
+        bank.hint = V::choose(live & !unfit, hint, bank.hint);
+
+        // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
+        let at_edge = legs.idle & !edge.above(until);
+        let arrived = accepted & (cutting | !bank.stop.above(until) | at_edge);
+        let [a, b, c] = bank.machine.legs.past(until);
+        let past = [(accepted & a).bits(), (accepted & b).bits(), (accepted & c).bits()];
+        bank.steps = bank.steps + V::only(accepted, one);
+        bank.evaluations = bank.evaluations + V::only(live, one);
+        let [a, b, c] = tried.phases[1];
+        bank.peak = bank.peak.greatest(V::only(accepted, a.abs().greatest(b.abs()).greatest(c.abs())));
+        if bank.machine.rotors.is_some() {
+            bank.moved = bank.moved.greatest(V::only(accepted, tried.end.state.turned.abs()));
+        }
+        let crossed = crossed.bits();
+        let served = Served {
+            accepted: accepted.bits(),
+            arrived: arrived.bits(),
+            unfit: unfit.bits(),
+            broken: broken.bits(),
+            past,
+        };
+        if bank.follow {
+            bank.begin = bank.here.clone();
+            bank.tried = tried.clone();
+        } else if crossed != 0 {
+            bank.begin.time = bank.here.time;
+            bank.begin.state.turned = bank.here.state.turned;
+            bank.begin.state.speed = bank.here.state.speed;
+            bank.tried.h = tried.h;
+            bank.tried.end.time = tried.end.time;
+            bank.tried.end.state.turned = tried.end.state.turned;
+            bank.tried.end.state.speed = tried.end.state.speed;
+            bank.tried.phases = tried.phases;
+            bank.tried.phase_rise = tried.phase_rise;
+            bank.tried.margins = tried.margins;
+            bank.tried.torque_rise = tried.torque_rise;
+            bank.tried.acceleration = tried.acceleration;
+            bank.tried.change = tried.change;
+        }
+        take(&mut bank.here, &tried.end, accepted);
+        (served, crossed)
+    }
+}
+
+/// Makes the end of a step the place of those that took it.
+#[inline(always)]
+fn take<V: Wide>(here: &mut Here<V>, end: &Here<V>, accepted: V::Mask) {
+    let choose = |yes: V, no: V| V::choose(accepted, yes, no);
+    let plane = |yes: Plane<V>, no: Plane<V>| Plane::choose(accepted, yes, no);
+    let dq = |yes: Dq<V>, no: Dq<V>| Dq::new(choose(yes.d, no.d), choose(yes.q, no.q));
+    let (to, from) = (&here.at, &end.at);
+    let (g, h) = (from.inverse_inductance, to.inverse_inductance);
+    *here = Here {
+        time: choose(end.time, here.time),
+        state: State::choose(accepted, &end.state, &here.state),
+        at: Operating {
+            current: plane(from.current, to.current),
+            inverse_inductance: Symmetric::new(choose(g.xx, h.xx), choose(g.xy, h.xy), choose(g.yy, h.yy)),
+            turning: plane(from.turning, to.turning),
+            relaxing: plane(from.relaxing, to.relaxing),
+            energy_turn: plane(from.energy_turn, to.energy_turn),
+            energy_bend: choose(from.energy_bend, to.energy_bend),
+            torque: choose(from.torque, to.torque),
+            cogging_slope: choose(from.cogging_slope, to.cogging_slope),
+            core_flux: dq(from.core_flux, to.core_flux),
+            core_current: dq(from.core_current, to.core_current),
+            lag: dq(from.lag, to.lag),
+        },
+        source: Source {
+            voltage: choose(end.source.voltage, here.source.voltage),
+            rise: choose(end.source.rise, here.source.rise),
+        },
+    };
+}
+
+/// Machines evaluated anew at their states: a bit for each.
+struct LookAt<'b, 'a, V: Wide>(&'b mut Bank<'a, V>, u32);
+
+impl<V: Wide> Compute for LookAt<'_, '_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn compute(self) {
+        let here = &self.0.here;
+        let at = self.0.machine.operating(&here.state);
+        let there = Here { time: here.time, state: here.state, at, source: here.source };
+        take(&mut self.0.here, &there, V::Mask::of_bits(self.1));
+    }
+}
+
+/// Machines at a share of the step taken last.
+struct Within<'b, 'a, V: Wide>(&'b Bank<'a, V>, f64);
+
+impl<V: Wide> Compute for Within<'_, '_, V> {
+    type Output = Here<V>;
+
+    #[inline(always)]
+    fn compute(self) -> Here<V> {
+        self.0.tried.within(&self.0.machine, &self.0.begin, V::of(self.1))
+    }
 }

@@ -1,4 +1,4 @@
-//! The numerical error of a run: the same run again at a tighter tolerance.
+//! The numerical error of a run: the same run again by the referee, at a tighter tolerance.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use standstill_campaign::Record;
 use standstill_campaign::file::Single;
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::Outcome;
-use standstill_sim::{Ended, Event, Run, Tolerance, Trace, run};
+use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
 
 /// How much tighter.
 const TIGHTER: f64 = 1e-3;
@@ -36,19 +36,21 @@ struct Pair {
 /// A run and its samples: when, and phase currents in A.
 type Attempt = (Run<f64>, Vec<(f64, [f64; 3])>);
 
-/// Runs the detection at the scenario's tolerance and at a tighter one, both with the same draws.
+/// Runs the detection as any and by the referee at a tighter tolerance, both with the same draws.
 ///
 /// The converters are left out: they would round both to the same code, or rarely to two neighbouring ones.
 pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError> {
     let scenario = &single.scenario;
-    let attempt = |tolerance: Tolerance| -> Result<Attempt, SettingsError> {
+    let attempt = |tolerance: Tolerance, refereed: bool| -> Result<Attempt, SettingsError> {
         let mut case = single.case();
         case.tolerance = tolerance;
         case.sensors.settings.adc = None;
         case.sensors.settings.dc_link.adc = None;
         // Of the trace only the samples are wanted.
         let mut trace = Trace::new(f64::INFINITY);
-        let run = run(&case, &mut scenario.detector.detector()?, false, &mut trace);
+        let mut detector = scenario.detector.detector()?;
+        let by = if refereed { referee } else { run };
+        let run = by(&case, &mut detector, false, &mut trace);
         let samples = trace.events.iter().filter_map(|(time, event)| match event {
             Event::Sample(current, _) => Some((*time, *current)),
             _ => None,
@@ -56,8 +58,8 @@ pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError>
         Ok((run, samples.collect()))
     };
     let usual = scenario.tolerance;
-    let (run, samples) = attempt(usual)?;
-    let (tight_run, tight) = attempt(Tolerance { flux: usual.flux * TIGHTER })?;
+    let (run, samples) = attempt(usual, false)?;
+    let (tight_run, tight) = attempt(Tolerance { flux: usual.flux * TIGHTER }, true)?;
     let pair = |((time, usual), (_, tight))| Pair { time, usual, tight };
     let samples: Vec<Pair> = samples.into_iter().zip(tight).map(pair).collect();
     let errors = samples.iter().flat_map(Pair::error);
@@ -100,7 +102,7 @@ impl NumericalError {
 
     pub fn text(&self) -> String {
         let mut text = format!(
-            "numerical error at a tolerance of {:.0e} Wb, against one {:.0} times tighter, without converters:\n  \
+            "numerical error at a tolerance of {:.0e} Wb, against the referee at one {:.0} times tighter, without converters:\n  \
              sampled currents {:.1e} A at most ({} samples, each in verify.csv), where the sensors' noise is {:.1e} A\n",
             self.tolerance,
             1.0 / TIGHTER,

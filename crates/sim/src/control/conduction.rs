@@ -7,10 +7,10 @@ use standstill_numeric::{Heading, Symmetric, Wide};
 use super::motion::FLUX_SLACK;
 use super::run::Control;
 use crate::case::RunError;
-use crate::lockstep::lanes::bank::Bank;
-use crate::lockstep::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
-use crate::lockstep::physics::plane::Plane;
-use crate::lockstep::step::two_derivative::Here;
+use crate::lanes::bank::Bank;
+use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::plane::Plane;
+use crate::step::two_derivative::Here;
 use crate::trace::Event;
 
 /// The machine of one lane.

@@ -4,8 +4,8 @@ use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::Tried;
-use crate::lockstep::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
-use crate::lockstep::physics::machine::Machine;
+use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::physics::machine::Machine;
 
 /// How far beyond zero a margin must be to count as crossed: the current of a leg in A, and its potential in V.
 pub const CURRENT_SLACK: f64 = 1e-10;

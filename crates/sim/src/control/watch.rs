@@ -6,8 +6,8 @@ use standstill_numeric::Wide;
 
 use super::conduction::One;
 use super::run::Control;
-use crate::lockstep::lanes::bank::Bank;
-use crate::lockstep::step::two_derivative::Here;
+use crate::lanes::bank::Bank;
+use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
 
 /// Currents in A and link voltage in V at one time.
@@ -209,8 +209,8 @@ impl<'a> Control<'a> {
         let state = &here.state;
         let angle = self.case.start_angle + state.turned.get(lane);
         let turned = standstill_numeric::Heading::of(state.turned.get(lane));
-        let plane = |v: &crate::lockstep::physics::plane::Plane<V>| {
-            crate::lockstep::physics::plane::Plane::new(v.x.get(lane), v.y.get(lane)).to_rotor(turned)
+        let plane = |v: &crate::physics::plane::Plane<V>| {
+            crate::physics::plane::Plane::new(v.x.get(lane), v.y.get(lane)).to_rotor(turned)
         };
         let motor = self.case.motor;
         let (flux, current) = (plane(&state.flux), plane(&here.at.current));

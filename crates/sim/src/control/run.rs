@@ -12,11 +12,11 @@ use standstill_plant::Magnetics;
 use super::course::Course;
 use super::gates::Lines;
 use super::ledger::Accounts;
+use super::requests::validate;
 use crate::case::{Case, Ended, Run, RunError, Work};
-use crate::lockstep::lanes::bank::{Bank, NOTHING};
-use crate::lockstep::physics::gates::NEVER;
-use crate::motion::Motion;
-use crate::rig::validate;
+use crate::lanes::bank::{Bank, NOTHING};
+use crate::physics::gates::NEVER;
+use crate::physics::motion::Motion;
 use crate::sensing::{Instant, LowPass, Sampler};
 use crate::trace::{Event, Probe};
 

@@ -4,9 +4,9 @@ use standstill_numeric::Wide;
 
 use super::hermite::Cubic;
 use super::two_derivative::{Here, RotorFlux, Tried, lag_behind};
-use crate::lockstep::physics::machine::Machine;
-use crate::lockstep::physics::plane::Plane;
-use crate::lockstep::physics::state::State;
+use crate::physics::machine::Machine;
+use crate::physics::plane::Plane;
+use crate::physics::state::State;
 
 impl<V: Wide> Tried<V> {
     /// The machines at a share of the step that began at `begin`, as exactly as at its end: the flux from the voltage and
@@ -74,8 +74,8 @@ impl<V: Wide> Tried<V> {
         let none = Plane::new(zero, zero);
         at.current = Plane::choose(idle, none, at.current - across * impulse);
         if let Some(rotors) = &machine.rotors {
-            at.torque = at.torque + rotors.torque_of(flux, at.current)
-                - rotors.torque_of(looked_up_flux, looked_up_current);
+            let change = [[looked_up_flux, looked_up_current], [flux, at.current]];
+            at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         Here { time, state: State { flux, turned, speed, link, lagging }, at, source }
     }

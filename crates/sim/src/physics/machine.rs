@@ -70,6 +70,8 @@ pub struct Operating<T> {
     pub relaxing: Plane<T>,
     /// ∂W/∂θ as a torque's slope over the flux: ∂²W/∂θ∂ψ in A/rad, for the slope of the torque.
     pub energy_turn: Plane<T>,
+    /// ∂²W/∂θ² in J per 3/2 and rad², at constant ψ.
+    pub energy_bend: T,
     /// Electromagnetic torque in N·m, cogging included.
     pub torque: T,
     /// How the cogging torque changes with the angle, in N·m/rad.
@@ -205,6 +207,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             turning: in_plane(none),
             relaxing: in_plane(relaxing),
             energy_turn: in_plane(none),
+            energy_bend: magnetic.energy_bend,
             torque: zero,
             cogging_slope: zero,
             core_flux: magnetic.core_flux,
@@ -278,10 +281,16 @@ impl<V: Wide> Rotors<V> {
         (torque - self.load - self.dry_friction - speed * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// Torque in N·m of a flux in Wb with a current in A, without what harmonics and cogging add.
+    /// How much the torque in N·m changes where the flux in Wb and the current in A are put right, at the same angle.
     #[inline(always)]
-    pub fn torque_of(&self, flux: Plane<V>, current: Plane<V>) -> V {
-        flux.cross(current) * self.torque_factor
+    pub fn torque_change(
+        &self,
+        at: &Operating<V>,
+        [flux, current]: [Plane<V>; 2],
+        [new_flux, new_current]: [Plane<V>; 2],
+    ) -> V {
+        (new_flux.cross(new_current) - flux.cross(current) - at.energy_turn.dot(new_flux - flux))
+            * self.torque_factor
     }
 
     /// How fast it changes in rad/s³ where the torque changes by so much in N·m/s.
@@ -290,13 +299,14 @@ impl<V: Wide> Rotors<V> {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// How fast the torque changes in N·m/s. What the harmonics' energy bends with the angle by itself is left out: it
-    /// matters to the order of a step only with the change of speed within it.
+    /// How fast the torque changes in N·m/s.
     #[inline(always)]
     pub fn torque_rise(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> V {
         let speed = state.speed;
         let in_rotor = change.flux - state.flux.quarter_turn() * speed;
-        (change.flux.cross(at.current) + state.flux.cross(change.current) - at.energy_turn.dot(in_rotor))
+        (change.flux.cross(at.current) + state.flux.cross(change.current)
+            - at.energy_turn.dot(in_rotor)
+            - at.energy_bend * speed)
             * self.torque_factor
             + at.cogging_slope * speed
     }

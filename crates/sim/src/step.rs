@@ -1,6 +1,8 @@
 //! One step of several machines side by side.
 
 pub mod dense;
+pub mod dormand_prince;
 pub mod ends;
 pub mod hermite;
+pub mod referee;
 pub mod two_derivative;

@@ -4,10 +4,10 @@ use standstill_numeric::Wide;
 
 use super::run::Control;
 use crate::case::{Play, RotorState};
-use crate::lockstep::lanes::bank::Bank;
-use crate::lockstep::physics::bounds::{DOMAIN, FLUX, MOTION, STOP};
-use crate::lockstep::step::ends::CURRENT_SLACK;
-use crate::motion::{Contact, Motion};
+use crate::lanes::bank::Bank;
+use crate::physics::bounds::{DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::motion::{Contact, Motion};
+use crate::step::ends::CURRENT_SLACK;
 use crate::trace::Event;
 
 /// How far beyond zero a margin must be to count as crossed: flux in Wb, angle in rad, and speed in rad/s.

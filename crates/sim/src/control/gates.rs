@@ -1,13 +1,16 @@
 //! What the legs are told: requests that follow from commands, one after the other.
 
+#[cfg(test)]
+mod tests;
+
 use std::collections::VecDeque;
 
 use standstill_interface::{Abc, Command, Nanos, Stage};
 use standstill_inverter::{Gate, GateTiming};
 use standstill_numeric::Wide;
 
-use crate::lockstep::physics::legs::Legs;
-use crate::timeline::{LegPlan, Task};
+use super::requests::{LegPlan, Task};
+use crate::physics::legs::Legs;
 
 /// What one leg is told.
 #[derive(Clone, Debug)]

@@ -6,10 +6,10 @@ use standstill_numeric::{Heading, Wide};
 
 use super::conduction::One;
 use super::run::Control;
+use crate::lanes::bank::Bank;
 use crate::ledger::Ledger;
-use crate::lockstep::lanes::bank::Bank;
-use crate::lockstep::physics::plane::Plane;
-use crate::lockstep::step::two_derivative::Here;
+use crate::physics::plane::Plane;
+use crate::step::two_derivative::Here;
 
 /// Shares and weights of Gauss and Legendre's rule with four points over 0 to 1.
 const GAUSS: [(f64, f64); 4] = [

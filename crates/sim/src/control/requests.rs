@@ -1,10 +1,9 @@
-//! From a command to what each leg's gates do, and when.
+//! From a command to what each leg is told, and when.
 
-#[cfg(test)]
-mod tests;
+use standstill_interface::{Command, Leg, Nanos};
+use standstill_inverter::Gate;
 
-use standstill_interface::{Abc, Command, Leg, Nanos, Real, Stage};
-use standstill_inverter::{Gate, GateDriver, GateTiming};
+use crate::case::RunError;
 
 /// Later than any request and any edge.
 const NEVER: Nanos = Nanos(u64::MAX);
@@ -20,12 +19,12 @@ pub enum Task {
 
 impl Task {
     /// Of a leg that is asked for this, with a carrier of such a period.
-    pub fn new<T: Real>(leg: Leg<T>, carrier: Nanos) -> Self {
+    pub fn new(leg: Leg<f64>, carrier: Nanos) -> Self {
         match leg {
             Leg::Off => Self::Keep(Gate::Off),
             Leg::Low => Self::Keep(Gate::Low),
             Leg::High => Self::Keep(Gate::High),
-            Leg::Duty(duty) => match on_time(duty.to_double(), carrier) {
+            Leg::Duty(duty) => match on_time(duty, carrier) {
                 Nanos::ZERO => Self::Keep(Gate::Low),
                 on if on == carrier => Self::Keep(Gate::High),
                 // Centre-aligned: low, high in the middle of the period, low.
@@ -129,106 +128,26 @@ impl LegPlan {
 
 // A duty between 0 and 1 of a carrier period is a small non-negative number.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-fn on_time(duty: f64, carrier: Nanos) -> Nanos {
+pub fn on_time(duty: f64, carrier: Nanos) -> Nanos {
     Nanos((duty.clamp(0.0, 1.0) * carrier.0 as f64).round() as u64)
 }
 
-/// One leg: what it is told, and its driver.
-#[derive(Clone, Debug)]
-struct Line {
-    plan: LegPlan,
-    driver: GateDriver,
-    /// The driver's next edge.
-    due: Nanos,
-    /// What the leg was told last before the command.
-    before: Gate,
-}
+/// Samples that a command may ask for: more than any method needs, fewer than exhaust the memory.
+const MOST_SAMPLES: u32 = 1 << 20;
 
-impl Line {
-    /// Gives the driver one request after the other, until its next edge is one that no later request withdraws.
-    fn look_ahead(&mut self) {
-        while self.plan.at < NEVER && self.driver.next_certain_edge(self.plan.at).is_none() {
-            self.tell();
-        }
-        self.due = self.driver.next_edge().unwrap_or(NEVER);
+/// Whether a command can be carried out.
+pub fn validate(command: &Command<f64>, carrier: Nanos) -> Result<(), RunError> {
+    let duration = command.duration();
+    let sampling = command.sampling;
+    let too_many = sampling.count > MOST_SAMPLES;
+    if duration == Nanos::ZERO || too_many || sampling.last().is_some_and(|last| last > duration) {
+        return Err(RunError::BadCommand);
     }
-
-    fn tell(&mut self) {
-        self.driver.request(self.plan.at, self.plan.gate);
-        self.plan.advance();
+    let stages = [Some(command.stage), command.then];
+    let nonsense =
+        |leg: &Leg<f64>| matches!(leg, Leg::Duty(duty) if !duty.is_finite() || carrier == Nanos::ZERO);
+    if stages.iter().flatten().any(|stage| stage.legs.0.iter().any(nonsense)) {
+        return Err(RunError::BadDuty);
     }
-}
-
-/// The gate edges of all legs, command after command.
-///
-/// What a command will tell the legs is known when it begins: only the edges that follow are instants, not the
-/// requests that they follow from.
-#[derive(Clone, Debug)]
-pub struct Timeline {
-    lines: [Line; 3],
-    start: Nanos,
-    next: Nanos,
-}
-
-impl Timeline {
-    /// Before the first command, all switches off.
-    pub fn new(timings: [GateTiming; 3]) -> Self {
-        let line = |timing| Line {
-            plan: LegPlan::NONE,
-            driver: GateDriver::new(timing),
-            due: NEVER,
-            before: Gate::Off,
-        };
-        Self { lines: timings.map(line), start: Nanos::ZERO, next: NEVER }
-    }
-
-    /// Lays out the next command, which starts at `start`, where the one before ended.
-    pub fn begin<T: Real>(&mut self, command: &Command<T>, start: Nanos, carrier: Nanos) {
-        let first = command.stage;
-        let second = command.then.unwrap_or(Stage { legs: first.legs, duration: Nanos::ZERO });
-        let ends = [start + first.duration, start + first.duration + second.duration];
-        let (Abc(a), Abc(b)) = (first.legs, second.legs);
-        for (k, line) in self.lines.iter_mut().enumerate() {
-            // Requests whose edges come after the end of their command.
-            while line.plan.at < NEVER {
-                line.tell();
-            }
-            line.before = line.driver.requested();
-            let tasks = [Task::new(a[k], carrier), Task::new(b[k], carrier)];
-            line.plan = LegPlan::new(tasks, start, ends, carrier);
-            line.look_ahead();
-        }
-        self.start = start;
-        self.find_next();
-    }
-
-    fn find_next(&mut self) {
-        let [a, b, c] = &self.lines;
-        self.next = a.due.min(b.due).min(c.due);
-    }
-
-    /// When the next edge comes; later than everything if none does.
-    pub const fn next(&self) -> Nanos {
-        self.next
-    }
-
-    /// What the legs are told just before `at`, a time of this command or its start.
-    pub fn told(&self, at: Nanos) -> [Gate; 3] {
-        self.lines.each_ref().map(|line| if at > self.start { line.plan.told(at) } else { line.before })
-    }
-
-    /// Carries out the edges that are due at `now`: the new gates of the legs whose gates change.
-    // Inlined, so that what it returns stays in registers.
-    #[inline(always)]
-    pub fn take(&mut self, now: Nanos) -> [Option<Gate>; 3] {
-        let mut edges = [None; 3];
-        for (line, edge) in self.lines.iter_mut().zip(&mut edges) {
-            if line.due <= now {
-                *edge = line.driver.advance(now).then(|| line.driver.gate());
-                line.look_ahead();
-            }
-        }
-        self.find_next();
-        edges
-    }
+    Ok(())
 }

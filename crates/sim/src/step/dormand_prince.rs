@@ -3,7 +3,7 @@
 //! Coefficients and the continuous extension of order 4 are those of Hairer, Nørsett and Wanner, *Solving
 //! Ordinary Differential Equations I*, section II.6 (DOPRI5).
 
-use standstill_numeric::{Lane, powf};
+use standstill_numeric::Lane;
 
 /// Something for each number of a state. Spelled out, for a compiler that made a loop of it would put the same number of
 /// several machines apart and not those of all machines side by side.
@@ -163,18 +163,6 @@ impl<const N: usize, T: Lane> Attempt<N, T> {
     }
 }
 
-/// The length in s to try after a step of `h` seconds with this error. A step far too long can leave the finite numbers; a
-/// shorter one need not.
-pub fn next_length(h: f64, error: f64) -> f64 {
-    let factor = match error {
-        // 0.9 / 5 to the fifth power: no need for a root.
-        error if error <= 1.8e-4 => 5.0,
-        error if error.is_finite() => 0.9 * powf(error, -0.2),
-        _ => 0.2,
-    };
-    h * factor.clamp(0.2, 5.0)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -216,6 +204,5 @@ mod tests {
         assert!((attempt.dense(1.0)[0] - attempt.end[0]).abs() < 1e-15);
         let broken = whole(|_, _| [f64::NAN, 0.0], 0.0, &[1.0, 0.0], 0.3);
         assert!(broken.error(&[1.0; 2]).is_nan());
-        assert!((next_length(0.3, f64::NAN) - 0.2 * 0.3).abs() < 1e-15);
     }
 }

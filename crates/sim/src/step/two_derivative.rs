@@ -11,12 +11,12 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
 
-use crate::lockstep::physics::bounds::{Bounds, Margins};
-use crate::lockstep::physics::legs::Conducting;
-use crate::lockstep::physics::links::{Source, hermite_area};
-use crate::lockstep::physics::machine::{Change, Machine, Operating};
-use crate::lockstep::physics::plane::Plane;
-use crate::lockstep::physics::state::State;
+use crate::physics::bounds::{Bounds, Margins};
+use crate::physics::legs::Conducting;
+use crate::physics::links::{Source, hermite_area};
+use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::plane::Plane;
+use crate::physics::state::State;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Debug)]
@@ -156,25 +156,12 @@ impl<V: Wide> Tried<V> {
         let across = terminals.blocked.through(gamma);
         let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.free);
         let any_idle = V::any(idle);
-        // Takes blocked legs' currents to zero, as an impulse at their terminals would.
-        macro_rules! settle {
-            () => {
-                let share = terminals.blocked.dot(at.current) * per_impulse;
-                let (mut impulse, mut change) = (terminals.blocked * share, across * share);
-                if any_idle {
-                    impulse = Plane::choose(idle, at.current.through(gamma.inverse()), impulse);
-                    change = Plane::choose(idle, at.current, change);
-                }
-                flux = flux - impulse;
-                at.current = at.current - change;
-            };
-        }
         let (looked_up_flux, looked_up_current) = (flux, at.current);
-        settle!();
+        settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         let (predicted_flux, predicted_current) = (flux, at.current);
         if let Some(rotors) = &machine.rotors {
-            at.torque = at.torque + rotors.torque_of(predicted_flux, predicted_current)
-                - rotors.torque_of(looked_up_flux, looked_up_current);
+            let change = [[looked_up_flux, looked_up_current], [predicted_flux, predicted_current]];
+            at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         let end_change = machine.change(legs, &at, speed, link);
         let mut link_error = zero;
@@ -229,11 +216,11 @@ impl<V: Wide> Tried<V> {
             let there = State { flux, turned, speed, link, lagging };
             let to = RotorFlux::of(machine, &there, end_change.flux * h, speed * h);
             let new = lag_behind(h * eddies.rate, begin.lagging, from, &to);
-            // e^−x is the rule's ratio up to x⁵/720; ten times as much, for what the flux does meanwhile.
+            // e^−x is the rule's ratio up to x⁵/720; much more, for what the flux does meanwhile.
             let x = h * eddies.rate;
             let most =
                 here.at.lag.d.abs().greatest(at.lag.d.abs()) + here.at.lag.q.abs().greatest(at.lag.q.abs());
-            relaxing_error = most * (x * x) * (x * x) * x * (1.0 / 72.0);
+            relaxing_error = most * (x * x) * (x * x) * x * 0.1;
             let (g, more) = (eddies.inverse_inductance, new - lagging);
             let more = Dq::new(more.d * g.d, more.q * g.q);
             let turned = if machine.rotors.is_some() {
@@ -245,46 +232,63 @@ impl<V: Wide> Tried<V> {
             at.lag = to.flux - new;
             lagging = new;
         }
-        settle!();
+        settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         if let Some(rotors) = &machine.rotors {
             // The torque of what was put right, and the motion that follows from it.
-            at.torque = at.torque + rotors.torque_of(flux, at.current)
-                - rotors.torque_of(predicted_flux, predicted_current);
+            let change = [[predicted_flux, predicted_current], [flux, at.current]];
+            at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
             acceleration[1] = rotors.acceleration(at.torque, speed);
             speed = begin.speed + hermite_area(h, acceleration, jerk);
             let speeds = [begin.speed * rotors.moving, speed * rotors.moving];
             let new_turned = begin.turned + hermite_area(h, speeds, acceleration);
             at.current = at.current + at.turning * (new_turned - turned);
             turned = new_turned;
-            settle!();
+            settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         }
         let state = State { flux, turned, speed, link, lagging };
         let end = Here { time: until, state, at, source };
-
-        // Errors and ends.
-        let phases = [machine.legs.phases(here.at.current), machine.legs.phases(at.current)];
         let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], missing)
             + angle_error * 0.1 * accuracy.per_angle
             + relaxing_error * accuracy.per_flux
             + link_error.abs() * 3e-7 * accuracy.per_flux;
+        let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
+        Self::between(machine, bounds, legs, here, end, h, ends, error)
+    }
+
+    /// The step of `h` seconds from one place to another, with what ends within it.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "two kinds of steps end here, with all that they found")]
+    pub(super) fn between(
+        machine: &Machine<V>,
+        bounds: &Bounds<V>,
+        legs: &Conducting<V>,
+        here: &Here<V>,
+        end: Here<V>,
+        h: V,
+        ends: Ends<V>,
+        error: V,
+    ) -> Self {
+        let zero = V::of(0.0);
+        let [change, end_change] = &ends.change;
+        let phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
         let margins = [
-            bounds.margins(machine, legs, begin, &here.at, &change, &phases[0]),
-            bounds.margins(machine, legs, &state, &at, &end_change, &phases[1]),
+            bounds.margins(machine, legs, &here.state, &here.at, change, &phases[0]),
+            bounds.margins(machine, legs, &end.state, &end.at, end_change, &phases[1]),
         ];
-        let phase_rise =
-            [machine.legs.phases(change.current * h), machine.legs.phases(end_change.current * h)];
-        torque_rise = [torque_rise[0] * h, torque_rise[1] * h];
         let mut tried = Self {
             h,
             legs: *legs,
-            end,
-            change: [change, end_change],
-            link_rise,
-            acceleration,
             phases,
             margins,
-            phase_rise,
-            torque_rise,
+            phase_rise: [
+                machine.legs.phases(change.current * h),
+                machine.legs.phases(end_change.current * h),
+            ],
+            torque_rise: [ends.torque_rise[0] * h, ends.torque_rise[1] * h],
+            end,
+            change: ends.change,
+            link_rise: ends.link_rise,
+            acceleration: ends.acceleration,
             error,
             first: zero,
             least: zero,
@@ -293,6 +297,46 @@ impl<V: Wide> Tried<V> {
         tried.look_for_ends(machine, bounds);
         tried
     }
+}
+
+/// How fast things change at both ends of a step.
+pub(super) struct Ends<V> {
+    pub change: [Change<V>; 2],
+    /// Of the links' voltages, in V/s.
+    pub link_rise: [V; 2],
+    /// Of the rotors' speeds, in rad/s².
+    pub acceleration: [V; 2],
+    /// Of the torques, in N·m/s.
+    pub torque_rise: [V; 2],
+}
+
+/// Takes blocked legs' currents to zero, as an impulse at their terminals would.
+pub(super) fn settle<V: Wide>(legs: &Conducting<V>, flux: &mut Plane<V>, at: &mut Operating<V>) {
+    let blocked = legs.terminals.blocked;
+    let across = blocked.through(at.inverse_inductance);
+    let per_impulse = V::of(1.0) / (across.dot(blocked) + legs.terminals.free);
+    settle_by(legs, &across, per_impulse, V::any(legs.idle), flux, at);
+}
+
+#[inline(always)]
+fn settle_by<V: Wide>(
+    legs: &Conducting<V>,
+    across: &Plane<V>,
+    per_impulse: V,
+    any_idle: bool,
+    flux: &mut Plane<V>,
+    at: &mut Operating<V>,
+) {
+    let blocked = legs.terminals.blocked;
+    let share = blocked.dot(at.current) * per_impulse;
+    let (mut impulse, mut change) = (blocked * share, *across * share);
+    if any_idle {
+        let all = at.current.through(at.inverse_inductance.inverse());
+        impulse = Plane::choose(legs.idle, all, impulse);
+        change = Plane::choose(legs.idle, at.current, change);
+    }
+    *flux = *flux - impulse;
+    at.current = at.current - change;
 }
 
 /// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².
@@ -366,7 +410,7 @@ fn error<V: Wide>(
     let third = third.x.abs() + third.y.abs();
     let fourth = third * third / (second + third + 1e-30);
     let loop_resistance = resistance.xx + resistance.yy;
-    let quadrature = loop_resistance * h * fourth * 0.1;
+    let quadrature = loop_resistance * h * fourth * 0.2;
     let nonlinear = missing.dot(missing) * accuracy.per_flux_scale;
     // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
     let between = accuracy.between * fourth * (accuracy.flux_scale * 0.1);
