@@ -3,6 +3,7 @@
 //! The two types are named nowhere outside this crate: only `on_widest` hands them out, as a type parameter, after it has
 //! seen that the processor has their instructions. That is why their operations are safe to call.
 
+#![allow(clippy::wildcard_imports, reason = "instructions by their names, as in the manuals")]
 #![allow(unsafe_code, reason = "the processor's vector instructions; see above for why they may be used")]
 
 use std::arch::x86_64::*;
