@@ -122,6 +122,14 @@ impl Event {
         }
     }
 
+    /// What its order parameter must exceed.
+    pub const fn bound(self) -> f64 {
+        match self {
+            Self::Error(bound) | Self::Moved(bound) | Self::PeakCurrent(bound) => bound,
+            Self::WrongPole | Self::WrongEvidence | Self::Undetermined | Self::Failed => 0.0,
+        }
+    }
+
     /// Above zero exactly where the event happened; else the smaller, the further away it was. Minus infinity where nothing
     /// says how far.
     pub fn value(self, record: &Record) -> f64 {

@@ -12,14 +12,15 @@
 //! [`Tape`]: standstill_sim::Tape
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
-//ANATOMY
+mod anatomy;
 mod event;
 mod odds;
 pub mod subset;
 mod system;
 mod trials;
 
+pub use anatomy::{Anatomy, Draw, Sector};
 pub use event::{Event, EventError};
-pub use odds::{Alarm, Answer, Odds};
+pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
 pub use system::{Halt, System, Watch};
 pub use trials::Trials;

@@ -26,10 +26,8 @@ use chains::Level;
 use moves::Widths;
 use population::{Population, State};
 
-/// Name of draws that nothing reads, see [`Run::unread`].
-const UNREAD: &str = "unread";
-
-/// How many of them a tape has.
+/// What no trial draws, see [`Run::unread`], and how many of it a tape has.
+const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
 /// How a run goes about it. The default is what a trial of simulated motors needs; a quarter of the states, or one move
@@ -89,6 +87,8 @@ pub struct Run {
     pub variation: f64,
     /// Levels, the first one of plain trials included.
     pub levels: u32,
+    /// Where each of them ends, and the probability of what is beyond: a value and P(value or more).
+    pub curve: Vec<(f64, f64)>,
     /// Trials.
     pub trials: u64,
     /// The share of moves that were taken, over all levels.
@@ -121,6 +121,7 @@ pub fn run<S: System>(
         probability: 1.0,
         variation: 0.0,
         levels: 0,
+        curve: Vec::new(),
         trials: u64::from(settings.states),
         acceptance: 0.0,
         ancestors: settings.states,
@@ -140,6 +141,7 @@ pub fn run<S: System>(
         };
         run.probability *= cut.share;
         squares += cut.variance;
+        run.curve.push((cut.threshold, run.probability));
         if reached {
             break;
         }
@@ -182,7 +184,7 @@ fn first_level<S: System>(
         }
         let tape = |chain| {
             let tape = Tape::new(settings.seed, Settings::key(number, 0, chain, 0));
-            let mut draws = Streams::taped(&tape).open_named(Purpose::Design, UNREAD);
+            let mut draws = Streams::taped(&tape).open(UNREAD);
             draws.normals(&mut [0.0; UNREAD_DRAWS]);
             tape
         };
@@ -224,7 +226,7 @@ fn unread(failures: &mut [Tape]) -> [f64; UNREAD_DRAWS] {
     let mut means = [0.0; UNREAD_DRAWS];
     let count = failures.len() as f64;
     for tape in failures {
-        for (mean, draw) in means.iter_mut().zip(tape.normals_named(Purpose::Design, UNREAD)) {
+        for (mean, draw) in means.iter_mut().zip(tape.normals(UNREAD)) {
             *mean += *draw / count;
         }
     }

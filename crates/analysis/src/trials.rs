@@ -1,12 +1,15 @@
 //! The trials of a scenario as a function of their draws.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+
 use rayon::prelude::*;
 use standstill_campaign::file::{FileError, Plan};
-use standstill_campaign::{Record, Scenario};
+use standstill_campaign::{Record, Scenario, Verdict};
 use standstill_detect::Method;
 use standstill_sim::Tape;
 
-use crate::{Event, Halt, System, Watch};
+use crate::subset::{Run, Settings};
+use crate::{Alarm, Event, Halt, Odds, System, Watch};
 
 /// The trials of a scenario without axes, tolerances included.
 #[derive(Clone, Debug)]
@@ -69,7 +72,40 @@ impl<'a> Trials<'a> {
 
     /// How far they are from an event.
     pub fn towards(&self, event: Event) -> Towards<'_> {
-        Towards { trials: self, event }
+        Towards { trials: self, event, errors: AtomicU64::new(0) }
+    }
+
+    /// The odds of an event. `done` hears of each run that is finished.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn odds(
+        &self,
+        event: Event,
+        settings: &Settings,
+        watch: &dyn Watch,
+        done: impl FnMut(&Run),
+    ) -> Result<Odds, Halt<FileError>> {
+        /// In degrees: nearer to the other axis than to its own.
+        const LOST: f64 = 45.0;
+        let towards = self.towards(event);
+        let mut odds = Odds::of(&towards, settings, watch, done)?;
+        let errors = towards.errors.into_inner();
+        if errors > 0 {
+            odds.alarms.push(Alarm::Errors(errors));
+        }
+        if event == Event::WrongPole {
+            let tapes = odds.failures.iter().map(|(_, tape)| tape.clone()).collect();
+            let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
+            let records = self.all_records(tapes, watch)?;
+            let weights = odds.failures.iter().zip(&records);
+            let share: f64 =
+                weights.filter(|(_, record)| lost(record)).map(|((weight, _), _)| weight).sum();
+            if share > 0.1 {
+                odds.alarms.push(Alarm::WrongAxes(share));
+            }
+        }
+        Ok(odds)
     }
 }
 
@@ -77,16 +113,21 @@ impl<'a> Trials<'a> {
 const AT_ONCE: usize = 128;
 
 /// The distance to an event as a function of the draws.
-#[derive(Clone, Copy, Debug)]
+#[derive(Debug)]
 pub struct Towards<'a> {
     trials: &'a Trials<'a>,
     event: Event,
+    /// Simulations that could not go on.
+    errors: AtomicU64,
 }
 
 impl System for Towards<'_> {
     type Error = FileError;
 
     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, FileError> {
-        Ok(self.trials.records(tapes)?.iter().map(|record| self.event.value(record)).collect())
+        let records = self.trials.records(tapes)?;
+        let errors = records.iter().filter(|record| record.verdict() == Verdict::Error).count();
+        self.errors.fetch_add(errors as u64, Ordering::Relaxed);
+        Ok(records.iter().map(|record| self.event.value(record)).collect())
     }
 }

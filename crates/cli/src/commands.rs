@@ -6,6 +6,8 @@ pub mod init;
 pub mod magnetics;
 pub mod merge;
 pub mod motors;
+pub mod odds;
+mod question;
 pub mod report;
 pub mod reproduce;
 pub mod run;

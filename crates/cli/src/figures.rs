@@ -10,8 +10,10 @@ use standstill_sim::{Event, Snapshot, Trace};
 use crate::log::Entry;
 
 mod comparison;
+mod odds;
 
 pub use comparison::comparison;
+pub use odds::odds;
 
 const WIDTH: u32 = 900;
 

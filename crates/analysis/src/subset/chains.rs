@@ -1,7 +1,7 @@
 //! The chains of one level.
 
 use rayon::prelude::*;
-use standstill_sim::{Purpose, Streams};
+use standstill_sim::{Draws, Purpose, Streams, Strip, Tape};
 
 use super::moves::{Kind, Spread, Widths, Work, propose};
 use super::population::{Population, State};
@@ -74,58 +74,70 @@ impl<'a> Level<'a> {
     ) -> Result<(Population, Work), Halt<S::Error>> {
         let mut population = Population::new(self.settings.seeds());
         let mut work = Work::default();
-        let key = |chain: usize, step| Settings::key(self.run, self.number, chain, step);
+        let key = |place, step| Settings::key(self.run, self.number, first + place, step);
+        let seed = self.settings.seed;
+        let moves = |place| Streams::new(seed, key(place, 0)).open_named(Purpose::Design, "moves");
+        let mut moves: Vec<Draws> = (0..states.len()).map(moves).collect();
+        let mut tapes: Vec<Tape> = states.iter().map(|state| state.tape.clone()).collect();
         for position in 0..self.settings.chain {
             if position > 0 {
                 for (turn, kind) in (0..).zip(Kind::TURNS) {
                     if watch.stopped() {
                         return Err(Halt::Stopped);
                     }
-                    let step = 3 * position + turn;
-                    let key = |place| key(first + place, step);
-                    self.step(system, &mut states, kind, key, &mut work, watch)?;
+                    let mut moved = false;
+                    for (place, (state, tape)) in states.iter_mut().zip(&mut tapes).enumerate() {
+                        copy(&mut state.tape, tape);
+                        // What it needs beyond its end is new.
+                        tape.grow_from(seed, key(place, 3 * position + turn));
+                        moved |= propose(tape, kind, self.widths, &self.spread, &mut moves[place]);
+                    }
+                    // A trial without noise has no such draws.
+                    if moved {
+                        self.step(system, &mut states, &mut tapes, kind, &mut work)?;
+                        watch.did(tapes.len() as u64);
+                    }
                 }
             }
             for (place, state) in states.iter().enumerate() {
-                population.add(first + place, key(first + place, 3 * position), state);
+                population.add(first + place, key(place, 3 * position), state);
             }
         }
         Ok((population, work))
     }
 
-    /// One move of each state.
+    /// Moves each state to its tape, if that is in the level.
     fn step<S: System>(
         &self,
         system: &S,
         states: &mut [State],
+        tapes: &mut [Tape],
         kind: Kind,
-        key: impl Fn(usize) -> u64,
         work: &mut Work,
-        watch: &dyn Watch,
     ) -> Result<(), Halt<S::Error>> {
-        let mut places = Vec::with_capacity(states.len());
-        let mut tapes = Vec::with_capacity(states.len());
-        for (place, state) in states.iter().enumerate() {
-            let mut tape = state.tape.clone();
-            // What it needs beyond its end is new.
-            tape.grow_from(self.settings.seed, key(place));
-            let mut draws =
-                Streams::new(self.settings.seed, key(place)).open_named(Purpose::Design, "moves");
-            if propose(&mut tape, kind, self.widths, &self.spread, &mut draws) {
-                places.push(place);
-                tapes.push(tape);
-            }
-        }
-        let values = system.values(&tapes)?;
-        watch.did(tapes.len() as u64);
+        let values = system.values(tapes)?;
         work.tried[kind as usize] += tapes.len() as u64;
-        for ((place, tape), value) in places.into_iter().zip(tapes).zip(values) {
+        for ((state, tape), value) in states.iter_mut().zip(tapes).zip(values) {
             if value >= self.threshold {
-                let ancestor = states[place].ancestor;
-                states[place] = State { value, tape, ancestor };
+                std::mem::swap(&mut state.tape, tape);
+                state.value = value;
                 work.taken[kind as usize] += 1;
             }
         }
         Ok(())
+    }
+}
+
+/// Copies the draws of one tape into another, in the memory that it has.
+fn copy(from: &mut Tape, to: &mut Tape) {
+    let alike = |(one, other): (&Strip, &Strip)| one.purpose == other.purpose && one.name == other.name;
+    let (source, target) = (from.strips(), to.strips());
+    if source.len() == target.len() && source.iter().zip(target.iter()).all(alike) {
+        for (source, target) in source.iter().zip(target) {
+            target.normals.clone_from(&source.normals);
+            target.read = source.read;
+        }
+    } else {
+        to.clone_from(from);
     }
 }

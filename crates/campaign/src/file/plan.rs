@@ -248,6 +248,19 @@ impl Plan {
         }
     }
 
+    /// The scenario of the trial at a point that a tape gives, with its tolerances.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn scenario_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tape: &Tape,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        self.drawn_by(point, Some(scenario), Streams::taped(tape))
+    }
+
     /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `done` gets
     /// each record with the number of its tape.
     ///

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use standstill_analysis::Event;
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
@@ -59,6 +60,37 @@ pub struct Sweep {
     pub axes: Axes,
 }
 
+/// What the commands that answer one question of a scenario have in common.
+#[derive(Debug, Args)]
+pub struct Question {
+    /// Scenario file (.toml) without axes; `standstill init` writes one
+    pub scenario: PathBuf,
+    #[command(flatten)]
+    pub keys: Keys,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// Folder for table, figure and page; made if it does not exist [default: standstill-out/ and the command's name; with
+    /// --json none]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON; files are written only with --out
+    #[arg(long)]
+    pub json: bool,
+    /// Worker threads [default: one per core]; the results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub struct Odds {
+    #[command(flatten)]
+    pub question: Question,
+    /// What may happen: wrong-pole, wrong-evidence (readings that speak for the wrong pole, enough or not), undetermined,
+    /// failed, `|e| > 3 deg` (of the axis), `moved > 1 deg`, `peak_current > 8 A`
+    #[arg(long, value_name = "EVENT", value_parser = event)]
+    pub event: Event,
+}
+
 #[derive(Debug, Args)]
 pub struct Merge {
     /// Folders with the shards' journals
@@ -111,6 +143,10 @@ impl From<FormatName> for Format {
             FormatName::Parquet => Self::Parquet,
         }
     }
+}
+
+fn event(text: &str) -> Result<Event, String> {
+    text.parse().map_err(|error: standstill_analysis::EventError| error.to_string())
 }
 
 fn shard(text: &str) -> Result<Shard, String> {
