@@ -15,7 +15,7 @@ use crate::{Event, Halt, Trials, Watch};
 const LEAST_MEAN: f64 = 0.5;
 
 /// States of a sector below which it is not told, and its least share.
-const LEAST_STATES: usize = 40;
+const LEAST_STATES: usize = 20;
 const LEAST_SHARE: f64 = 0.02;
 
 /// What the failing starts have in common.

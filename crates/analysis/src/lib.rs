@@ -13,13 +13,16 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod anatomy;
+mod budget;
 mod event;
 mod odds;
+pub mod sobol;
 pub mod subset;
 mod system;
 mod trials;
 
 pub use anatomy::{Anatomy, Draw, Sector};
+pub use budget::{Budget, Item, PAIRS, Part, Source, trials as trials_of_budget};
 pub use event::{Event, EventError};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
 pub use system::{Halt, System, Watch};

@@ -24,6 +24,7 @@ use standstill_sim::{Purpose, Streams, Tape};
 use crate::{Halt, System, Watch};
 use chains::Level;
 use moves::Widths;
+pub(crate) use moves::of_samples;
 use population::{Population, State};
 
 /// What no trial draws, see [`Run::unread`], and how many of it a tape has.

@@ -52,6 +52,18 @@ impl<'a> Trials<'a> {
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.
     pub fn all_records(&self, tapes: Vec<Tape>, watch: &dyn Watch) -> Result<Vec<Record>, Halt<FileError>> {
+        Ok(self.all_with_tapes(tapes, watch)?.0)
+    }
+
+    /// The same with the tapes as they are afterwards, with all that was read.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn all_with_tapes(
+        &self,
+        tapes: Vec<Tape>,
+        watch: &dyn Watch,
+    ) -> Result<(Vec<Record>, Vec<Tape>), Halt<FileError>> {
         let mut parts: Vec<Vec<Tape>> = Vec::new();
         for tape in tapes {
             match parts.last_mut() {
@@ -65,9 +77,11 @@ impl<'a> Trials<'a> {
             }
             let records = self.records(&part)?;
             watch.did(records.len() as u64);
-            Ok(records)
+            Ok((records, part))
         });
-        Ok(parts.collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let (records, tapes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
     }
 
     /// How far they are from an event.

@@ -12,7 +12,7 @@ use standstill_detect::{Decay, MethodName, Signature};
 use standstill_interface::Choice;
 
 pub use campaigns::{
-    Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Results, Run, Sweep,
+    Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Results, Run, Sweep,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -40,6 +40,8 @@ pub enum Command {
     Sweep(Sweep),
     /// The probability of a rare event, down to one in a billion, and what it looks like
     Odds(Odds),
+    /// Where the error comes from: the share of each sensor and drive error and of each tolerance
+    Budget(Budget),
     /// The shards of a run, put together
     Merge(Merge),
     /// A finished run as one HTML file, and its figures

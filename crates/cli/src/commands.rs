@@ -1,5 +1,6 @@
 //! The subcommands.
 
+pub mod budget;
 pub mod check;
 pub mod compare;
 pub mod init;

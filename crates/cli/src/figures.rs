@@ -9,9 +9,11 @@ use standstill_sim::{Event, Snapshot, Trace};
 
 use crate::log::Entry;
 
+mod budget;
 mod comparison;
 mod odds;
 
+pub use budget::{Bar, over_angle, shares};
 pub use comparison::comparison;
 pub use odds::odds;
 
