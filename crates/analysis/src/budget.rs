@@ -18,7 +18,7 @@ use crate::sobol::{Shares, Tuple, ratio};
 use crate::{Halt, Trials, Watch};
 
 /// Pairs of samples where nobody asks for another number.
-pub const PAIRS: u64 = 4000;
+pub const PAIRS: u64 = 8000;
 
 /// Parts of the picture over the angle.
 pub const PARTS: usize = 24;

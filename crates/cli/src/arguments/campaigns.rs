@@ -95,7 +95,7 @@ pub struct Odds {
 pub struct Budget {
     #[command(flatten)]
     pub question: Question,
-    /// Pairs of samples; the trials are 2 + 3 times the number of sources as many [default: 4000]
+    /// Pairs of samples; the trials are 2 + 3 times the number of sources as many [default: 8000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
     pub pairs: Option<u32>,
 }
