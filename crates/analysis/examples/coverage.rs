@@ -26,7 +26,8 @@ fn main() -> Result<(), Halt<Infallible>> {
             // Thousands of answers with all their tapes would fill the memory.
             Ok(Odds { failures: Vec::new(), ..odds })
         };
-        let all = (1..=answers).into_par_iter().map(answer).collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
+        let all =
+            (1..=answers).into_par_iter().map(answer).collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
         let count = |of: &dyn Fn(&Odds) -> bool| all.iter().filter(|odds| of(odds)).count();
         let mean = |of: &dyn Fn(&Odds) -> f64| all.iter().map(of).sum::<f64>() / answers as f64;
         println!(

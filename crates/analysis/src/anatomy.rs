@@ -78,8 +78,7 @@ impl Anatomy {
         for (number, ((weight, tape), record)) in failures.iter().zip(&records).enumerate() {
             sums.entry(class(event, record)).or_default().add(number, *weight, tape);
         }
-        let enough =
-            |sums: &Sums| sums.members.len() >= LEAST_STATES && sums.share >= LEAST_SHARE;
+        let enough = |sums: &Sums| sums.members.len() >= LEAST_STATES && sums.share >= LEAST_SHARE;
         let mut sectors: Vec<((usize, Option<bool>), Sums)> =
             sums.into_iter().filter(|(_, sums)| enough(sums)).collect();
         sectors.sort_by(|(_, a), (_, b)| b.share.total_cmp(&a.share));
@@ -188,7 +187,9 @@ fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::LinkError => "offset of the DC link".to_owned(),
         Purpose::LinkNoise => format!("noise of the DC link in sample {}", number + 1),
         Purpose::Jitter => format!("jitter of sample {}", number + 1),
-        Purpose::GateDelay if number.is_multiple_of(2) => format!("switch-off delay of {}", phase(number / 2)),
+        Purpose::GateDelay if number.is_multiple_of(2) => {
+            format!("switch-off delay of {}", phase(number / 2))
+        }
         Purpose::GateDelay => format!("switch-on delay of {}", phase(number / 2)),
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),

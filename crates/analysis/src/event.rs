@@ -112,10 +112,14 @@ impl Event {
     /// What brings a start nearer to the event, in words; none where nothing tells.
     pub const fn order_parameter(self) -> Option<&'static str> {
         match self {
-            Self::WrongPole => Some("evidence for the wrong pole less what a decision needs, in standard deviations"),
+            Self::WrongPole => {
+                Some("evidence for the wrong pole less what a decision needs, in standard deviations")
+            }
             Self::WrongEvidence => Some("evidence for the wrong pole, in standard deviations"),
             Self::Error(_) => Some("the axis error, in degrees"),
-            Self::Undetermined => Some("what a decision needs less the evidence found, in standard deviations"),
+            Self::Undetermined => {
+                Some("what a decision needs less the evidence found, in standard deviations")
+            }
             Self::Failed => None,
             Self::Moved(_) => Some("the movement, in degrees"),
             Self::PeakCurrent(_) => Some("the largest phase current, in A"),
@@ -200,7 +204,10 @@ mod tests {
     fn regress_what_is_no_event_names_those_that_are() {
         for text in ["wrongpole", "|e| > -1", "|e| > 100", "moved", "peak_current > 8 V", "|e| < 3", ""] {
             let message = text.parse::<Event>().expect_err("no event").to_string();
-            assert!(message.contains(&format!("`{text}`")) && message.contains("wrong-evidence"), "{message}");
+            assert!(
+                message.contains(&format!("`{text}`")) && message.contains("wrong-evidence"),
+                "{message}"
+            );
         }
     }
 

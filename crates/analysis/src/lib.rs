@@ -13,9 +13,12 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod anatomy;
+pub mod bracket;
 mod budget;
 mod event;
+pub mod limit;
 mod odds;
+pub mod require;
 pub mod sobol;
 pub mod subset;
 mod system;

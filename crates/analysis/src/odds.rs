@@ -60,7 +60,10 @@ impl fmt::Display for Alarm {
                 "draws that nothing reads have a mean of {mean:.2} standard deviations: few independent states are left"
             ),
             Self::Ancestors(count) => {
-                write!(f, "all states of a run's last level descend from {count} of its first: its parts are few")
+                write!(
+                    f,
+                    "all states of a run's last level descend from {count} of its first: its parts are few"
+                )
             }
             Self::Missed { runs, of } => write!(f, "{runs} of {of} runs did not reach the event"),
             Self::Flat => write!(
@@ -69,7 +72,9 @@ impl fmt::Display for Alarm {
                  trials"
             ),
             Self::TooRare(least) => write!(f, "the event is rarer than {least:.0e}, where the runs gave up"),
-            Self::Errors(count) => write!(f, "{count} simulations could not go on and count as starts without the event"),
+            Self::Errors(count) => {
+                write!(f, "{count} simulations could not go on and count as starts without the event")
+            }
             Self::WrongAxes(share) => write!(
                 f,
                 "{:.0} % of the wrong poles have an axis error above 45°: it is the axis that is lost, not the pole",
@@ -146,7 +151,8 @@ impl Odds {
         let probability_of = |run: &Run| if run.end == End::Reached { run.probability } else { 0.0 };
         let count = all as f64;
         let mean = runs.iter().map(probability_of).sum::<f64>() / count;
-        let scatter = runs.iter().map(|run| (probability_of(run) - mean).powi(2)).sum::<f64>() / (count - 1.0);
+        let scatter =
+            runs.iter().map(|run| (probability_of(run) - mean).powi(2)).sum::<f64>() / (count - 1.0);
         let variation = if mean > 0.0 { scatter.sqrt() / mean } else { 0.0 };
         let factor = standstill_numeric::exp(student(count - 1.0) * variation / count.sqrt());
         let mut probability = Estimate { value: mean, low: mean / factor, high: (mean * factor).min(1.0) };
@@ -204,11 +210,7 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
 }
 
 /// Plain trials, counted.
-fn plain<S: System>(
-    system: &S,
-    settings: &Settings,
-    watch: &dyn Watch,
-) -> Result<Odds, Halt<S::Error>> {
+fn plain<S: System>(system: &S, settings: &Settings, watch: &dyn Watch) -> Result<Odds, Halt<S::Error>> {
     // The first level of one run with as many states.
     let all = Settings { states: PLAIN, chain: PLAIN / 400, ..*settings };
     let (hits, failures) = crate::subset::plain(system, &all, RUNS, watch)?;

@@ -69,7 +69,8 @@ impl Shares {
     /// Of independent tuples, all of as many sources.
     pub fn of(tuples: &[Tuple]) -> Self {
         let sources = tuples.first().map_or(0, |tuple| tuple.mixed.len());
-        let ratio = |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), tuple.square())));
+        let ratio =
+            |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), tuple.square())));
         Self {
             mean_square: self::ratio(tuples.iter().map(|tuple| (tuple.square(), 1.0))),
             common: ratio(&Tuple::common),
@@ -100,7 +101,8 @@ mod tests {
 
     /// e = m cos θ + a x cos θ + b y + c x z: all shares have closed forms.
     fn tuples(seed: u64, [m, a, b, c]: [f64; 4]) -> Vec<Tuple> {
-        let error = |angle: f64, [x, y, z]: [f64; 3]| m * angle.cos() + a * x * angle.cos() + b * y + c * x * z;
+        let error =
+            |angle: f64, [x, y, z]: [f64; 3]| m * angle.cos() + a * x * angle.cos() + b * y + c * x * z;
         (0..20_000)
             .map(|trial| {
                 let mut draws = Streams::new(seed, trial).open(Purpose::Design);

@@ -113,8 +113,7 @@ impl<'a> Trials<'a> {
             let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
             let records = self.all_records(tapes, watch)?;
             let weights = odds.failures.iter().zip(&records);
-            let share: f64 =
-                weights.filter(|(_, record)| lost(record)).map(|((weight, _), _)| weight).sum();
+            let share: f64 = weights.filter(|(_, record)| lost(record)).map(|((weight, _), _)| weight).sum();
             if share > 0.1 {
                 odds.alarms.push(Alarm::WrongAxes(share));
             }

@@ -78,7 +78,8 @@ impl System for Lazy {
 #[test]
 fn analytic_a_vector_that_grows_as_it_is_read_changes_nothing() {
     let truth = 1e-6;
-    let answers: Vec<Odds> = (1..=6).into_par_iter().map(|seed| odds(&Lazy(deviations(truth)), seed)).collect();
+    let answers: Vec<Odds> =
+        (1..=6).into_par_iter().map(|seed| odds(&Lazy(deviations(truth)), seed)).collect();
     let mean = answers.iter().map(|odds| odds.probability.value / truth).sum::<f64>() / 6.0;
     assert!((mean - 1.0).abs() < 0.1, "{mean}");
 }

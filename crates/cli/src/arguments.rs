@@ -12,7 +12,7 @@ use standstill_detect::{Decay, MethodName, Signature};
 use standstill_interface::Choice;
 
 pub use campaigns::{
-    Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Results, Run, Sweep,
+    Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -42,6 +42,8 @@ pub enum Command {
     Odds(Odds),
     /// Where the error comes from: the share of each sensor and drive error and of each tolerance
     Budget(Budget),
+    /// What a part must do: the largest or smallest value of a key with which limits hold
+    Require(Require),
     /// The shards of a run, put together
     Merge(Merge),
     /// A finished run as one HTML file, and its figures

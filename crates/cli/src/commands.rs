@@ -11,6 +11,7 @@ pub mod odds;
 mod question;
 pub mod report;
 pub mod reproduce;
+pub mod require;
 pub mod run;
 pub mod shell;
 pub mod trace;

@@ -41,6 +41,7 @@ fn main() -> ExitCode {
         Command::Run(options) => commands::run::run(&options),
         Command::Sweep(options) => commands::run::sweep(&options),
         Command::Budget(options) => commands::budget::run(&options),
+        Command::Require(options) => commands::require::run(&options),
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),
         Command::Merge(options) => commands::merge::run(&options),

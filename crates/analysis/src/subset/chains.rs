@@ -50,7 +50,8 @@ impl<'a> Level<'a> {
                 states.push(seed);
             }
         }
-        let walked = parts.into_par_iter().map(|(first, states)| self.walk_part(system, first, states, watch));
+        let walked =
+            parts.into_par_iter().map(|(first, states)| self.walk_part(system, first, states, watch));
         let walked = walked.collect::<Result<Vec<_>, _>>()?;
         let mut work = Work::default();
         let mut populations = Vec::new();

@@ -92,8 +92,9 @@ impl Spread {
             let mean = sum / count;
             (squares / count - mean * mean).max(1e-6).sqrt()
         };
-        let deviations =
-            |(purpose, name, sums): (_, _, Vec<_>)| (purpose, name, sums.into_iter().map(deviation).collect());
+        let deviations = |(purpose, name, sums): (_, _, Vec<_>)| {
+            (purpose, name, sums.into_iter().map(deviation).collect())
+        };
         Self(sums.into_iter().map(deviations).collect())
     }
 

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
+use standstill_analysis::limit::{LimitError, Limits};
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
@@ -101,6 +102,25 @@ pub struct Budget {
 }
 
 #[derive(Debug, Args)]
+pub struct Require {
+    #[command(flatten)]
+    pub question: Question,
+    /// The key whose largest or smallest value is looked for, such as `sensors.noise`; two for their trade-off curve
+    #[arg(long, value_name = "KEY", required = true)]
+    pub key: Vec<String>,
+    /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X), wrong_poles, undetermined,
+    /// failed, moved, duration, peak_current. Starts without an answer count against each
+    #[arg(long, value_name = "LIMITS", value_parser = limits)]
+    pub limit: Limits,
+    /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
+    #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
+    pub between: Vec<String>,
+    /// Trials at one value at most [default: 300000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
+    pub most: Option<u32>,
+}
+
+#[derive(Debug, Args)]
 pub struct Merge {
     /// Folders with the shards' journals
     #[arg(required = true, value_name = "SHARDS")]
@@ -156,6 +176,10 @@ impl From<FormatName> for Format {
 
 fn event(text: &str) -> Result<Event, String> {
     text.parse().map_err(|error: standstill_analysis::EventError| error.to_string())
+}
+
+fn limits(text: &str) -> Result<Limits, String> {
+    text.parse().map_err(|error: LimitError| error.to_string())
 }
 
 fn shard(text: &str) -> Result<Shard, String> {

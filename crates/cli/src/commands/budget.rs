@@ -178,17 +178,20 @@ fn page(setting: String, budget: &Budget, rows: &[Row]) -> Page {
             TableColumn::text("95 % interval"),
             TableColumn::number("total", "%"),
         ],
-        rows: rows.iter().map(|row| row.cells().into_iter().map(|cell| cell.replace('–', "")).collect()).collect(),
+        rows: rows
+            .iter()
+            .map(|row| row.cells().into_iter().map(|cell| cell.replace('–', "")).collect())
+            .collect(),
     };
-    let verdict =
-        Block::Verdict { tone: Tone::Neutral, headline: headline(budget), details: notes(budget) };
+    let verdict = Block::Verdict { tone: Tone::Neutral, headline: headline(budget), details: notes(budget) };
     let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
     Page {
         title: "Where the error comes from".to_owned(),
         subtitle: setting,
-        sections: vec![
-            section("Answer", vec![verdict, Block::Table(table), Block::Text(LEGEND.trim().to_owned())]),
-        ],
+        sections: vec![section(
+            "Answer",
+            vec![verdict, Block::Table(table), Block::Text(LEGEND.trim().to_owned())],
+        )],
         footer: String::new(),
     }
 }

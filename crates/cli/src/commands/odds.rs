@@ -139,7 +139,8 @@ fn answer(
     });
     let mut figures = Vec::new();
     if !odds.runs.is_empty() {
-        let caption = "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
+        let caption =
+            "Each run goes down by levels of a tenth; where they meet the event, their mean counts.";
         figures.push(("odds".to_owned(), figures::odds(odds, event, setting.clone()), caption.to_owned()));
     }
     if let Some(tape) = &anatomy.typical {
@@ -247,7 +248,8 @@ fn page(
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
     details.extend(alarms);
     let runs = Table {
-        caption: "The runs; own variation: the coefficient of variation that a run expects of itself".to_owned(),
+        caption: "The runs; own variation: the coefficient of variation that a run expects of itself"
+            .to_owned(),
         columns: vec![
             TableColumn::number("run", ""),
             TableColumn::number("probability", ""),
@@ -310,5 +312,8 @@ fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> 
         _ => format!("{}: {}", record.verdict().name(), record.reason()),
     };
     let title = format!("a start with the event, rotor at {:.1}°", record.true_angle_deg());
-    Ok((figures::detection(&trace, &title), format!("Of the likeliest sector the start nearest to its means: {outcome}.")))
+    Ok((
+        figures::detection(&trace, &title),
+        format!("Of the likeliest sector the start nearest to its means: {outcome}."),
+    ))
 }

@@ -39,10 +39,7 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
 }
 
 /// Runs on as many threads as asked for.
-pub fn on_threads<T: Send>(
-    question: &Question,
-    work: impl FnOnce() -> T + Send,
-) -> Result<T, Error> {
+pub fn on_threads<T: Send>(question: &Question, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
     let threads = question.threads.map_or(0, usize::from);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
     let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;

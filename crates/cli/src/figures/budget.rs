@@ -25,7 +25,8 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
         let (y, half) = (place(k), 0.3);
         let area = [(0.0, y - half, y + half), (share.max(0.0), y - half, y + half)];
         panel = panel.with(Layer::band("by itself, with its 95 % interval", Style::Blue, area));
-        panel = panel.with(Layer::line("by itself, with its 95 % interval", Style::Blue, [(low, y), (high, y)]));
+        panel =
+            panel.with(Layer::line("by itself, with its 95 % interval", Style::Blue, [(low, y), (high, y)]));
     }
     let totals = bars.iter().enumerate().filter_map(|(k, bar)| Some((100.0 * bar.total?, place(k))));
     panel = panel.with(Layer::points("with all in which it has a part", Style::Vermilion, totals));
