@@ -166,7 +166,7 @@ impl Sums {
             for strip in tape.strips() {
                 for (k, x) in strip.normals.iter().enumerate() {
                     let place = (strip.purpose as u32, strip.name.clone(), k);
-                    sum += far.get(&place).map_or(0.0, |mean| (x - mean).powi(2));
+                    sum += far.get(&place).map_or(0.0, |mean| (x - mean) * (x - mean));
                 }
             }
             sum

@@ -178,7 +178,8 @@ impl Search {
                 return Ok(Edge { side, value, interval, narrow, stretches, trials });
             }
             // An interval narrows with the root of the trials.
-            let more = (1.3 * (width / self.width).powi(2)).clamp(2.0, 20.0);
+            let excess = width / self.width;
+            let more = (1.3 * excess * excess).clamp(2.0, 20.0);
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some millions")]
             let next = (trials as f64 * more) as u64;
             trials = next.min(self.most);

@@ -3,6 +3,7 @@
 use std::fmt;
 
 use standstill_campaign::{Estimate, binomial_interval, student};
+use standstill_numeric::power;
 use standstill_sim::Tape;
 
 use crate::subset::{End, Run, Settings, run};
@@ -152,7 +153,7 @@ impl Odds {
         let count = all as f64;
         let mean = runs.iter().map(probability_of).sum::<f64>() / count;
         let scatter =
-            runs.iter().map(|run| (probability_of(run) - mean).powi(2)).sum::<f64>() / (count - 1.0);
+            runs.iter().map(|run| power(probability_of(run) - mean, 2)).sum::<f64>() / (count - 1.0);
         let variation = if mean > 0.0 { scatter.sqrt() / mean } else { 0.0 };
         let factor = standstill_numeric::exp(student(count - 1.0) * variation / count.sqrt());
         let mut probability = Estimate { value: mean, low: mean / factor, high: (mean * factor).min(1.0) };
@@ -193,7 +194,7 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
     if reached.len() < all {
         alarms.push(Alarm::Missed { runs: all - reached.len(), of: all });
     }
-    let expected = (reached.iter().map(|run| run.variation.powi(2)).sum::<f64>() / count).sqrt();
+    let expected = (reached.iter().map(|run| power(run.variation, 2)).sum::<f64>() / count).sqrt();
     if variation > MORE * expected {
         alarms.push(Alarm::Disagree { found: variation, expected });
     }

@@ -141,7 +141,7 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
     };
     // What is no number of the key's fails both ways, and the second says why.
     match accepts(Value::Float(4.5)) {
-        Ok(()) => Ok(key.ends_with(".bits")),
+        Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),
         Err(_) => accepts(Value::Integer(4)).map(|()| true).or_else(|error| {
             // A number that is out of the key's range is a number.
             if accepts(Value::Float(1e-6)).is_ok() { Ok(false) } else { Err(error) }

@@ -13,6 +13,7 @@
 //! sources' interaction. Intervals are those of ratios of means, linearised.
 
 use standstill_campaign::{Estimate, student};
+use standstill_numeric::power;
 
 /// The errors of one pair of samples.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,7 +57,7 @@ impl Tuple {
     }
 
     fn total(&self, source: usize) -> f64 {
-        (self.a - self.mixed[source]).powi(2) / 2.0
+        power(self.a - self.mixed[source], 2) / 2.0
     }
 
     fn interaction(&self) -> f64 {
@@ -88,7 +89,7 @@ pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
         (count, above, below) = (count + 1.0, above + x, below + y);
     }
     let value = above / below;
-    let squares: f64 = pairs.map(|(x, y)| (x - value * y).powi(2)).sum();
+    let squares: f64 = pairs.map(|(x, y)| power(x - value * y, 2)).sum();
     let half = student(count - 1.0) * squares.sqrt() / below;
     Estimate { value, low: value - half, high: value + half }
 }

@@ -16,8 +16,6 @@ mod chains;
 mod moves;
 mod population;
 
-use std::sync::atomic::Ordering;
-
 use rayon::prelude::*;
 use standstill_sim::{Purpose, Streams, Tape};
 
@@ -232,14 +230,4 @@ fn unread(failures: &mut [Tape]) -> [f64; UNREAD_DRAWS] {
         }
     }
     means
-}
-
-impl Watch for std::sync::atomic::AtomicU64 {
-    fn stopped(&self) -> bool {
-        false
-    }
-
-    fn did(&self, trials: u64) {
-        self.fetch_add(trials, Ordering::Relaxed);
-    }
 }

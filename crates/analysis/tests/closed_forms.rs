@@ -1,4 +1,5 @@
 //! Subset simulation of events whose probability has a closed form.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
@@ -12,7 +13,7 @@ use standstill_sim::{Purpose, Streams, Tape};
 mod systems;
 use systems::{TwoModes, TwoVectors, deviations, upper_tail};
 
-const NEVER: AtomicBool = AtomicBool::new(false);
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 fn odds<S: System<Error = Infallible>>(system: &S, seed: u64) -> Odds {
     let settings = Settings { seed, ..Settings::default() };

@@ -1,4 +1,5 @@
 //! Budgets of simulated starts against closed forms.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -7,7 +8,7 @@ use standstill_analysis::{Budget, Item, Source, Trials};
 use standstill_campaign::file::{Document, Plan};
 use standstill_plant::DataSheet;
 
-const NEVER: AtomicBool = AtomicBool::new(false);
+static NEVER: AtomicBool = AtomicBool::new(false);
 
 /// The paper's motor without saturation, with these lines of `[sensors]`; the drive is ideal.
 fn linear(sensors: &str) -> Plan {

@@ -68,7 +68,8 @@ impl Row {
 /// The sources, the largest share first; then the method's own bias among them, and the interaction last.
 fn rows(budget: &Budget) -> Vec<Row> {
     let (own, share) = budget.method;
-    let rest = (budget.rms_deg.value.powi(2) - own * own).max(0.0).sqrt();
+    let rms = budget.rms_deg.value;
+    let rest = (rms * rms - own * own).max(0.0).sqrt();
     let mut rows = vec![Row::new("method", [Some(own), Some(rest)], share, Some(share.value))];
     rows.extend(budget.items.iter().map(|item| {
         let rms = [item.alone_deg, item.without_deg].map(|rms| Some(rms.value));
@@ -157,7 +158,7 @@ fn text(setting: &str, budget: &Budget, rows: &[Row]) -> String {
         let _ = writeln!(text, "  {note}");
     }
     let header = ["source", "alone °", "without °", "share %", "interval", "total %"];
-    text += &format!("\n{}", wide_table(&header, rows.iter().map(Row::cells)));
+    let _ = write!(text, "\n{}", wide_table(&header, rows.iter().map(Row::cells)));
     text + LEGEND
 }
 

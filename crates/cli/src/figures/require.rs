@@ -14,11 +14,11 @@ pub struct Judged {
     pub measures: Vec<Estimate>,
 }
 
-fn axis(key: &str, values: impl Iterator<Item = f64> + Clone) -> Axis {
+fn axis(key: &str, mut values: impl Iterator<Item = f64>) -> Axis {
     let unit = file::unit(key).unwrap_or_default();
     let label = if unit.is_empty() { key.to_owned() } else { format!("{key} ({unit})") };
     let axis = Axis::new(label);
-    if values.clone().all(|value| value > 0.0) { axis.log10() } else { axis }
+    if values.all(|value| value > 0.0) { axis.log10() } else { axis }
 }
 
 /// Measures over their limits.
