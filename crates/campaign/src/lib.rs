@@ -33,5 +33,7 @@ pub use numerics::NUMERICS;
 pub use record::{Record, Verdict};
 pub use rotor::Rotor;
 pub use scenario::{Scenario, Specimen};
-pub use statistics::{Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval};
+pub use statistics::{
+    Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval, student,
+};
 pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};

@@ -12,7 +12,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use self::quantiles::Magnitudes;
-use self::student::student;
+pub use self::student::student;
 use crate::store::Row;
 use crate::{Record, Verdict};
 

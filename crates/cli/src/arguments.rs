@@ -11,7 +11,9 @@ use standstill_campaign::{ErrorSet, PoleRule, Rotor};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_interface::Choice;
 
-pub use campaigns::{Completions, FormatName, Init, Man, Merge, Report, Results, Run, Sweep};
+pub use campaigns::{
+    Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
+};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
@@ -36,6 +38,12 @@ pub enum Command {
     Run(Run),
     /// The same, with axes from the command line
     Sweep(Sweep),
+    /// The probability of a rare event, down to one in a billion, and what it looks like
+    Odds(Odds),
+    /// Where the error comes from: the share of each sensor and drive error and of each tolerance
+    Budget(Budget),
+    /// What a part must do: the largest or smallest value of a key with which limits hold
+    Require(Require),
     /// The shards of a run, put together
     Merge(Merge),
     /// A finished run as one HTML file, and its figures

@@ -1,13 +1,17 @@
 //! The subcommands.
 
+pub mod budget;
 pub mod check;
 pub mod compare;
 pub mod init;
 pub mod magnetics;
 pub mod merge;
 pub mod motors;
+pub mod odds;
+mod question;
 pub mod report;
 pub mod reproduce;
+pub mod require;
 pub mod run;
 pub mod shell;
 pub mod trace;

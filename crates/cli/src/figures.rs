@@ -9,9 +9,15 @@ use standstill_sim::{Event, Snapshot, Trace};
 
 use crate::log::Entry;
 
+mod budget;
 mod comparison;
+mod odds;
+mod require;
 
+pub use budget::{Bar, over_angle, shares};
 pub use comparison::comparison;
+pub use odds::odds;
+pub use require::{Judged, require, tradeoff};
 
 const WIDTH: u32 = 900;
 

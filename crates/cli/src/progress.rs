@@ -1,6 +1,12 @@
 //! A progress bar on a terminal; nothing in a pipe.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use standstill_analysis::Watch;
+
+use crate::interrupt;
 
 /// A bar for this many trials, on standard error.
 pub fn bar(trials: u64) -> ProgressBar {
@@ -13,6 +19,33 @@ pub fn bar(trials: u64) -> ProgressBar {
     };
     bar.set_style(style.with_key("rate", rate));
     bar
+}
+
+/// Trials of an analysis: shown on a bar, and ended by a flag.
+pub struct Watched {
+    pub bar: ProgressBar,
+    stop: Arc<AtomicBool>,
+}
+
+impl Watched {
+    /// A bar for about this many trials, and an interrupt's flag.
+    pub fn new(trials: u64) -> Self {
+        Self { bar: bar(trials), stop: interrupt::flag() }
+    }
+}
+
+impl Watch for Watched {
+    fn stopped(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+
+    fn did(&self, trials: u64) {
+        self.bar.inc(trials);
+        // An estimate is no promise.
+        if self.bar.length().is_some_and(|length| self.bar.position() > length) {
+            self.bar.set_length(self.bar.position());
+        }
+    }
 }
 
 /// A bar for this many rows that are written, at most.

@@ -247,6 +247,40 @@ impl Plan {
             run(scenario)
         }
     }
+
+    /// The scenario of the trial at a point that a tape gives, with its tolerances.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn scenario_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tape: &Tape,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        self.drawn_by(point, Some(scenario), Streams::taped(tape))
+    }
+
+    /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `done` gets
+    /// each record with the number of its tape.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trials_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tapes: &[Tape],
+        mut done: impl FnMut(usize, Record),
+    ) -> Result<(), FileError> {
+        if !self.has_tolerances() {
+            return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
+        }
+        for (number, tape) in tapes.iter().enumerate() {
+            done(number, self.trial_taped(point, scenario, tape)?);
+        }
+        Ok(())
+    }
 }
 
 impl Trials for Plan {

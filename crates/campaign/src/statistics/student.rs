@@ -4,8 +4,8 @@ use standstill_numeric::power;
 
 use super::binomial::beta;
 
-/// Student's factor of a 95 % interval, which is 1.96 for many; one value alone has none.
-pub(super) fn student(freedom: f64) -> f64 {
+/// Student's factor of a 95 % interval with this many degrees of freedom, which is 1.96 for many; without any there is none.
+pub fn student(freedom: f64) -> f64 {
     if freedom > 300.0 {
         // Abramowitz and Stegun, 26.7.5: from here on right to nine digits.
         let z: f64 = 1.959_963_984_540_054;

@@ -3,6 +3,8 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use standstill_analysis::Event;
+use standstill_analysis::limit::{LimitError, Limits};
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
@@ -59,6 +61,65 @@ pub struct Sweep {
     pub axes: Axes,
 }
 
+/// What the commands that answer one question of a scenario have in common.
+#[derive(Debug, Args)]
+pub struct Question {
+    /// Scenario file (.toml) without axes; `standstill init` writes one
+    pub scenario: PathBuf,
+    #[command(flatten)]
+    pub keys: Keys,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// Folder for table, figure and page; made if it does not exist [default: standstill-out/ and the command's name; with
+    /// --json none]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON; files are written only with --out
+    #[arg(long)]
+    pub json: bool,
+    /// Worker threads [default: one per core]; the results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub struct Odds {
+    #[command(flatten)]
+    pub question: Question,
+    /// What may happen: wrong-pole, wrong-evidence (readings that speak for the wrong pole, enough or not), undetermined,
+    /// failed, `|e| > 3 deg` (of the axis), `moved > 1 deg`, `peak_current > 8 A`
+    #[arg(long, value_name = "EVENT", value_parser = event)]
+    pub event: Event,
+}
+
+#[derive(Debug, Args)]
+pub struct Budget {
+    #[command(flatten)]
+    pub question: Question,
+    /// Pairs of samples; the trials are 2 + 3 times the number of sources as many [default: 8000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    pub pairs: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+pub struct Require {
+    #[command(flatten)]
+    pub question: Question,
+    /// The key whose largest or smallest value is looked for, such as `sensors.noise`; two for their trade-off curve
+    #[arg(long, value_name = "KEY", required = true)]
+    pub key: Vec<String>,
+    /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X), wrong_poles, undetermined,
+    /// failed, moved, duration, peak_current. Starts without an answer count against each
+    #[arg(long, value_name = "LIMITS", value_parser = limits)]
+    pub limit: Limits,
+    /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]
+    #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
+    pub between: Vec<String>,
+    /// Trials at one value at most [default: 300000]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
+    pub most: Option<u32>,
+}
+
 #[derive(Debug, Args)]
 pub struct Merge {
     /// Folders with the shards' journals
@@ -111,6 +172,14 @@ impl From<FormatName> for Format {
             FormatName::Parquet => Self::Parquet,
         }
     }
+}
+
+fn event(text: &str) -> Result<Event, String> {
+    text.parse().map_err(|error: standstill_analysis::EventError| error.to_string())
+}
+
+fn limits(text: &str) -> Result<Limits, String> {
+    text.parse().map_err(|error: LimitError| error.to_string())
 }
 
 fn shard(text: &str) -> Result<Shard, String> {

@@ -1,6 +1,7 @@
 //! The command as its users meet it: what it prints and writes, and what it says to mistakes.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
+mod answers;
 mod bits;
 mod campaigns;
 mod files;

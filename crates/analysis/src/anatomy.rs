@@ -1,0 +1,199 @@
+//! What an event looks like: which draws the failing starts have in common.
+//!
+//! Over all angles the draws of a symmetric event average to zero: at one angle it is a gain too large that turns the axis,
+//! at another one too small. So means are of a sector of angles and a sign of the error.
+
+use std::collections::BTreeMap;
+
+use standstill_campaign::Record;
+use standstill_campaign::file::FileError;
+use standstill_sim::{Purpose, Tape};
+
+use crate::{Event, Halt, Trials, Watch};
+
+/// A mean nearer to zero than this many standard deviations is not told.
+const LEAST_MEAN: f64 = 0.5;
+
+/// States of a sector below which it is not told, and its least share.
+const LEAST_STATES: usize = 20;
+const LEAST_SHARE: f64 = 0.02;
+
+/// What the failing starts have in common.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Anatomy {
+    /// Sectors with enough starts, the likeliest first.
+    pub sectors: Vec<Sector>,
+    /// The start of the likeliest sector that is nearest to its means; none without a sector.
+    pub typical: Option<Tape>,
+}
+
+/// Failing starts at a range of angles, with one sign of the error.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sector {
+    /// Rotor angles in degrees.
+    pub angles_deg: (f64, f64),
+    /// Whether the error is positive; none where an event has no sign.
+    pub positive: Option<bool>,
+    /// Its share of the event.
+    pub share: f64,
+    /// Draws whose mean is away from zero, the furthest first.
+    pub draws: Vec<Draw>,
+}
+
+/// A draw among failing starts, in standard deviations of what it is drawn from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Draw {
+    /// What it is, such as `gain of b`.
+    pub name: String,
+    /// Its mean; zero among all starts.
+    pub mean: f64,
+    /// Its standard deviation; one among all starts.
+    pub deviation: f64,
+}
+
+/// Purpose, name and number of a draw.
+type Place = (u32, String, usize);
+
+/// Sums over draws: weights, values, squares.
+#[derive(Debug, Default)]
+struct Sums {
+    share: f64,
+    members: Vec<usize>,
+    draws: BTreeMap<Place, (Purpose, [f64; 3])>,
+}
+
+impl Anatomy {
+    /// Of weighted failing starts.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn of(
+        trials: &Trials<'_>,
+        event: Event,
+        failures: &[(f64, Tape)],
+        watch: &dyn Watch,
+    ) -> Result<Self, Halt<FileError>> {
+        let records = trials.all_records(failures.iter().map(|(_, tape)| tape.clone()).collect(), watch)?;
+        let mut sums: BTreeMap<(usize, Option<bool>), Sums> = BTreeMap::new();
+        for (number, ((weight, tape), record)) in failures.iter().zip(&records).enumerate() {
+            sums.entry(class(event, record)).or_default().add(number, *weight, tape);
+        }
+        let enough = |sums: &Sums| sums.members.len() >= LEAST_STATES && sums.share >= LEAST_SHARE;
+        let mut sectors: Vec<((usize, Option<bool>), Sums)> =
+            sums.into_iter().filter(|(_, sums)| enough(sums)).collect();
+        sectors.sort_by(|(_, a), (_, b)| b.share.total_cmp(&a.share));
+        let typical = sectors.first().and_then(|(_, sums)| sums.typical(failures));
+        let sector = |((number, positive), sums): &((usize, Option<bool>), Sums)| {
+            let from = *number as f64 * width(event);
+            let angles_deg = (from, from + width(event));
+            Sector { angles_deg, positive: *positive, share: sums.share, draws: sums.told() }
+        };
+        Ok(Self { sectors: sectors.iter().map(sector).collect(), typical })
+    }
+}
+
+/// Width of a sector in degrees.
+const fn width(event: Event) -> f64 {
+    match event {
+        Event::Error(_) => 15.0,
+        _ => 30.0,
+    }
+}
+
+/// Sector and sign. An axis has half a turn.
+fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
+    let (turn, positive) = match event {
+        Event::Error(_) => (180.0, record.axis_error_deg().map(|error| error > 0.0)),
+        _ => (360.0, None),
+    };
+    let angle = record.start_angle_deg().rem_euclid(turn);
+    // At most 24.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let sector = (angle / width(event)) as usize;
+    (sector, positive)
+}
+
+/// Draws that the anatomy is about: not the angle, which the sector has, nor phases, which are angles too.
+fn is_told(purpose: Purpose) -> bool {
+    !matches!(purpose, Purpose::Angle | Purpose::Ripple | Purpose::Design)
+}
+
+impl Sums {
+    fn add(&mut self, number: usize, weight: f64, tape: &Tape) {
+        self.share += weight;
+        self.members.push(number);
+        for strip in tape.clone().strips().iter().filter(|strip| is_told(strip.purpose)) {
+            for (k, x) in strip.normals.iter().enumerate() {
+                let place = (strip.purpose as u32, strip.name.clone(), k);
+                let (_, sums) = self.draws.entry(place).or_insert((strip.purpose, [0.0; 3]));
+                *sums = [sums[0] + weight, sums[1] + weight * x, sums[2] + weight * x * x];
+            }
+        }
+    }
+
+    fn means(&self) -> impl Iterator<Item = (&Place, Purpose, f64, f64)> {
+        // A draw that few starts have says little.
+        let common = self.draws.iter().filter(|(_, (_, sums))| sums[0] > 0.5 * self.share);
+        common.map(|(place, (purpose, [weight, sum, squares]))| {
+            let mean = sum / weight;
+            (place, *purpose, mean, (squares / weight - mean * mean).max(0.0).sqrt())
+        })
+    }
+
+    fn told(&self) -> Vec<Draw> {
+        let far = self.means().filter(|(_, _, mean, _)| mean.abs() >= LEAST_MEAN);
+        let mut draws: Vec<Draw> = far
+            .map(|(place, purpose, mean, deviation)| Draw {
+                name: name(purpose, &place.1, place.2),
+                mean,
+                deviation,
+            })
+            .collect();
+        draws.sort_by(|a, b| b.mean.abs().total_cmp(&a.mean.abs()));
+        draws
+    }
+
+    /// The member whose draws are nearest to those means that are away from zero.
+    fn typical(&self, failures: &[(f64, Tape)]) -> Option<Tape> {
+        let far: BTreeMap<&Place, f64> = self
+            .means()
+            .filter(|(_, _, mean, _)| mean.abs() >= LEAST_MEAN)
+            .map(|(place, _, mean, _)| (place, mean))
+            .collect();
+        let distance = |number: &usize| {
+            let mut tape = failures[*number].1.clone();
+            let mut sum = 0.0;
+            for strip in tape.strips() {
+                for (k, x) in strip.normals.iter().enumerate() {
+                    let place = (strip.purpose as u32, strip.name.clone(), k);
+                    sum += far.get(&place).map_or(0.0, |mean| (x - mean) * (x - mean));
+                }
+            }
+            sum
+        };
+        let nearest = self.members.iter().min_by(|a, b| distance(a).total_cmp(&distance(b)));
+        nearest.map(|number| failures[*number].1.clone())
+    }
+}
+
+/// What a draw is, in words.
+fn name(purpose: Purpose, key: &str, number: usize) -> String {
+    let phase = |number: usize| ["a", "b", "c"][number % 3];
+    match purpose {
+        Purpose::CurrentGain => format!("gain of {}", phase(number)),
+        Purpose::CurrentOffset => format!("offset of {}", phase(number)),
+        Purpose::CurrentNoise => format!("noise of {} in sample {}", phase(number), number / 3 + 1),
+        Purpose::LinkError if number == 0 => "gain of the DC link".to_owned(),
+        Purpose::LinkError => "offset of the DC link".to_owned(),
+        Purpose::LinkNoise => format!("noise of the DC link in sample {}", number + 1),
+        Purpose::Jitter => format!("jitter of sample {}", number + 1),
+        Purpose::GateDelay if number.is_multiple_of(2) => {
+            format!("switch-off delay of {}", phase(number / 2))
+        }
+        Purpose::GateDelay => format!("switch-on delay of {}", phase(number / 2)),
+        Purpose::Resolver => "resolver".to_owned(),
+        Purpose::Backlash => "place within the brake's play".to_owned(),
+        Purpose::Tolerance => key.to_owned(),
+        Purpose::Angle | Purpose::Ripple | Purpose::Design => format!("{purpose:?} {number}"),
+    }
+}

@@ -1,0 +1,221 @@
+//! What may happen at a start, and how far a start is from it.
+
+use std::fmt;
+use std::str::FromStr;
+
+use standstill_campaign::{Record, Verdict};
+use standstill_interface::{Angle, Outcome, PoleEvidence};
+use standstill_quantity::si_value;
+use standstill_sim::Ended;
+
+/// An event. Angles are kept in degrees, currents in A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Event {
+    /// The pole named is the wrong one.
+    WrongPole,
+    /// The readings speak for the wrong pole, whether or not that is enough to name one.
+    WrongEvidence,
+    /// The axis is further off than this, in degrees. Starts without an axis do not count: they are `undetermined` no more
+    /// than they are this.
+    Error(f64),
+    /// An axis without a pole.
+    Undetermined,
+    /// No angle: the detector gave up.
+    Failed,
+    /// The rotor was further from its start than this, in electrical degrees.
+    Moved(f64),
+    /// A phase current was larger than this, in A.
+    PeakCurrent(f64),
+}
+
+/// A text that is no event.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EventError(String);
+
+impl fmt::Display for EventError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is no event: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, \
+             `moved > 1 deg` or `peak_current > 8 A`",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for EventError {}
+
+impl FromStr for Event {
+    type Err = EventError;
+
+    fn from_str(text: &str) -> Result<Self, EventError> {
+        let error = || EventError(text.trim().to_owned());
+        match text.trim() {
+            "wrong-pole" => return Ok(Self::WrongPole),
+            "wrong-evidence" => return Ok(Self::WrongEvidence),
+            "undetermined" => return Ok(Self::Undetermined),
+            "failed" => return Ok(Self::Failed),
+            _ => {}
+        }
+        let (what, bound) = text.split_once('>').ok_or_else(error)?;
+        let bound = bound.trim();
+        match what.trim() {
+            "|e|" => bounded(bound, degrees, 90.0).map(Self::Error),
+            "moved" => bounded(bound, degrees, 1e6).map(Self::Moved),
+            "peak_current" => bounded(bound, amperes, 1e6).map(Self::PeakCurrent),
+            _ => None,
+        }
+        .ok_or_else(error)
+    }
+}
+
+fn bounded(text: &str, unit: fn(&str) -> Option<f64>, most: f64) -> Option<f64> {
+    unit(text).filter(|value| (0.0..most).contains(value))
+}
+
+/// Degrees, with their unit or without.
+pub(crate) fn degrees(text: &str) -> Option<f64> {
+    let number = ["degrees", "deg", "°"].iter().find_map(|unit| text.strip_suffix(unit)).unwrap_or(text);
+    number.trim().parse().ok()
+}
+
+/// A current, with its unit or in A.
+pub(crate) fn amperes(text: &str) -> Option<f64> {
+    let unit = text.ends_with('A');
+    text.parse().ok().or_else(|| si_value(text).filter(|_| unit))
+}
+
+impl fmt::Display for Event {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::WrongPole => f.write_str("wrong-pole"),
+            Self::WrongEvidence => f.write_str("wrong-evidence"),
+            Self::Error(bound) => write!(f, "|e| > {bound} deg"),
+            Self::Undetermined => f.write_str("undetermined"),
+            Self::Failed => f.write_str("failed"),
+            Self::Moved(bound) => write!(f, "moved > {bound} deg"),
+            Self::PeakCurrent(bound) => write!(f, "peak_current > {bound} A"),
+        }
+    }
+}
+
+/// Just outside of the event, and just inside.
+const OUTSIDE: f64 = 0.0;
+const INSIDE: f64 = f64::MIN_POSITIVE;
+
+impl Event {
+    /// Whether it happened.
+    pub fn happened(self, record: &Record) -> bool {
+        self.value(record) > 0.0
+    }
+
+    /// What brings a start nearer to the event, in words; none where nothing tells.
+    pub const fn order_parameter(self) -> Option<&'static str> {
+        match self {
+            Self::WrongPole => {
+                Some("evidence for the wrong pole less what a decision needs, in standard deviations")
+            }
+            Self::WrongEvidence => Some("evidence for the wrong pole, in standard deviations"),
+            Self::Error(_) => Some("the axis error, in degrees"),
+            Self::Undetermined => {
+                Some("what a decision needs less the evidence found, in standard deviations")
+            }
+            Self::Failed => None,
+            Self::Moved(_) => Some("the movement, in degrees"),
+            Self::PeakCurrent(_) => Some("the largest phase current, in A"),
+        }
+    }
+
+    /// What its order parameter must exceed.
+    pub const fn bound(self) -> f64 {
+        match self {
+            Self::Error(bound) | Self::Moved(bound) | Self::PeakCurrent(bound) => bound,
+            Self::WrongPole | Self::WrongEvidence | Self::Undetermined | Self::Failed => 0.0,
+        }
+    }
+
+    /// Above zero exactly where the event happened; else the smaller, the further away it was. Minus infinity where nothing
+    /// says how far.
+    pub fn value(self, record: &Record) -> f64 {
+        let Ended::Outcome(outcome) = record.run.ended else { return f64::NEG_INFINITY };
+        let run = &record.run;
+        let value = match self {
+            Self::WrongPole => {
+                let happened = record.pole_correct() == Some(false);
+                beyond(happened, evidence(&outcome, run.end_angle).map(|(wrong, needed)| wrong - needed))
+            }
+            Self::WrongEvidence => {
+                evidence(&outcome, run.end_angle).map_or(f64::NEG_INFINITY, |(wrong, _)| wrong)
+            }
+            Self::Error(bound) => {
+                record.axis_error_deg().map_or(f64::NEG_INFINITY, |error| error.abs() - bound)
+            }
+            Self::Undetermined => {
+                let happened = record.verdict() == Verdict::Undetermined;
+                let found = evidence(&outcome, run.end_angle);
+                beyond(happened, found.map(|(wrong, needed)| needed - wrong.abs()))
+            }
+            Self::Failed => beyond(record.verdict() == Verdict::Failed, None),
+            Self::Moved(bound) => run.moved.to_degrees() - bound,
+            Self::PeakCurrent(bound) => run.peak_current - bound,
+        };
+        if value.is_nan() { f64::NEG_INFINITY } else { value }
+    }
+}
+
+/// A distance that agrees with what happened.
+fn beyond(happened: bool, distance: Option<f64>) -> f64 {
+    match (happened, distance) {
+        (true, distance) => distance.unwrap_or(f64::INFINITY).max(INSIDE),
+        (false, distance) => distance.unwrap_or(f64::NEG_INFINITY).min(OUTSIDE),
+    }
+}
+
+/// The evidence for the wrong pole, and what is needed.
+fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
+    let right = outcome.evidence_for(Angle::from_radians(north))?;
+    let PoleEvidence { needed, .. } = outcome.findings().pole_evidence?;
+    Some((-right, needed))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_events_are_read_as_they_are_written() {
+        for text in [
+            "wrong-pole",
+            "wrong-evidence",
+            "undetermined",
+            "failed",
+            "|e| > 3.4 deg",
+            "moved > 1 deg",
+            "peak_current > 8.5 A",
+        ] {
+            let event: Event = text.parse().expect("an event");
+            assert_eq!(event.to_string(), text);
+        }
+        assert_eq!("|e|>3".parse(), Ok(Event::Error(3.0)));
+        assert_eq!("peak_current > 800 mA".parse(), Ok(Event::PeakCurrent(0.8)));
+    }
+
+    #[test]
+    fn regress_what_is_no_event_names_those_that_are() {
+        for text in ["wrongpole", "|e| > -1", "|e| > 100", "moved", "peak_current > 8 V", "|e| < 3", ""] {
+            let message = text.parse::<Event>().expect_err("no event").to_string();
+            assert!(
+                message.contains(&format!("`{text}`")) && message.contains("wrong-evidence"),
+                "{message}"
+            );
+        }
+    }
+
+    #[test]
+    fn law_a_distance_never_contradicts_what_happened() {
+        for distance in [None, Some(-2.0), Some(0.0), Some(3.0), Some(f64::INFINITY)] {
+            assert!(beyond(true, distance) > 0.0);
+            assert!(beyond(false, distance) <= 0.0);
+        }
+    }
+}

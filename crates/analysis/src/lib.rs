@@ -1,0 +1,32 @@
+//! Answers from many trials.
+//!
+//! ```text
+//!   odds     P(event) down to one in a billion:  tape of standard normals ─► subset simulation, several runs ─► Odds
+//!   budget   where the error comes from:         tapes that share draws   ─► Sobol' indices               ─► Budget
+//!   require  what a part must do:                a key, a limit           ─► bracketing on common draws   ─► Requirement
+//! ```
+//! All three rest on one fact: a trial is a pure function of its draws, and these can be given on a [`Tape`]. The
+//! mathematics ([`subset`], [`sobol`], [`bracket`]) knows no motor: it works on any [`System`], a function of a vector of
+//! standard normals that grows as it is read. [`Trials`] makes such a system of a scenario.
+//!
+//! [`Tape`]: standstill_sim::Tape
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
+
+mod anatomy;
+pub mod bracket;
+mod budget;
+mod event;
+pub mod limit;
+mod odds;
+pub mod require;
+pub mod sobol;
+pub mod subset;
+mod system;
+mod trials;
+
+pub use anatomy::{Anatomy, Draw, Sector};
+pub use budget::{Budget, Item, PAIRS, Part, Source, trials as trials_of_budget};
+pub use event::{Event, EventError};
+pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
+pub use system::{Halt, System, Watch};
+pub use trials::Trials;

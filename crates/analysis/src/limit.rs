@@ -1,0 +1,271 @@
+//! Limits on what trials show: `rms <= 1 deg, wrong_poles <= 0.1 %`.
+
+use std::fmt;
+use std::str::FromStr;
+
+use standstill_campaign::{Estimate, Record, Verdict as Ending, binomial_interval};
+use standstill_quantity::si_value;
+
+use crate::bracket::Verdict;
+use crate::event::{amperes, degrees};
+use crate::sobol::ratio;
+
+/// What is limited. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
+/// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Measure {
+    /// Root mean square of the axis error in degrees.
+    Rms,
+    /// 95th percentile of its magnitude.
+    P95,
+    /// 99th percentile.
+    P99,
+    /// Probability that the whole error, a wrong pole included, is beyond this many degrees.
+    Beyond(f64),
+    /// Share of wrong poles.
+    WrongPoles,
+    /// Share of starts without an answer.
+    Undetermined,
+    /// The same.
+    Failed,
+    /// What 99 of 100 starts stay below: movement in electrical degrees.
+    Moved,
+    /// Likewise, s.
+    Duration,
+    /// Likewise, A.
+    PeakCurrent,
+}
+
+/// A measure and what it may be at most: degrees, a share, s or A.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limit {
+    /// What.
+    pub measure: Measure,
+    /// At most.
+    pub most: f64,
+}
+
+/// Limits that must all hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Limits(pub Vec<Limit>);
+
+/// A text that is no limit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LimitError(String);
+
+impl fmt::Display for LimitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is no limit: needed `rms <= 1 deg`, p95, p99 or moved in degrees, `P(|e| > 2 deg) <= 1 %`, wrong_poles, \
+             undetermined or failed in per cent, `duration <= 20 ms`, `peak_current <= 8 A`, joined by commas",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for LimitError {}
+
+impl Measure {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "rms" => Self::Rms,
+            "p95" => Self::P95,
+            "p99" => Self::P99,
+            "wrong_poles" => Self::WrongPoles,
+            "undetermined" => Self::Undetermined,
+            "failed" => Self::Failed,
+            "moved" => Self::Moved,
+            "duration" => Self::Duration,
+            "peak_current" => Self::PeakCurrent,
+            _ => {
+                let inside = name.strip_prefix("P(")?.strip_suffix(')')?;
+                let (error, bound) = inside.split_once('>')?;
+                let bound = degrees(bound.trim()).filter(|bound| (0.0..180.0).contains(bound))?;
+                (error.trim() == "|e|").then_some(Self::Beyond(bound))?
+            }
+        })
+    }
+
+    fn value(self, text: &str) -> Option<f64> {
+        let value = match self {
+            Self::Rms | Self::P95 | Self::P99 | Self::Moved => degrees(text)?,
+            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => share(text)?,
+            Self::Duration => seconds(text)?,
+            Self::PeakCurrent => amperes(text)?,
+        };
+        (value > 0.0 && value.is_finite()).then_some(value)
+    }
+
+    /// What a start contributes.
+    fn of(self, record: &Record) -> f64 {
+        let answered = record.verdict() == Ending::Found;
+        let flag = |is: bool| f64::from(u8::from(is || !answered));
+        let unless = |value: f64| if answered { value } else { f64::INFINITY };
+        match self {
+            Self::Rms if !answered => 90.0,
+            Self::Rms => record.axis_error_deg().unwrap_or(90.0),
+            Self::P95 | Self::P99 => unless(record.axis_error_deg().map_or(f64::INFINITY, f64::abs)),
+            Self::Beyond(bound) => flag(record.error_deg().is_none_or(|error| error.abs() > bound)),
+            Self::WrongPoles => flag(record.pole_correct() == Some(false)),
+            Self::Undetermined | Self::Failed => flag(false),
+            Self::Moved => unless(record.rotor_moved_deg()),
+            Self::Duration => unless(record.run.duration.seconds()),
+            Self::PeakCurrent => unless(record.run.peak_current),
+        }
+    }
+
+    /// The measure over starts with its 95 % interval.
+    fn estimate(self, mut values: Vec<f64>) -> Estimate {
+        match self {
+            Self::Rms => {
+                let square = ratio(values.iter().map(|error| (error * error, 1.0)));
+                let root = |x: f64| x.max(0.0).sqrt();
+                Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
+            }
+            Self::P95 => quantile(&mut values, 0.95),
+            Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantile(&mut values, 0.99),
+            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
+                let count = values.iter().filter(|value| **value > 0.0).count();
+                binomial_interval(count as u64, values.len() as u64)
+            }
+        }
+    }
+}
+
+/// A quantile between order statistics, whose ranks are binomial.
+fn quantile(values: &mut [f64], share: f64) -> Estimate {
+    values.sort_by(f64::total_cmp);
+    let count = values.len() as f64;
+    let spread = 1.96 * (count * share * (1.0 - share)).sqrt();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below their number")]
+    let at = |rank: f64| {
+        let place = rank.ceil().max(1.0) as usize - 1;
+        values.get(place).copied().unwrap_or(f64::INFINITY)
+    };
+    let middle = count * share;
+    Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + 1.0) }
+}
+
+/// A share, in per cent or as a number.
+fn share(text: &str) -> Option<f64> {
+    match text.strip_suffix('%') {
+        Some(percent) => percent.trim().parse::<f64>().ok().map(|percent| percent / 100.0),
+        None => text.parse().ok(),
+    }
+}
+
+fn seconds(text: &str) -> Option<f64> {
+    text.parse().ok().or_else(|| si_value(text).filter(|_| text.ends_with('s')))
+}
+
+impl FromStr for Limits {
+    type Err = LimitError;
+
+    fn from_str(text: &str) -> Result<Self, LimitError> {
+        let limit = |part: &str| {
+            let (name, bound) = part.split_once("<=").or_else(|| part.split_once('≤'))?;
+            let measure = Measure::named(name.trim())?;
+            Some(Limit { measure, most: measure.value(bound.trim())? })
+        };
+        let limits =
+            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
+        limits.collect::<Result<Vec<_>, _>>().map(Self)
+    }
+}
+
+impl fmt::Display for Limits {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, Limit { measure, most }) in self.0.iter().enumerate() {
+            f.write_str(if k > 0 { ", " } else { "" })?;
+            let percent = 100.0 * most;
+            match measure {
+                Measure::Rms => write!(f, "rms <= {most} deg"),
+                Measure::P95 => write!(f, "p95 <= {most} deg"),
+                Measure::P99 => write!(f, "p99 <= {most} deg"),
+                Measure::Beyond(bound) => write!(f, "P(|e| > {bound} deg) <= {percent} %"),
+                Measure::WrongPoles => write!(f, "wrong_poles <= {percent} %"),
+                Measure::Undetermined => write!(f, "undetermined <= {percent} %"),
+                Measure::Failed => write!(f, "failed <= {percent} %"),
+                Measure::Moved => write!(f, "moved <= {most} deg"),
+                Measure::Duration => write!(f, "duration <= {most} s"),
+                Measure::PeakCurrent => write!(f, "peak_current <= {most} A"),
+            }?;
+        }
+        Ok(())
+    }
+}
+
+/// What starts contribute to each limit.
+#[derive(Clone, Debug)]
+pub struct Tally {
+    limits: Limits,
+    values: Vec<Vec<f64>>,
+}
+
+impl Tally {
+    /// Of no start yet.
+    pub fn new(limits: &Limits) -> Self {
+        Self { limits: limits.clone(), values: vec![Vec::new(); limits.0.len()] }
+    }
+
+    /// A start.
+    pub fn add(&mut self, record: &Record) {
+        for (values, limit) in self.values.iter_mut().zip(&self.limits.0) {
+            values.push(limit.measure.of(record));
+        }
+    }
+
+    /// The measures.
+    pub fn estimates(&self) -> Vec<Estimate> {
+        let both = self.limits.0.iter().zip(&self.values);
+        both.map(|(limit, values)| limit.measure.estimate(values.clone())).collect()
+    }
+
+    /// Whether all limits hold.
+    pub fn verdict(&self) -> Verdict {
+        let estimates = self.estimates();
+        let all = |of: fn(&Estimate) -> f64| {
+            self.limits.0.iter().zip(&estimates).all(|(limit, estimate)| of(estimate) <= limit.most)
+        };
+        Verdict { holds: all(|e| e.value), surely: all(|e| e.high), possibly: all(|e| e.low) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_limits_are_read_as_they_are_written() {
+        for text in [
+            "rms <= 1 deg",
+            "P(|e| > 2 deg) <= 1 %, wrong_poles <= 0.5 %",
+            "p95 <= 2 deg, p99 <= 3 deg, moved <= 0.1 deg, duration <= 0.02 s, peak_current <= 8 A",
+            "undetermined <= 0.25 %, failed <= 0.25 %",
+        ] {
+            assert_eq!(text.parse::<Limits>().expect("limits").to_string(), text);
+        }
+        assert_eq!("duration<=20 ms".parse::<Limits>().expect("limits").0[0].most, 0.02);
+    }
+
+    #[test]
+    fn regress_what_is_no_limit_names_those_that_are() {
+        for text in ["rmse <= 1 deg", "rms < 1", "rms <= -1 deg", "P(e > 2) <= 1 %", "duration <= 3 A", ""] {
+            let message = text.parse::<Limits>().expect_err("no limit").to_string();
+            assert!(message.contains("wrong_poles") && message.contains("peak_current"), "{message}");
+        }
+    }
+
+    #[test]
+    fn analytic_quantiles_lie_between_order_statistics() {
+        let mut values: Vec<f64> = (1..=1000).map(f64::from).collect();
+        let estimate = quantile(&mut values, 0.95);
+        assert_eq!(estimate.value, 950.0);
+        assert!(
+            (936.0..938.0).contains(&estimate.low) && (964.0..966.0).contains(&estimate.high),
+            "{estimate:?}"
+        );
+        assert_eq!(quantile(&mut [1.0, 2.0], 0.99).high, f64::INFINITY);
+    }
+}

@@ -1,0 +1,228 @@
+//! The probability of an event from several independent runs of subset simulation.
+
+use std::fmt;
+
+use standstill_campaign::{Estimate, binomial_interval, student};
+use standstill_numeric::power;
+use standstill_sim::Tape;
+
+use crate::subset::{End, Run, Settings, run};
+use crate::{Halt, System, Watch};
+
+/// Independent runs of an answer.
+pub const RUNS: u32 = 8;
+
+/// Plain trials where no order parameter leads to the event.
+pub const PLAIN: u32 = 400_000;
+
+/// What makes an answer doubtful.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Alarm {
+    /// The runs disagree by more than each of them should err.
+    Disagree {
+        /// Coefficient of variation of the runs.
+        found: f64,
+        /// What they expect of themselves.
+        expected: f64,
+    },
+    /// Draws that nothing reads have a mean: few independent states were left.
+    Unread(f64),
+    /// The last level descends from so few of the first level's states in a run.
+    Ancestors(u32),
+    /// So many runs of all did not reach the event.
+    Missed {
+        /// How many.
+        runs: usize,
+        /// Of so many.
+        of: usize,
+    },
+    /// Nothing says how far a start is from the event: what is given are the plain trials.
+    Flat,
+    /// Rarer than what a run follows.
+    TooRare(f64),
+    /// So many simulations could not go on; they count as starts without the event.
+    Errors(u64),
+    /// An axis error near 90° makes any pole a wrong one: so large a share of the wrong poles are of that kind.
+    WrongAxes(f64),
+}
+
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Disagree { found, expected } => write!(
+                f,
+                "the runs scatter by {:.0} % where they expect {:.0} % of themselves: the event may have parts that \
+                 some runs miss",
+                100.0 * found,
+                100.0 * expected
+            ),
+            Self::Unread(mean) => write!(
+                f,
+                "draws that nothing reads have a mean of {mean:.2} standard deviations: few independent states are left"
+            ),
+            Self::Ancestors(count) => {
+                write!(
+                    f,
+                    "all states of a run's last level descend from {count} of its first: its parts are few"
+                )
+            }
+            Self::Missed { runs, of } => write!(f, "{runs} of {of} runs did not reach the event"),
+            Self::Flat => write!(
+                f,
+                "nothing says how near a start is to the event, or that is clipped or coarsely quantised: these are plain \
+                 trials"
+            ),
+            Self::TooRare(least) => write!(f, "the event is rarer than {least:.0e}, where the runs gave up"),
+            Self::Errors(count) => {
+                write!(f, "{count} simulations could not go on and count as starts without the event")
+            }
+            Self::WrongAxes(share) => write!(
+                f,
+                "{:.0} % of the wrong poles have an axis error above 45°: it is the axis that is lost, not the pole",
+                100.0 * share
+            ),
+        }
+    }
+}
+
+/// How the answer was had.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Answer {
+    /// By subset simulation.
+    Subset,
+    /// By counting plain trials.
+    Plain,
+}
+
+/// The odds of an event.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Odds {
+    /// How they were had.
+    pub answer: Answer,
+    /// The probability with its 95 % interval.
+    pub probability: Estimate,
+    /// Trials in all.
+    pub trials: u64,
+    /// Levels of the run that had most.
+    pub levels: u32,
+    /// Each run; none of plain trials.
+    pub runs: Vec<Run>,
+    /// What makes it doubtful.
+    pub alarms: Vec<Alarm>,
+    /// Tapes of the event with the weight of each. The weights sum to one, unless there are none.
+    pub failures: Vec<(f64, Tape)>,
+}
+
+impl Odds {
+    /// By `RUNS` runs of subset simulation, or plain trials where that does not lead to the event. `done` hears of each
+    /// run that is finished.
+    ///
+    /// # Errors
+    /// Those of the system; that it was stopped.
+    pub fn of<S: System>(
+        system: &S,
+        settings: &Settings,
+        watch: &dyn Watch,
+        mut done: impl FnMut(&Run),
+    ) -> Result<Self, Halt<S::Error>> {
+        let mut runs: Vec<Run> = Vec::new();
+        for number in 0..RUNS {
+            let found = run(system, settings, number, watch)?;
+            done(&found);
+            let flat = found.end == End::Flat;
+            runs.push(found);
+            // One that is stuck at its first level would be stuck every time.
+            if flat && number == 0 && runs[0].levels == 1 {
+                break;
+            }
+        }
+        if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
+            let spent = runs.iter().map(|run| run.trials).sum::<u64>();
+            let mut odds = plain(system, settings, watch)?;
+            odds.trials += spent;
+            return Ok(odds);
+        }
+        Ok(Self::of_runs(settings, runs))
+    }
+
+    /// What runs say together: the mean of their probabilities m, and as its interval m·exp(± t s/(m √R)) with the
+    /// standard deviation s of R runs and Student's t.
+    pub fn of_runs(settings: &Settings, mut runs: Vec<Run>) -> Self {
+        let all = runs.len();
+        let probability_of = |run: &Run| if run.end == End::Reached { run.probability } else { 0.0 };
+        let count = all as f64;
+        let mean = runs.iter().map(probability_of).sum::<f64>() / count;
+        let scatter =
+            runs.iter().map(|run| power(probability_of(run) - mean, 2)).sum::<f64>() / (count - 1.0);
+        let variation = if mean > 0.0 { scatter.sqrt() / mean } else { 0.0 };
+        let factor = standstill_numeric::exp(student(count - 1.0) * variation / count.sqrt());
+        let mut probability = Estimate { value: mean, low: mean / factor, high: (mean * factor).min(1.0) };
+        let reached: Vec<&Run> = runs.iter().filter(|run| run.end == End::Reached).collect();
+        let mut alarms = Vec::new();
+        if reached.is_empty() {
+            // Below this each run lost the event.
+            let high = runs.iter().map(|run| run.probability).fold(0.0, f64::max);
+            probability = Estimate { value: 0.0, low: 0.0, high };
+            alarms.push(Alarm::TooRare(settings.least));
+        } else if reached.iter().all(|run| run.levels == 1) {
+            // Not rare: these are plain trials.
+            let hits = reached.iter().map(|run| u64::from(run.plain_hits)).sum();
+            probability = binomial_interval(hits, reached.len() as u64 * u64::from(settings.states));
+        } else {
+            alarms.extend(alarms_of(&reached, all, variation));
+        }
+        let levels = runs.iter().map(|run| run.levels).max().unwrap_or(0);
+        let trials = runs.iter().map(|run| run.trials).sum();
+        let mut failures = Vec::new();
+        for run in &mut runs {
+            let weight = probability_of(run) / (mean * count) / run.failures.len().max(1) as f64;
+            failures.extend(std::mem::take(&mut run.failures).into_iter().map(|tape| (weight, tape)));
+        }
+        Self { answer: Answer::Subset, probability, trials, levels, runs, alarms, failures }
+    }
+}
+
+/// What makes runs doubtful that reached an event which is rare.
+fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
+    /// Seven degrees of freedom exceed 1.5 times their expectation twice in a hundred times.
+    const MORE: f64 = 1.5;
+    /// The mean of eight independent states has a standard deviation of 0.35.
+    const UNREAD: f64 = 0.35;
+    const ANCESTORS: u32 = 5;
+    let count = reached.len() as f64;
+    let mut alarms = Vec::new();
+    if reached.len() < all {
+        alarms.push(Alarm::Missed { runs: all - reached.len(), of: all });
+    }
+    let expected = (reached.iter().map(|run| power(run.variation, 2)).sum::<f64>() / count).sqrt();
+    if variation > MORE * expected {
+        alarms.push(Alarm::Disagree { found: variation, expected });
+    }
+    let squares = reached.iter().flat_map(|run| run.unread).map(|mean| mean * mean).sum::<f64>();
+    let unread = (squares / (count * reached[0].unread.len() as f64)).sqrt();
+    if unread > UNREAD {
+        alarms.push(Alarm::Unread(unread));
+    }
+    let ancestors = reached.iter().map(|run| run.ancestors).min().unwrap_or(u32::MAX);
+    if ancestors < ANCESTORS {
+        alarms.push(Alarm::Ancestors(ancestors));
+    }
+    alarms
+}
+
+/// Plain trials, counted.
+fn plain<S: System>(system: &S, settings: &Settings, watch: &dyn Watch) -> Result<Odds, Halt<S::Error>> {
+    // The first level of one run with as many states.
+    let all = Settings { states: PLAIN, chain: PLAIN / 400, ..*settings };
+    let (hits, failures) = crate::subset::plain(system, &all, RUNS, watch)?;
+    let weight = 1.0 / failures.len().max(1) as f64;
+    Ok(Odds {
+        answer: Answer::Plain,
+        probability: binomial_interval(hits, u64::from(PLAIN)),
+        trials: u64::from(PLAIN),
+        levels: 1,
+        runs: Vec::new(),
+        alarms: vec![Alarm::Flat],
+        failures: failures.into_iter().map(|tape| (weight, tape)).collect(),
+    })
+}

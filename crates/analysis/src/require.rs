@@ -1,0 +1,150 @@
+//! What a part must do: the largest or smallest value of a key with which limits hold.
+
+use standstill_campaign::Estimate;
+use standstill_campaign::file::{Document, FileError, Origin, Plan};
+use standstill_quantity::si_value;
+use standstill_sim::Tape;
+use toml::Value;
+
+use crate::bracket::Verdict;
+use crate::limit::{Limits, Tally};
+use crate::{Halt, Trials, Watch};
+
+/// A scenario whose key is to be judged. All values have the same random numbers: those of the scenario's seed.
+#[derive(Debug)]
+pub struct Bench<'a> {
+    /// The scenario.
+    pub document: &'a Document,
+    /// The limits.
+    pub limits: &'a Limits,
+    /// Whether the keys' values are whole numbers, key by key.
+    pub keys: Vec<(String, bool)>,
+}
+
+/// Trials whose records are held at a time.
+const AT_ONCE: u64 = 20_000;
+
+impl<'a> Bench<'a> {
+    /// Of keys whose values are numbers.
+    ///
+    /// # Errors
+    /// A key that does not exist, or has no numbers.
+    pub fn new(document: &'a Document, limits: &'a Limits, keys: &[String]) -> Result<Self, FileError> {
+        let mut bench = Self { document, limits, keys: Vec::new() };
+        for key in keys {
+            // A value that cannot be is told when it is tried; a key that does not exist, now.
+            let whole = is_whole(document, key)?;
+            bench.keys.push((key.clone(), whole));
+        }
+        Ok(bench)
+    }
+
+    /// The plan with these values.
+    ///
+    /// # Errors
+    /// A value that cannot be.
+    pub fn plan(&self, values: &[f64]) -> Result<Plan, FileError> {
+        let mut document = self.document.clone();
+        for ((key, whole), value) in self.keys.iter().zip(values) {
+            document.set_value(key, number(*value, *whole), Origin::CommandLine)?;
+        }
+        Plan::new(document)
+    }
+
+    /// What trials with these values show: the measures and the verdict. None where the values cannot be.
+    ///
+    /// # Errors
+    /// A trial that cannot be run; that it was stopped.
+    pub fn judge(
+        &self,
+        values: &[f64],
+        trials: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<(Vec<Estimate>, Verdict)>, Halt<FileError>> {
+        let Ok(plan) = self.plan(values) else { return Ok(None) };
+        let runs = Trials::new(&plan)?;
+        let seed = runs.scenario().seed;
+        let mut tally = Tally::new(self.limits);
+        let mut begin = 0;
+        while begin < trials {
+            let end = (begin + AT_ONCE).min(trials);
+            let tapes = (begin..end).map(|trial| Tape::new(seed, trial)).collect();
+            for record in runs.all_records(tapes, watch)? {
+                tally.add(&record);
+            }
+            begin = end;
+        }
+        Ok(Some((tally.estimates(), tally.verdict())))
+    }
+
+    /// The value of a key in the scenario, in SI; none where it says nothing of it.
+    pub fn nominal(&self, number: usize) -> Option<f64> {
+        let key = &self.keys[number].0;
+        let value = match self.document.get(key) {
+            Some(Value::Float(value)) => Some(*value),
+            #[allow(clippy::cast_precision_loss, reason = "settings are small")]
+            Some(Value::Integer(value)) => Some(*value as f64),
+            Some(Value::String(text)) => si_value(text),
+            _ => None,
+        };
+        value.or_else(|| self.resolved(key))
+    }
+
+    /// What the error set makes of it.
+    fn resolved(&self, key: &str) -> Option<f64> {
+        let plan = Plan::new(self.document.clone()).ok()?;
+        let scenario = plan.scenario(0).ok()?;
+        let (sensors, drive) = (&scenario.sensors, &scenario.drive);
+        let devices = drive.bridge.devices;
+        Some(match key {
+            "sensors.noise" => sensors.noise,
+            "sensors.gain_error" => sensors.gain_error,
+            "sensors.offset" => sensors.offset,
+            "sensors.jitter" => sensors.jitter.seconds(),
+            "sensors.sample_delay" => sensors.sample_delay.seconds(),
+            "sensors.bits" => f64::from(sensors.adc?.bits),
+            "sensors.range" => sensors.adc?.high,
+            "sensors.dc_link_gain_error" => sensors.dc_link.gain_error,
+            "sensors.dc_link_offset" => sensors.dc_link.offset,
+            "sensors.dc_link_noise" => sensors.dc_link.noise,
+            "inverter.dc_link" => drive.link.voltage,
+            "inverter.ripple" => drive.link.ripple,
+            "inverter.dead_time" => drive.dead_time.seconds(),
+            "inverter.delay_mismatch" => drive.delay_mismatch,
+            "inverter.switch_drop" => devices.switch_drop,
+            "inverter.switch_resistance" => devices.switch_resistance,
+            "inverter.diode_drop" => devices.diode_drop,
+            "inverter.diode_resistance" => devices.diode_resistance,
+            _ => return None,
+        })
+        .filter(|value| *value > 0.0)
+    }
+}
+
+fn number(value: f64, whole: bool) -> Value {
+    if whole {
+        // Settings that are counts.
+        #[allow(clippy::cast_possible_truncation)]
+        let value = value.round() as i64;
+        Value::Integer(value)
+    } else {
+        Value::Float(value)
+    }
+}
+
+/// Whether a key takes whole numbers alone.
+fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
+    let accepts = |value: Value| {
+        let mut document = document.clone();
+        document.set_value(key, value, Origin::CommandLine)?;
+        document.load().map(|_| ())
+    };
+    // What is no number of the key's fails both ways, and the second says why.
+    match accepts(Value::Float(4.5)) {
+        Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),
+        Err(_) => accepts(Value::Integer(4)).map(|()| true).or_else(|error| {
+            // A number that is out of the key's range is a number.
+            if accepts(Value::Float(1e-6)).is_ok() { Ok(false) } else { Err(error) }
+        }),
+    }
+}

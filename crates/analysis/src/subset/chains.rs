@@ -1,0 +1,144 @@
+//! The chains of one level.
+
+use rayon::prelude::*;
+use standstill_sim::{Draws, Purpose, Streams, Strip, Tape};
+
+use super::moves::{Kind, Spread, Widths, Work, propose};
+use super::population::{Population, State};
+use super::{Settings, System, Watch};
+use crate::Halt;
+
+/// What all chains of a level have in common.
+pub(super) struct Level<'a> {
+    settings: &'a Settings,
+    run: u32,
+    number: u32,
+    threshold: f64,
+    widths: &'a Widths,
+    spread: Spread,
+}
+
+impl<'a> Level<'a> {
+    pub fn new(
+        settings: &'a Settings,
+        run: u32,
+        number: u32,
+        threshold: f64,
+        widths: &'a Widths,
+        seeds: &[State],
+    ) -> Self {
+        let mut tapes: Vec<_> = seeds.iter().map(|seed| seed.tape.clone()).collect();
+        let spread = Spread::of(tapes.iter_mut());
+        Self { settings, run, number, threshold, widths, spread }
+    }
+
+    /// Walks from each seed; returns all states, those of the seeds among them.
+    pub fn walk<S: System>(
+        &self,
+        system: &S,
+        seeds: Vec<State>,
+        watch: &dyn Watch,
+    ) -> Result<(Population, Work), Halt<S::Error>> {
+        // Two parts for each thread, and enough in each to fill the lanes of a simulation. What they are does not show.
+        let part = seeds.len().div_ceil(2 * rayon::current_num_threads()).max(16);
+        let mut parts: Vec<(usize, Vec<State>)> = Vec::new();
+        for (chain, seed) in seeds.into_iter().enumerate() {
+            if chain % part == 0 {
+                parts.push((chain, Vec::new()));
+            }
+            if let Some((_, states)) = parts.last_mut() {
+                states.push(seed);
+            }
+        }
+        let walked =
+            parts.into_par_iter().map(|(first, states)| self.walk_part(system, first, states, watch));
+        let walked = walked.collect::<Result<Vec<_>, _>>()?;
+        let mut work = Work::default();
+        let mut populations = Vec::new();
+        for (population, part) in walked {
+            for kind in 0..Kind::TURNS.len() {
+                work.tried[kind] += part.tried[kind];
+                work.taken[kind] += part.taken[kind];
+            }
+            populations.push(population);
+        }
+        Ok((Population::gathered(self.settings.seeds(), populations), work))
+    }
+
+    /// Chains side by side in this thread, the first of which has this number.
+    fn walk_part<S: System>(
+        &self,
+        system: &S,
+        first: usize,
+        mut states: Vec<State>,
+        watch: &dyn Watch,
+    ) -> Result<(Population, Work), Halt<S::Error>> {
+        let mut population = Population::new(self.settings.seeds());
+        let mut work = Work::default();
+        let key = |place, step| Settings::key(self.run, self.number, first + place, step);
+        let seed = self.settings.seed;
+        let moves = |place| Streams::new(seed, key(place, 0)).open_named(Purpose::Design, "moves");
+        let mut moves: Vec<Draws> = (0..states.len()).map(moves).collect();
+        let mut tapes: Vec<Tape> = states.iter().map(|state| state.tape.clone()).collect();
+        for position in 0..self.settings.chain {
+            if position > 0 {
+                for (turn, kind) in (0..).zip(Kind::TURNS) {
+                    if watch.stopped() {
+                        return Err(Halt::Stopped);
+                    }
+                    let mut moved = false;
+                    for (place, (state, tape)) in states.iter_mut().zip(&mut tapes).enumerate() {
+                        copy(&mut state.tape, tape);
+                        // What it needs beyond its end is new.
+                        tape.grow_from(seed, key(place, 3 * position + turn));
+                        moved |= propose(tape, kind, self.widths, &self.spread, &mut moves[place]);
+                    }
+                    // A trial without noise has no such draws.
+                    if moved {
+                        self.step(system, &mut states, &mut tapes, kind, &mut work)?;
+                        watch.did(tapes.len() as u64);
+                    }
+                }
+            }
+            for (place, state) in states.iter().enumerate() {
+                population.add(first + place, key(place, 3 * position), state);
+            }
+        }
+        Ok((population, work))
+    }
+
+    /// Moves each state to its tape, if that is in the level.
+    fn step<S: System>(
+        &self,
+        system: &S,
+        states: &mut [State],
+        tapes: &mut [Tape],
+        kind: Kind,
+        work: &mut Work,
+    ) -> Result<(), Halt<S::Error>> {
+        let values = system.values(tapes)?;
+        work.tried[kind as usize] += tapes.len() as u64;
+        for ((state, tape), value) in states.iter_mut().zip(tapes).zip(values) {
+            if value >= self.threshold {
+                std::mem::swap(&mut state.tape, tape);
+                state.value = value;
+                work.taken[kind as usize] += 1;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Copies the draws of one tape into another, in the memory that it has.
+fn copy(from: &mut Tape, to: &mut Tape) {
+    let alike = |(one, other): (&Strip, &Strip)| one.purpose == other.purpose && one.name == other.name;
+    let (source, target) = (from.strips(), to.strips());
+    if source.len() == target.len() && source.iter().zip(target.iter()).all(alike) {
+        for (source, target) in source.iter().zip(target) {
+            target.normals.clone_from(&source.normals);
+            target.read = source.read;
+        }
+    } else {
+        to.clone_from(from);
+    }
+}

@@ -1,0 +1,78 @@
+//! What the mathematics asks of a simulation.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use standstill_sim::Tape;
+
+/// A function of a vector of standard normals that grows as it is read.
+///
+/// ```
+/// use std::convert::Infallible;
+/// use standstill_analysis::System;
+/// use standstill_sim::{Purpose, Streams, Tape};
+///
+/// /// The mean of as many draws as the first one says.
+/// struct Mean;
+///
+/// impl System for Mean {
+///     type Error = Infallible;
+///
+///     fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+///         let value = |tape| {
+///             let mut draws = Streams::taped(tape).open(Purpose::CurrentNoise);
+///             let count = if draws.normal() > 0.0 { 4 } else { 2 };
+///             (0..count).map(|_| draws.normal()).sum::<f64>() / f64::from(count)
+///         };
+///         Ok(tapes.iter().map(value).collect())
+///     }
+/// }
+///
+/// let tape = Tape::new(1, 0);
+/// let value = Mean.values(&[tape.clone()])?[0];
+/// assert_eq!(Mean.values(&[tape])?, [value]);
+/// # Ok::<(), Infallible>(())
+/// ```
+pub trait System: Sync {
+    /// Why a value cannot be had.
+    type Error: Send;
+
+    /// The values at these tapes, in their order. The value of a tape does not depend on the others. What is above zero
+    /// is the event; what is below says how far it is from it. Minus infinity where nothing says that.
+    ///
+    /// # Errors
+    /// Draws that make nothing that can be run.
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Self::Error>;
+}
+
+/// Who looks on: is told of the work and may end it.
+pub trait Watch: Sync {
+    /// Whether to stop.
+    fn stopped(&self) -> bool;
+
+    /// So many further trials are done.
+    fn did(&self, trials: u64);
+}
+
+/// Nobody looks on, but a flag may be set.
+impl Watch for AtomicBool {
+    fn stopped(&self) -> bool {
+        self.load(Ordering::Relaxed)
+    }
+
+    fn did(&self, _: u64) {}
+}
+
+/// Why there is no result.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Halt<E> {
+    /// Somebody asked to stop.
+    Stopped,
+    /// A trial that cannot be run.
+    Failed(E),
+}
+
+impl<E> From<E> for Halt<E> {
+    fn from(error: E) -> Self {
+        Self::Failed(error)
+    }
+}

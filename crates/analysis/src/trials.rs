@@ -1,0 +1,146 @@
+//! The trials of a scenario as a function of their draws.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use rayon::prelude::*;
+use standstill_campaign::file::{FileError, Plan};
+use standstill_campaign::{Record, Scenario, Verdict};
+use standstill_detect::Method;
+use standstill_sim::Tape;
+
+use crate::subset::{Run, Settings};
+use crate::{Alarm, Event, Halt, Odds, System, Watch};
+
+/// The trials of a scenario without axes, tolerances included.
+#[derive(Clone, Debug)]
+pub struct Trials<'a> {
+    plan: &'a Plan,
+    scenario: Scenario<Method<f64>>,
+}
+
+impl<'a> Trials<'a> {
+    /// Those of a plan's first point.
+    ///
+    /// # Errors
+    /// Values that make no scenario.
+    pub fn new(plan: &'a Plan) -> Result<Self, FileError> {
+        Ok(Self { plan, scenario: plan.scenario(0)? })
+    }
+
+    /// What they have in common.
+    pub fn scenario(&self) -> &Scenario<Method<f64>> {
+        &self.scenario
+    }
+
+    /// The plan whose trials they are.
+    pub fn plan(&self) -> &Plan {
+        self.plan
+    }
+
+    /// The records of these tapes in their order, computed in this thread.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
+        let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
+        self.plan.trials_taped(0, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
+        Ok(records.into_iter().flatten().collect())
+    }
+
+    /// The same of many tapes, on all threads.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn all_records(&self, tapes: Vec<Tape>, watch: &dyn Watch) -> Result<Vec<Record>, Halt<FileError>> {
+        Ok(self.all_with_tapes(tapes, watch)?.0)
+    }
+
+    /// The same with the tapes as they are afterwards, with all that was read.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn all_with_tapes(
+        &self,
+        tapes: Vec<Tape>,
+        watch: &dyn Watch,
+    ) -> Result<(Vec<Record>, Vec<Tape>), Halt<FileError>> {
+        let mut parts: Vec<Vec<Tape>> = Vec::new();
+        for tape in tapes {
+            match parts.last_mut() {
+                Some(part) if part.len() < AT_ONCE => part.push(tape),
+                _ => parts.push(vec![tape]),
+            }
+        }
+        let parts = parts.into_par_iter().map(|part| {
+            if watch.stopped() {
+                return Err(Halt::Stopped);
+            }
+            let records = self.records(&part)?;
+            watch.did(records.len() as u64);
+            Ok((records, part))
+        });
+        let parts = parts.collect::<Result<Vec<_>, _>>()?;
+        let (records, tapes): (Vec<_>, Vec<_>) = parts.into_iter().unzip();
+        Ok((records.into_iter().flatten().collect(), tapes.into_iter().flatten().collect()))
+    }
+
+    /// How far they are from an event.
+    pub fn towards(&self, event: Event) -> Towards<'_> {
+        Towards { trials: self, event, errors: AtomicU64::new(0) }
+    }
+
+    /// The odds of an event. `done` hears of each run that is finished.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be; that it was stopped.
+    pub fn odds(
+        &self,
+        event: Event,
+        settings: &Settings,
+        watch: &dyn Watch,
+        done: impl FnMut(&Run),
+    ) -> Result<Odds, Halt<FileError>> {
+        /// In degrees: nearer to the other axis than to its own.
+        const LOST: f64 = 45.0;
+        let towards = self.towards(event);
+        let mut odds = Odds::of(&towards, settings, watch, done)?;
+        let errors = towards.errors.into_inner();
+        if errors > 0 {
+            odds.alarms.push(Alarm::Errors(errors));
+        }
+        if event == Event::WrongPole {
+            let tapes = odds.failures.iter().map(|(_, tape)| tape.clone()).collect();
+            let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
+            let records = self.all_records(tapes, watch)?;
+            let weights = odds.failures.iter().zip(&records);
+            let share: f64 = weights.filter(|(_, record)| lost(record)).map(|((weight, _), _)| weight).sum();
+            if share > 0.1 {
+                odds.alarms.push(Alarm::WrongAxes(share));
+            }
+        }
+        Ok(odds)
+    }
+}
+
+/// Tapes that a thread runs at a time.
+const AT_ONCE: usize = 128;
+
+/// The distance to an event as a function of the draws.
+#[derive(Debug)]
+pub struct Towards<'a> {
+    trials: &'a Trials<'a>,
+    event: Event,
+    /// Simulations that could not go on.
+    errors: AtomicU64,
+}
+
+impl System for Towards<'_> {
+    type Error = FileError;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, FileError> {
+        let records = self.trials.records(tapes)?;
+        let errors = records.iter().filter(|record| record.verdict() == Verdict::Error).count();
+        self.errors.fetch_add(errors as u64, Ordering::Relaxed);
+        Ok(records.iter().map(|record| self.event.value(record)).collect())
+    }
+}

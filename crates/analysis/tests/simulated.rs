@@ -1,0 +1,73 @@
+//! Odds of simulated starts against closed forms and plain trials.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
+
+use std::sync::atomic::AtomicBool;
+
+use standstill_analysis::subset::Settings;
+use standstill_analysis::{Alarm, Anatomy, Answer, Event, Trials};
+use standstill_sim::Tape;
+
+#[path = "systems/motor.rs"]
+mod motor;
+
+static NEVER: AtomicBool = AtomicBool::new(false);
+
+#[test]
+fn analytic_wrong_evidence_of_the_simulated_motor_has_its_closed_form() {
+    // The noise alone decides. A quarter of the states, for time.
+    let (current, noise, angle) = (5.0, 0.020, None);
+    let truth = motor::closed_form(current, noise, angle);
+    assert!((1e-11..1e-8).contains(&truth), "{truth:e}");
+    let plan = motor::noisy(current, noise, angle);
+    let trials = Trials::new(&plan).expect("a scenario");
+    let settings = Settings { states: 1000, ..Settings::default() };
+    let odds = trials.odds(Event::WrongEvidence, &settings, &NEVER, |_| {}).expect("runs");
+    assert_eq!(odds.answer, Answer::Subset);
+    let ratio = odds.probability.value / truth;
+    assert!((0.5..2.0).contains(&ratio), "{:?} where {truth:e} is right", odds.probability);
+}
+
+#[test]
+fn cross_subset_simulation_counts_as_plain_trials_do() {
+    let plan = motor::plan("errors = \"default\"\ndetector.method = \"line-inductance-fast\"");
+    let trials = Trials::new(&plan).expect("a scenario");
+    let event = Event::Error(2.2);
+    let tapes: Vec<Tape> = (0..20_000).map(|k| Tape::new(77, k)).collect();
+    let records = trials.all_records(tapes, &NEVER).expect("trials");
+    let plain = records.iter().filter(|record| event.happened(record)).count() as f64 / 2e4;
+    // Some 150 in 20,000.
+    assert!((0.004..0.015).contains(&plain), "{plain}");
+    let settings = Settings { states: 1000, ..Settings::default() };
+    let odds = trials.odds(event, &settings, &NEVER, |_| {}).expect("runs");
+    let ratio = odds.probability.value / plain;
+    // Eight per cent of the plain trials' own, and of the runs'.
+    assert!((0.75..1.33).contains(&ratio), "{ratio}");
+
+    // A gain of b too large turns the axis between 30 and 45° forwards, between 135 and 150° backwards.
+    let anatomy = Anatomy::of(&trials, event, &odds.failures, &NEVER).expect("runs");
+    let gain = |from: f64, positive: bool| {
+        let sector = anatomy.sectors.iter().find(|s| s.angles_deg.0 == from && s.positive == Some(positive));
+        let draws = sector.map(|sector| sector.draws.as_slice()).unwrap_or_default();
+        draws.iter().find(|draw| draw.name == "gain of b").map_or(0.0, |draw| draw.mean)
+    };
+    let gains = [30.0, 135.0].map(|from| [gain(from, true), gain(from, false)]);
+    let [[early_forwards, early_backwards], [late_forwards, late_backwards]] = gains;
+    assert!(early_forwards > 0.5 && early_backwards < -0.5, "{gains:?}");
+    assert!(late_forwards < -0.5 && late_backwards > 0.5, "{gains:?}");
+    assert!(anatomy.typical.is_some_and(|tape| event.happened(&trials.records(&[tape]).expect("runs")[0])));
+}
+
+#[test]
+fn law_a_locked_rotor_never_moves_and_that_is_said_to_be_flat() {
+    let plan = motor::plan("detector.method = \"line-inductance-fast\"\ndetector.signature = \"none\"");
+    let trials = Trials::new(&plan).expect("a scenario");
+    // The run of 4,000 is stuck at once; plain trials follow, of which this test has no need.
+    let values = standstill_analysis::subset::run(
+        &trials.towards(Event::Moved(1.0)),
+        &Settings { states: 200, ..Settings::default() },
+        0,
+        &NEVER,
+    );
+    assert_eq!(values.expect("runs").end, standstill_analysis::subset::End::Flat);
+    assert!(Alarm::Flat.to_string().contains("plain trials"));
+}

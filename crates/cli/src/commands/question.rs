@@ -1,0 +1,166 @@
+//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`.
+
+use std::path::PathBuf;
+
+use standstill_analysis::Halt;
+use standstill_campaign::file::{Document, FileError, Plan, ScenarioFile};
+use standstill_campaign::{Estimate, Scenario};
+use standstill_detect::Method;
+use standstill_report::figure::Figure;
+use standstill_report::page::{Block, Chart, Page, Section};
+
+use super::reproduce::file_list;
+use crate::Report;
+use crate::arguments::Question;
+use crate::error::Error;
+use crate::interrupt::INTERRUPTED;
+use crate::output::Output;
+use crate::scenario::{self, Shorthands};
+
+/// The document with what the command line sets in it.
+pub fn document(question: &Question) -> Result<Document, Error> {
+    let shorthands = Shorthands::default().seed(question.seed);
+    scenario::changed(scenario::read(&question.scenario)?, &question.keys, shorthands)
+}
+
+/// The plan of one scenario.
+pub fn plan(question: &Question) -> Result<Plan, Error> {
+    let document = document(question)?;
+    let file = document.load()?;
+    if !file.axes.is_empty() {
+        let needed = "a scenario without; `-s` sets their keys";
+        return Err(document.refuse("axes", "axes", needed).into());
+    }
+    if !file.stop_at.is_empty() {
+        let needed = "a scenario without; `standstill run` has a use for it";
+        return Err(document.refuse("stop_at", "stop_at", needed).into());
+    }
+    Ok(Plan::new(document)?)
+}
+
+/// Runs on as many threads as asked for.
+pub fn on_threads<T: Send>(question: &Question, work: impl FnOnce() -> T + Send) -> Result<T, Error> {
+    let threads = question.threads.map_or(0, usize::from);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
+    Ok(pool.install(work))
+}
+
+/// The result, or none if it was interrupted.
+pub fn unless_stopped<T>(result: Result<T, Halt<FileError>>) -> Result<Option<T>, Error> {
+    match result {
+        Ok(value) => Ok(Some(value)),
+        Err(Halt::Stopped) => Ok(None),
+        Err(Halt::Failed(error)) => Err(error.into()),
+    }
+}
+
+/// What there is to say of a question that was not answered.
+pub fn interrupted(question: &Question, done: &str) -> Report {
+    let text = if question.json {
+        format!("{:#}\n", serde_json::json!({ "interrupted": true }))
+    } else {
+        format!("Interrupted: {done}; no files were written.\n")
+    };
+    Report { text, code: INTERRUPTED }
+}
+
+/// Motor, method and errors that an answer speaks of, in a line.
+pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
+    format!(
+        "{}, {}, {} errors, {} rotor, seed {}",
+        scenario.motor.name,
+        file.detector.method.0,
+        file.errors.0.name(),
+        file.rotor.state.0.name(),
+        file.seed
+    )
+}
+
+/// The same for JSON, together with what is answered.
+pub fn json(
+    file: &ScenarioFile,
+    scenario: &Scenario<Method<f64>>,
+    answer: serde_json::Value,
+) -> serde_json::Value {
+    let mut json = answer;
+    json["setup"] = super::setup_json(file, &scenario.motor);
+    json["method"] = file.detector.method.0.name().into();
+    json
+}
+
+/// Where files go; none if none are wanted.
+pub fn folder(question: &Question, name: &str) -> Option<PathBuf> {
+    let default = || (!question.json).then(|| PathBuf::from("standstill-out").join(name));
+    question.out.clone().or_else(default)
+}
+
+/// An answer as it is written.
+pub struct Answer {
+    /// Of the files and the page's title.
+    pub name: &'static str,
+    /// In words.
+    pub text: String,
+    pub json: serde_json::Value,
+    /// The table.
+    pub csv: Vec<u8>,
+    /// Names, figures and captions.
+    pub figures: Vec<(String, Figure, String)>,
+    /// The page but for its figures.
+    pub page: Page,
+    pub code: u8,
+}
+
+impl Answer {
+    fn names(&self) -> Vec<String> {
+        let mut names = ["csv", "json", "html"].map(|kind| format!("{}.{kind}", self.name)).to_vec();
+        for (name, ..) in &self.figures {
+            names.extend(["svg", "png"].map(|kind| format!("{name}.{kind}")));
+        }
+        names
+    }
+
+    /// Writes the files that are wanted; what is printed.
+    pub fn report(mut self, question: &Question) -> Result<Report, Error> {
+        let json = format!("{:#}\n", self.json);
+        let mut files = String::new();
+        if let Some(folder) = folder(question, self.name) {
+            let names = self.names();
+            let mut output = Output::create(&folder, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
+            output.file(&names[0], &self.csv)?;
+            output.file(&names[1], json.as_bytes())?;
+            for (name, figure, _) in &self.figures {
+                output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
+                output.file(&format!("{name}.png"), &figure.png()?)?;
+            }
+            let charts = self.figures.drain(..).map(|(name, figure, caption)| {
+                Block::Chart(Chart { id: format!("chart-{name}"), figure, caption })
+            });
+            let charts = Section { title: "Figures".to_owned(), blocks: charts.collect() };
+            self.page.sections.insert(1.min(self.page.sections.len()), charts);
+            self.page.footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
+            let html = self.page.html().map_err(Error::Page)?;
+            output.file(&names[2], html.as_bytes())?;
+            files = format!("\n{}", file_list(&folder, &output.finish()?));
+        }
+        let text = if question.json { json } else { self.text + &files };
+        Ok(Report { text, code: self.code })
+    }
+}
+
+/// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
+pub fn probability(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else if value < 1e-3 {
+        format!("{value:.2e}")
+    } else {
+        format!("{value:.4}")
+    }
+}
+
+/// An estimate of a probability with its interval.
+pub fn probability_interval(estimate: &Estimate) -> String {
+    let Estimate { value, low, high } = *estimate;
+    format!("{} [{}, {}]", probability(value), probability(low), probability(high))
+}

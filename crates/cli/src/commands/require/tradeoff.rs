@@ -1,0 +1,121 @@
+//! Two keys: how much of one buys how much of the other.
+
+use serde::Serialize;
+use serde_json::json;
+use standstill_analysis::Halt;
+use standstill_analysis::bracket::{Found, Search};
+use standstill_campaign::file::Plan;
+use standstill_report::page::{Block, Page, Section, Tone};
+
+use super::{Question, shown};
+use crate::Report;
+use crate::arguments::Require as Options;
+use crate::columns;
+use crate::commands::question::{
+    Answer, interrupted, json as with_setup, on_threads, setting, unless_stopped,
+};
+use crate::error::Error;
+use crate::figures;
+use crate::text::wide_table;
+
+/// Values of the first key, and the width that the second key's interval may have: curves need less than single answers.
+const VALUES: usize = 9;
+const WIDTH: f64 = 0.1;
+
+/// A point of the curve: a value of the first key, and what the second must be.
+#[derive(Clone, Debug, Serialize)]
+pub struct Point {
+    pub first: f64,
+    pub second: Option<f64>,
+    pub low: Option<f64>,
+    pub high: Option<f64>,
+    pub answer: &'static str,
+}
+
+pub fn run(
+    options: &Options,
+    plan: &Plan,
+    asked: &mut Question<'_>,
+    range: (f64, f64),
+) -> Result<Report, Error> {
+    asked.search.width = WIDTH;
+    let walk = Search { range, points: VALUES, whole: asked.bench.keys[0].1, ..asked.search };
+    let mut points: Vec<Point> = Vec::new();
+    let watched = asked.watched;
+    let done = on_threads(&options.question, || {
+        for value in walk.values() {
+            let found = asked.find(&[value])?;
+            points.push(point(value, &found));
+            watched.bar.set_message(format!("{} of {VALUES} points", points.len()));
+        }
+        Ok::<(), Halt<_>>(())
+    })?;
+    watched.bar.finish_and_clear();
+    if unless_stopped(done)?.is_none() {
+        return Ok(interrupted(&options.question, &format!("{} points were done", points.len())));
+    }
+    answer(options, plan, asked, &points)?.report(&options.question)
+}
+
+fn point(first: f64, found: &Found) -> Point {
+    match found {
+        Found::Nowhere => Point { first, second: None, low: None, high: None, answer: "no value meets it" },
+        Found::Everywhere => {
+            Point { first, second: None, low: None, high: None, answer: "every value meets it" }
+        }
+        Found::Edge(edge) => Point {
+            first,
+            second: Some(edge.value),
+            low: Some(edge.interval.0),
+            high: Some(edge.interval.1),
+            answer: "edge",
+        },
+    }
+}
+
+fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]) -> Result<Answer, Error> {
+    let [first, second] = [0, 1].map(|key| asked.bench.keys[key].0.as_str());
+    let scenario = plan.scenario(0)?;
+    let setting = setting(plan.file(), &scenario);
+    let limits = asked.limits.to_string();
+    let cells = |point: &Point| {
+        let second_text = match (point.second, point.low, point.high) {
+            (Some(value), Some(low), Some(high)) => {
+                format!("{} [{}, {}]", shown(second, value), shown(second, low), shown(second, high))
+            }
+            _ => point.answer.to_owned(),
+        };
+        vec![shown(first, point.first), second_text]
+    };
+    let table = wide_table(&[first, second], points.iter().map(cells));
+    let any = points.iter().any(|point| point.second.is_some());
+    let headline = format!("What {second} must be at each {first}, for {limits}");
+    let json = json!({
+        "keys": [first, second], "limit": limits, "curve": points,
+        "trials": asked.rows.iter().map(|row| row.trials).sum::<u64>(),
+    });
+    let figure = figures::tradeoff([first, second], points, &limits, setting.clone());
+    let caption = "The limits hold on the side of the curve where both parts are better.";
+    let tone = if any { Tone::Neutral } else { Tone::Warning };
+    Ok(Answer {
+        name: "require",
+        text: format!("{setting}\n{headline} [95 % interval]\n\n{table}"),
+        json: with_setup(plan.file(), &scenario, json),
+        csv: columns::csv(points).map_err(|error| Error::Write("require.csv".into(), error))?,
+        figures: vec![("require".to_owned(), figure, caption.to_owned())],
+        page: Page {
+            title: format!("{first} against {second}"),
+            subtitle: setting,
+            sections: vec![Section {
+                title: "Answer".to_owned(),
+                blocks: vec![
+                    Block::Verdict { tone, headline, details: Vec::new() },
+                    Block::Code { caption: "The curve".to_owned(), text: table },
+                ],
+            }],
+            footer: String::new(),
+        },
+        // Options are checked before; what no value meets is an answer.
+        code: u8::from(!any && !options.key.is_empty()),
+    })
+}
