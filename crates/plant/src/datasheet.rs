@@ -2,6 +2,7 @@
 
 mod check;
 mod extras;
+mod nameplate;
 
 use std::fmt;
 use std::path::Path;
@@ -13,7 +14,9 @@ use standstill_quantity::unit::{
     Second, Volt, Watt, Weber,
 };
 use standstill_quantity::{Quantity, Unit};
+use toml::{Table, Value};
 
+use self::nameplate::NameplateTable;
 use crate::{Files, FluxMap, MapError, MapReport, MapSamples};
 
 fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
@@ -191,7 +194,8 @@ struct ThermalTable {
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
-/// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
+/// all inductances. A `[nameplate]` takes the place of `[rating]`, `[winding]` and the core, and of the rotor where there is
+/// none. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
 /// phase.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -202,11 +206,15 @@ pub struct DataSheet {
     /// Through which its map is read.
     #[serde(skip)]
     files: Files,
+    /// What a nameplate left out.
+    #[serde(skip)]
+    assumed: Vec<Entry>,
     name: String,
     title: String,
     notes: String,
     rating: RatingTable,
     winding: WindingTable,
+    nameplate: Option<NameplateTable>,
     saturation: Option<SaturationTable>,
     bridge: Option<BridgeTable>,
     map: Option<MapTable>,
@@ -265,6 +273,11 @@ fn place(text: &str, position: usize) -> String {
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
+        if let Ok(table) = text.parse::<Table>()
+            && table.contains_key("nameplate")
+        {
+            return Self::of_nameplate(file, &table, Some(text));
+        }
         let sheet: Self = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or_else(String::new, |span| place(text, span.start));
             let message = error.message().replace('\n', " ");
@@ -281,6 +294,34 @@ impl DataSheet {
         Ok(Self::deserialize(from)?.of_file(file))
     }
 
+    /// From a table with a `[nameplate]`, whose missing and wrong keys are named all at once; `text` is that of its file,
+    /// for line numbers.
+    pub fn of_nameplate(file: &str, table: &Table, text: Option<&str>) -> Result<Self, MotorError> {
+        let whole = nameplate::spelled_out(file, table, text)?;
+        let sheet = Self::deserialize(Value::Table(whole)).map_err(|error| {
+            let message = error.to_string().trim().replace('\n', " ");
+            MotorError::Format { file: file.to_owned(), message }
+        })?;
+        // A plain number stands for all that could stand below it.
+        let stated = |key: &str| {
+            let mut place = Some(&Value::Table(table.clone()));
+            key.split('.').all(|part| match place {
+                Some(Value::Table(below)) => {
+                    place = below.get(part);
+                    place.is_some()
+                }
+                _ => true,
+            })
+        };
+        let assumed = sheet.entries().into_iter().filter(|entry| !stated(&entry.key)).collect();
+        Self { assumed, ..sheet }.of_file(file)
+    }
+
+    /// What a nameplate left out, and what was assumed in its place.
+    pub fn assumed(&self) -> &[Entry] {
+        &self.assumed
+    }
+
     fn of_file(self, file: &str) -> Result<Self, MotorError> {
         let printable = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(printable) {
@@ -295,6 +336,11 @@ impl DataSheet {
     #[must_use]
     pub fn with_files(self, files: &Files) -> Self {
         Self { files: files.clone(), ..self }
+    }
+
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
     }
 
     /// What the motor is.
@@ -316,19 +362,11 @@ impl DataSheet {
 
     /// Each number with its source, in the order of the file.
     pub fn entries(&self) -> Vec<Entry> {
-        let Self { rating, winding: w, rotor: r, .. } = self;
-        let mut entries = Vec::new();
-        entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
-        entries.push(entry("rating", "current", &rating.current));
-        entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));
-        entries.extend([
-            entry("winding", "pole_pairs", &w.pole_pairs),
-            entry("winding", "resistance", &w.resistance),
-        ]);
-        entries.extend(w.mean_inductance.as_ref().map(|from| entry("winding", "mean_inductance", from)));
-        entries.extend(w.saliency.as_ref().map(|from| entry("winding", "saliency", from)));
-        entries.extend(w.leakage.as_ref().map(|from| entry("winding", "leakage", from)));
-        entries.extend(w.magnet_flux.as_ref().map(|from| entry("winding", "magnet_flux", from)));
+        let r = &self.rotor;
+        let mut entries = self.nameplate.as_ref().map_or_else(Vec::new, NameplateTable::entries);
+        if self.nameplate.is_none() {
+            self.winding_entries(&mut entries);
+        }
         entries.extend(self.map.as_ref().map(|map| Entry {
             key: "map.file".to_owned(),
             value: map.file.value.clone(),
@@ -379,5 +417,21 @@ impl DataSheet {
             entries.push(entry("thermal", "magnet_coefficient", &t.magnet_coefficient));
         }
         entries
+    }
+
+    /// Those of `[rating]` and `[winding]`.
+    fn winding_entries(&self, entries: &mut Vec<Entry>) {
+        let Self { rating, winding: w, .. } = self;
+        entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
+        entries.push(entry("rating", "current", &rating.current));
+        entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));
+        entries.extend([
+            entry("winding", "pole_pairs", &w.pole_pairs),
+            entry("winding", "resistance", &w.resistance),
+        ]);
+        entries.extend(w.mean_inductance.as_ref().map(|from| entry("winding", "mean_inductance", from)));
+        entries.extend(w.saliency.as_ref().map(|from| entry("winding", "saliency", from)));
+        entries.extend(w.leakage.as_ref().map(|from| entry("winding", "leakage", from)));
+        entries.extend(w.magnet_flux.as_ref().map(|from| entry("winding", "magnet_flux", from)));
     }
 }

@@ -60,14 +60,27 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         return Ok(Report { text: format!("{json:#}\n"), code });
     }
     let verdict = if recommended.is_some() { "suited" } else { "NOT suited" };
+    let [what, open] = if suitability.pole_is_open() {
+        ["rotor's axis", "; saturation is not given: the pole cannot be judged"]
+    } else {
+        ["rotor position", ""]
+    };
     let mut text = format!(
-        "{}: {verdict} to detection of the rotor position at standstill (error set {})\n\n",
+        "{}: {verdict} to detection of the {what} at standstill (error set {}){open}\n\n",
         motor.name,
         errors.name()
     );
     for reason in &reasons {
         // The first line of a reason stands out, the others are set in.
         let filled = fill(reason, 110, "    ");
+        text += &filled.replacen("    ", "  – ", 1);
+    }
+    let assumed =
+        document.data_sheet()?.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
+    let assumed: Vec<String> = assumed.collect();
+    if !assumed.is_empty() {
+        let filled =
+            fill(&format!("Assumed, as the data sheet does not say: {}.", assumed.join(", ")), 110, "    ");
         text += &filled.replacen("    ", "  – ", 1);
     }
     text.push('\n');
@@ -144,6 +157,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     let floor = SequentialSettings::<f64>::new(difference).floor;
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
+    } else if suitability.pole_is_open() {
+        "Poles: saturation is not given: the pole cannot be judged. By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].".to_owned()
     } else if rated == Signature::None && pulses == Signature::None {
         format!(
             "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
@@ -224,6 +239,7 @@ fn json(
         "motor": motor,
         "errors": errors.name(),
         "suited": recommended.is_some(),
+        "pole_judged": !suitability.pole_is_open(),
         "reasons": reasons,
         "demands": { "error_deg": demands.error_deg, "movement_deg": demands.movement_deg, "without_angle": demands.without_angle },
         "saliency_ratio": suitability.saliency_ratio,
