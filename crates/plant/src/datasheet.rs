@@ -313,7 +313,9 @@ impl DataSheet {
                 _ => true,
             })
         };
-        let assumed = sheet.entries().into_iter().filter(|entry| !stated(&entry.key)).collect();
+        // Saturation that is not given is not assumed either: nothing is known of it.
+        let missing = |key: &str| !stated(key) && key != "nameplate.saturation";
+        let assumed = sheet.entries().into_iter().filter(|entry| missing(&entry.key)).collect();
         Self { assumed, ..sheet }.of_file(file)
     }
 

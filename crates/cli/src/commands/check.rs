@@ -18,8 +18,8 @@ use crate::progress;
 use crate::scenario::{self, Shorthands};
 use crate::text::{fill, table};
 
-/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name, which no
-/// scenario has.
+/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name or a
+/// nameplate, which no scenario has.
 fn document(options: &Check) -> Result<Document, Error> {
     let path = Path::new(&options.motor);
     let mut shorthands = Shorthands::default()
@@ -30,7 +30,9 @@ fn document(options: &Check) -> Result<Document, Error> {
         || path.extension().is_none_or(|extension| extension != "toml");
     let scenario = if named { None } else { Some(scenario::read(path)?) };
     let document = match scenario {
-        Some(scenario) if scenario.get("name").is_none() && scenario.get("winding").is_none() => scenario,
+        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
+            scenario
+        }
         _ => {
             shorthands = shorthands.with("MOTOR", "motor", Some(options.motor.as_str()));
             Document::parse(Path::new("scenario"), "")?
@@ -75,8 +77,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         let filled = fill(reason, 110, "    ");
         text += &filled.replacen("    ", "  – ", 1);
     }
-    let assumed =
-        document.data_sheet()?.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
+    let sheet = document.data_sheet()?;
+    let assumed = sheet.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
     let assumed: Vec<String> = assumed.collect();
     if !assumed.is_empty() {
         let filled =

@@ -23,7 +23,9 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
     // A sheet that is no motor is not shown as one.
     sheet.motor().map_err(Error::Motor)?;
     let _ = writeln!(out, "{name}: {}\n", sheet.title());
-    out += &text::fill(sheet.notes(), 100, "  ");
+    if !sheet.notes().trim().is_empty() {
+        out += &text::fill(sheet.notes(), 100, "  ");
+    }
     let rows = sheet
         .entries()
         .into_iter()

@@ -100,7 +100,7 @@ impl NameplateTable {
         entries.extend(self.leakage.as_ref().map(|from| entry(table, "leakage", from)));
         let percent = |key: &str, value: f64, source: Source, reason: &str| Entry {
             key: format!("nameplate.saturation.{key}"),
-            value: format!("{} %", standstill_quantity::rounded((1e6 * value).round() * 1e-6, 2)),
+            value: format!("{} %", standstill_quantity::rounded((1e4 * value).round() * 1e-4, 2)),
             source,
             reason: reason.to_owned(),
         };
