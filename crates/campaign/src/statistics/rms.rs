@@ -101,7 +101,7 @@ mod tests {
             state ^= state << 13;
             state ^= state >> 7;
             state ^= state << 17;
-            errors[usize::try_from((state >> 32) * errors.len() as u64 >> 32).expect("below the length")]
+            errors[usize::try_from(((state >> 32) * errors.len() as u64) >> 32).expect("below the length")]
         };
         let mut found = [0.0; 3];
         for _ in 0..times {

@@ -8,8 +8,8 @@ mod whole;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
+use standstill_quantity::Quantity;
 use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
-use standstill_quantity::{Quantity, Unit};
 
 pub(super) use self::reader::spelled_out;
 use super::{Entry, Source, Sourced, entry};

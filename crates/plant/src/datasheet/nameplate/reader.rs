@@ -26,7 +26,11 @@ const KEYS: [&str; 10] = [
 ];
 
 /// The data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for line numbers.
-pub(super) fn spelled_out(file: &str, sheet: &Table, text: Option<&str>) -> Result<Table, MotorError> {
+pub(in crate::datasheet) fn spelled_out(
+    file: &str,
+    sheet: &Table,
+    text: Option<&str>,
+) -> Result<Table, MotorError> {
     let empty = Table::new();
     let table = sheet.get("nameplate").and_then(Value::as_table).unwrap_or(&empty);
     let mut reader = Reader { table, text, problems: Vec::new() };
