@@ -67,6 +67,14 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
+/// The usual numerical tolerance, or a ten-millionth of the flux that rated current makes where that is less: there are
+/// motors of microwebers.
+pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
+    let winding = &motor.winding;
+    let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
+    Tolerance { flux: Tolerance::default().flux.min(1e-7 * inductance * motor.rated_current) }
+}
+
 /// The pulse across a line after which the rated current flows in it, in that direction of the rotor where it is reached
 /// first.
 fn rated_pulse(motor: &Motor, dc_link: f64) -> Nanos {
@@ -148,6 +156,7 @@ impl<S: Settings<f64>> Scenario<S> {
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {
+            tolerance: tolerance(&motor),
             motor,
             rotor,
             start_angle: None,
@@ -155,7 +164,6 @@ impl<S: Settings<f64>> Scenario<S> {
             drive,
             sensors,
             detector,
-            tolerance: Tolerance::default(),
             seed,
         }
     }

@@ -5,6 +5,7 @@
 
 mod binomial;
 mod quantiles;
+mod rms;
 mod student;
 
 use std::collections::BTreeMap;
@@ -12,6 +13,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use self::quantiles::Magnitudes;
+use self::rms::root_mean_square;
 pub use self::student::student;
 use crate::store::Row;
 use crate::{Record, Verdict};
@@ -85,8 +87,8 @@ pub struct Statistics {
     moved: f64,
     duration: f64,
     peak_current: f64,
-    /// Sums of the errors' first, second and fourth powers.
-    powers: [f64; 3],
+    /// Sums of the errors' first, second, fourth and sixth powers.
+    powers: [f64; 4],
     magnitudes: Magnitudes,
 }
 
@@ -113,7 +115,8 @@ pub struct Summary {
     pub reasons: BTreeMap<String, Occurrence>,
     /// Trials with an axis, of which the error statistics are: found and undetermined.
     pub axes: u64,
-    /// Root mean square of the axis error in degrees. Its interval is that of the mean square by Student's t.
+    /// Root mean square of the axis error in degrees. Its interval is that of the mean square by Student's t
+    /// with Hall's correction for the skewness of squares.
     pub rms_deg: Estimate,
     /// Mean axis error in degrees.
     pub bias_deg: Estimate,
@@ -169,7 +172,7 @@ impl Statistics {
             moved: 0.0,
             duration: 0.0,
             peak_current: 0.0,
-            powers: [0.0; 3],
+            powers: [0.0; 4],
             magnitudes: Magnitudes::default(),
         }
     }
@@ -205,7 +208,9 @@ impl Statistics {
         self.beyond_limit += u64::from(row.error_deg.is_some_and(|e| e.abs() > self.limit_deg));
         if let Some(error) = row.axis_error_deg {
             let square = error * error;
-            for (sum, power) in self.powers.iter_mut().zip([error, square, square * square]) {
+            for (sum, power) in
+                self.powers.iter_mut().zip([error, square, square * square, square * square * square])
+            {
                 *sum += power;
             }
             self.magnitudes.add(error.abs());
@@ -225,21 +230,14 @@ impl Statistics {
     /// Mean and rms of the axis error in degrees.
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
-        let [mean, square, fourth] = self.powers.map(|sum| sum / n);
-        let freedom = n / self.points as f64 - 1.0;
-        let student = student(freedom);
-        let half = student * ((fourth - square * square).max(0.0) / freedom).sqrt();
-        let mean_half = student * ((square - mean * mean).max(0.0) / freedom).sqrt();
-        let rms = Estimate {
-            value: square.sqrt(),
-            // `max` would make a number of what is none.
-            low: if half.is_nan() { half } else { (square - half).max(0.0).sqrt() },
-            high: (square + half).sqrt(),
-        };
+        let [mean, square, fourth, sixth] = self.powers.map(|sum| sum / n);
+        let known = n / self.points as f64;
+        let mean_half = student(known - 1.0) * ((square - mean * mean).max(0.0) / (known - 1.0)).sqrt();
+        let rms = root_mean_square([square, fourth, sixth], known);
         [Estimate { value: mean, low: mean - mean_half, high: mean + mean_half }, rms]
     }
 
-    /// Root mean square of the axis error in degrees. Its interval is the normal one of the mean square.
+    /// Root mean square of the axis error in degrees.
     pub fn rms(&self) -> Estimate {
         self.moments()[1]
     }
@@ -354,7 +352,7 @@ mod tests {
     fn regress_a_summary_of_ten_million_errors() {
         // The sums of that many errors of ±1° and of one of 3°, without adding them one by one.
         let mut statistics = Statistics::default();
-        (statistics.trials, statistics.powers) = (10_000_000, [3.0, 1e7 + 8.0, 1e7 + 80.0]);
+        (statistics.trials, statistics.powers) = (10_000_000, [3.0, 1e7 + 8.0, 1e7 + 80.0, 1e7 + 728.0]);
         for k in 0..200_000 {
             statistics.magnitudes.add(1.0 + f64::from(k) * 1e-9);
         }

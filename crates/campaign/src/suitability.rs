@@ -68,6 +68,9 @@ pub struct Suitability {
     pub limit: Option<Bound>,
     /// Whether the motor has poles to tell apart.
     pub has_magnet: bool,
+    /// Whether anything is known of the core's saturation. If not, the poles cannot be judged, and no method is blamed for
+    /// leaving them open.
+    pub saturation_is_known: bool,
     /// Which pole draws more current: near rated current, and in pulses of half of it.
     pub signature: [Signature; 2],
     /// By what share, near rated current.
@@ -173,6 +176,7 @@ impl Suitability {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
             limit: if tried.check().is_ok() { tried.bound(ANGLES, None)? } else { None },
             has_magnet: motor.has_magnet(),
+            saturation_is_known: motor.saturation_is_known(),
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
             // Where a map ends before, nothing is known.
@@ -180,6 +184,11 @@ impl Suitability {
                 .map_or(0.0, |point| point.difference()),
             candidates,
         })
+    }
+
+    /// Whether there are poles to tell apart of which too little is known to judge it.
+    pub fn pole_is_open(&self) -> bool {
+        self.has_magnet && !self.saturation_is_known
     }
 
     /// The method to be recommended: of those without objection the one with the largest margin.
@@ -203,7 +212,7 @@ impl Candidate {
             let objections = vec![format!("it cannot be set up: {error}")];
             return Ok(Self { method, settings, locked: none.clone(), free: none, objections, margin: 0.0 });
         }
-        let has_pole = free.motor.has_magnet();
+        let has_pole = free.motor.has_magnet() && free.motor.saturation_is_known();
         let (locked, free) = (summary(locked, method)?, summary(free, method)?);
         let objections = objections(&locked, &free, demands, has_pole);
         let worst = locked.p95_deg.value.max(free.p95_deg.value);

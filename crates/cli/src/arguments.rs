@@ -48,7 +48,7 @@ pub enum Command {
     Merge(Merge),
     /// A finished run as one HTML file, and its figures
     Report(Report),
-    /// An example of a scenario file, with every key
+    /// An example of a scenario file, with every key, or a motor's data sheet to fill in
     Init(Init),
     /// JSON Schema of scenario files, for editors
     Schema,
@@ -58,7 +58,7 @@ pub enum Command {
     Man(Man),
     /// A motor's inductances over current, and which pole draws more of it
     Magnetics(Magnetics),
-    /// The built-in motors, and where each of their numbers comes from
+    /// The built-in motors, a line each; of one motor each number, and where it comes from
     Motors(Motors),
 }
 

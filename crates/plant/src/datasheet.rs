@@ -1,7 +1,9 @@
 //! Motor data sheets: TOML in which each number says where it comes from.
 
 mod check;
+mod entries;
 mod extras;
+mod nameplate;
 
 use std::fmt;
 use std::path::Path;
@@ -13,17 +15,12 @@ use standstill_quantity::unit::{
     Second, Volt, Watt, Weber,
 };
 use standstill_quantity::{Quantity, Unit};
+use toml::{Table, Value};
 
+pub use self::entries::Entry;
+use self::entries::entry;
+use self::nameplate::NameplateTable;
 use crate::{Files, FluxMap, MapError, MapReport, MapSamples};
-
-fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
-    Entry {
-        key: format!("{table}.{key}"),
-        value: from.value.to_string(),
-        source: from.source,
-        reason: from.reason.trim().to_owned(),
-    }
-}
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -78,19 +75,6 @@ impl<U: Unit> JsonSchema for Sourced<U> {
             }]
         })
     }
-}
-
-/// One number of a data sheet, ready to print.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Entry {
-    /// Its key in the file.
-    pub key: String,
-    /// Value with unit.
-    pub value: String,
-    /// Where it comes from.
-    pub source: Source,
-    /// Why it is what it is.
-    pub reason: String,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -191,7 +175,8 @@ struct ThermalTable {
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
-/// all inductances. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
+/// all inductances. A `[nameplate]` takes the place of `[rating]`, `[winding]` and the core, and of the rotor where there is
+/// none. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
 /// phase.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -202,11 +187,15 @@ pub struct DataSheet {
     /// Through which its map is read.
     #[serde(skip)]
     files: Files,
+    /// What a nameplate left out.
+    #[serde(skip)]
+    assumed: Vec<Entry>,
     name: String,
     title: String,
     notes: String,
     rating: RatingTable,
     winding: WindingTable,
+    nameplate: Option<NameplateTable>,
     saturation: Option<SaturationTable>,
     bridge: Option<BridgeTable>,
     map: Option<MapTable>,
@@ -265,6 +254,11 @@ fn place(text: &str, position: usize) -> String {
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
+        if let Ok(table) = text.parse::<Table>()
+            && table.contains_key("nameplate")
+        {
+            return Self::of_nameplate(file, &table, Some(text));
+        }
         let sheet: Self = toml::from_str(text).map_err(|error| {
             let place = error.span().map_or_else(String::new, |span| place(text, span.start));
             let message = error.message().replace('\n', " ");
@@ -279,6 +273,36 @@ impl DataSheet {
         from: D,
     ) -> Result<Result<Self, MotorError>, D::Error> {
         Ok(Self::deserialize(from)?.of_file(file))
+    }
+
+    /// From a table with a `[nameplate]`, whose missing and wrong keys are named all at once; `text` is that of its file,
+    /// for line numbers.
+    pub fn of_nameplate(file: &str, table: &Table, text: Option<&str>) -> Result<Self, MotorError> {
+        let whole = nameplate::spelled_out(file, table, text)?;
+        let sheet = Self::deserialize(Value::Table(whole)).map_err(|error| {
+            let message = error.to_string().trim().replace('\n', " ");
+            MotorError::Format { file: file.to_owned(), message }
+        })?;
+        // A plain number stands for all that could stand below it.
+        let stated = |key: &str| {
+            let mut place = Some(&Value::Table(table.clone()));
+            key.split('.').all(|part| match place {
+                Some(Value::Table(below)) => {
+                    place = below.get(part);
+                    place.is_some()
+                }
+                _ => true,
+            })
+        };
+        // Saturation that is not given is not assumed either: nothing is known of it.
+        let missing = |key: &str| !stated(key) && key != "nameplate.saturation";
+        let assumed = sheet.entries().into_iter().filter(|entry| missing(&entry.key)).collect();
+        Self { assumed, ..sheet }.of_file(file)
+    }
+
+    /// What a nameplate left out, and what was assumed in its place.
+    pub fn assumed(&self) -> &[Entry] {
+        &self.assumed
     }
 
     fn of_file(self, file: &str) -> Result<Self, MotorError> {
@@ -297,6 +321,11 @@ impl DataSheet {
         Self { files: files.clone(), ..self }
     }
 
+    /// Its name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
     /// What the motor is.
     pub fn title(&self) -> &str {
         &self.title
@@ -312,72 +341,5 @@ impl DataSheet {
         let Some(table) = &self.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
         FluxMap::new(&MapSamples::read(&folder.join(&table.file.value), &self.files)?).map(Some)
-    }
-
-    /// Each number with its source, in the order of the file.
-    pub fn entries(&self) -> Vec<Entry> {
-        let Self { rating, winding: w, rotor: r, .. } = self;
-        let mut entries = Vec::new();
-        entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
-        entries.push(entry("rating", "current", &rating.current));
-        entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));
-        entries.extend([
-            entry("winding", "pole_pairs", &w.pole_pairs),
-            entry("winding", "resistance", &w.resistance),
-        ]);
-        entries.extend(w.mean_inductance.as_ref().map(|from| entry("winding", "mean_inductance", from)));
-        entries.extend(w.saliency.as_ref().map(|from| entry("winding", "saliency", from)));
-        entries.extend(w.leakage.as_ref().map(|from| entry("winding", "leakage", from)));
-        entries.extend(w.magnet_flux.as_ref().map(|from| entry("winding", "magnet_flux", from)));
-        entries.extend(self.map.as_ref().map(|map| Entry {
-            key: "map.file".to_owned(),
-            value: map.file.value.clone(),
-            source: map.file.source,
-            reason: map.file.reason.trim().to_owned(),
-        }));
-        if let Some(s) = &self.saturation {
-            let exponents = [("s", &s.s), ("t", &s.t), ("u", &s.u), ("v", &s.v)];
-            let factors = [
-                ("a_d0", &s.a_d0),
-                ("a_dd", &s.a_dd),
-                ("a_q0", &s.a_q0),
-                ("a_qq", &s.a_qq),
-                ("a_dq", &s.a_dq),
-            ];
-            entries
-                .extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
-            entries.push(entry("saturation", "i_f", &s.i_f));
-        }
-        if let Some(b) = &self.bridge {
-            let factors = [("a_b", &b.a_b), ("a_bp", &b.a_bp), ("k_q", &b.k_q), ("w", &b.w)];
-            entries.extend(factors.iter().map(|(key, from)| entry("bridge", key, from)));
-            entries.push(entry("bridge", "psi_n", &b.psi_n));
-        }
-        entries.extend([
-            entry("rotor", "inertia", &r.inertia),
-            entry("rotor", "stiction", &r.stiction),
-            entry("rotor", "coulomb", &r.coulomb),
-            entry("rotor", "viscous", &r.viscous),
-        ]);
-        entries.extend(r.brake_backlash.as_ref().map(|from| entry("rotor", "brake_backlash", from)));
-        entries.extend(r.cogging_torque.as_ref().map(|from| entry("rotor", "cogging_torque", from)));
-        entries.extend(r.cogging_periods.as_ref().map(|from| entry("rotor", "cogging_periods", from)));
-        if let Some(h) = &self.harmonics {
-            entries.extend(h.inductance_4.as_ref().map(|from| entry("harmonics", "inductance_4", from)));
-            entries.extend(h.asymmetry.as_ref().map(|from| entry("harmonics", "asymmetry", from)));
-            entries.extend(h.flux_5.as_ref().map(|from| entry("harmonics", "flux_5", from)));
-            entries.extend(h.flux_7.as_ref().map(|from| entry("harmonics", "flux_7", from)));
-        }
-        if let Some(e) = &self.eddy {
-            entries.push(entry("eddy", "time_constant", &e.time_constant));
-            entries.push(entry("eddy", "d_depth", &e.d_depth));
-            entries.push(entry("eddy", "q_depth", &e.q_depth));
-        }
-        if let Some(t) = &self.thermal {
-            entries.push(entry("thermal", "reference", &t.reference));
-            entries.push(entry("thermal", "winding_coefficient", &t.winding_coefficient));
-            entries.push(entry("thermal", "magnet_coefficient", &t.magnet_coefficient));
-        }
-        entries
     }
 }

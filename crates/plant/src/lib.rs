@@ -33,8 +33,8 @@ pub use fluxmap::{FluxMap, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
-    Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Harmonics, IronBridge, Linear, MagneticCircuit,
-    MagneticState, Magnetics, NoConvergence, Series,
+    Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, IronBridge, Linear,
+    MagneticCircuit, MagneticState, Magnetics, NoConvergence, Series,
 };
 pub use motor::Motor;
 pub use rotor::{Friction, Rotor};

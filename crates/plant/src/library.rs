@@ -2,7 +2,7 @@
 
 use crate::{DataSheet, Motor, MotorError};
 
-const FILES: [(&str, &str); 8] = [
+const FILES: [(&str, &str); 12] = [
     ("paper-5k5", include_str!("../motors/paper-5k5.toml")),
     ("gearless-hoist", include_str!("../motors/gearless-hoist.toml")),
     ("pm-reluctance", include_str!("../motors/pm-reluctance.toml")),
@@ -11,6 +11,10 @@ const FILES: [(&str, &str); 8] = [
     ("cross-saturation", include_str!("../motors/cross-saturation.toml")),
     ("slot-harmonics", include_str!("../motors/slot-harmonics.toml")),
     ("reluctance-6k7", include_str!("../motors/reluctance-6k7.toml")),
+    ("light-vehicle", include_str!("../motors/light-vehicle.toml")),
+    ("light-vehicle-stiff", include_str!("../motors/light-vehicle-stiff.toml")),
+    ("outrunner", include_str!("../motors/outrunner.toml")),
+    ("gimbal", include_str!("../motors/gimbal.toml")),
 ];
 
 /// Names of the built-in motors.
@@ -52,6 +56,15 @@ mod tests {
             for entry in sheet.entries() {
                 assert!(entry.reason.len() > 10, "{name}: {} has no reason", entry.key);
             }
+        }
+    }
+
+    #[test]
+    fn analytic_the_poles_of_the_traction_motors_differ_as_their_notes_say() {
+        for (name, difference) in [("light-vehicle", 0.145), ("light-vehicle-stiff", 0.049)] {
+            let motor = built_in(name).expect("built in");
+            let point = crate::PolarityPoint::of(&motor.magnetics, motor.rated_current).expect("convex");
+            assert!((point.difference() - difference).abs() < 5e-4, "{name}: {}", point.difference());
         }
     }
 

@@ -10,6 +10,7 @@
 mod algebraic;
 mod circuit;
 mod eddy;
+mod falls;
 mod harmonics;
 mod iron_bridge;
 mod linear;
@@ -24,6 +25,7 @@ use crate::FluxMap;
 pub use algebraic::Algebraic;
 pub use circuit::{Circuits, Cogging, Eddy, MagneticCircuit, MagneticState, Series};
 pub use eddy::EddyBranch;
+pub use falls::{Falls, FallsError};
 pub use harmonics::Harmonics;
 pub use iron_bridge::IronBridge;
 pub use linear::Linear;

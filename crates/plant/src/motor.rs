@@ -48,6 +48,12 @@ impl Motor {
         self.magnet_flux != 0.0
     }
 
+    /// Whether anything is known of the core's saturation, without which its poles cannot be told apart. A core that is
+    /// stated not to saturate is known.
+    pub fn saturation_is_known(&self) -> bool {
+        !matches!(self.magnetics.core(), Core::Linear(_))
+    }
+
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the
     /// slope ∂W/∂θ of [`MagneticCircuit::state`]. Cogging is another energy and comes on top.
     #[inline(always)]

@@ -4,13 +4,13 @@ use standstill_detect::{Method, Settings};
 use standstill_interface::Nanos;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
-use standstill_sim::{Adc, RotorState, SensorSettings, Tolerance};
+use standstill_sim::{Adc, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::named::Named;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
 use crate::errors::dc_link;
-use crate::scenario::nameplate;
+use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
 impl ScenarioFile {
@@ -90,7 +90,7 @@ impl ScenarioFile {
             drive,
             sensors,
             detector,
-            tolerance: Tolerance::default(),
+            tolerance: tolerance(motor),
             seed: self.seed,
         })
     }

@@ -106,7 +106,11 @@ impl MotorSpec {
         let value = || {
             let sheet = Value::Table(text.parse::<Table>().ok()?);
             let number = key.split('.').try_fold(&sheet, |value, part| value.as_table()?.get(part))?;
-            number.as_table()?.get("value").cloned()
+            // A nameplate's may be plain.
+            match number {
+                Value::Table(sourced) => sourced.get("value").cloned(),
+                plain => Some(plain.clone()),
+            }
         };
         Ok(value())
     }
@@ -193,10 +197,16 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
                 lay_over(&mut below, changes, 1);
                 sheet.insert(key.clone(), Value::Table(below));
             }
+            // Several numbers of one key, such as a nameplate's saturation.
+            (Some(Value::Table(below)), Value::Table(changes))
+                if [&*below, changes].iter().all(|table| !table.contains_key("value")) =>
+            {
+                lay_over(below, changes, 2);
+            }
             (_, Value::Table(_)) => {
                 sheet.insert(key.clone(), value.clone());
             }
-            (_, value) if depth == 1 => {
+            (_, value) if depth > 0 => {
                 let sourced = [
                     ("value", value.clone()),
                     ("source", "assumed".into()),
@@ -226,10 +236,14 @@ fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
         Some(name) => {
             let (file, text) = text(&name, files, "motor.base")?;
             // It must be a data sheet by itself, or messages would blame the scenario for it.
-            DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
-            let sheet = text.parse::<Table>().map_err(|error| {
+            let whole = DataSheet::parse(&file, &text).map_err(FileError::Motor)?;
+            let mut sheet = text.parse::<Table>().map_err(|error| {
                 FileError::key("motor.base", &name, &format!("a data sheet: {}", error.message()))
             })?;
+            // A nameplate's name may be that of its file.
+            for (key, text) in [("name", whole.name()), ("title", whole.title())] {
+                sheet.entry(key).or_insert_with(|| text.into());
+            }
             (file, sheet)
         }
         None => (files.folder().join("scenario").display().to_string(), Table::new()),
@@ -243,6 +257,10 @@ fn whole(table: &Table, files: &Files) -> Result<(String, Table), FileError> {
 
 fn in_place(table: &Table, files: &Files) -> Result<DataSheet, FileError> {
     let (file, sheet) = whole(table, files)?;
+    if sheet.contains_key("nameplate") {
+        let sheet = DataSheet::of_nameplate(&file, &sheet, None).map_err(FileError::Motor)?;
+        return Ok(sheet.with_files(files));
+    }
     let mut track = serde_path_to_error::Track::new();
     let deserializer = serde_path_to_error::Deserializer::new(Value::Table(sheet), &mut track);
     match DataSheet::read(&file, deserializer) {

@@ -1,7 +1,7 @@
 //! A scenario alone: what a document says without axes, and one trial of one that has some.
 
 use standstill_detect::Method;
-use standstill_plant::Motor;
+use standstill_plant::{DataSheet, Motor};
 use standstill_sim::{Case, Streams};
 use toml::Value;
 
@@ -36,6 +36,11 @@ impl Document {
     /// The motor.
     pub fn motor(&self) -> Result<Motor, FileError> {
         self.load()?.motor(self.files()).map_err(|error| self.locate(error))
+    }
+
+    /// The data sheet of its motor, with what was assumed.
+    pub fn data_sheet(&self) -> Result<DataSheet, FileError> {
+        self.load()?.motor.sheet(self.files()).map_err(|error| self.locate(error))
     }
 
     /// The scenario on the document's motor, which is there already.

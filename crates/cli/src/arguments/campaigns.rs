@@ -143,6 +143,9 @@ pub struct Init {
     /// The file to write
     #[arg(default_value = "scenario.toml")]
     pub file: PathBuf,
+    /// Write a motor's data sheet to this file (.toml) instead, to be filled in from its nameplate
+    #[arg(long, value_name = "FILE", conflicts_with = "file")]
+    pub motor: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -18,8 +18,8 @@ use crate::progress;
 use crate::scenario::{self, Shorthands};
 use crate::text::{fill, table};
 
-/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name, which no
-/// scenario has.
+/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name or a
+/// nameplate, which no scenario has.
 fn document(options: &Check) -> Result<Document, Error> {
     let path = Path::new(&options.motor);
     let mut shorthands = Shorthands::default()
@@ -30,7 +30,9 @@ fn document(options: &Check) -> Result<Document, Error> {
         || path.extension().is_none_or(|extension| extension != "toml");
     let scenario = if named { None } else { Some(scenario::read(path)?) };
     let document = match scenario {
-        Some(scenario) if scenario.get("name").is_none() && scenario.get("winding").is_none() => scenario,
+        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
+            scenario
+        }
         _ => {
             shorthands = shorthands.with("MOTOR", "motor", Some(options.motor.as_str()));
             Document::parse(Path::new("scenario"), "")?
@@ -60,14 +62,27 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         return Ok(Report { text: format!("{json:#}\n"), code });
     }
     let verdict = if recommended.is_some() { "suited" } else { "NOT suited" };
+    let [what, open] = if suitability.pole_is_open() {
+        ["rotor's axis", "; saturation is not given: the pole cannot be judged"]
+    } else {
+        ["rotor position", ""]
+    };
     let mut text = format!(
-        "{}: {verdict} to detection of the rotor position at standstill (error set {})\n\n",
+        "{}: {verdict} to detection of the {what} at standstill (error set {}){open}\n\n",
         motor.name,
         errors.name()
     );
     for reason in &reasons {
         // The first line of a reason stands out, the others are set in.
         let filled = fill(reason, 110, "    ");
+        text += &filled.replacen("    ", "  – ", 1);
+    }
+    let sheet = document.data_sheet()?;
+    let assumed = sheet.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
+    let assumed: Vec<String> = assumed.collect();
+    if !assumed.is_empty() {
+        let filled =
+            fill(&format!("Assumed, as the data sheet does not say: {}.", assumed.join(", ")), 110, "    ");
         text += &filled.replacen("    ", "  – ", 1);
     }
     text.push('\n');
@@ -144,6 +159,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     let floor = SequentialSettings::<f64>::new(difference).floor;
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
+    } else if suitability.pole_is_open() {
+        "Poles: saturation is not given: the pole cannot be judged. By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].".to_owned()
     } else if rated == Signature::None && pulses == Signature::None {
         format!(
             "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
@@ -224,6 +241,7 @@ fn json(
         "motor": motor,
         "errors": errors.name(),
         "suited": recommended.is_some(),
+        "pole_judged": !suitability.pole_is_open(),
         "reasons": reasons,
         "demands": { "error_deg": demands.error_deg, "movement_deg": demands.movement_deg, "without_angle": demands.without_angle },
         "saliency_ratio": suitability.saliency_ratio,

@@ -1,7 +1,8 @@
-//! `standstill init` and `standstill schema`: to write scenario files with.
+//! `standstill init` and `standstill schema`: to write scenario files and data sheets with.
 
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
+use std::path::Path;
 
 use standstill_campaign::file;
 
@@ -12,22 +13,47 @@ use crate::error::Error;
 /// An example with every key.
 pub const SCENARIO: &str = include_str!("init/scenario.toml");
 
+/// A data sheet to fill in.
+pub const MOTOR: &str = include_str!("init/motor.toml");
+
 pub fn run(options: &Init) -> Result<Report, Error> {
-    let path = &options.file;
+    let (path, text) = match &options.motor {
+        Some(path) if path.extension().is_none_or(|extension| extension != "toml") => {
+            return Err(Error::InTheWay {
+                path: path.clone(),
+                is: "no data sheet's name",
+                needed: "a file's that ends in .toml",
+            });
+        }
+        Some(path) => (path, MOTOR),
+        None => (&options.file, SCENARIO),
+    };
+    write_new(path, text)?;
+    let path = path.display();
+    let text = if options.motor.is_some() {
+        format!(
+            "{path} is written. Fill in your motor's numbers, then\n  standstill motors {path}\n  standstill check {path}\n"
+        )
+    } else {
+        format!("{path} is written. Run it with\n  standstill run {path}\n")
+    };
+    Ok(Report { text, code: 0 })
+}
+
+/// Writes a file that must not be there yet.
+fn write_new(path: &Path, text: &str) -> Result<(), Error> {
     let file = OpenOptions::new().write(true).create_new(true).open(path);
     let mut file = file.map_err(|error| match error.kind() {
         ErrorKind::AlreadyExists => {
-            Error::InTheWay { path: path.clone(), is: "there already", needed: "a new file" }
+            Error::InTheWay { path: path.to_owned(), is: "there already", needed: "a new file" }
         }
-        _ => Error::Write(path.clone(), error),
+        _ => Error::Write(path.to_owned(), error),
     })?;
-    file.write_all(SCENARIO.as_bytes()).map_err(|error| {
+    file.write_all(text.as_bytes()).map_err(|error| {
         // A file that is not whole would be in the way of the next try.
         let _ = std::fs::remove_file(path);
-        Error::Write(path.clone(), error)
-    })?;
-    let path = path.display();
-    Ok(Report { text: format!("{path} is written. Run it with\n  standstill run {path}\n"), code: 0 })
+        Error::Write(path.to_owned(), error)
+    })
 }
 
 pub fn schema() -> Report {
@@ -57,6 +83,33 @@ mod tests {
             _ => line,
         });
         lines.collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn law_the_data_sheet_is_valid_as_it_is_and_with_all_that_is_commented_out() {
+        use standstill_plant::DataSheet;
+        let motor = |text: &str| {
+            DataSheet::parse("own.toml", text)
+                .and_then(|sheet| sheet.motor())
+                .unwrap_or_else(|error| panic!("{error}"))
+        };
+        assert!(motor(MOTOR).saturation_is_known());
+        let (head, tail) = MOTOR.split_once("\n[nameplate]").expect("the table");
+        let given = |line: &str| line.contains(" = ") || line.starts_with('[');
+        let all = tail.lines().map(|line| line.strip_prefix("# ").filter(|rest| given(rest)).unwrap_or(line));
+        let all = format!("{head}\n[nameplate]{}", all.collect::<Vec<_>>().join("\n"));
+        let everything = motor(&all);
+        assert_eq!((everything.rotor.inertia, everything.rotor.friction.stiction), (4e-4, 0.04));
+        // With the keys of the schema, and no other.
+        let table: Table = all.parse().expect("TOML");
+        let keys =
+            table["nameplate"].as_table().expect("a table").keys().cloned().collect::<BTreeSet<String>>();
+        let schema = file::schema();
+        let sheet = &schema["$defs"]["Motor"]["anyOf"][2]["properties"]["nameplate"];
+        let place = sheet.to_string();
+        let reference =
+            place.split("#/").nth(1).and_then(|rest| rest.split('"').next()).expect("a reference");
+        assert_eq!(keys, properties(&schema, &format!("/{reference}")));
     }
 
     fn properties(schema: &serde_json::Value, path: &str) -> BTreeSet<String> {

@@ -10,23 +10,26 @@ use crate::error::Error;
 use crate::text;
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
-    let names: Vec<&str> = match &options.name {
-        Some(name) => vec![name],
-        None => built_in_names().collect(),
-    };
     let mut out = String::new();
-    for name in names {
-        let sheet = super::sheet(name)?;
-        // A sheet that is no motor is not shown as one.
-        sheet.motor().map_err(Error::Motor)?;
-        let _ = writeln!(out, "{name}: {}\n", sheet.title());
+    let Some(name) = &options.name else {
+        let width = built_in_names().map(str::len).max().unwrap_or_default();
+        for name in built_in_names() {
+            let _ = writeln!(out, "{name:width$}  {}", super::sheet(name)?.title());
+        }
+        out += "\n`standstill motors NAME` shows one of them, or a data sheet, with each number and where it comes from.\n";
+        return Ok(Report { text: out, code: 0 });
+    };
+    let sheet = super::sheet(name)?;
+    // A sheet that is no motor is not shown as one.
+    sheet.motor().map_err(Error::Motor)?;
+    let _ = writeln!(out, "{name}: {}\n", sheet.title());
+    if !sheet.notes().trim().is_empty() {
         out += &text::fill(sheet.notes(), 100, "  ");
-        let rows = sheet
-            .entries()
-            .into_iter()
-            .map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
-        out += &text::table(&["key", "value", "source", "reason"], rows, false);
-        out.push('\n');
     }
+    let rows = sheet
+        .entries()
+        .into_iter()
+        .map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
+    out += &text::table(&["key", "value", "source", "reason"], rows, false);
     Ok(Report { text: out, code: 0 })
 }

@@ -114,6 +114,11 @@ impl DataSheet {
     }
 
     fn core(&self, check: &Check, winding: &Winding, magnet_flux: f64) -> Result<Core, MotorError> {
+        if let Some(nameplate) = &self.nameplate {
+            let needed = "one whose inductances can fall as it says";
+            let core = nameplate.core(winding, magnet_flux);
+            return core.ok_or_else(|| check.value("nameplate.saturation", &"given", needed));
+        }
         match (&self.saturation, &self.bridge) {
             (None, None) => Ok(Core::Linear(Linear::from_winding(winding, magnet_flux))),
             (None, Some(_)) => {
@@ -135,10 +140,10 @@ pub(super) struct Check<'a> {
 const MAP_REACH: f64 = 1.05;
 
 /// No number of a motor is larger than this in SI units. It keeps typing errors from becoming infinite.
-const LARGEST: f64 = 1e6;
+const LARGEST: f64 = 1e12;
 
-/// And no positive one is smaller: rotors of watch motors have some 1e-9 kg m².
-const SMALLEST: f64 = 1e-9;
+/// And no positive one is smaller. What is small or large for a motor depends on its other numbers.
+const SMALLEST: f64 = 1e-15;
 
 impl Check<'_> {
     pub(super) fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
@@ -155,7 +160,7 @@ impl Check<'_> {
         if (SMALLEST..=LARGEST).contains(&value) {
             Ok(value)
         } else {
-            Err(self.value(key, &from.value, &format!("positive, from 1e-9 to 1e6 {}", U::SYMBOL)))
+            Err(self.value(key, &from.value, &format!("positive, from 1e-15 to 1e12 {}", U::SYMBOL)))
         }
     }
 
@@ -168,7 +173,7 @@ impl Check<'_> {
         if (0.0..=LARGEST).contains(&value) {
             Ok(value)
         } else {
-            Err(self.value(key, &from.value, &format!("zero or more, up to 1e6 {}", U::SYMBOL)))
+            Err(self.value(key, &from.value, &format!("zero or more, up to 1e12 {}", U::SYMBOL)))
         }
     }
 

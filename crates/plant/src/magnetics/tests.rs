@@ -11,9 +11,15 @@ fn all_cores() -> Vec<(String, Core)> {
     cores
 }
 
-/// Fluxes around the working range of a core: ±1.2 of its open-circuit flux, and at least ±0.5 Wb.
+/// The flux in Wb up to which a core is looked at: 1.2 times its open-circuit flux, without a magnet 0.5 Wb.
+fn reach(core: &Core) -> f64 {
+    let rest = core.flux_at(Dq::new(0.0, 0.0)).expect("open circuit").d.abs();
+    1.2 * if rest > 1e-9 { rest } else { 0.4 }
+}
+
+/// Fluxes around the working range of a core.
 fn fluxes(core: &Core) -> impl Iterator<Item = Dq<f64>> {
-    let reach = 1.2 * core.flux_at(Dq::new(0.0, 0.0)).expect("open circuit").d.abs().max(0.4);
+    let reach = reach(core);
     (-5..=5).flat_map(move |d| {
         (-5..=5)
             .map(move |q| Dq::new(reach * (f64::from(d) + 0.13) / 5.2, reach * (f64::from(q) - 0.09) / 5.2))
@@ -24,7 +30,7 @@ fn fluxes(core: &Core) -> impl Iterator<Item = Dq<f64>> {
 fn law_current_is_the_gradient_of_the_energy() {
     for (name, core) in all_cores() {
         for flux in fluxes(&core) {
-            let h = 1e-5;
+            let h = 2e-5 * reach(&core);
             let slope =
                 |step: Dq<f64>| (core.energy(flux + step) - core.energy(flux - step)) / (2.0 * step.norm());
             let i = core.current(flux);
@@ -38,7 +44,7 @@ fn law_current_is_the_gradient_of_the_energy() {
 fn law_inverse_inductance_is_the_gradient_of_the_current_and_positive_definite() {
     for (name, core) in all_cores() {
         for flux in fluxes(&core) {
-            let h = 1e-5;
+            let h = 2e-5 * reach(&core);
             let slope =
                 |step: Dq<f64>| (core.current(flux + step) - core.current(flux - step)) * (0.5 / step.norm());
             let (along_d, along_q) = (slope(Dq::new(h, 0.0)), slope(Dq::new(0.0, h)));

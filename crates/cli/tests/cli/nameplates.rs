@@ -1,0 +1,249 @@
+//! Motors by their nameplates: of any size, with and without saturation, with mistakes; and `docs/own-motor.md`, whose
+//! commands are run as they are printed.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::{folder, mistake, names, standstill};
+
+/// A nameplate: pole pairs, resistance, L_d, L_q, magnet flux, rated current, DC link, saturation.
+type Plate = (&'static str, [&'static str; 8]);
+
+/// Saturation of motors whose rated current makes as much flux as their magnet.
+const BOTH_WAYS: &str = "{ d = \"15 %\", minus_d = \"-8 %\", q = \"20 %\" }";
+
+/// From milliamperes to kiloamperes, from 12 to 1,000 V.
+const PLATES: [Plate; 6] = [
+    ("milliamperes", ["2", "400 ohm", "1 H", "1.4 H", "0.1 Wb", "20 mA", "24 V", "6 %"]),
+    ("hobby", ["7", "40 mΩ", "13.5 uH", "16 uH", "1 mWb", "20 A", "12 V", "12 %"]),
+    ("camera", ["11", "5.5 Ω", "1.4 mH", "1.6 mH", "8 mWb", "0.6 A", "12 V", "4 %"]),
+    ("traction-24", ["4", "2 mΩ", "60 uH", "100 uH", "20 mWb", "300 A", "24 V", BOTH_WAYS]),
+    ("traction-48", ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", BOTH_WAYS]),
+    ("megawatt", ["6", "3 mΩ", "200 uH", "300 uH", "0.8 Wb", "1500 A", "1 kV", "8 %"]),
+];
+
+fn sheet([pole_pairs, resistance, l_d, l_q, flux, current, link, saturation]: [&str; 8]) -> String {
+    let mut text = format!(
+        "[nameplate]\npole_pairs = {pole_pairs}\nresistance = \"{resistance}\"\nL_d = \"{l_d}\"\nL_q = \"{l_q}\"\nmagnet_flux = \"{flux}\"\nrated_current = \"{current}\"\ndc_link = \"{link}\"\n"
+    );
+    let _ = match saturation {
+        "" => Ok(()),
+        BOTH_WAYS => writeln!(text, "saturation = {saturation}"),
+        plain => writeln!(text, "saturation = \"{plain}\""),
+    };
+    text
+}
+
+fn json(path: &Path) -> Value {
+    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
+}
+
+#[test]
+fn motors_of_any_size_are_checked_traced_and_run() {
+    let folder = folder();
+    let at = folder.path();
+    let mut motors: Vec<String> =
+        ["light-vehicle", "light-vehicle-stiff", "outrunner", "gimbal"].map(str::to_owned).to_vec();
+    for (name, plate) in PLATES {
+        fs::write(at.join(format!("{name}.toml")), sheet(plate)).expect("written");
+        motors.push(format!("{name}.toml"));
+    }
+    for motor in &motors {
+        let run = |arguments: &[&str]| {
+            let output = standstill(arguments, at);
+            let said = String::from_utf8_lossy(&output.stderr);
+            assert!(output.status.success(), "{arguments:?}: {said}");
+            String::from_utf8(output.stdout).expect("text")
+        };
+        let method = "detector.method=maximum-likelihood-adaptive";
+        let text = run(&["check", motor, "-s", method]);
+        assert!(text.contains("suited to detection of the rotor position"), "{motor}: {text}");
+        // Numerical errors are small beside the sensors' noise, whatever the motor's size.
+        let traced = ["--method", "maximum-likelihood-adaptive", "--verify"];
+        run(&[&["trace", "--motor", motor, "--angle", "70", "--out", "t"], &traced[..]].concat());
+        let result = json(&at.join("t/result.json"));
+        assert_eq!(result["pole_correct"], true, "{motor}: {result}");
+        let error = &result["numerical_error"];
+        let (current, noise) = (error["current_A"].as_f64(), error["sensor_noise_A"].as_f64());
+        assert!(
+            current.zip(noise).is_some_and(|(current, noise)| current < noise / 100.0),
+            "{motor}: {error}"
+        );
+        // Errors of the axis, as much as 20 trials tell.
+        fs::write(at.join("s.toml"), format!("motor = \"{motor}\"\ntrials = 20\n")).expect("written");
+        run(&["run", "s.toml", "-s", method, "--out", "r"]);
+        let summary = &json(&at.join("r/summary.json"))["summary"];
+        assert_eq!(summary["wrong_poles"], 0, "{motor}: {summary}");
+        assert!(summary["rms_deg"]["value"].as_f64().is_some_and(|rms| rms < 1.0), "{motor}");
+        fs::remove_dir_all(at.join("r")).expect("removed");
+        fs::remove_dir_all(at.join("t")).expect("removed");
+    }
+}
+
+#[test]
+fn a_motor_without_saturation_is_judged_on_everything_else() {
+    let folder = folder();
+    let at = folder.path();
+    let unknown = ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", ""];
+    fs::write(at.join("own.toml"), sheet(unknown)).expect("written");
+    let method = ["-s", "detector.method=bipolar"];
+    let output = standstill(&[&["check", "own.toml"], &method[..]].concat(), at);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert_eq!(output.status.code(), Some(0), "{text}");
+    let verdict = "own: suited to detection of the rotor's axis at standstill (error set default); saturation is not given: the pole cannot be judged\n";
+    assert!(text.starts_with(verdict) && !text.contains("NOT suited"), "{text}");
+    let output = standstill(&[&["check", "own.toml", "--json"], &method[..]].concat(), at);
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((&json["suited"], &json["pole_judged"]), (&true.into(), &false.into()));
+    // One that is stated not to saturate is known, and has poles that no test tells apart.
+    let linear = ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", "0 %"];
+    fs::write(at.join("own.toml"), sheet(linear)).expect("written");
+    let output = standstill(&[&["check", "own.toml"], &method[..]].concat(), at);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    assert!(text.starts_with("own: NOT suited to detection of the rotor position"), "{text}");
+}
+
+#[test]
+fn all_that_is_wrong_with_a_nameplate_is_named_at_once() {
+    let folder = folder();
+    let at = folder.path();
+    let text = "[nameplate]\npole_pairs = 3.5\nresistance = \"50 mH\"\nLd = \"2.1 mH\"\nL_q = \"-3 mH\"\nmagnet_flux = \"90 mWb\"\ndc_link = 48\nsaturation = { d = 6, plus_d = \"3 %\" }\n[winding]\nleakage = 0\n";
+    fs::write(at.join("own.toml"), text).expect("written");
+    let before = names(at);
+    for command in ["motors", "check"] {
+        let message = mistake(&[command, "own.toml"], at);
+        for part in [
+            "own.toml: [nameplate]: ",
+            "[winding] stands beside [nameplate]",
+            "line 4, `Ld`: is no key of [nameplate], which are pole_pairs, ",
+            "line 2, `pole_pairs`: pole_pairs is 3.5, but must be a whole number from 1 to 200",
+            "line 3, `resistance`: `50 mH` is not a finite number in Ω",
+            "`L_d` is missing: the positive inductance",
+            "line 5, `L_q`: L_q is -3 mH, but must be the positive inductance",
+            "`rated_current` is missing: the positive peak current",
+            "line 8, `saturation`: `plus_d` is none of d, minus_d, q",
+            "saturation.d is 6, but must be from \"-100 %\" to \"90 %\"",
+        ] {
+            assert!(message.contains(part), "no {part} in {message}");
+        }
+        assert!(!message.contains("magnet_flux` is") && !message.contains("dc_link` is"), "{message}");
+    }
+    assert_eq!(names(at), before);
+    // What no number alone gets wrong.
+    let together = |plate: [&str; 8], more: &str| {
+        fs::write(at.join("own.toml"), sheet(plate) + more).expect("written");
+        mistake(&["motors", "own.toml"], at)
+    };
+    let slow = together(["4", "400 ohm", "40 uH", "60 uH", "20 mWb", "3 A", "48 V", ""], "");
+    assert!(slow.contains("line 3, `resistance`: ") && slow.contains("below 1 µs"), "{slow}");
+    let growing = "saturation = { d = \"-2 %\", minus_d = \"-3 %\" }\n";
+    let growing = together(["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "3 A", "48 V", ""], growing);
+    assert!(growing.contains("line 9, `saturation`: d must be positive where minus_d is not"), "{growing}");
+}
+
+#[test]
+fn a_nameplate_in_a_scenario_has_keys_like_any_other() {
+    let folder = folder();
+    let at = folder.path();
+    let own = ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", "6 %"];
+    fs::write(at.join("own.toml"), sheet(own)).expect("written");
+    let scenario = "trials = 10\n[motor]\nbase = \"own.toml\"\nnameplate.L_q = \"70 uH\"\n[detector]\nmethod = \"bipolar\"\n[tolerances]\n\"motor.nameplate.resistance\" = { normal = \"5 %\" }\n";
+    fs::write(at.join("s.toml"), scenario).expect("written");
+    let vary = ["--vary", "motor.nameplate.L_d=35 uH:45 uH:3"];
+    let output = standstill(&[&["sweep", "s.toml", "--out", "r"], &vary[..]].concat(), at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let summary = json(&at.join("r/summary.json"));
+    assert_eq!(summary["points"].as_array().map(Vec::len), Some(3), "{summary}");
+    // The whole of it in place.
+    let table = sheet(own).replace("[nameplate]", "[motor.nameplate]");
+    fs::write(at.join("s.toml"), format!("trials = 10\n{table}")).expect("written");
+    let output = standstill(&["run", "s.toml", "--out", "q"], at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let message = mistake(&["run", "s.toml", "-s", "motor.nameplate.L_d=3 Ω", "--out", "p"], at);
+    assert!(message.contains("L_d") && message.contains("3 Ω"), "{message}");
+}
+
+#[test]
+fn a_data_sheet_to_fill_in_is_one_and_is_never_overwritten() {
+    let folder = folder();
+    let at = folder.path();
+    let output = standstill(&["init", "--motor", "mine.toml"], at);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert!(output.status.success() && text.contains("standstill check mine.toml"), "{text}");
+    assert_eq!(names(at), ["mine.toml"]);
+    let text = String::from_utf8(standstill(&["motors", "mine.toml"], at).stdout).expect("text");
+    // What was left out is said to be assumed.
+    for line in ["nameplate.leakage", "rotor.inertia", "rotor.stiction", "rotor.coulomb", "rotor.viscous"] {
+        assert!(text.lines().any(|l| l.contains(line) && l.contains("assumed")), "{line}: {text}");
+    }
+    let message = mistake(&["init", "--motor", "mine.toml"], at);
+    assert!(message.contains("mine.toml is there already"), "{message}");
+    let message = mistake(&["init", "--motor", "mine.txt"], at);
+    assert!(message.contains("mine.txt is no data sheet's name") && message.contains(".toml"), "{message}");
+    mistake(&["init", "scenario.toml", "--motor", "other.toml"], at);
+    assert_eq!(names(at), ["mine.toml"]);
+}
+
+#[test]
+fn motors_lists_a_line_each() {
+    let folder = folder();
+    let text = String::from_utf8(standstill(&["motors"], folder.path()).stdout).expect("text");
+    let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).collect();
+    assert_eq!(lines.len(), 12, "{text}");
+    for name in ["paper-5k5 ", "light-vehicle ", "light-vehicle-stiff ", "outrunner ", "gimbal "] {
+        assert!(lines.iter().any(|line| line.starts_with(name) && line.len() < 118), "{name}: {text}");
+    }
+}
+
+const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-motor.md");
+
+/// The page with what its commands say. In a block whose first line begins with `$ standstill` stand a command and what it
+/// prints; a block of `toml` whose first line is a comment with a name is the file of that name.
+fn as_printed(page: &str) -> String {
+    let folder = folder();
+    let mut out = String::new();
+    let mut blocks = page.split("```");
+    out += blocks.next().unwrap_or_default();
+    while let Some(block) = blocks.next() {
+        let (kind, body) = block.split_once('\n').expect("a block has lines");
+        out += "```";
+        if let (true, Some(rest)) = (kind == "toml", body.strip_prefix("# ")) {
+            let name = rest.lines().next().expect("a name").trim();
+            fs::write(folder.path().join(name), body).expect("written");
+        }
+        match body.strip_prefix("$ standstill ").and_then(|rest| rest.lines().next()) {
+            Some(words) => {
+                let arguments: Vec<&str> = words.split_whitespace().collect();
+                let output = standstill(&arguments, folder.path());
+                let said = [output.stdout, output.stderr].concat();
+                let said = String::from_utf8(said).expect("text");
+                let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
+                let _ = write!(out, "{kind}\n$ standstill {words}\n{}\n", lines.join("\n"));
+            }
+            None => out += block,
+        }
+        out += "```";
+        out += blocks.next().expect("each block ends");
+    }
+    out
+}
+
+/// With `STANDSTILL_WRITE=1` it writes the page.
+#[test]
+fn golden_the_page_of_own_motors_says_what_the_program_says() {
+    let page = fs::read_to_string(PAGE).expect("the page");
+    let printed = as_printed(&page);
+    assert!(page.matches("\n$ standstill ").count() >= 4, "the page shows commands");
+    if std::env::var_os("STANDSTILL_WRITE").is_some() {
+        fs::write(PAGE, printed).expect("writable");
+        return;
+    }
+    for (k, (is, should)) in page.lines().zip(printed.lines()).enumerate() {
+        assert_eq!(is, should, "docs/own-motor.md, line {}", k + 1);
+    }
+    assert_eq!(page.lines().count(), printed.lines().count());
+}

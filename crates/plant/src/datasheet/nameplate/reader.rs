@@ -1,0 +1,236 @@
+//! What a `[nameplate]` says, checked: all that is missing or wrong is named together.
+
+use serde::Deserialize;
+use standstill_quantity::Unit;
+use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
+use toml::{Table, Value};
+
+use super::super::{MotorError, Sourced};
+use super::SharesTable;
+use super::whole::{BESIDE, Nameplate, sourced, with_source};
+use crate::Algebraic;
+
+/// Those whose place it takes.
+const REPLACED: [&str; 5] = ["rating", "winding", "saturation", "bridge", "map"];
+const KEYS: [&str; 10] = [
+    "pole_pairs",
+    "resistance",
+    "L_d",
+    "L_q",
+    "magnet_flux",
+    "rated_current",
+    "dc_link",
+    "power",
+    "leakage",
+    "saturation",
+];
+
+/// The data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for line numbers.
+pub(in crate::datasheet) fn spelled_out(
+    file: &str,
+    sheet: &Table,
+    text: Option<&str>,
+) -> Result<Table, MotorError> {
+    let empty = Table::new();
+    let table = sheet.get("nameplate").and_then(Value::as_table).unwrap_or(&empty);
+    let mut reader = Reader { table, text, problems: Vec::new() };
+    for key in sheet.keys() {
+        if REPLACED.contains(&key.as_str()) {
+            reader.problems.push(format!("[{key}] stands beside [nameplate], which takes its place"));
+        } else if !BESIDE.contains(&key.as_str())
+            && !["name", "title", "notes", "nameplate"].contains(&key.as_str())
+        {
+            let known = BESIDE.join(", ");
+            reader.problems.push(format!("`{key}` is not known beside [nameplate]; known are {known}"));
+        }
+    }
+    let unknown: Vec<&str> = table.keys().map(String::as_str).filter(|key| !KEYS.contains(key)).collect();
+    for key in unknown {
+        let place = reader.place(key);
+        reader.problems.push(format!("{place}is no key of [nameplate], which are {}", KEYS.join(", ")));
+    }
+    let nameplate = reader.nameplate();
+    if let (Some(nameplate), true) = (nameplate, reader.problems.is_empty()) {
+        return Ok(nameplate.sheet(file, sheet));
+    }
+    let message = format!("[nameplate]: {}", reader.problems.join("; "));
+    Err(MotorError::Format { file: file.to_owned(), message })
+}
+
+/// What must be right, in the order of the file.
+struct Reader<'a> {
+    table: &'a Table,
+    text: Option<&'a str>,
+    problems: Vec<String>,
+}
+
+impl Reader<'_> {
+    /// Where a key stands, in words that a message begins with.
+    fn place(&self, key: &str) -> String {
+        let begins = |line: &str| {
+            let rest = line.trim_start().strip_prefix(key);
+            rest.is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
+        };
+        let line = self.text.and_then(|text| {
+            let table = text.lines().position(|line| line.trim_start().starts_with("[nameplate]"))?;
+            Some(table + 2 + text.lines().skip(table + 1).position(begins)?)
+        });
+        line.map_or_else(|| format!("`{key}` "), |line| format!("line {line}, `{key}`: "))
+    }
+
+    /// A number by its key; `needed` says what it must be, which `fits` knows.
+    fn number<U: Unit>(
+        &mut self,
+        key: &'static str,
+        value: Option<&Value>,
+        needed: &str,
+        fits: impl Fn(f64) -> bool,
+    ) -> Option<f64> {
+        let Some(value) = value else {
+            self.problems.push(format!("`{key}` is missing: {needed}"));
+            return None;
+        };
+        let place = self.place(key.split('.').next().unwrap_or(key));
+        match Sourced::<U>::deserialize(with_source(value)) {
+            Ok(found) if fits(found.value.value()) => Some(found.value.value()),
+            Ok(found) => {
+                self.problems.push(format!("{place}{key} is {}, but must be {needed}", found.value));
+                None
+            }
+            Err(error) => {
+                self.problems.push(format!("{place}{}", error.message().trim().replace('\n', " ")));
+                None
+            }
+        }
+    }
+
+    fn nameplate(&mut self) -> Option<Nameplate> {
+        let table = self.table;
+        let get = |key: &str| table.get(key);
+        // Larger or smaller numbers are typing errors of any motor, and would end in infinities.
+        let positive = |value: f64| (1e-15..=1e12).contains(&value);
+        let pole_pairs = self.number::<One>(
+            "pole_pairs",
+            get("pole_pairs"),
+            "a whole number from 1 to 200, half the number of poles",
+            |p| (1.0..=200.0).contains(&p) && p.fract() == 0.0,
+        );
+        let resistance = self.number::<Ohm>(
+            "resistance",
+            get("resistance"),
+            "the positive resistance of one phase, half of that between two terminals, such as \"50 mΩ\"",
+            positive,
+        );
+        let [l_d, l_q] = [("L_d", "along the magnet"), ("L_q", "across the magnet")].map(|(key, where_to)| {
+            let needed = format!(
+                "the positive inductance of one phase {where_to} without current, half of the one between two terminals there, such as \"2.1 mH\""
+            );
+            self.number::<Henry>(key, get(key), &needed, positive)
+        });
+        let magnet_flux = self.number::<Weber>(
+            "magnet_flux",
+            get("magnet_flux"),
+            "zero or more, the peak voltage of a phase over the electrical speed in rad/s, such as \"90 mWb\"",
+            |flux| flux == 0.0 || positive(flux),
+        );
+        let rated_current = self.number::<Ampere>(
+            "rated_current",
+            get("rated_current"),
+            "the positive peak current of a phase, the rms value times 1.414, such as \"10 A\"",
+            positive,
+        );
+        let dc_link = self.number::<Volt>(
+            "dc_link",
+            get("dc_link"),
+            "the positive voltage of the drive's DC link, such as \"48 V\"",
+            positive,
+        );
+        if let Some(power) = get("power") {
+            self.number::<Watt>("power", Some(power), "positive, such as \"5 kW\"", positive);
+        }
+        let leakage = match get("leakage") {
+            None => Some(0.0),
+            leakage => {
+                let least = l_d.into_iter().chain(l_q).fold(f64::INFINITY, f64::min);
+                let needed = "zero or more, and less than L_d and L_q, which contain it";
+                self.number::<Henry>("leakage", leakage, needed, |l| (0.0..least).contains(&l))
+            }
+        };
+        let shares = get("saturation").map(|value| self.shares(value));
+        let numbers = Nameplate {
+            numbers: self.numbers(shares.flatten()),
+            resistance: resistance?,
+            inductance: [l_d?, l_q?],
+            leakage: leakage?,
+            magnet_flux: magnet_flux?,
+            rated_current: rated_current?,
+            dc_link: dc_link?,
+            pole_pairs: pole_pairs?,
+        };
+        self.together(&numbers);
+        Some(numbers)
+    }
+
+    /// The shares of `saturation`, plain or one by one, as a table of them.
+    fn shares(&mut self, value: &Value) -> Option<Table> {
+        let own = match value {
+            Value::Table(table) if !table.contains_key("value") => table.clone(),
+            plain => std::iter::once(("d".to_owned(), plain.clone())).collect(),
+        };
+        let before = self.problems.len();
+        for key in own.keys().filter(|key| !["d", "minus_d", "q"].contains(&key.as_str())) {
+            let place = self.place("saturation");
+            self.problems.push(format!("{place}`{key}` is none of d, minus_d, q"));
+        }
+        let of_d = "from \"-100 %\" to \"90 %\", by how much L_d falls at rated current along";
+        let both = |share: f64| (-1.0..=0.9).contains(&share);
+        self.number::<Share>("saturation.d", own.get("d"), &format!("{of_d} +d"), both);
+        if let Some(share) = own.get("minus_d") {
+            self.number::<Share>("saturation.minus_d", Some(share), &format!("{of_d} -d"), both);
+        }
+        if let Some(share) = own.get("q") {
+            let needed = "from \"0 %\" to \"90 %\", by how much L_q falls at rated current along q";
+            self.number::<Share>("saturation.q", Some(share), needed, |share| (0.0..=0.9).contains(&share));
+        }
+        (self.problems.len() == before).then_some(own)
+    }
+
+    /// All numbers with their sources.
+    fn numbers(&self, shares: Option<Table>) -> Table {
+        let mut numbers: Table =
+            self.table.iter().map(|(key, value)| (key.clone(), with_source(value))).collect();
+        if !numbers.contains_key("leakage") {
+            let reason = "none: no measurement at the terminals tells it from the rest";
+            numbers.insert("leakage".to_owned(), sourced("0 H", "assumed", reason));
+        }
+        if let Some(mut shares) = shares {
+            for (_, share) in &mut shares {
+                *share = with_source(share);
+            }
+            let none = || sourced("0 %", "assumed", "none: only the axis errs by it, and little");
+            shares.entry("q").or_insert_with(none);
+            numbers.insert("saturation".to_owned(), Value::Table(shares));
+        }
+        numbers
+    }
+
+    /// What no number alone can get wrong.
+    fn together(&mut self, found: &Nameplate) {
+        let [l_d, l_q] = found.inductance;
+        if l_d.min(l_q) < 1e-6 * found.resistance {
+            let place = self.place("resistance");
+            self.problems.push(format!(
+                "{place}with these L_d and L_q it makes a time constant L/R below 1 µs, which no motor has"
+            ));
+        }
+        if self.problems.is_empty()
+            && let Some(Value::Table(shares)) = found.numbers.get("saturation")
+            && let Ok(shares) = SharesTable::deserialize(Value::Table(shares.clone()))
+            && let Err(error) =
+                Algebraic::falling([l_d, l_q], found.magnet_flux, found.rated_current, shares.falls())
+        {
+            let place = self.place("saturation");
+            self.problems.push(format!("{place}{} must be {}", error.key, error.needed));
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! From a `[nameplate]` to the tables of any data sheet.
+
+use toml::{Table, Value};
+
+/// Tables that a sheet with a `[nameplate]` may have beside it.
+pub(super) const BESIDE: [&str; 4] = ["rotor", "harmonics", "eddy", "thermal"];
+
+/// A number as it goes on: with its source.
+pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Value {
+    let pairs = [("value", value.into()), ("source", source.into()), ("reason", reason.into())];
+    Value::Table(pairs.into_iter().map(|(key, value)| (key.to_owned(), value)).collect())
+}
+
+/// The same of what a file says, which may have a source already.
+pub(super) fn with_source(value: &Value) -> Value {
+    match value {
+        Value::Table(_) => value.clone(),
+        plain => sourced(plain.clone(), "given", "in the data sheet, without a reason"),
+    }
+}
+
+/// The numbers of a nameplate that are right.
+pub(super) struct Nameplate {
+    pub(super) numbers: Table,
+    pub(super) resistance: f64,
+    pub(super) inductance: [f64; 2],
+    pub(super) leakage: f64,
+    pub(super) magnet_flux: f64,
+    pub(super) rated_current: f64,
+    pub(super) dc_link: f64,
+    pub(super) pole_pairs: f64,
+}
+
+impl Nameplate {
+    /// With all that it stands for.
+    pub(super) fn sheet(self, file: &str, stated: &Table) -> Table {
+        let mut sheet = Table::new();
+        let stem = std::path::Path::new(file).file_stem().map_or_else(String::new, |stem| {
+            let fits = |c: char| if c.is_ascii_alphanumeric() || "-_. ".contains(c) { c } else { '-' };
+            stem.to_string_lossy().chars().take(60).map(fits).collect()
+        });
+        let name = if stem.is_empty() { "motor".to_owned() } else { stem };
+        for (key, default) in [("name", name.as_str()), ("title", "A motor by its nameplate"), ("notes", "")]
+        {
+            sheet.insert(key.to_owned(), stated.get(key).cloned().unwrap_or_else(|| default.into()));
+        }
+        let number = |key: &str| self.numbers.get(key).cloned();
+        let table = |pairs: Vec<(&str, Option<Value>)>| {
+            let pairs = pairs.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+            Value::Table(pairs.collect())
+        };
+        let rating = vec![
+            ("current", number("rated_current")),
+            ("dc_link", number("dc_link")),
+            ("power", number("power")),
+        ];
+        sheet.insert("rating".to_owned(), table(rating));
+        let [l_d, l_q] = self.inductance;
+        let inferred = |value: f64| Some(sourced(value, "inferred", "from L_d, L_q and the leakage"));
+        let winding = vec![
+            ("pole_pairs", number("pole_pairs")),
+            ("resistance", number("resistance")),
+            ("mean_inductance", inferred((l_d + l_q - 2.0 * self.leakage) / 3.0)),
+            ("saliency", inferred((l_d - l_q) / 3.0)),
+            ("leakage", number("leakage")),
+            ("magnet_flux", number("magnet_flux")),
+        ];
+        sheet.insert("winding".to_owned(), table(winding));
+        for key in BESIDE {
+            if let Some(Value::Table(own)) = stated.get(key) {
+                let own = own.iter().map(|(key, value)| (key.clone(), with_source(value))).collect();
+                sheet.insert(key.to_owned(), Value::Table(own));
+            }
+        }
+        let rotor = sheet.entry("rotor").or_insert_with(|| Value::Table(Table::new()));
+        if let Value::Table(rotor) = rotor {
+            self.fill_rotor(rotor);
+        }
+        sheet.insert("nameplate".to_owned(), Value::Table(self.numbers));
+        sheet
+    }
+
+    /// Inertia and friction where they are not given, in proportion to what the motor can do, as those of the paper's
+    /// motor: rated torque T brings the rotor to the speed ω that its DC link allows in 0.16 s, and friction is 1.4 % of T.
+    fn fill_rotor(&self, rotor: &mut Table) {
+        let [l_d, l_q] = self.inductance;
+        // Reluctance makes torque too; and there is always a rotor.
+        let flux = self.magnet_flux.max((l_d - l_q).abs() * self.rated_current / 2.0);
+        let flux = flux.max(0.1 * l_d * self.rated_current);
+        let torque = 1.5 * self.pole_pairs * flux * self.rated_current;
+        let speed = self.dc_link / (3.0_f64.sqrt() * flux * self.pole_pairs);
+        // To two digits.
+        let rounded = |value: f64| format!("{value:.1e}").parse::<f64>().unwrap_or(value);
+        let friction = "1.4 % of the torque at rated current: bearings and seals";
+        let stiction = rotor.get("coulomb").cloned();
+        let defaults = [
+            (
+                "inertia",
+                sourced(
+                    rounded(0.16 * torque / speed),
+                    "assumed",
+                    "such that rated torque takes 0.16 s to full speed",
+                ),
+            ),
+            ("stiction", stiction.unwrap_or_else(|| sourced(rounded(0.014 * torque), "assumed", friction))),
+            ("coulomb", sourced(rounded(0.014 * torque), "assumed", friction)),
+            ("viscous", sourced(0.0, "assumed", "negligible at the speeds of a detection")),
+        ];
+        for (key, value) in defaults {
+            let stiction = rotor.get("stiction").cloned().filter(|_| key == "coulomb");
+            rotor.entry(key).or_insert_with(|| stiction.unwrap_or(value));
+        }
+    }
+}
