@@ -3,15 +3,17 @@
 //! ```text
 //! file ─► samples ─► rectangular grid ─► nearest map that has an energy ─► W(ψ), smooth and fast
 //!         (import)   (grid: axes, gaps,  (project: splines of the         (surface: splines of the energy)
-//!                     order, convexity)   co-energy, as many as the
-//!                                         noise allows, least squares)
+//!                     order)              co-energy, smoothed as the
+//!                                         noise asks for)
 //! ```
 //! Fluxes as measured, or as finite elements give them on a mesh, do not quite come from an energy: ∂ψ_d/∂i_q and
 //! ∂ψ_q/∂i_d differ by some per cent. A simulation on such data would create or destroy energy. What is simulated is
 //! the nearest map that cannot; how far it is from the data is part of the [`MapReport`].
 
+mod banded;
+mod co_energy;
+mod errors;
 mod grid;
-mod noise;
 mod project;
 mod spline;
 mod surface;
@@ -20,8 +22,11 @@ mod tests;
 
 use std::fmt;
 
+use standstill_interface::Dq;
+
 use crate::import::{MapError, MapSamples};
 
+pub use errors::InductanceErrors;
 pub use surface::FluxMap;
 
 /// Which way the axes of a file pointed.
@@ -87,13 +92,14 @@ pub struct MapReport {
     pub largest_flux: f64,
     /// Where the distance is largest: i_d and i_q in A.
     pub furthest: [f64; 2],
-    /// rms noise of the data in Wb: how far neighbours are from a smooth surface. What is wrong with all of them alike is
-    /// not in it.
+    /// rms noise of the data in Wb: what no energy explains, however rough. A curl that is no chance counts as noise.
     pub noise: f64,
-    /// Splines of the simulated map along i_d and i_q: as many as values, or fewer where noise asks for it.
+    /// How many numbers the data choose freely, after what is smoothed away: at most one per flux.
+    pub free: f64,
+    /// Spline functions of the simulated map along i_d and i_q.
     pub splines: [usize; 2],
-    /// Standard deviations in H that this noise, and what is done against it, leave to L_d and L_q without current.
-    pub inductance_uncertainty: [f64; 2],
+    /// How well the inductances are known.
+    pub errors: InductanceErrors,
     /// Largest difference in A between the simulated current and that of the projected map, where it is known.
     pub evaluation_error: f64,
 }
@@ -103,25 +109,35 @@ impl FluxMap {
     pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
         let (grid, axes, mirrored) = grid::Grid::assemble(samples)?;
         grid.check(&samples.file, axes)?;
-        let noise = noise::of(&grid);
-        let co_energy = project::CoEnergy::nearest(&grid, noise);
-        let [curl, cross, own] = co_energy.reciprocity(&grid);
+        let numbers = || {
+            let needed = "currents and fluxes of one order of magnitude along each axis".to_owned();
+            MapError::new(&samples.file, None, "fluxes that no splines fit".to_owned(), needed)
+        };
+        let smoothing = project::smoothing(&grid).ok_or_else(numbers)?;
+        let fit = project::Fit::new(&grid, project::MOST_SITES);
+        let (co_energy, factor) = fit.co_energy(smoothing.lambda).ok_or_else(numbers)?;
         let (distance, furthest) = co_energy.distance(&grid);
-        let (map, evaluation_error) = Self::of(&co_energy, &grid, axes != MapAxes::NoMagnet).map_err(|current| {
+        // Points made by symmetry are no new data.
+        let copies = mirrored.iter().filter(|mirrored| **mirrored).count();
+        let independent = smoothing.noise * f64::from(1_u8 << copies).sqrt();
+        let known = errors::Known { co_energy: &co_energy, factor: &factor, noise: independent };
+        let errors = InductanceErrors::of(&known, &grid);
+        let not_convex = |current: Dq<f64>| {
             let (place, cell) = grid.cell(current);
             let found = format!(
                 "that the nearest map with an energy, {:.2e} Wb rms away, is not convex in the cell {cell}",
                 distance[0]
             );
             let needed = format!(
-                "data that are smoother or closer together there (noise of all: {noise:.2e} Wb rms): inductances must be positive definite{}",
+                "data that are smoother or closer together there (noise of all: {:.2e} Wb rms): inductances must be positive definite{}",
+                smoothing.noise,
                 axes.note()
             );
             MapError::new(&samples.file, Some(&format!("near {place}")), found, needed)
-        })?;
-        // Points made by symmetry are no new data.
-        let copies = mirrored.iter().filter(|mirrored| **mirrored).count();
-        let independent = noise * f64::from(1_u8 << copies).sqrt();
+        };
+        let [curl, cross, own] = fit.reciprocity();
+        let (map, evaluation_error) =
+            Self::of(co_energy, &grid, axes != MapAxes::NoMagnet).map_err(not_convex)?;
         let report = MapReport {
             file: samples.file.clone(),
             points: samples.points.len(),
@@ -136,9 +152,10 @@ impl FluxMap {
             distance,
             largest_flux: grid.largest_flux(),
             furthest,
-            noise,
-            splines: co_energy.splines(),
-            inductance_uncertainty: co_energy.uncertainty(independent),
+            noise: smoothing.noise,
+            free: smoothing.free,
+            splines: fit.functions(),
+            errors,
             evaluation_error,
         };
         Ok((map, report))

@@ -29,7 +29,7 @@ mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use files::{Digest, Files};
-pub use fluxmap::{FluxMap, MapAxes, MapReport};
+pub use fluxmap::{FluxMap, InductanceErrors, MapAxes, MapReport};
 pub use import::{MapError, MapPoint, MapSamples, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
