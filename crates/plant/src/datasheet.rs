@@ -14,7 +14,7 @@ use standstill_quantity::unit::{
 };
 use standstill_quantity::{Quantity, Unit};
 
-use crate::{Files, FluxMap, MapError, MapReport, MapSamples};
+use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples, MapValues};
 
 fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry {
     Entry {
@@ -162,6 +162,10 @@ struct SourcedFile {
 #[serde(deny_unknown_fields)]
 struct MapTable {
     file: SourcedFile,
+    /// Whether the file has peak or rms values; peak values without it.
+    values: Option<MapValues>,
+    /// The columns of a text in place of its header.
+    columns: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -311,7 +315,8 @@ impl DataSheet {
     pub fn map(&self) -> Result<Option<(FluxMap, MapReport)>, MapError> {
         let Some(table) = &self.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
-        FluxMap::new(&MapSamples::read(&folder.join(&table.file.value), &self.files)?).map(Some)
+        let layout = MapLayout { values: table.values, columns: table.columns.clone() };
+        FluxMap::new(&MapSamples::read_as(&folder.join(&table.file.value), &self.files, &layout)?).map(Some)
     }
 
     /// Each number with its source, in the order of the file.

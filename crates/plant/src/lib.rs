@@ -30,7 +30,7 @@ mod winding;
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use files::{Digest, Files};
 pub use fluxmap::{FluxMap, InductanceErrors, MapAxes, MapReport};
-pub use import::{MapError, MapPoint, MapSamples, Place};
+pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Harmonics, IronBridge, Linear, MagneticCircuit,

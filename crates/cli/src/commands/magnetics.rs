@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_plant::{
-    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature,
-    Survey,
+    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapLayout, MapReport, MapSamples, OperatingPoint,
+    PolaritySignature, Survey,
 };
 use standstill_quantity::{decimals, number};
 
@@ -44,6 +44,11 @@ impl Subject {
                 "--pole-pairs and --resistance are for flux maps; a data sheet states them itself".to_owned();
             return Err(Error::Arguments(message));
         }
+        if options.values.is_some() || options.columns.is_some() {
+            let message =
+                "--values and --columns are for flux maps; a data sheet states them in [map]".to_owned();
+            return Err(Error::Arguments(message));
+        }
         let sheet = super::sheet(&options.motor)?;
         let map = sheet.map().map_err(Error::Map)?.map(|(_, report)| report);
         let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
@@ -66,7 +71,8 @@ impl Subject {
                     .to_owned();
             return Err(Error::Arguments(message));
         }
-        let samples = MapSamples::read(path, &Files::default()).map_err(Error::Map)?;
+        let layout = MapLayout { values: options.values, columns: options.columns.clone() };
+        let samples = MapSamples::read_as(path, &Files::default(), &layout).map_err(Error::Map)?;
         let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
         let reach = covered(report.range);
         if reach <= 0.0 {

@@ -1,4 +1,5 @@
 mod inversion;
+mod sizes;
 
 use standstill_interface::Dq;
 use standstill_numeric::Heading;
