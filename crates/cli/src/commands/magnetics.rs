@@ -193,6 +193,7 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
             "projection_rel": map.distance[0] / map.largest_flux,
             "projection_max_at_A": map.furthest,
             "evaluation_error_A": map.evaluation_error,
+            "convex_distance_rms_Wb": map.convexity,
             "noise_rms_Wb": map.noise,
             "free_parameters": map.free,
             "coarseness_rel": map.errors.coarseness(),
@@ -349,7 +350,7 @@ fn map_text(map: &MapReport) -> String {
          nearest map with an energy: {rms:.2e} Wb rms away ({:.3} % of the largest flux), at most {largest:.2e} Wb, at \
          i_d = {} A, i_q = {} A\n\
          evaluation within {:.1e} A of it; cross inductance {} mH rms\n\
-         noise {:.2e} Wb rms: {:.0} of {} numbers are free, the rest is smoothed{}\n",
+         noise {:.2e} Wb rms: {:.0} of {} numbers are free, the rest is smoothed{}{}\n",
         map.points,
         map.size[0],
         map.size[1],
@@ -362,6 +363,9 @@ fn map_text(map: &MapReport) -> String {
         map.noise,
         map.free,
         2 * map.size[0] * map.size[1],
+        map.convexity.map_or_else(String::new, |away| {
+            format!("\nthat energy was not convex: the nearest convex one, {away:.2e} Wb rms from it, is what is simulated")
+        }),
         if map.errors.too_coarse() {
             format!(
                 "\nTOO COARSE for its saturation: with every second point, an inductance differs by {:.0} %, 5 % are allowed; more points where it bends",

@@ -67,6 +67,16 @@ impl CoEnergy {
         d.iter().flat_map(row).collect()
     }
 
+    /// rms distance in Wb from another map, at the points of a grid.
+    pub(super) fn apart(&self, other: &Self, grid: &Grid) -> f64 {
+        let (one, other) = (self.samples(&grid.d, &grid.q), other.samples(&grid.d, &grid.q));
+        let away = |(one, other): (&Sample, &Sample)| {
+            let away = one.flux - other.flux;
+            away.dot(away)
+        };
+        (one.iter().zip(&other).map(away).sum::<f64>() / one.len() as f64).sqrt()
+    }
+
     /// rms and largest distance in Wb from the data, and the current in A at which it is largest.
     pub(super) fn distance(&self, grid: &Grid) -> ([f64; 2], [f64; 2]) {
         let (mut sum, mut worst, mut furthest) = (0.0, 0.0, [0.0; 2]);

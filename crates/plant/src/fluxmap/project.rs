@@ -230,6 +230,59 @@ fn power_of(x: f64, exponent: i32) -> f64 {
     (0..exponent).map(|_| x).product()
 }
 
+/// Splines at more places than there are functions, for their Hessians.
+pub(super) struct Scaled {
+    /// Values, slopes and their slopes along d (rows are places), over currents in units of half the range.
+    pub(super) d: [DMatrix<f64>; 3],
+    /// The same along q.
+    pub(super) q: [DMatrix<f64>; 3],
+}
+
+impl Axis {
+    fn scaled(&self, sites: &[f64]) -> [DMatrix<f64>; 3] {
+        let places = spread(sites, 2 * self.basis.count() + 1);
+        [0, 1, 2].map(|order| self.basis.matrix(&places, order) * power_of(self.half, i32::from(order as u8)))
+    }
+}
+
+impl Fit<'_> {
+    pub(super) fn scaled(&self) -> Scaled {
+        Scaled { d: self.d.scaled(&self.grid.d), q: self.q.scaled(&self.grid.q) }
+    }
+
+    /// Sum of squares of the Hessians as a matrix, see [`super::convex`].
+    fn hessian_squares(scaled: &Scaled) -> Banded {
+        let [d, q] =
+            [&scaled.d, &scaled.q].map(|axis| [0, 1, 2].map(|order: usize| axis[order].tr_mul(&axis[order])));
+        product(&[(1.0, &d[2], &q[0]), (2.0, &d[1], &q[1]), (1.0, &d[0], &q[2])])
+    }
+
+    /// How much heavier the data weigh than the Hessians.
+    pub(super) fn weight_of(&self, scaled: &Scaled) -> f64 {
+        self.plain.trace() / Self::hessian_squares(scaled).trace()
+    }
+
+    /// The fit's system with the Hessians' squares on top.
+    pub(super) fn with_hessians(&self, lambda: f64, scaled: &Scaled, weight: f64) -> Option<Factor> {
+        self.tied.plus(&self.penalty, lambda).plus(&Self::hessian_squares(scaled), weight).factor()
+    }
+
+    /// Coefficients for the data and more on the right side.
+    pub(super) fn solve_with(&self, factor: &Factor, more: &DMatrix<f64>) -> DMatrix<f64> {
+        let [n, m] = self.functions();
+        let right = (&self.right + more).transpose().as_slice().to_vec();
+        DMatrix::from_row_slice(n, m, &factor.solve(right))
+    }
+
+    /// Whether the inductances are positive definite everywhere, as far as four places per function can tell.
+    pub(super) fn is_convex(&self, co_energy: &CoEnergy) -> bool {
+        let places = |axis: &[f64], count: usize| spread(axis, 4 * count + 1);
+        let d = places(&self.grid.d, self.d.basis.count());
+        let q = places(&self.grid.q, self.q.basis.count());
+        co_energy.samples(&d, &q).iter().all(|sample| sample.inductance.is_positive_definite())
+    }
+}
+
 /// From fluxes along an axis to coefficients of a co-energy with that slope, and on to the slope's slopes.
 fn slopes(axis: &Axis) -> [DMatrix<f64>; 2] {
     let mut squares = axis.squares(1);

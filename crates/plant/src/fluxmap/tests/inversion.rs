@@ -34,6 +34,9 @@ fn law_every_point_of_a_map_has_its_flux() {
             let grid = axis(share * motor.rated_current, 21);
             let mut samples = sampled(motor.magnetics.core(), &grid, &grid);
             for noisy in [false, true] {
+                if noisy && share != 1.5 {
+                    continue;
+                }
                 if noisy {
                     add_noise(&mut samples, 1e-3, 7);
                 }
