@@ -95,7 +95,7 @@ impl Row {
             bound_all_deg: entry.bound.and_then(|bound| told(bound.all_deg)),
             bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(told),
             efficiency: entry.efficiency(),
-            reasons: reasons(&s.reasons),
+            reasons: reasons(&s.reasons, entry.no_bound),
         }
     }
 
@@ -135,9 +135,9 @@ const HEADER: [&str; 16] = [
     "peak A", "J", "moved °", "limit °", "eff.",
 ];
 
-fn reasons(counts: &BTreeMap<String, Occurrence>) -> String {
-    let all: Vec<String> =
-        counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count)).collect();
+fn reasons(counts: &BTreeMap<String, Occurrence>, no_bound: Option<RunError>) -> String {
+    let counted = counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count));
+    let all: Vec<String> = counted.chain(no_bound.map(|reason| format!("no limit: {reason}"))).collect();
     all.join("; ")
 }
 
@@ -160,13 +160,15 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
             break;
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
+        let (bound, no_bound) = cell.scenario.bound_or_reason(angles, threads)?;
         let entry = Entry {
             method: cell.method,
             rotor: cell.rotor,
             errors: cell.errors,
             summary: statistics.summary(),
             energy_j: cell.scenario.mean_energy(cell.trials)?,
-            bound: cell.scenario.bound(angles, threads)?,
+            bound,
+            no_bound,
         };
         entries.push(entry);
     }
