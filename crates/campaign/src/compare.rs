@@ -5,7 +5,7 @@
 
 use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError};
 use standstill_interface::choice;
-use standstill_sim::{NoProbe, run};
+use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
 use crate::{ErrorSet, Rotor, Scenario, Summary};

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use standstill_campaign::{Campaign, Entry, Occurrence, Statistics, told};
 use standstill_quantity::decimals;
+use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
 use crate::Report;
@@ -60,7 +61,7 @@ struct Row {
     bound_all_deg: Option<f64>,
     bound_hybrid_deg: Option<f64>,
     efficiency: Option<f64>,
-    /// Why there was no angle, or no pole, and how often.
+    /// Why there was no angle, or no pole, and how often; and why there is no limit.
     reasons: String,
 }
 
