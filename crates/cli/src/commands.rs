@@ -16,7 +16,7 @@ use std::path::Path;
 
 use standstill_campaign::file::{MotorSpec, ScenarioFile};
 use standstill_detect::{Decay, MethodName};
-use standstill_plant::{DataSheet, Motor};
+use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
 
 use crate::error::Error;
