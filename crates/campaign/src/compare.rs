@@ -5,7 +5,7 @@
 
 use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError};
 use standstill_interface::choice;
-use standstill_sim::{NoProbe, run};
+use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
 use crate::{ErrorSet, Rotor, Scenario, Summary};
@@ -45,6 +45,8 @@ pub struct Entry {
     pub energy_j: f64,
     /// The Cramér–Rao limit, where there is one, as rms over the angles.
     pub bound: Option<Bound>,
+    /// Why there is none, if it was looked for.
+    pub no_bound: Option<RunError>,
 }
 
 /// The rms error in degrees of an axis drawn at random.
@@ -92,6 +94,23 @@ impl Scenario<Method<f64>> {
             }
         }
         Ok(sum / count)
+    }
+
+    /// [`Self::bound`], or why there is none: the specimens of a limit are other plants than those of the trials, and
+    /// their currents may leave the motor's flux map where those of the trials do not.
+    ///
+    /// # Errors
+    /// As there, but for a run that cannot be simulated.
+    pub fn bound_or_reason(
+        &self,
+        angles: usize,
+        threads: Option<usize>,
+    ) -> Result<(Option<Bound>, Option<RunError>), BoundError> {
+        match self.bound(angles, threads) {
+            Ok(bound) => Ok((bound, None)),
+            Err(BoundError::Run(reason)) => Ok((None, Some(reason))),
+            Err(error) => Err(error),
+        }
     }
 
     /// The Cramér–Rao limit of this excitation as rms over evenly spread angles; none if the method turns the rotor. Of a

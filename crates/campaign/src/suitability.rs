@@ -174,7 +174,7 @@ impl Suitability {
         let known = tried.nameplate();
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
-            limit: if tried.check().is_ok() { tried.bound(ANGLES, None)? } else { None },
+            limit: if tried.check().is_ok() { tried.bound_or_reason(ANGLES, None)?.0 } else { None },
             has_magnet: motor.has_magnet(),
             saturation_is_known: motor.saturation_is_known(),
             signature: [known.signature, known.pulse_signature],

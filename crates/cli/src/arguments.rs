@@ -10,6 +10,7 @@ use clap::{Args, Parser, Subcommand};
 use standstill_campaign::{ErrorSet, PoleRule, Rotor};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_interface::Choice;
+use standstill_plant::MapValues;
 
 pub use campaigns::{
     Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
@@ -196,7 +197,7 @@ pub struct Check {
 
 #[derive(Debug, Args)]
 pub struct Magnetics {
-    /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .npz, .mat)
+    /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .txt, .tsv, .npz, .mat)
     pub motor: String,
     /// Pole pairs of the motor of a flux map, for its torque
     #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
@@ -204,6 +205,12 @@ pub struct Magnetics {
     /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
     #[arg(long, value_name = "OHM", value_parser = ohms, allow_hyphen_values = true)]
     pub resistance: Option<f64>,
+    /// Whether a flux map has peak values (amplitude-invariant) or rms values of currents and fluxes [default: peak]
+    #[arg(long, value_name = "VALUES", value_parser = map_values)]
+    pub values: Option<MapValues>,
+    /// What the columns of a flux map as text are, in place of its header, `-` for others: `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`
+    #[arg(long, value_name = "NAMES")]
+    pub columns: Option<String>,
     /// Largest current in A [default: the rated current, or what the map covers]
     #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
     pub current: Option<f64>,
@@ -221,6 +228,10 @@ pub struct Magnetics {
 pub struct Motors {
     /// Only this one: a built-in motor's name, or a data sheet's path (.toml)
     pub name: Option<String>,
+}
+
+fn map_values(text: &str) -> Result<MapValues, String> {
+    MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
 }
 
 fn degrees(text: &str) -> Result<f64, String> {

@@ -20,7 +20,7 @@ use std::path::Path;
 
 use standstill_campaign::file::{MotorSpec, ScenarioFile};
 use standstill_detect::{Decay, MethodName};
-use standstill_plant::{DataSheet, Motor};
+use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
 
 use crate::error::Error;
@@ -34,7 +34,7 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::UnknownMotor(name.to_owned()));
     }
-    let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let text = Files::default().text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
     DataSheet::parse(name, &text).map_err(Error::Motor)
 }
 

@@ -20,7 +20,7 @@ use toml::{Table, Value};
 pub use self::entries::Entry;
 use self::entries::entry;
 use self::nameplate::NameplateTable;
-use crate::{Files, FluxMap, MapError, MapReport, MapSamples};
+use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples, MapValues};
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -146,6 +146,10 @@ struct SourcedFile {
 #[serde(deny_unknown_fields)]
 struct MapTable {
     file: SourcedFile,
+    /// Whether the file has peak or rms values; peak values without it.
+    values: Option<MapValues>,
+    /// The columns of a text in place of its header.
+    columns: Option<String>,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -340,6 +344,7 @@ impl DataSheet {
     pub fn map(&self) -> Result<Option<(FluxMap, MapReport)>, MapError> {
         let Some(table) = &self.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
-        FluxMap::new(&MapSamples::read(&folder.join(&table.file.value), &self.files)?).map(Some)
+        let layout = MapLayout { values: table.values, columns: table.columns.clone() };
+        FluxMap::new(&MapSamples::read_as(&folder.join(&table.file.value), &self.files, &layout)?).map(Some)
     }
 }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
-use std::io;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf, absolute};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -41,6 +41,39 @@ impl fmt::Display for Digest {
     }
 }
 
+/// Most bytes of a file: a map of 1,024 × 1,024 points as text has some 80 MB. In memory it takes a few times that.
+const MOST_BYTES: u64 = 128 << 20;
+
+/// Most bytes of a data sheet or a scenario: a parser takes a hundred times as much memory.
+const MOST_TEXT: usize = 4 << 20;
+
+/// The content of a file of at most so many bytes. What has no end (a device such as `/dev/zero`, a pipe) is not read at
+/// all: it could be waited for, or read, for ever.
+///
+/// # Errors
+/// Those of the operating system, what is not a regular file, and a file that is larger.
+pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let kind = std::fs::metadata(path)?;
+    if kind.is_dir() {
+        return Err(io::Error::other("it is a folder; needed: a file"));
+    }
+    if !kind.is_file() {
+        return Err(io::Error::other("it is a pipe or a device, which may have no end; needed: a file"));
+    }
+    if kind.len() > most {
+        return Err(too_large(kind.len(), most));
+    }
+    let mut bytes = Vec::new();
+    // It may grow meanwhile, and files of the system (such as those of /proc) do not say how long they are.
+    std::fs::File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
+}
+
+fn too_large(bytes: u64, most: u64) -> io::Error {
+    let (bytes, most) = (bytes as f64 / f64::from(1 << 20), most >> 20);
+    io::Error::other(format!("it has {bytes:.1} MiB; needed: at most {most} MiB"))
+}
+
 impl Files {
     /// None yet. They will be named by their paths from `folder`.
     pub fn of(folder: &Path) -> Self {
@@ -55,7 +88,7 @@ impl Files {
     /// The content of a file.
     ///
     /// # Errors
-    /// Those of the operating system, and of [`Files::sealed`].
+    /// Those of the operating system and of [`Files::sealed`], and what is no file or too large a one: see [`read_at_most`].
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         let path = absolute(path)?;
         // A thread that panicked has either put a whole file in or none.
@@ -66,7 +99,7 @@ impl Files {
         if self.sealed {
             return Err(io::Error::other("it was not read when the run began"));
         }
-        let bytes: Arc<[u8]> = std::fs::read(&path)?.into();
+        let bytes: Arc<[u8]> = read_at_most(&path, MOST_BYTES)?.into();
         read.insert(path, Arc::clone(&bytes));
         Ok(bytes)
     }
@@ -74,9 +107,12 @@ impl Files {
     /// The same as a text.
     ///
     /// # Errors
-    /// As [`Files::read`], and bytes that are not UTF-8.
+    /// As [`Files::read`], a text that is too long, and bytes that are not UTF-8.
     pub fn text(&self, path: &Path) -> io::Result<String> {
         let bytes = self.read(path)?;
+        if bytes.len() > MOST_TEXT {
+            return Err(too_large(bytes.len() as u64, MOST_TEXT as u64));
+        }
         let text = str::from_utf8(&bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error));
         text.map(str::to_owned)
     }
@@ -105,6 +141,24 @@ impl Files {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_what_has_no_end_is_not_read() {
+        let root = tempfile::tempdir().expect("a folder");
+        let error = |path: &Path| Files::default().text(path).expect_err("must be refused").to_string();
+        assert!(error(root.path()).contains("a folder"));
+        if cfg!(unix) {
+            assert!(error(Path::new("/dev/zero")).contains("a pipe or a device"));
+        }
+        let path = root.path().join("large.toml");
+        let file = std::fs::File::create(&path).expect("made");
+        file.set_len(5 << 20).expect("room");
+        assert!(error(&path).contains("5.0 MiB; needed: at most 4 MiB"), "{}", error(&path));
+        assert!(Files::default().read(&path).is_ok());
+        file.set_len(3 << 30).expect("room");
+        let error = Files::default().read(&path).expect_err("must be refused").to_string();
+        assert!(error.contains("3072.0 MiB; needed: at most 128 MiB"), "{error}");
+    }
 
     #[test]
     fn law_a_file_is_read_once_and_none_after_the_seal() {

@@ -1,14 +1,19 @@
 //! Flux maps as files give them.
 
 mod arrays;
+mod columns;
 mod csv;
 mod mat;
 mod npz;
+mod polar;
+mod wide;
 
 use std::fmt;
 use std::path::Path;
 
 use crate::Files;
+
+pub use columns::MapValues;
 
 /// One point of a map as its file gives it: peak values, amplitude-invariant.
 #[derive(Clone, Debug, PartialEq)]
@@ -59,6 +64,15 @@ pub struct MapSamples {
     pub resistance: Option<f64>,
 }
 
+/// What its user says of a file.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct MapLayout {
+    /// Whether currents and fluxes are peak or rms values; without it they are peak values.
+    pub values: Option<MapValues>,
+    /// The columns of a text in place of its header, such as `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`.
+    pub columns: Option<String>,
+}
+
 /// Why a file is not a flux map. Where nothing but another file can help, `needed` is empty.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct MapError {
@@ -89,10 +103,15 @@ impl std::error::Error for MapError {}
 
 impl MapSamples {
     /// Endings of the files that can be read.
-    pub const EXTENSIONS: [&str; 3] = ["csv", "npz", "mat"];
+    pub const EXTENSIONS: [&str; 5] = ["csv", "txt", "tsv", "npz", "mat"];
 
     /// Reads a file, by its ending.
     pub fn read(path: &Path, files: &Files) -> Result<Self, MapError> {
+        Self::read_as(path, files, &MapLayout::default())
+    }
+
+    /// The same with what its user says of it.
+    pub fn read_as(path: &Path, files: &Files, layout: &MapLayout) -> Result<Self, MapError> {
         let file = path.display().to_string();
         let extension =
             path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_lowercase();
@@ -100,18 +119,37 @@ impl MapSamples {
             let found = format!("a file ending in `{extension}`");
             return Err(MapError::new(&file, None, found, format!("one of {}", Self::EXTENSIONS.join(", "))));
         }
+        if layout.columns.is_some() && ["npz", "mat"].contains(&extension.as_str()) {
+            let needed = "a text: the arrays of other files have names".to_owned();
+            return Err(MapError::new(&file, None, "columns for a file of arrays".to_owned(), needed));
+        }
         let unreadable = |error: std::io::Error| {
             MapError::new(&file, None, format!("cannot be read: {error}"), String::new())
         };
         let bytes = files.read(path).map_err(unreadable)?;
-        if bytes.is_empty() && extension != "csv" {
+        if bytes.is_empty() && ["npz", "mat"].contains(&extension.as_str()) {
             let needed = format!("a flux map as `{extension}` file, with its currents and fluxes");
             return Err(MapError::new(&file, None, "an empty file".to_owned(), needed));
         }
-        match extension.as_str() {
+        let samples = match extension.as_str() {
             "npz" => npz::read(&file, &bytes),
             "mat" => mat::read(&file, bytes.to_vec()),
-            _ => csv::read(&file, &bytes),
+            _ => csv::read(&file, &bytes, layout),
+        }?;
+        Ok(if layout.values == Some(MapValues::Rms) {
+            samples.times(std::f64::consts::SQRT_2)
+        } else {
+            samples
+        })
+    }
+
+    /// With all currents and fluxes so many times as large.
+    fn times(mut self, share: f64) -> Self {
+        for MapPoint { i_d, i_q, psi_d, psi_q, .. } in &mut self.points {
+            for value in [i_d, i_q, psi_d, psi_q] {
+                *value *= share;
+            }
         }
+        self
     }
 }

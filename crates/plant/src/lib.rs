@@ -29,8 +29,8 @@ mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use files::{Digest, Files};
-pub use fluxmap::{FluxMap, MapAxes, MapReport};
-pub use import::{MapError, MapPoint, MapSamples, Place};
+pub use fluxmap::{FluxMap, InductanceErrors, MapAxes, MapReport};
+pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, IronBridge, Linear,

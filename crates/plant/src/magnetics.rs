@@ -54,7 +54,7 @@ pub trait Magnetics {
     /// # Errors
     /// [`NoConvergence`] where the core has no such state, which a convex energy cannot cause.
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
-        newton(current, self.start(), self.flux_scale(), |flux| {
+        newton(current, self.near(current), self.flux_scale(), |flux| {
             let (i, gamma) = self.current_and_inverse_inductance(flux);
             (self.energy(flux), i, gamma)
         })
@@ -66,8 +66,8 @@ pub trait Magnetics {
         0.0
     }
 
-    /// A flux in Wb where the search for one begins.
-    fn start(&self) -> Dq<f64> {
+    /// A flux in Wb near that of a current in A, where the search for it begins.
+    fn near(&self, _current: Dq<f64>) -> Dq<f64> {
         Dq::new(0.0, 0.0)
     }
 
@@ -109,6 +109,39 @@ fn newton(
     let (_, i, gamma) = at(flux);
     let left = gamma.inverse().times_dq(current - i);
     if near(left, flux, 1e-11) { Ok(flux) } else { Err(NoConvergence { current, beyond: None }) }
+}
+
+/// The same from a flux that is known to be close, as a map's co-energy gives it. Steps are halved until the current comes
+/// closer to the one sought: beyond the surface's edge, where energy and current no longer belong together, that still
+/// leads back.
+pub(crate) fn explicit_newton(
+    current: Dq<f64>,
+    mut flux: Dq<f64>,
+    scale: f64,
+    at: impl Fn(Dq<f64>) -> (Dq<f64>, Symmetric),
+) -> Result<Dq<f64>, NoConvergence> {
+    let (mut i, mut gamma) = at(flux);
+    for _ in 0..50 {
+        let way = gamma.inverse().times_dq(current - i);
+        let off = (current - i).norm();
+        let (mut share, mut next) = (1.0, at(flux + way));
+        while (current - next.0).norm() >= off && share > 1e-3 {
+            share *= 0.5;
+            next = at(flux + way * share);
+        }
+        // No closer: as close as rounding lets it.
+        if (current - next.0).norm() >= off {
+            break;
+        }
+        flux = flux + way * share;
+        (i, gamma) = next;
+    }
+    let left = gamma.inverse().times_dq(current - i);
+    if left.norm() <= 1e-11 * flux.norm().max(scale) {
+        Ok(flux)
+    } else {
+        Err(NoConvergence { current, beyond: None })
+    }
 }
 
 /// The core has no state with this current.
@@ -210,12 +243,21 @@ impl Magnetics for Core {
         self.evaluate(flux)
     }
 
-    fn start(&self) -> Dq<f64> {
+    fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
         match self {
-            Self::Linear(core) => core.start(),
-            Self::Algebraic(core) => core.start(),
-            Self::Map(core) => core.start(),
-            Self::Series(core) => core.start(),
+            Self::Linear(core) => core.flux_at(current),
+            Self::Algebraic(core) => core.flux_at(current),
+            Self::Map(core) => core.flux_at(current),
+            Self::Series(core) => core.flux_at(current),
+        }
+    }
+
+    fn near(&self, current: Dq<f64>) -> Dq<f64> {
+        match self {
+            Self::Linear(core) => core.near(current),
+            Self::Algebraic(core) => core.near(current),
+            Self::Map(core) => core.near(current),
+            Self::Series(core) => core.near(current),
         }
     }
 

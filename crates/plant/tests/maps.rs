@@ -43,9 +43,9 @@ fn regress_what_is_wrong_with_an_array_is_named() {
             "i_d along the first index and i_q along the second: here 7 × 5; the fluxes look transposed",
         ),
         ("complex.npz", "`psi_d_Wb`: numbers of type `<c16`"),
-        ("other.mat", "found the variables x; needed: Id, Iq, Fd, Fq"),
+        ("other.mat", "found the variables x; needed: one of these groups: Id, Iq, Fd, Fq; or motorModel"),
         ("part.mat", "found only some of Id, Iq, Fd, Fq; needed: all four"),
-        ("generate.py", "found a file ending in `py`; needed: one of csv, npz, mat"),
+        ("generate.py", "found a file ending in `py`; needed: one of csv, txt, tsv, npz, mat"),
         ("missing.csv", "missing.csv: cannot be read: No such file"),
     ] {
         let error = error(name);
@@ -53,25 +53,102 @@ fn regress_what_is_wrong_with_an_array_is_named() {
     }
 }
 
-/// A MATLAB file of version 5 of one matrix.
-fn matlab(class: u8, name: &str) -> Vec<u8> {
-    let element = |kind: u32, data: &[u8]| {
-        let mut bytes =
-            [kind.to_le_bytes(), u32::try_from(data.len()).expect("small").to_le_bytes()].concat();
-        bytes.extend(data);
-        bytes.resize(bytes.len().next_multiple_of(8), 0);
-        bytes
-    };
+/// An element of a MATLAB file of version 5.
+fn element(kind: u32, data: &[u8]) -> Vec<u8> {
+    let mut bytes = [kind.to_le_bytes(), u32::try_from(data.len()).expect("small").to_le_bytes()].concat();
+    bytes.extend(data);
+    bytes.resize(bytes.len().next_multiple_of(8), 0);
+    bytes
+}
+
+/// A matrix of such a file.
+fn matrix(class: u8, name: &str, [rows, columns]: [usize; 2], values: &[f64]) -> Vec<u8> {
+    let size: Vec<u8> =
+        [rows, columns].iter().flat_map(|n| u32::try_from(*n).expect("small").to_le_bytes()).collect();
     let parts = [
         element(6, &[class, 0, 0, 0, 0, 0, 0, 0]),
-        element(5, &[1, 0, 0, 0, 1, 0, 0, 0]),
+        element(5, &size),
         element(1, name.as_bytes()),
-        element(9, &1.0_f64.to_le_bytes()),
+        element(9, &values.iter().flat_map(|x| x.to_le_bytes()).collect::<Vec<_>>()),
     ];
+    element(14, &parts.concat())
+}
+
+/// A file of these elements.
+fn file(elements: &[Vec<u8>]) -> Vec<u8> {
     let mut file = vec![b' '; 124];
     file.extend([0, 1, b'I', b'M']);
-    file.extend(element(14, &parts.concat()));
+    file.extend(elements.concat());
     file
+}
+
+/// A MATLAB file of version 5 of one number.
+fn matlab(class: u8, name: &str) -> Vec<u8> {
+    file(&[matrix(class, name, [1, 1], &[1.0])])
+}
+
+#[test]
+fn cross_flux_tables_of_simulink_blocks_have_i_d_along_the_rows() {
+    let (d, q) = ([-4.0, -2.0, 0.0, 2.0, 4.0], [-3.0, 0.0, 3.0]);
+    // Column after column, as MATLAB keeps them.
+    let table = |of: &dyn Fn(f64, f64) -> f64| {
+        q.iter().flat_map(|q| d.iter().map(|d| of(*d, *q)).collect::<Vec<_>>()).collect::<Vec<_>>()
+    };
+    for names in [["iD", "iQ", "fluxD", "fluxQ"], ["id_index", "iq_index", "lambda_d", "lambda_q"]] {
+        let bytes = file(&[
+            matrix(6, names[3], [5, 3], &table(&|d, q| 0.02 * q - 1e-4 * d * q)),
+            matrix(6, names[0], [1, 5], &d),
+            matrix(6, names[1], [3, 1], &q),
+            matrix(6, names[2], [5, 3], &table(&|d, _| 0.1 + 0.01 * d)),
+        ]);
+        let scratch = tempfile::tempdir().expect("a folder");
+        let path = scratch.path().join("tables.mat");
+        std::fs::write(&path, bytes).expect("write");
+        let samples = MapSamples::read(&path, &Files::default()).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(samples.points.len(), 15);
+        for p in &samples.points {
+            let expected = [0.1 + 0.01 * p.i_d, 0.02 * p.i_q - 1e-4 * p.i_d * p.i_q];
+            assert_eq!([p.psi_d, p.psi_q], expected, "{p:?}");
+        }
+    }
+}
+
+#[test]
+fn regress_what_unpacks_to_more_than_a_map_needs_is_refused_or_left_alone() {
+    use std::io::Write as _;
+    let packed = |name: &str, megabytes: usize| {
+        let inner = matrix(6, name, [1, 1], &[1.0]);
+        let mut writer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::fast());
+        // The tag says that the matrix is that long.
+        let length = u32::try_from((megabytes << 20) + inner.len() - 8).expect("small");
+        writer.write_all(&[14_u32.to_le_bytes(), length.to_le_bytes()].concat()).expect("in memory");
+        writer.write_all(&inner[8..]).expect("in memory");
+        for _ in 0..megabytes {
+            writer.write_all(&vec![0; 1 << 20]).expect("in memory");
+        }
+        let data = writer.finish().expect("in memory");
+        // Compressed elements are not padded.
+        let mut bytes =
+            [15_u32.to_le_bytes(), u32::try_from(data.len()).expect("small").to_le_bytes()].concat();
+        bytes.extend(data);
+        bytes
+    };
+    let scratch = tempfile::tempdir().expect("a folder");
+    let error = |name: &str, elements: &[Vec<u8>]| {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, file(elements)).expect("write");
+        MapSamples::read(&path, &Files::default()).expect_err("must be refused").to_string()
+    };
+    // Together too much, of what is used.
+    let bombs = [packed("Id", 150), packed("Iq", 150)];
+    let message = error("bomb.mat", &bombs);
+    assert!(message.contains("more than 256 MiB"), "{message}");
+    // What is not used is not unpacked, and how much it is does not matter.
+    let other: Vec<Vec<u8>> = (0..6).map(|k| packed(&format!("x{k}"), 150)).collect();
+    let begin = std::time::Instant::now();
+    let message = error("other.mat", &other);
+    assert!(message.contains("found the variables x0, x1, x2"), "{message}");
+    assert!(begin.elapsed().as_secs() < 5, "{:?}", begin.elapsed());
 }
 
 #[test]
@@ -96,7 +173,7 @@ fn regress_files_of_other_kinds_are_told_by_their_kind() {
             "`Id`: a sparse matrix, which `full` makes one; needed: a full matrix",
         ),
         ("cell.mat", matlab(1, "Id"), "`Id`: a cell array; needed: a full matrix of real numbers"),
-        ("names.mat", matlab(6, "i_d_A"), "i_d_A, i_q_A, psi_d_Wb, psi_q_Wb are for .csv and .npz files"),
+        ("names.mat", matlab(6, "i_d_A"), "found the variables i_d_A; needed: one of these groups"),
     ];
     for (name, bytes, expected) in cases {
         let path = scratch.path().join(name);

@@ -122,6 +122,12 @@ pub(super) fn share<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileE
     in_range(key, value, [0.0, 1.0], "a share from 0 to 1")
 }
 
+/// Each period of the ripple is followed by some steps: what is faster than any rectifier only takes time.
+fn ripple_frequency<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    let needed = "from 0.1 Hz to 100 kHz: a rectifier's ripple has some hundred hertz, and a trial follows each of its periods";
+    in_range(key, value, [0.1, 1e5], needed)
+}
+
 /// Up to a second, in whole nanoseconds.
 fn time<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
     in_range(key, value, [0.0, 1.0], "from 0 to 1 s").map(Nanos::from_seconds)
@@ -151,7 +157,7 @@ impl InverterTable {
         set!("inverter", self,
             dc_link => drive.link.voltage, positive;
             ripple => drive.link.ripple, share;
-            ripple_frequency => drive.link.ripple_frequency, positive;
+            ripple_frequency => drive.link.ripple_frequency, ripple_frequency;
             dead_time => drive.dead_time, time;
             delay_mismatch => drive.delay_mismatch, at_least_zero;
             switch_drop => drive.bridge.devices.switch_drop, at_least_zero;

@@ -8,6 +8,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use standstill_campaign::{Campaign, Entry, Occurrence, Statistics, told};
 use standstill_quantity::decimals;
+use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
 use crate::Report;
@@ -60,7 +61,7 @@ struct Row {
     bound_all_deg: Option<f64>,
     bound_hybrid_deg: Option<f64>,
     efficiency: Option<f64>,
-    /// Why there was no angle, or no pole, and how often.
+    /// Why there was no angle, or no pole, and how often; and why there is no limit.
     reasons: String,
 }
 
@@ -95,7 +96,7 @@ impl Row {
             bound_all_deg: entry.bound.and_then(|bound| told(bound.all_deg)),
             bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(told),
             efficiency: entry.efficiency(),
-            reasons: reasons(&s.reasons),
+            reasons: reasons(&s.reasons, entry.no_bound),
         }
     }
 
@@ -135,9 +136,9 @@ const HEADER: [&str; 16] = [
     "peak A", "J", "moved °", "limit °", "eff.",
 ];
 
-fn reasons(counts: &BTreeMap<String, Occurrence>) -> String {
-    let all: Vec<String> =
-        counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count)).collect();
+fn reasons(counts: &BTreeMap<String, Occurrence>, no_bound: Option<RunError>) -> String {
+    let counted = counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count));
+    let all: Vec<String> = counted.chain(no_bound.map(|reason| format!("no limit: {reason}"))).collect();
     all.join("; ")
 }
 
@@ -160,13 +161,15 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
             break;
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
+        let (bound, no_bound) = cell.scenario.bound_or_reason(angles, threads)?;
         let entry = Entry {
             method: cell.method,
             rotor: cell.rotor,
             errors: cell.errors,
             summary: statistics.summary(),
             energy_j: cell.scenario.mean_energy(cell.trials)?,
-            bound: cell.scenario.bound(angles, threads)?,
+            bound,
+            no_bound,
         };
         entries.push(entry);
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_plant::{
-    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapReport, MapSamples, OperatingPoint, PolaritySignature,
-    Survey,
+    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapLayout, MapReport, MapSamples, OperatingPoint,
+    PolaritySignature, Survey,
 };
 use standstill_quantity::{decimals, number};
 
@@ -44,6 +44,11 @@ impl Subject {
                 "--pole-pairs and --resistance are for flux maps; a data sheet states them itself".to_owned();
             return Err(Error::Arguments(message));
         }
+        if options.values.is_some() || options.columns.is_some() {
+            let message =
+                "--values and --columns are for flux maps; a data sheet states them in [map]".to_owned();
+            return Err(Error::Arguments(message));
+        }
         let sheet = super::sheet(&options.motor)?;
         let map = sheet.map().map_err(Error::Map)?.map(|(_, report)| report);
         let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
@@ -66,7 +71,8 @@ impl Subject {
                     .to_owned();
             return Err(Error::Arguments(message));
         }
-        let samples = MapSamples::read(path, &Files::default()).map_err(Error::Map)?;
+        let layout = MapLayout { values: options.values, columns: options.columns.clone() };
+        let samples = MapSamples::read_as(path, &Files::default(), &layout).map_err(Error::Map)?;
         let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
         let reach = covered(report.range);
         if reach <= 0.0 {
@@ -162,6 +168,8 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
         "l_d_mH": survey.l_dd * 1e3,
         "l_q_mH": survey.l_qq * 1e3,
         "l_dq_mH": survey.l_dq * 1e3 + 0.0,
+        "l_d_error_mH": standard_errors(subject, [0.0; 2]).map(|e| e[0] * 1e3),
+        "l_q_error_mH": standard_errors(subject, [0.0; 2]).map(|e| e[2] * 1e3),
         "pole_pairs": subject.pole_pairs,
         "resistance_ohm": subject.resistance,
         "time_constant_d_ms": subject.resistance.map(|r| survey.l_dd / r * 1e3),
@@ -185,6 +193,11 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
             "projection_rel": map.distance[0] / map.largest_flux,
             "projection_max_at_A": map.furthest,
             "evaluation_error_A": map.evaluation_error,
+            "convex_distance_rms_Wb": map.convexity,
+            "noise_rms_Wb": map.noise,
+            "free_parameters": map.free,
+            "coarseness_rel": map.errors.coarseness(),
+            "too_coarse": map.errors.too_coarse(),
         })),
         "polarity": survey.polarity.iter().map(|p| json!({
             "current_A": p.current,
@@ -200,6 +213,7 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
             "l_dd_mH": p.l_dd * 1e3,
             "l_dq_mH": p.l_dq * 1e3,
             "l_qq_mH": p.l_qq * 1e3,
+            "errors_mH": standard_errors(subject, [p.i_d, p.i_q]).map(|errors| errors.map(|e| e * 1e3)),
         })).collect::<Vec<_>>(),
     })
 }
@@ -208,12 +222,15 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let _ = writeln!(
         text,
-        "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current\n\
+        "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current{}\n\
          polarity signature up to {} A: {}: {}\nreciprocity error {:.1e}, {}\n",
         subject.name,
         number(6, survey.open_circuit_flux),
         number(3, survey.l_dd * 1e3),
         number(3, survey.l_qq * 1e3),
+        standard_errors(subject, [0.0; 2]).map_or_else(String::new, |[d, _, q]| {
+            format!(" (standard errors {} and {} mH)", number(2, d * 1e3), number(2, q * 1e3))
+        }),
         survey.polarity.last().map_or(0.0, |point| point.current),
         name(survey.signature),
         meaning(survey.signature),
@@ -260,14 +277,29 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     let inductance = decimals(3, 1e3 * largest(|p| p.l_dd).max(largest(|p| p.l_qq)));
     let rows = points().map(|p| {
         let saliency = p.l_qq / p.l_dd;
-        [p.i_d, p.i_q, p.psi_d, p.psi_q, p.l_dd * 1e3, p.l_dq * 1e3, p.l_qq * 1e3, saliency]
-            .iter()
-            .zip([current, current, flux, flux, inductance, inductance, inductance, 3])
-            .map(|(value, digits)| format!("{:.digits$}", value + 0.0))
-            .collect()
+        let mut row: Vec<String> =
+            [p.i_d, p.i_q, p.psi_d, p.psi_q, p.l_dd * 1e3, p.l_dq * 1e3, p.l_qq * 1e3, saliency]
+                .iter()
+                .zip([current, current, flux, flux, inductance, inductance, inductance, 3])
+                .map(|(value, digits)| format!("{:.digits$}", value + 0.0))
+                .collect();
+        let errors = standard_errors(subject, [p.i_d, p.i_q]).into_iter().flatten();
+        row.extend(errors.map(|error| format!("{:.inductance$}", error * 1e3)));
+        row
     });
-    let header =
-        ["i_d (A)", "i_q (A)", "ψ_d (Wb)", "ψ_q (Wb)", "L_dd (mH)", "L_dq (mH)", "L_qq (mH)", "L_qq/L_dd"];
+    let mut header = vec![
+        "i_d (A)",
+        "i_q (A)",
+        "ψ_d (Wb)",
+        "ψ_q (Wb)",
+        "L_dd (mH)",
+        "L_dq (mH)",
+        "L_qq (mH)",
+        "L_qq/L_dd",
+    ];
+    if subject.map.is_some() {
+        header.extend(["± L_dd", "± L_dq", "± L_qq"]);
+    }
     text += &table(&header, rows, true);
     text.push('\n');
     let rows = survey.polarity.iter().map(|p| {
@@ -285,6 +317,12 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     );
     text.push('\n');
     text
+}
+
+/// Of L_dd, L_dq and L_qq in H, if they come from a map; `current` is i_d and i_q in A on one of the axes. A magnet's
+/// temperature changes where on the map a motor is, not how well the map is known.
+fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
+    Some(subject.map.as_ref()?.errors.at(current))
 }
 
 /// L_d and L_q in H that an infinitely short pulse meets, where eddy currents make a difference.
@@ -311,7 +349,8 @@ fn map_text(map: &MapReport) -> String {
         "map: {} points, {} × {} grid, i_d {d_low} to {d_high} A, i_q {q_low} to {q_high} A{mirrored}; {}{off_axis}\n\
          nearest map with an energy: {rms:.2e} Wb rms away ({:.3} % of the largest flux), at most {largest:.2e} Wb, at \
          i_d = {} A, i_q = {} A\n\
-         evaluation within {:.1e} A of it; cross inductance {} mH rms\n",
+         evaluation within {:.1e} A of it; cross inductance {} mH rms\n\
+         noise {:.2e} Wb rms: {:.0} of {} numbers are free, the rest is smoothed{}{}\n",
         map.points,
         map.size[0],
         map.size[1],
@@ -321,5 +360,19 @@ fn map_text(map: &MapReport) -> String {
         number(3, map.furthest[1]),
         map.evaluation_error,
         number(3, map.cross_inductance * 1e3),
+        map.noise,
+        map.free,
+        2 * map.size[0] * map.size[1],
+        map.convexity.map_or_else(String::new, |away| {
+            format!("\nthat energy was not convex: the nearest convex one, {away:.2e} Wb rms from it, is what is simulated")
+        }),
+        if map.errors.too_coarse() {
+            format!(
+                "\nTOO COARSE for its saturation: with every second point, an inductance differs by {:.0} %, 5 % are allowed; more points where it bends",
+                100.0 * map.errors.coarseness().unwrap_or_default()
+            )
+        } else {
+            String::new()
+        }
     )
 }

@@ -97,6 +97,19 @@ fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
         assert!(text.contains(part), "{part} in {text}");
     }
 
+    // What is said of the file is followed: rms values are 1.414 times as large, and inductances as large as before.
+    let rms = [&arguments[..], &["--values", "rms", "--columns", "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb", "--json"]]
+        .concat();
+    let lines = fs::read_to_string(at.join("map.csv")).expect("the map");
+    fs::write(at.join("bare.csv"), lines.split_once('\n').expect("lines").1).expect("written");
+    let rms: Vec<&str> =
+        rms.into_iter().map(|word| if word == "map.csv" { "bare.csv" } else { word }).collect();
+    let json: serde_json::Value = serde_json::from_slice(&standstill(&rms, at).stdout).expect("JSON");
+    let value = |key: &str| json[key].as_f64().unwrap_or(f64::NAN);
+    assert!((value("open_circuit_flux_Wb") / 0.45 - std::f64::consts::SQRT_2).abs() < 1e-3, "{json}");
+    assert!((value("l_d_mH") / 10.6 - 1.0).abs() < 1e-3 && value("l_d_error_mH") < 0.02, "{json}");
+    assert_eq!(json["map"]["too_coarse"], false);
+
     // The same map as the core of a data sheet.
     write_sheet(at);
     let output =
@@ -123,15 +136,29 @@ fn what_is_wrong_with_a_map_is_named() {
         all
     };
     write("nan.csv", changed(7, "-12,-7,NaN,-0.1"));
-    write("column.csv", changed(1, "i_d_A,i_q_A,psi_d_Vs,psi_q_Wb"));
+    write("column.csv", changed(1, "i_d_A,i_q_A,psi_d_H,psi_q_Wb"));
+    write("unknown.csv", changed(1, "a,b,c,d"));
     write("row.csv", lines[..26].iter().map(|line| (*line).to_owned()).collect());
     write("falling.csv", changed(300, "-1,11,0.1,0.2"));
     write("half.csv", lines[..=325].iter().map(|line| (*line).to_owned()).collect());
     write("gap.csv", lines[..600].iter().map(|line| (*line).to_owned()).collect());
     let before = names(at);
-    let cases: [(&[&str], &[&str]); 16] = [
+    let cases: [(&[&str], &[&str]); 19] = [
+        (
+            &["magnetics", "unknown.csv"],
+            &[
+                "unknown.csv: line 1",
+                "`a,b,c,d`",
+                "standstill magnetics unknown.csv --columns i_d_A,i_q_A,psi_d_Wb,psi_q_Wb",
+            ],
+        ),
+        (&["magnetics", "/dev/zero.csv"], &["cannot be read"]),
+        (&["magnetics", "paper-5k5", "--values", "rms"], &["--values and --columns", "[map]"]),
         (&["magnetics", "nan.csv"], &["nan.csv: line 7", "psi_d_Wb = `NaN`", "a finite number"]),
-        (&["magnetics", "column.csv"], &["column.csv: line 1", "no column `psi_d_Wb`", "psi_d_Vs"]),
+        (
+            &["magnetics", "column.csv"],
+            &["column.csv: line 1", "the column `psi_d_H`", "one of the units Wb"],
+        ),
         (&["magnetics", "row.csv"], &["row.csv", "only 1 value(s) of i_d", "at least 3"]),
         (&["magnetics", "falling.csv"], &["falling.csv: line 300", "psi_d = 0.1 Wb", "more flux along d"]),
         (&["magnetics", "gap.csv"], &["gap.csv", "no point at i_d = 11 A, i_q = 12 A", "1 of the 24 × 25"]),

@@ -20,9 +20,9 @@ pub(super) struct Grid {
 /// place that decides whether a map has a magnet: see [`crate::FluxMap::has_magnet`].
 const NO_FLUX: f64 = 0.02;
 
-/// Values of each current that a map must have for its saturation to show, and may have.
-const LEAST_VALUES: usize = 5;
-const MOST_VALUES: usize = 500;
+/// Values of each current that a map must have for its saturation to show, and that a file may have.
+const LEAST_VALUES: usize = super::spline::LEAST_SITES;
+const MOST_VALUES: usize = 1024;
 
 /// Largest step of an axis over its smallest one. By experiment: at 20 the inductances of a smooth map are within 0.1 %, at
 /// 40 within 1 % where noise is added, and at 80 splines through the points swing until nothing is left of them.
@@ -38,7 +38,7 @@ const FLUX_NOISE: f64 = 1e-3;
 impl Grid {
     pub(super) fn assemble(samples: &MapSamples) -> Result<(Self, MapAxes, [bool; 2]), MapError> {
         let file = &samples.file;
-        let raw = Self::rectangle(file, &samples.points)?;
+        let raw = Self::rectangle(file, &samples.points, MOST_VALUES)?;
         raw.check_steps(file)?;
         let axes = raw.axes(file)?;
         let mut points = samples.points.clone();
@@ -51,7 +51,7 @@ impl Grid {
             }
         }
         let mut mirrored = [false; 2];
-        let turned = Self::rectangle(file, &points)?;
+        let turned = Self::rectangle(file, &points, MOST_VALUES)?;
         if one_sided(&turned.q) && turned.is_odd_in_q() {
             mirrored[1] = true;
             let twins = points.iter().filter(|p| turned.q[nearest(&turned.q, p.i_q)] != 0.0);
@@ -64,7 +64,8 @@ impl Grid {
             let twins = twins.map(|p| MapPoint { i_d: -p.i_d, psi_d: -p.psi_d, ..p.clone() });
             points = twins.chain(points.iter().cloned()).collect();
         }
-        let grid = Self::rectangle(file, &points)?;
+        // What symmetry adds is not the file's.
+        let grid = Self::rectangle(file, &points, 2 * MOST_VALUES)?;
         for (name, axis) in [("i_d", &grid.d), ("i_q", &grid.q)] {
             if axis.len() < LEAST_VALUES {
                 let found = format!("only {} values of {name}", axis.len());
@@ -76,7 +77,8 @@ impl Grid {
         Ok((grid, axes, mirrored))
     }
 
-    fn rectangle(file: &str, points: &[MapPoint]) -> Result<Self, MapError> {
+    /// Of at most so many values of each current.
+    fn rectangle(file: &str, points: &[MapPoint], most: usize) -> Result<Self, MapError> {
         let (d, q) = (distinct(points.iter().map(|p| p.i_d)), distinct(points.iter().map(|p| p.i_q)));
         for (name, axis) in [("i_d", &d), ("i_q", &q)] {
             if axis.len() < 3 {
@@ -89,12 +91,11 @@ impl Grid {
             }
         }
         // Before anything of that size is made: currents that only nearly repeat make a grid of their square.
-        if let Some((name, axis)) =
-            [("i_d", &d), ("i_q", &q)].into_iter().find(|(_, axis)| axis.len() > MOST_VALUES)
+        if let Some((name, axis)) = [("i_d", &d), ("i_q", &q)].into_iter().find(|(_, axis)| axis.len() > most)
         {
             let found = format!("{} values of {name} in {} points", axis.len(), points.len());
             let needed = format!(
-                "at most {MOST_VALUES} of each current, each repeated to 1e-6 of its range: a rectangular grid"
+                "at most {most} of each current, each repeated to 1e-6 of its range: a rectangular grid"
             );
             return Err(MapError::new(file, None, found, needed));
         }
@@ -156,6 +157,29 @@ impl Grid {
             }
         }
         Ok(())
+    }
+
+    /// Every second value of either current, with the ends and the one next to zero; none if an axis has fewer values
+    /// than these.
+    pub(super) fn every_second(&self, least: usize) -> Option<Self> {
+        if self.d.len() < least || self.q.len() < least {
+            return None;
+        }
+        let chosen = |axis: &[f64]| -> Vec<usize> {
+            let (zero, last) = (nearest(axis, 0.0), axis.len() - 1);
+            (0..=last).filter(|k| k.abs_diff(zero).is_multiple_of(2) || *k == 0 || *k == last).collect()
+        };
+        let (rows, columns) = (chosen(&self.d), chosen(&self.q));
+        let of = |psi: &DMatrix<f64>| {
+            DMatrix::from_fn(rows.len(), columns.len(), |a, b| psi[(rows[a], columns[b])])
+        };
+        Some(Self {
+            d: rows.iter().map(|k| self.d[*k]).collect(),
+            q: columns.iter().map(|k| self.q[*k]).collect(),
+            psi_d: of(&self.psi_d),
+            psi_q: of(&self.psi_q),
+            places: rows.iter().flat_map(|a| columns.iter().map(|b| self.place(*a, *b).clone())).collect(),
+        })
     }
 
     /// Flux in Wb without current, between the points next to it.
@@ -240,7 +264,8 @@ impl Grid {
         along_q(&self.psi_d) > 2.0 * along_d(&self.psi_d) && along_d(&self.psi_q) > 2.0 * along_q(&self.psi_q)
     }
 
-    /// Flux must grow with the current along each axis, and the inductances must be positive definite.
+    /// Flux must grow with the current along each axis, and the inductances must be positive definite, but for what noise
+    /// does to them: what falls by less than 2 % of the largest flux from one point to the next is left to the projection.
     pub(super) fn check(&self, file: &str, axes: MapAxes) -> Result<(), MapError> {
         let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", self.d[a], self.q[b]);
         let error = |a, b, found: String, needed: &str| {
@@ -252,10 +277,11 @@ impl Grid {
             let needed = format!("{needed}{hint}{}", axes.note());
             Err(MapError::new(file, Some(self.place(a, b)), found, needed))
         };
+        let slack = NO_FLUX * self.largest_flux();
         for a in 0..self.d.len() {
             for b in 0..self.q.len() {
                 let (d, q) = (&self.psi_d, &self.psi_q);
-                if a > 0 && d[(a, b)] <= d[(a - 1, b)] {
+                if a > 0 && d[(a, b)] <= d[(a - 1, b)] - slack {
                     let found = format!(
                         "psi_d = {} Wb at {}, after {} Wb at {}",
                         d[(a, b)],
@@ -265,7 +291,7 @@ impl Grid {
                     );
                     return error(a, b, found, "more flux along d with more current along d");
                 }
-                if b > 0 && q[(a, b)] <= q[(a, b - 1)] {
+                if b > 0 && q[(a, b)] <= q[(a, b - 1)] - slack {
                     let found = format!(
                         "psi_q = {} Wb at {}, after {} Wb at {}",
                         q[(a, b)],
@@ -280,7 +306,8 @@ impl Grid {
         for a in 0..self.d.len() - 1 {
             for b in 0..self.q.len() - 1 {
                 let l = self.inductance(a, b);
-                if !l.is_positive_definite() {
+                let side = (self.d[a + 1] - self.d[a]).min(self.q[b + 1] - self.q[b]);
+                if !l.is_positive_definite() && l.smaller_eigenvalue() * side < -slack {
                     let found = format!(
                         "inductances L_dd = {:.4e}, L_dq = {:.4e}, L_qq = {:.4e} H beside {}, not convex",
                         l.xx,

@@ -1,209 +1,314 @@
 //! The nearest map that has an energy.
 //!
 //! A map is free of curl exactly if its fluxes are the gradient of a co-energy `W'(i)`. W' is a tensor product of
-//! splines over the currents, and the fluxes at the grid are to be as close to the data as possible:
+//! splines over the currents, see [`super::spline`]; its coefficients c are to make the fluxes at the grid, `A c`, as close
+//! to the data y as possible, and as smooth as the data's noise asks for:
 //! ```text
-//! |D₁ C B₂ᵀ − Ψ_d|² + |B₁ C D₂ᵀ − Ψ_q|² → min
+//! |A c − y|² + λ cᵀP c → min,   (AᵀA + λ P) c = Aᵀy
 //! ```
-//! C are the splines' coefficients, B and D their values and slopes at the grid along either axis. The normal equations
-//! `D₁ᵀD₁ C B₂ᵀB₂ + B₁ᵀB₁ C D₂ᵀD₂ = D₁ᵀΨ_d B₂ + B₁ᵀΨ_q D₂` are diagonal in modes V of each axis with `Vᵀ BᵀB V = 1`
-//! and `Vᵀ DᵀD V = α`; no large system is ever built. A mode's share of the coefficients is that of the right side over
-//! `α + β`, and independent noise of 1 Wb in the data makes a variance of `1/(α + β)` of it.
+//! P measures the third derivatives of W', the second ones of the fluxes, over currents scaled to the map's half widths.
+//! AᵀA and P are sums of products of one banded matrix per axis, so the system has a band and its size does not depend on
+//! how many points the map has.
 //!
-//! How many splines there are is a question of the data's noise, see [`super::noise`].
+//! λ has the least generalised cross-validation (Craven and Wahba 1979, doi 10.1007/BF01404567): the estimate of how far
+//! a point would be from a fit that does not know it. `(AᵀA + λ P)⁻¹ σ²` is the covariance of the coefficients
+//! (Wahba 1983, doi 10.1111/j.2517-6161.1983.tb01239.x) for a noise σ, and σ² is what no energy explains.
 
-use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use nalgebra::DMatrix;
 use standstill_interface::Dq;
-use standstill_numeric::{Symmetric, hypot};
+use standstill_numeric::exp;
 
+use super::banded::{Banded, Factor};
+use super::co_energy::CoEnergy;
 use super::grid::Grid;
-use super::noise;
-use super::spline::{Basis, Local};
+use super::spline::{Basis, DEGREE};
 
-/// A point of the projected map.
-pub(super) struct Sample {
-    /// In A.
-    pub(super) current: Dq<f64>,
-    /// In Wb.
-    pub(super) flux: Dq<f64>,
-    /// In H.
-    pub(super) inductance: Symmetric,
-}
+/// Most sites of the splines along an axis: the surface that is simulated follows no more.
+pub(super) const MOST_SITES: usize = 64;
 
-/// A co-energy in J per 3/2 over the currents.
-pub(super) struct CoEnergy {
-    d: Axis,
-    q: Axis,
-    coefficients: DMatrix<f64>,
-    /// By how much the next finer splines differ in L_d and L_q without current, in H.
-    bias: [f64; 2],
-}
+/// And for the choice of λ, which is a question of the data and not of the splines.
+const CHOICE_SITES: usize = 32;
 
-/// Splines along one axis, and their modes.
-#[derive(Clone)]
-pub(super) struct Axis {
+/// The range of λ in decades, over the ratio of the traces of AᵀA and P. At its lower end only the mode that no
+/// flux shows is smoothed.
+const DECADES: [i32; 2] = [-9, 2];
+
+/// Splines along one axis, at the grid.
+struct Axis {
     basis: Basis,
-    /// Values and slopes at the grid.
-    values: DMatrix<f64>,
-    slopes: DMatrix<f64>,
-    /// V and α.
-    modes: DMatrix<f64>,
-    squares: DVector<f64>,
+    /// Values, slopes and their slopes at the sites.
+    values: [DMatrix<f64>; 3],
+    /// Half the range in A.
+    half: f64,
 }
 
 impl Axis {
-    /// So many splines, at most one per site.
-    pub(super) fn new(sites: &[f64], count: usize) -> Self {
-        let last = (sites.len() - 1) as f64;
-        // In proportion, so that knots are closer together where sites are.
+    fn new(sites: &[f64], most: usize) -> Self {
+        let basis = Basis::on(&spread(sites, sites.len().min(most)));
+        let values = [0, 1, 2].map(|order| basis.matrix(sites, order));
+        Self { basis, values, half: (sites[sites.len() - 1] - sites[0]) / 2.0 }
+    }
+
+    fn squares(&self, order: usize) -> DMatrix<f64> {
+        self.values[order].tr_mul(&self.values[order])
+    }
+}
+
+/// So many currents, as close to each other as the sites are there; the sites themselves where they are as many.
+pub(super) fn spread(sites: &[f64], count: usize) -> Vec<f64> {
+    if count == sites.len() {
+        return sites.to_vec();
+    }
+    let last = sites.len() - 1;
+    let at = |k: usize| {
+        let place = (last * k) as f64 / (count as f64 - 1.0);
+        // Between zero and the last site.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let chosen = (0..count).map(|k| sites[(last * k as f64 / (count as f64 - 1.0)).round() as usize]);
-        let basis = Basis::on(&chosen.collect::<Vec<_>>());
-        let (values, slopes) = (basis.matrix(sites, 0), basis.matrix(sites, 1));
-        // Splines with their sites among the rows are independent (Schoenberg and Whitney): R is regular.
-        let back = values.clone().qr().r().try_inverse().unwrap_or_else(|| DMatrix::identity(count, count));
-        let slopes_back = &slopes * &back;
-        let along = SymmetricEigen::new(slopes_back.transpose() * slopes_back);
-        Self { basis, values, slopes, modes: back * along.eigenvectors, squares: along.eigenvalues }
-    }
-
-    pub(super) fn count(&self) -> usize {
-        self.squares.len()
-    }
-
-    /// The values at the grid of the splines closest to data along the axis, and their slopes: both times the data.
-    fn smoothing(&self) -> [DMatrix<f64>; 2] {
-        let coefficients = &self.modes * self.modes.transpose() * self.values.transpose();
-        [&self.values * &coefficients, &self.slopes * coefficients]
-    }
+        let site = (place as usize).min(last - 1);
+        sites[site] + (sites[site + 1] - sites[site]) * (place - site as f64)
+    };
+    (0..count).map(at).collect()
 }
 
-/// The fit in the modes of two axes.
-pub(super) struct Modes {
-    /// The right side, and α + β.
-    right: DMatrix<f64>,
-    sums: DMatrix<f64>,
-}
-
-impl Modes {
-    pub(super) fn of(grid: &Grid, d: &Axis, q: &Axis) -> Self {
-        let right =
-            d.slopes.transpose() * &grid.psi_d * &q.values + d.values.transpose() * &grid.psi_q * &q.slopes;
-        Self { right: d.modes.transpose() * right * &q.modes, sums: sums(d, q) }
-    }
-
-    /// Coefficients in the modes.
-    fn coefficients(&self) -> DMatrix<f64> {
-        self.right.zip_map(&self.sums, |right, sum| right / sum)
-    }
-
-    /// By how much the fit is closer to the data than nothing, as a sum of squares in Wb².
-    pub(super) fn explained(&self) -> f64 {
-        self.right.zip_fold(&self.sums, 0.0, |explained, right, sum| explained + right * right / sum)
-    }
-}
-
-/// α + β; infinite for the constant, which has no slope either way and does not matter.
-fn sums(d: &Axis, q: &Axis) -> DMatrix<f64> {
-    let largest = d.squares.amax() + q.squares.amax();
-    DMatrix::from_fn(d.count(), q.count(), |a, b| {
-        let sum = d.squares[a] + q.squares[b];
-        if sum > 1e-12 * largest { sum } else { f64::INFINITY }
-    })
-}
-
-impl CoEnergy {
-    /// For data with this rms noise in Wb.
-    pub(super) fn nearest(grid: &Grid, noise: f64) -> Self {
-        let (axes, finer) = noise::axes(grid, noise);
-        let fit = Self::fit(grid, axes);
-        let own = fit.without_current();
-        let finer = finer.map(|axes| Self::fit(grid, axes).without_current());
-        let bias = finer.map_or([0.0; 2], |l| [l.xx - own.xx, l.yy - own.yy]);
-        Self { bias, ..fit }
-    }
-
-    fn fit(grid: &Grid, [d, q]: [Axis; 2]) -> Self {
-        let coefficients = &d.modes * Modes::of(grid, &d, &q).coefficients() * q.modes.transpose();
-        Self { d, q, coefficients, bias: [0.0; 2] }
-    }
-
-    /// Incremental inductances in H.
-    fn without_current(&self) -> Symmetric {
-        self.at(Dq::new(0.0, 0.0), &self.d.basis.at(0.0), &self.q.basis.at(0.0)).inductance
-    }
-
-    /// Splines along i_d and i_q.
-    pub(super) fn splines(&self) -> [usize; 2] {
-        [self.d.count(), self.q.count()]
-    }
-
-    /// Standard deviations in H of L_d and L_q without current, where each flux of the data has independent noise in Wb:
-    /// what passes through the fit, and by how much the next finer splines differ, which would follow a sharper bend.
-    pub(super) fn uncertainty(&self, noise: f64) -> [f64; 2] {
-        let (d, q) = (self.d.basis.at(0.0), self.q.basis.at(0.0));
-        let sums = sums(&self.d, &self.q);
-        let along = |axis: &Axis, local: &Local, order: usize| {
-            axis.modes
-                .rows(local.first, local.values[order].len())
-                .tr_mul(&DVector::from_column_slice(&local.values[order]))
-        };
-        [([2, 0], self.bias[0]), ([0, 2], self.bias[1])].map(|([order_d, order_q], bias)| {
-            let (d, q) = (along(&self.d, &d, order_d), along(&self.q, &q, order_q));
-            let shares = d * q.transpose();
-            let variance = shares.zip_fold(&sums, 0.0, |variance, share, sum| variance + share * share / sum);
-            hypot(variance.sqrt() * noise, bias)
-        })
-    }
-
-    /// Flux and incremental inductance at one current, with the splines of either axis there.
-    fn at(&self, current: Dq<f64>, d: &Local, q: &Local) -> Sample {
-        let sum = |order_d: usize, order_q: usize| -> f64 {
-            let row = |a: usize| -> f64 {
-                let along = q.values[order_q].iter().enumerate();
-                along.map(|(b, value)| value * self.coefficients[(d.first + a, q.first + b)]).sum()
-            };
-            d.values[order_d].iter().enumerate().map(|(a, value)| value * row(a)).sum()
-        };
-        let inductance = Symmetric::new(sum(2, 0), sum(1, 1), sum(0, 2));
-        Sample { current, flux: Dq::new(sum(1, 0), sum(0, 1)), inductance }
-    }
-
-    /// The map at all pairs of these currents in A, i_q running faster.
-    pub(super) fn samples(&self, d: &[f64], q: &[f64]) -> Vec<Sample> {
-        let along_q: Vec<(f64, Local)> = q.iter().map(|i_q| (*i_q, self.q.basis.at(*i_q))).collect();
-        let row = |i_d: f64| {
-            let along_d = self.d.basis.at(i_d);
-            let point = |(i_q, local): &(f64, Local)| self.at(Dq::new(i_d, *i_q), &along_d, local);
-            along_q.iter().map(point).collect::<Vec<_>>()
-        };
-        d.iter().flat_map(|i_d| row(*i_d)).collect()
-    }
-
-    /// Of the data, rms over all points in H: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of their mean, and of the axes' own inductances.
-    pub(super) fn reciprocity(&self, grid: &Grid) -> [f64; 3] {
-        let ([smooth_d, slope_d], [smooth_q, slope_q]) = (self.d.smoothing(), self.q.smoothing());
-        let along_d = |psi: &DMatrix<f64>| &slope_d * psi * smooth_q.transpose();
-        let along_q = |psi: &DMatrix<f64>| &smooth_d * psi * slope_q.transpose();
-        let (dq, qd) = (along_q(&grid.psi_d), along_d(&grid.psi_q));
-        let (dd, qq) = (along_d(&grid.psi_d), along_q(&grid.psi_q));
-        let rms = |squares: f64| (squares / (grid.d.len() * grid.q.len()) as f64).sqrt();
-        let own = dd.norm_squared() + qq.norm_squared();
-        [rms((&dq - &qd).norm_squared()), rms(((dq + qd) / 2.0).norm_squared()), rms(own)]
-    }
-
-    /// rms and largest distance in Wb from the data, and the current in A at which it is largest.
-    pub(super) fn distance(&self, grid: &Grid) -> ([f64; 2], [f64; 2]) {
-        let (mut sum, mut worst, mut furthest) = (0.0, 0.0, [0.0; 2]);
-        for (k, sample) in self.samples(&grid.d, &grid.q).iter().enumerate() {
-            let cell = (k / grid.q.len(), k % grid.q.len());
-            let away = (sample.flux - Dq::new(grid.psi_d[cell], grid.psi_q[cell])).norm();
-            sum += away * away;
-            if away > worst {
-                (worst, furthest) = (away, [sample.current.d, sample.current.q]);
+/// The sum of products of matrices along d and q as a banded matrix over pairs of functions, q running faster.
+fn product(terms: &[(f64, &DMatrix<f64>, &DMatrix<f64>)]) -> Banded {
+    let (n, m) = (terms[0].1.nrows(), terms[0].2.nrows());
+    let mut sum = Banded::new(n * m, DEGREE * m + DEGREE);
+    for a in 0..n {
+        for b in 0..m {
+            for e in a.saturating_sub(DEGREE)..=a {
+                for f in b.saturating_sub(DEGREE)..=(b + DEGREE).min(m - 1) {
+                    if e * m + f <= a * m + b {
+                        let value = terms.iter().map(|(share, d, q)| share * d[(a, e)] * q[(b, f)]).sum();
+                        sum.add(a * m + b, e * m + f, value);
+                    }
+                }
             }
         }
-        let points = (grid.d.len() * grid.q.len()) as f64;
-        ([(sum / points).sqrt(), worst], furthest)
     }
+    sum
+}
+
+/// The fit of a grid, ready for any λ.
+pub(super) struct Fit<'a> {
+    grid: &'a Grid,
+    d: Axis,
+    q: Axis,
+    /// AᵀA, and with one coefficient tied to zero: a constant makes no flux.
+    plain: Banded,
+    tied: Banded,
+    penalty: Banded,
+    /// Aᵀy.
+    right: DMatrix<f64>,
+}
+
+/// A choice of λ.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Smoothing {
+    pub(super) lambda: f64,
+    /// How many numbers the data still choose freely.
+    pub(super) free: f64,
+    /// σ in Wb: what no energy explains, however rough.
+    pub(super) noise: f64,
+}
+
+impl<'a> Fit<'a> {
+    pub(super) fn new(grid: &'a Grid, most_sites: usize) -> Self {
+        let (d, q) = (Axis::new(&grid.d, most_sites), Axis::new(&grid.q, most_sites));
+        let [values_d, slopes_d] = [0, 1].map(|order| d.squares(order));
+        let [values_q, slopes_q] = [0, 1].map(|order| q.squares(order));
+        let plain = product(&[(1.0, &slopes_d, &values_q), (1.0, &values_d, &slopes_q)]);
+        let (grams_d, grams_q) =
+            ([0, 1, 2, 3].map(|k| d.basis.gram(k)), [0, 1, 2, 3].map(|k| q.basis.gram(k)));
+        let weight = |k: i32| power_of(d.half * d.half, k) * power_of(q.half * q.half, 3 - k);
+        let penalty = product(&[
+            (weight(0), &grams_d[0], &grams_q[3]),
+            (3.0 * weight(1), &grams_d[1], &grams_q[2]),
+            (3.0 * weight(2), &grams_d[2], &grams_q[1]),
+            (weight(3), &grams_d[3], &grams_q[0]),
+        ]);
+        let count = d.basis.count() * q.basis.count();
+        let mut tied = plain.clone();
+        tied.add(count / 2, count / 2, plain.trace() / count as f64);
+        let right =
+            d.values[1].tr_mul(&grid.psi_d) * &q.values[0] + d.values[0].tr_mul(&grid.psi_q) * &q.values[1];
+        Self { grid, d, q, plain, tied, penalty, right }
+    }
+
+    fn data(&self) -> f64 {
+        (2 * self.grid.d.len() * self.grid.q.len()) as f64
+    }
+
+    pub(super) fn functions(&self) -> [usize; 2] {
+        [self.d.basis.count(), self.q.basis.count()]
+    }
+
+    fn factor(&self, lambda: f64) -> Option<Factor> {
+        self.tied.plus(&self.penalty, lambda).factor()
+    }
+
+    fn coefficients(&self, factor: &Factor) -> DMatrix<f64> {
+        let [n, m] = self.functions();
+        // By rows, as the band runs.
+        let right = self.right.transpose().as_slice().to_vec();
+        DMatrix::from_row_slice(n, m, &factor.solve(right))
+    }
+
+    /// `|A c − y|²` in Wb².
+    fn residual(&self, c: &DMatrix<f64>) -> f64 {
+        let flux =
+            |order_d: usize, order_q: usize| &self.d.values[order_d] * c * self.q.values[order_q].transpose();
+        (flux(1, 0) - &self.grid.psi_d).norm_squared() + (flux(0, 1) - &self.grid.psi_q).norm_squared()
+    }
+
+    /// λ of the least generalised cross-validation; none where the sums of squares overflow or vanish.
+    fn smoothing(&self) -> Option<Smoothing> {
+        let unit = self.plain.trace() / self.penalty.trace();
+        let [low, high] = DECADES;
+        let (values_d, slopes_d) = (self.d.squares(0), self.d.squares(1));
+        let (values_q, slopes_q) = (self.q.squares(0), self.q.squares(1));
+        let times = |c: &DMatrix<f64>| &slopes_d * c * &values_q + &values_d * c * &slopes_q;
+        let roughest = self.coefficients(&self.factor(unit * decades(f64::from(low)))?);
+        let least = self.residual(&roughest);
+        let left = times(&roughest) - &self.right;
+        // From the roughest fit on by differences: the sums of the data's squares would drown what is left of them.
+        let at = |decade: f64| -> Option<(f64, Smoothing)> {
+            let lambda = unit * decades(decade);
+            let factor = self.factor(lambda)?;
+            let change = self.coefficients(&factor) - &roughest;
+            let residual = (least + 2.0 * change.dot(&left) + change.dot(&times(&change))).max(0.0);
+            let free = factor.trace_of_inverse_times(&self.plain);
+            let rest = (self.data() - free).max(1.0);
+            Some((residual / (rest * rest), Smoothing { lambda, free, noise: (residual / rest).sqrt() }))
+        };
+        let decades = (low..=high).map(|decade| Some((f64::from(decade), at(f64::from(decade))?)));
+        let coarse: Vec<(f64, (f64, Smoothing))> = decades.collect::<Option<_>>()?;
+        let noise = coarse.first()?.1.1.noise;
+        let by_value = |a: &(f64, (f64, Smoothing)), b: &(f64, (f64, Smoothing))| a.1.0.total_cmp(&b.1.0);
+        let mut best = *coarse.iter().min_by(|a, b| by_value(a, b))?;
+        for step in [0.5, 0.25, 0.125] {
+            for decade in [best.0 - step, best.0 + step] {
+                if (f64::from(low)..=f64::from(high)).contains(&decade)
+                    && let Some(found) = at(decade)
+                    && found.0 < best.1.0
+                {
+                    best = (decade, found);
+                }
+            }
+        }
+        Some(Smoothing { noise, ..best.1.1 })
+    }
+
+    /// The co-energy for this λ, with the factor that its errors follow from.
+    pub(super) fn co_energy(&self, lambda: f64) -> Option<(CoEnergy, Factor)> {
+        let factor = self.factor(lambda)?;
+        let (d, q) = (self.d.basis.clone(), self.q.basis.clone());
+        Some((CoEnergy { d, q, coefficients: self.coefficients(&factor) }, factor))
+    }
+
+    /// Of the data, rms over all points in H: of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d, of their mean, and of the axes' own inductances;
+    /// slopes by cubic splines along each axis.
+    pub(super) fn reciprocity(&self) -> [f64; 3] {
+        let (d, q) = (slopes(&self.d), slopes(&self.q));
+        let along_d = |psi: &DMatrix<f64>| &d[1] * (&d[0] * psi);
+        let along_q = |psi: &DMatrix<f64>| (psi * q[0].transpose()) * q[1].transpose();
+        let (psi_d, psi_q) = (&self.grid.psi_d, &self.grid.psi_q);
+        let (dq, qd) = (along_q(psi_d), along_d(psi_q));
+        let own = along_d(psi_d).norm_squared() + along_q(psi_q).norm_squared();
+        let rms = |squares: f64| (2.0 * squares / self.data()).sqrt();
+        [rms((&dq - &qd).norm_squared()), rms(((dq + qd) / 2.0).norm_squared()), rms(own)]
+    }
+}
+
+/// Ten to this power.
+fn decades(power: f64) -> f64 {
+    exp(power * std::f64::consts::LN_10)
+}
+
+/// A whole power.
+fn power_of(x: f64, exponent: i32) -> f64 {
+    (0..exponent).map(|_| x).product()
+}
+
+/// Splines at more places than there are functions, for their Hessians.
+pub(super) struct Scaled {
+    /// Values, slopes and their slopes along d (rows are places), over currents in units of half the range.
+    pub(super) d: [DMatrix<f64>; 3],
+    /// The same along q.
+    pub(super) q: [DMatrix<f64>; 3],
+}
+
+impl Axis {
+    fn scaled(&self, sites: &[f64]) -> [DMatrix<f64>; 3] {
+        let places = spread(sites, 2 * self.basis.count() + 1);
+        [0, 1, 2].map(|order| self.basis.matrix(&places, order) * power_of(self.half, i32::from(order as u8)))
+    }
+}
+
+impl Fit<'_> {
+    pub(super) fn scaled(&self) -> Scaled {
+        Scaled { d: self.d.scaled(&self.grid.d), q: self.q.scaled(&self.grid.q) }
+    }
+
+    /// Sum of squares of the Hessians as a matrix, see [`super::convex`].
+    fn hessian_squares(scaled: &Scaled) -> Banded {
+        let [d, q] =
+            [&scaled.d, &scaled.q].map(|axis| [0, 1, 2].map(|order: usize| axis[order].tr_mul(&axis[order])));
+        product(&[(1.0, &d[2], &q[0]), (2.0, &d[1], &q[1]), (1.0, &d[0], &q[2])])
+    }
+
+    /// How much heavier the data weigh than the Hessians.
+    pub(super) fn weight_of(&self, scaled: &Scaled) -> f64 {
+        self.plain.trace() / Self::hessian_squares(scaled).trace()
+    }
+
+    /// The fit's system with the Hessians' squares on top.
+    pub(super) fn with_hessians(&self, lambda: f64, scaled: &Scaled, weight: f64) -> Option<Factor> {
+        self.tied.plus(&self.penalty, lambda).plus(&Self::hessian_squares(scaled), weight).factor()
+    }
+
+    /// Coefficients for the data and more on the right side.
+    pub(super) fn solve_with(&self, factor: &Factor, more: &DMatrix<f64>) -> DMatrix<f64> {
+        let [n, m] = self.functions();
+        let right = (&self.right + more).transpose().as_slice().to_vec();
+        DMatrix::from_row_slice(n, m, &factor.solve(right))
+    }
+
+    /// Whether the inductances are positive definite everywhere, as far as four places per function can tell.
+    pub(super) fn is_convex(&self, co_energy: &CoEnergy) -> bool {
+        let places = |axis: &[f64], count: usize| spread(axis, 4 * count + 1);
+        let d = places(&self.grid.d, self.d.basis.count());
+        let q = places(&self.grid.q, self.q.basis.count());
+        co_energy.samples(&d, &q).iter().all(|sample| sample.inductance.is_positive_definite())
+    }
+}
+
+/// From fluxes along an axis to coefficients of a co-energy with that slope, and on to the slope's slopes.
+fn slopes(axis: &Axis) -> [DMatrix<f64>; 2] {
+    let mut squares = axis.squares(1);
+    let middle = squares.nrows() / 2;
+    squares[(middle, middle)] += squares.trace() / squares.nrows() as f64;
+    let solved = squares.cholesky().map(|cholesky| cholesky.solve(&axis.values[1].transpose()));
+    let back = solved.unwrap_or_else(|| DMatrix::zeros(axis.basis.count(), axis.values[1].nrows()));
+    [back, axis.values[2].clone()]
+}
+
+/// How much of a grid's data is noise.
+pub(super) fn smoothing(grid: &Grid) -> Option<Smoothing> {
+    Fit::new(grid, CHOICE_SITES).smoothing()
+}
+
+/// Standard errors in H of L_dd, L_dq and L_qq at a current in A, for a noise in Wb.
+pub(super) fn errors(co_energy: &CoEnergy, factor: &Factor, noise: f64, current: Dq<f64>) -> [f64; 3] {
+    let (d, q) = (co_energy.d.at(current.d), co_energy.q.at(current.q));
+    let m = co_energy.q.count();
+    [(2, 0), (1, 1), (0, 2)].map(|(order_d, order_q)| {
+        let mut row = vec![0.0; co_energy.d.count() * m];
+        for (a, along_d) in d.values[order_d].iter().enumerate() {
+            for (b, along_q) in q.values[order_q].iter().enumerate() {
+                row[(d.first + a) * m + q.first + b] = along_d * along_q;
+            }
+        }
+        noise * factor.forwards(row).iter().map(|x| x * x).sum::<f64>().sqrt()
+    })
 }

@@ -11,9 +11,12 @@ use std::sync::Arc;
 use standstill_interface::Dq;
 use standstill_numeric::Symmetric;
 
+use super::banded::Banded;
+use super::co_energy::{CoEnergy, Sample};
 use super::grid::Grid;
-use super::project::{CoEnergy, Sample};
+use super::project::spread;
 use crate::Magnetics;
+use crate::magnetics::{NoConvergence, explicit_newton};
 
 /// Coefficients along an axis that one point depends on.
 const WIDTH: usize = 6;
@@ -32,6 +35,8 @@ pub struct FluxMap {
     step: Dq<f64>,
     cells: [usize; 2],
     coefficients: Arc<[f64]>,
+    /// What the surface was fitted to: it tells the flux of a current without a search.
+    co_energy: Arc<CoEnergy>,
     range: [[f64; 2]; 2],
     rest: Dq<f64>,
     magnet: bool,
@@ -73,25 +78,24 @@ fn weights(t: f64) -> [[f64; WIDTH]; 3] {
 }
 
 impl FluxMap {
-    /// The surface over a projected map, and its largest error in A.
+    /// The surface over a map that has a convex energy, and its largest error in A.
     ///
     /// # Errors
-    /// The current in A at which it is not convex.
-    pub(super) fn of(co_energy: &CoEnergy, grid: &Grid, magnet: bool) -> Result<(Self, f64), Dq<f64>> {
-        // Other points than those of the fit, so that the error is not flattered.
-        let probes = co_energy.samples(&middles(&grid.d), &middles(&grid.q));
+    /// The current in A at which the surface is not convex.
+    pub(super) fn of(co_energy: CoEnergy, grid: &Grid, magnet: bool) -> Result<(Self, f64), Dq<f64>> {
+        let co_energy = Arc::new(co_energy);
         let reach = reach(grid.range());
         let zero = Dq::new(0.0, 0.0);
         let mut cells = CELLS[0].max(grid.d.len().max(grid.q.len())).min(CELLS[1]);
         loop {
-            let mut samples =
-                co_energy.samples(&finer(&grid.d, DENSITY * cells), &finer(&grid.q, DENSITY * cells));
-            if let Some(sample) = samples.iter().find(|sample| !sample.inductance.is_positive_definite()) {
-                return Err(sample.current);
-            }
-            let mut map = Self { magnet, ..Self::around(&samples, grid.range(), [cells; 2]) };
+            let [d, q] = [&grid.d, &grid.q].map(|axis| finer(axis, DENSITY * cells));
+            let mut samples = co_energy.samples(&d, &q);
+            let mut map = Self { magnet, ..Self::around(&samples, &co_energy, grid.range(), [cells; 2]) };
             map.fit(&samples).ok_or(zero)?;
             map.rest = map.flux_at(zero).map_err(|_| zero)?;
+            // Other points than those of the fit, so that the error is not flattered.
+            let [d, q] = [&grid.d, &grid.q].map(|axis| middles(&finer(axis, cells)));
+            let probes = co_energy.samples(&d, &q);
             let error = |sample: &Sample| (map.current(sample.flux) - sample.current).norm();
             let error = probes.iter().chain(&samples).map(error).fold(0.0, f64::max);
             if error < 1e-5 * reach || cells >= CELLS[1] {
@@ -108,7 +112,12 @@ impl FluxMap {
         }
     }
 
-    fn around(samples: &[Sample], range: [[f64; 2]; 2], cells: [usize; 2]) -> Self {
+    fn around(
+        samples: &[Sample],
+        co_energy: &Arc<CoEnergy>,
+        range: [[f64; 2]; 2],
+        cells: [usize; 2],
+    ) -> Self {
         let bounds = |of: fn(&Sample) -> f64| {
             let values = samples.iter().map(of);
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -123,6 +132,7 @@ impl FluxMap {
             step,
             cells,
             coefficients: vec![0.0; count].into(),
+            co_energy: Arc::clone(co_energy),
             range,
             rest: Dq::new((d[0] + d[1]) / 2.0, (q[0] + q[1]) / 2.0),
             magnet: false,
@@ -171,7 +181,7 @@ impl FluxMap {
             }
         }
         add(&[count / 2], &[1.0 / self.step.d], 0.0);
-        self.coefficients = normal.solve(right)?.into();
+        self.coefficients = normal.factor()?.solve(right).into();
         Some(())
     }
 
@@ -254,8 +264,17 @@ impl Magnetics for FluxMap {
         (current, gamma)
     }
 
-    fn start(&self) -> Dq<f64> {
-        self.rest
+    /// By the co-energy, which gives the flux of a current within microvolt-seconds; a few steps do the rest.
+    fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {
+        explicit_newton(current, self.near(current), self.flux_scale(), |flux| {
+            self.current_and_inverse_inductance(flux)
+        })
+    }
+
+    fn near(&self, current: Dq<f64>) -> Dq<f64> {
+        let [[d_low, d_high], [q_low, q_high]] = self.range;
+        let inside = Dq::new(current.d.clamp(d_low, d_high), current.q.clamp(q_low, q_high));
+        self.co_energy.at(inside).flux
     }
 
     /// Coefficients differ from cell to cell by what a cell is wide, whatever the flux is.
@@ -273,79 +292,12 @@ fn reach(range: [[f64; 2]; 2]) -> f64 {
     range.as_flattened().iter().fold(0.0, |reach, i| i.abs().max(reach))
 }
 
-/// The values of an axis and some between them, at least so many in all.
+/// The values of an axis and some between them, at least so many in all; of a finer axis as many, evenly chosen.
 fn finer(axis: &[f64], least: usize) -> Vec<f64> {
-    let parts = least.div_ceil(axis.len() - 1);
-    let between = |pair: &[f64]| {
-        let (first, part) = (pair[0], (pair[1] - pair[0]) / parts as f64);
-        (0..parts).map(move |k| first + part * k as f64)
-    };
-    axis.windows(2).flat_map(between).chain(axis.last().copied()).collect()
+    let parts = (least / (axis.len() - 1)).max(1);
+    spread(axis, (parts * (axis.len() - 1)).min(2 * least) + 1)
 }
 
 fn middles(axis: &[f64]) -> Vec<f64> {
     axis.windows(2).map(|pair| (pair[0] + pair[1]) / 2.0).collect()
-}
-
-/// A symmetric matrix with a band, its lower half row by row.
-struct Banded {
-    width: usize,
-    rows: Vec<f64>,
-}
-
-impl Banded {
-    fn new(count: usize, width: usize) -> Self {
-        Self { width, rows: vec![0.0; count * (width + 1)] }
-    }
-
-    fn index(&self, i: usize, j: usize) -> usize {
-        i * (self.width + 1) + self.width + j - i
-    }
-
-    fn add(&mut self, i: usize, j: usize, value: f64) {
-        let index = self.index(i, j);
-        self.rows[index] += value;
-    }
-
-    /// Solves by Cholesky's method within the band; none if the matrix is not positive definite.
-    fn solve(mut self, mut right: Vec<f64>) -> Option<Vec<f64>> {
-        let count = right.len();
-        for i in 0..count {
-            let first = i.saturating_sub(self.width);
-            for j in first..=i {
-                let from = first.max(j.saturating_sub(self.width));
-                let (row_i, row_j) = (self.index(i, from), self.index(j, from));
-                let dot: f64 = self.rows[row_i..row_i + j - from]
-                    .iter()
-                    .zip(&self.rows[row_j..row_j + j - from])
-                    .map(|(x, y)| x * y)
-                    .sum();
-                let index = self.index(i, j);
-                let left = self.rows[index] - dot;
-                if i == j {
-                    if left <= 0.0 {
-                        return None;
-                    }
-                    self.rows[index] = left.sqrt();
-                } else {
-                    self.rows[index] = left / self.rows[self.index(j, j)];
-                }
-            }
-        }
-        for i in 0..count {
-            let first = i.saturating_sub(self.width);
-            let row = self.index(i, first);
-            let dot: f64 =
-                self.rows[row..row + i - first].iter().zip(&right[first..i]).map(|(x, y)| x * y).sum();
-            right[i] = (right[i] - dot) / self.rows[self.index(i, i)];
-        }
-        for i in (0..count).rev() {
-            right[i] /= self.rows[self.index(i, i)];
-            let first = i.saturating_sub(self.width);
-            for j in first..i {
-                right[j] -= self.rows[self.index(i, j)] * right[i];
-            }
-        }
-        Some(right)
-    }
 }

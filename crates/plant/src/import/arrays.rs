@@ -23,8 +23,8 @@ pub(super) enum Rows {
     Quadrature,
 }
 
-/// More than any map has.
-pub(super) const MOST_POINTS: usize = 1_000_000;
+/// The most that a map may have: 1,024 × 1,024.
+pub(super) const MOST_POINTS: usize = 1 << 20;
 
 impl Array {
     /// Whether all its values are in one line.
@@ -48,7 +48,7 @@ pub(super) fn points(file: &str, arrays: &[Array; 4], rows: Rows) -> Result<MapS
     let error = |found: String, needed: &str| MapError::new(file, None, found, needed.to_owned());
     for array in arrays {
         if array.values.len() > MOST_POINTS {
-            return Err(error(array.shape(), "at most 1,000,000 points"));
+            return Err(error(array.shape(), "at most 1,048,576 points, 1,024 × 1,024"));
         }
         if let Some(at) = array.values.iter().position(|value| !value.is_finite()) {
             let place = format!("`{}`, {}", array.name, place(array, at));

@@ -1,74 +1,243 @@
-//! Maps as CSV: a header `i_d_A,i_q_A,psi_d_Wb,psi_q_Wb`, then one line a point, in any order.
+//! Maps as texts: a header that names quantities and units, then one line a point, in any order; or wide tables.
+//!
+//! Split here rather than by a CSV library: numbers are never quoted, and every line keeps its number past comments
+//! and blank lines.
 
-use super::{MapError, MapPoint, MapSamples, Place};
+use super::columns::{Column, MapValues, Quantity};
+use super::polar;
+use super::wide;
+use super::{MapError, MapLayout, MapPoint, MapSamples, Place};
+use crate::import::arrays::MOST_POINTS;
 
-const COLUMNS: [&str; 4] = ["i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"];
+/// Columns that a line may have: those of a wide table.
+const MOST_COLUMNS: usize = 2048;
 
-pub(super) fn read(file: &str, bytes: &[u8]) -> Result<MapSamples, MapError> {
-    let error = |line: usize, found: String, needed: String| {
-        MapError::new(file, Some(&Place::Line(line)), found, needed)
-    };
+/// A line that is neither blank nor a comment.
+#[derive(Clone, Copy)]
+pub(super) struct Line<'a> {
+    /// From 1.
+    pub(super) number: usize,
+    pub(super) text: &'a str,
+    /// What separates its fields; a blank stands for any number of blanks.
+    separator: char,
+}
+
+impl<'a> Line<'a> {
+    pub(super) fn fields(self) -> Vec<&'a str> {
+        let fields: Vec<&str> = if self.separator == ' ' {
+            self.text.split_whitespace().take(MOST_COLUMNS + 1).collect()
+        } else {
+            self.text.split(self.separator).map(str::trim).take(MOST_COLUMNS + 1).collect()
+        };
+        fields
+    }
+
+    /// A finite number; with semicolons or tabs between fields also with a decimal comma.
+    pub(super) fn value(self, text: &str) -> Option<f64> {
+        let text = text.trim_matches('"');
+        let value = text
+            .parse::<f64>()
+            .ok()
+            .or_else(|| (self.separator != ',').then(|| text.replacen(',', ".", 1).parse().ok()).flatten());
+        value.filter(|value| value.is_finite())
+    }
+}
+
+/// What is being read.
+pub(super) struct Source<'a> {
+    pub(super) file: &'a str,
+    pub(super) layout: &'a MapLayout,
+}
+
+impl Source<'_> {
+    pub(super) fn error(&self, line: usize, found: String, needed: String) -> MapError {
+        MapError::new(self.file, Some(&Place::Line(line)), found, needed)
+    }
+
+    /// A header of a file that says rms must be confirmed, and none may contradict what is asked for.
+    pub(super) fn check(&self, line: usize, header: &str, column: Column) -> Result<(), MapError> {
+        match (column.values, self.layout.values) {
+            (Some(MapValues::Rms), None) => {
+                let needed = "`--values rms` (in a data sheet, `values = \"rms\"` in [map]), or a header without it for peak values";
+                Err(self.error(line, format!("`{}`, which says rms", shortened(header)), needed.to_owned()))
+            }
+            (Some(one), Some(other)) if one != other => {
+                let needed = format!("one of both: --values asks for {}", MapValues::NAMES[other as usize]);
+                let found = format!("`{}`, which says {}", shortened(header), MapValues::NAMES[one as usize]);
+                Err(self.error(line, found, needed))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+pub(super) fn read(file: &str, bytes: &[u8], layout: &MapLayout) -> Result<MapSamples, MapError> {
+    let source = Source { file, layout };
     let text = std::str::from_utf8(bytes).map_err(|failure| {
         let line = bytes[..failure.valid_up_to()].split(|byte| *byte == b'\n').count();
-        error(line, "bytes that are not UTF-8".to_owned(), "a text".to_owned())
+        source.error(line, "bytes that are not UTF-8".to_owned(), "a text".to_owned())
     })?;
-    // Split here rather than by a CSV library: numbers are never quoted, and every line keeps its number past comments
-    // and blank lines.
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let mut lines = text
-        .lines()
-        .enumerate()
-        .map(|(at, line)| (at + 1, line.trim()))
-        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    let needed = || format!("a header with the columns {}", COLUMNS.join(","));
-    let (first, header) =
-        lines.next().ok_or_else(|| MapError::new(file, None, "an empty file".to_owned(), needed()))?;
-    let names: Vec<&str> = header.split(',').map(str::trim).collect();
-    let mut order = [0; 4];
-    for (column, place) in COLUMNS.iter().zip(&mut order) {
-        let mut at = names.iter().enumerate().filter(|(_, name)| *name == column).map(|(at, _)| at);
-        *place = at.next().ok_or_else(|| {
-            error(first, format!("no column `{column}` in `{}`", shortened(header)), needed())
-        })?;
-        if at.next().is_some() {
-            return Err(error(first, format!("the column `{column}` twice"), needed()));
+    let lines = || {
+        let numbered = text.lines().enumerate().map(|(at, line)| (at + 1, line.trim()));
+        numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']))
+    };
+    let (_, first) = lines().next().ok_or_else(|| {
+        MapError::new(file, None, "an empty file".to_owned(), format!("a header with the columns {COLUMNS}"))
+    })?;
+    let separator = [';', '\t', ','].into_iter().find(|mark| first.contains(*mark));
+    // The title of a wide table stands alone: the next line tells.
+    let separator = separator.or_else(|| {
+        let (_, second) = lines().nth(1)?;
+        [';', '\t', ','].into_iter().find(|mark| second.contains(*mark))
+    });
+    let separator = separator.unwrap_or(' ');
+    let lines = lines().map(|(number, text)| Line { number, text, separator });
+    if lines.clone().take(2).any(|line| line.text.contains('\\')) {
+        return wide::read(&source, lines);
+    }
+    let columns = Header::read(&source, lines.clone())?;
+    let skipped = usize::from(layout.columns.is_none() || !columns.first_is_data);
+    let mut rows = Vec::new();
+    for line in lines.skip(skipped) {
+        if rows.len() == MOST_POINTS {
+            let needed = "at most 1,048,576 points, 1,024 × 1,024".to_owned();
+            return Err(source.error(line.number, "more points".to_owned(), needed));
         }
+        rows.push((line.number, columns.row(&source, line)?));
     }
-    if let Some(unknown) = names.iter().find(|name| !COLUMNS.contains(name)) {
-        return Err(error(first, format!("the column `{unknown}`"), needed()));
-    }
-    let mut points = Vec::new();
-    for (line, text) in lines {
-        let fields: Vec<&str> = text.split(',').map(str::trim).collect();
-        if fields.len() != COLUMNS.len() {
-            let found = format!("{} field(s) in `{}`", fields.len(), shortened(text));
-            return Err(error(line, found, format!("{} as in the header", COLUMNS.len())));
-        }
-        let number = |k: usize| {
-            let text = fields[order[k]];
-            let value = text.parse::<f64>().ok().filter(|value| value.is_finite());
-            value.ok_or_else(|| {
-                error(line, format!("{} = `{}`", COLUMNS[k], shortened(text)), "a finite number".to_owned())
-            })
-        };
-        points.push(MapPoint {
-            i_d: number(0)?,
-            i_q: number(1)?,
-            psi_d: number(2)?,
-            psi_q: number(3)?,
-            place: Place::Line(line),
-        });
-    }
-    if points.is_empty() {
+    if rows.is_empty() {
         let needed = "a rectangle of currents with their fluxes".to_owned();
         return Err(MapError::new(file, None, "no point".to_owned(), needed));
     }
+    let points = match columns.polar {
+        None => rows.into_iter().map(|(line, values)| point(values, Place::Line(line))).collect(),
+        Some(from_q) => polar::points(file, &rows, from_q)?,
+    };
     Ok(MapSamples { file: file.to_owned(), points, pole_pairs: None, resistance: None })
 }
 
+pub(super) fn point([i_d, i_q, psi_d, psi_q]: [f64; 4], place: Place) -> MapPoint {
+    MapPoint { i_d, i_q, psi_d, psi_q, place }
+}
+
+/// The layout of this program's own files.
+const COLUMNS: &str = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb";
+
+/// Where the four numbers of a line stand.
+struct Header {
+    /// Column, and from its unit to SI: i_d, i_q (or amplitude and angle), ψ_d, ψ_q.
+    places: [(usize, f64); 4],
+    names: [String; 4],
+    count: usize,
+    /// The currents are polar, with the angle from +q.
+    polar: Option<bool>,
+    first_is_data: bool,
+}
+
+impl Header {
+    fn read<'a>(source: &Source, mut lines: impl Iterator<Item = Line<'a>>) -> Result<Self, MapError> {
+        let Some(line) = lines.next() else {
+            return Err(MapError::new(
+                source.file,
+                None,
+                "an empty file".to_owned(),
+                format!("a header with the columns {COLUMNS}"),
+            ));
+        };
+        let there = line.fields();
+        let names: Vec<&str> = match &source.layout.columns {
+            Some(columns) => columns.split(',').map(str::trim).collect(),
+            None => there.clone(),
+        };
+        if names.len() != there.len() || there.len() > MOST_COLUMNS {
+            let found = format!("{} column(s) in `{}`", there.len(), shortened(line.text));
+            let needed = format!("as many as --columns names, {}, and at most {MOST_COLUMNS}", names.len());
+            return Err(source.error(line.number, found, needed));
+        }
+        let mut found: [Vec<(usize, Column)>; 6] = Default::default();
+        for (at, name) in names.iter().enumerate() {
+            let column = Column::parse(name).map_err(|units| {
+                source.error(
+                    line.number,
+                    format!("the column `{}`", shortened(name)),
+                    format!("one of the units {units}"),
+                )
+            })?;
+            if let Some(column) = column {
+                source.check(line.number, name, column)?;
+                let slot = match column.quantity {
+                    Quantity::Dq(place) => place,
+                    Quantity::Amplitude => 4,
+                    Quantity::AngleFromD | Quantity::AngleFromQ => 5,
+                };
+                found[slot].push((at, column));
+            }
+        }
+        let polar = found[0].is_empty() && found[1].is_empty() && !found[5].is_empty();
+        let wanted = if polar { [4, 5, 2, 3] } else { [0, 1, 2, 3] };
+        let mut places = [(0, 0.0); 4];
+        for (place, slot) in places.iter_mut().zip(wanted) {
+            match found[slot][..] {
+                [(at, column)] => *place = (at, column.scale),
+                [] => return Err(unknown(source, line, &there)),
+                [_, (at, _), ..] => {
+                    let found = format!("`{}` twice: the same as another column", shortened(names[at]));
+                    return Err(source.error(line.number, found, "each quantity once".to_owned()));
+                }
+            }
+        }
+        let from_q = found[5].first().is_some_and(|(_, column)| column.quantity == Quantity::AngleFromQ);
+        Ok(Self {
+            names: places.map(|(at, _)| names[at].to_owned()),
+            places,
+            count: there.len(),
+            polar: polar.then_some(from_q),
+            first_is_data: there.iter().all(|field| line.value(field).is_some()),
+        })
+    }
+
+    /// The four numbers of a line in SI units.
+    fn row(&self, source: &Source, line: Line) -> Result<[f64; 4], MapError> {
+        let fields = line.fields();
+        if fields.len() != self.count {
+            let found = format!("{} field(s) in `{}`", fields.len(), shortened(line.text));
+            return Err(source.error(line.number, found, format!("{} as in the header", self.count)));
+        }
+        let mut values = [0.0; 4];
+        for (k, value) in values.iter_mut().enumerate() {
+            let (at, scale) = self.places[k];
+            let number = line.value(fields[at]).ok_or_else(|| {
+                let found = format!("{} = `{}`", self.names[k], shortened(fields[at]));
+                source.error(line.number, found, "a finite number".to_owned())
+            })?;
+            *value = number * scale;
+        }
+        Ok(values)
+    }
+}
+
+/// What was found, and the command that would read it.
+fn unknown(source: &Source, line: Line, there: &[&str]) -> MapError {
+    let numbers = there.iter().all(|field| line.value(field).is_some());
+    let what = if numbers { "numbers without a header" } else { "a header" };
+    let found = format!("{what} of {} column(s): `{}`", there.len(), shortened(line.text));
+    let names = COLUMNS
+        .split(',')
+        .map(str::to_owned)
+        .chain(std::iter::repeat_n("-".to_owned(), there.len().saturating_sub(4).min(8)));
+    let names = names.collect::<Vec<_>>().join(",");
+    let needed = format!(
+        "a header with i_d, i_q, psi_d, psi_q (or i, angle_from_d or angle_from_q, psi_d, psi_q) and units, such as {COLUMNS}; \
+         or say what each column is, in its order and with `-` for others: standstill magnetics {} --columns {names}",
+        source.file
+    );
+    source.error(line.number, found, needed)
+}
+
 /// For messages: the beginning of a text that may be a whole binary file.
-fn shortened(text: &str) -> String {
-    if text.chars().count() <= 60 {
+pub(super) fn shortened(text: &str) -> String {
+    if text.chars().take(61).count() <= 60 {
         text.to_owned()
     } else {
         text.chars().take(60).chain("…".chars()).collect()
@@ -76,35 +245,5 @@ fn shortened(text: &str) -> String {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn regress_csv_is_read_in_any_order_and_its_faults_are_named() {
-        let text =
-            "\u{feff}psi_d_Wb, i_d_A,i_q_A,psi_q_Wb\r\n# measured\r\n0.45,-1,2,0.03\r\n\r\n0.5, 1,2,0.04\r\n";
-        let samples = read("m.csv", text.as_bytes()).expect("a map");
-        assert_eq!(samples.points.len(), 2);
-        let first = MapPoint { i_d: -1.0, i_q: 2.0, psi_d: 0.45, psi_q: 0.03, place: Place::Line(3) };
-        assert_eq!(samples.points[0], first);
-        assert_eq!(samples.points[1].place, Place::Line(5));
-        let header = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n";
-        for (text, expected) in [
-            (
-                format!("{header}0,0,NaN,0\n"),
-                "m.csv: line 2: found psi_d_Wb = `NaN`; needed: a finite number",
-            ),
-            (format!("{header}0,0,1\n"), "m.csv: line 2: found 3 field(s) in `0,0,1`; needed: 4"),
-            (format!("{header}0,0,x,0\n"), "psi_d_Wb = `x`"),
-            (header.to_owned(), "no point"),
-            (String::new(), "an empty file; needed: a header"),
-            ("i_d_mA,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned(), "no column `i_d_A` in `i_d_mA,"),
-            ("i_d_A;i_q_A;psi_d_Wb;psi_q_Wb\n".to_owned(), "needed: a header with the columns i_d_A,i_q_A"),
-            ("i_d_A,i_q_A,psi_d_Wb,psi_q_Wb,T_Nm\n".to_owned(), "the column `T_Nm`"),
-            ("i_d_A,i_q_A,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned(), "`i_q_A` twice"),
-        ] {
-            let error = read("m.csv", text.as_bytes()).expect_err("must be refused").to_string();
-            assert!(error.contains(expected), "{error}");
-        }
-    }
-}
+#[path = "csv_tests.rs"]
+mod tests;

@@ -1,5 +1,6 @@
-//! Maps as SyR-e keeps them in MATLAB files: `Id`, `Iq`, `Fd`, `Fq`, either by themselves or in
-//! `motorModel.FluxMap_dq`, with pole pairs and resistance in `motorModel.data`.
+//! Maps in MATLAB files: as SyR-e keeps them (`Id`, `Iq`, `Fd`, `Fq`, either by themselves or in
+//! `motorModel.FluxMap_dq`, with pole pairs and resistance in `motorModel.data`), and as the flux tables of MathWorks'
+//! examples (`FEAdata.current`, `FEAdata.flux`) and of the parameters of its blocks.
 //!
 //! Two formats have the same ending: HDF5 (saved with `-v7.3`) and what came before it.
 
@@ -9,10 +10,44 @@ mod level5;
 use super::arrays::{Array, Rows, listed, points};
 use super::{MapError, MapSamples};
 
-const NAMES: [&str; 4] = ["Id", "Iq", "Fd", "Fq"];
+/// Currents along d and q and fluxes along d and q under the names that a program gives them, and which current changes
+/// from row to row where the currents are axes.
+struct Layout {
+    names: [&'static str; 4],
+    rows: Rows,
+}
 
-/// Where the four arrays may be, the first place that has them wins.
-const PLACES: [&str; 3] = ["", "motorModel.FluxMap_dq.", "FluxMap_dq."];
+const SYRE: [&str; 4] = ["Id", "Iq", "Fd", "Fq"];
+
+/// The first that is there wins.
+const LAYOUTS: [Layout; 8] = [
+    Layout { names: SYRE, rows: Rows::Quadrature },
+    Layout {
+        names: [
+            "motorModel.FluxMap_dq.Id",
+            "motorModel.FluxMap_dq.Iq",
+            "motorModel.FluxMap_dq.Fd",
+            "motorModel.FluxMap_dq.Fq",
+        ],
+        rows: Rows::Quadrature,
+    },
+    Layout {
+        names: ["FluxMap_dq.Id", "FluxMap_dq.Iq", "FluxMap_dq.Fd", "FluxMap_dq.Fq"],
+        rows: Rows::Quadrature,
+    },
+    Layout {
+        names: ["FEAdata.current.d", "FEAdata.current.q", "FEAdata.flux.d", "FEAdata.flux.q"],
+        rows: Rows::Direct,
+    },
+    Layout { names: ["iD", "iQ", "fluxD", "fluxQ"], rows: Rows::Direct },
+    Layout { names: ["iDVec", "iQVec", "fluxD", "fluxQ"], rows: Rows::Direct },
+    Layout { names: ["id_index", "iq_index", "lambda_d", "lambda_q"], rows: Rows::Direct },
+    Layout { names: ["i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"], rows: Rows::Direct },
+];
+
+/// What is read besides.
+const POLE_PAIRS: &str = "motorModel.data.p";
+const RESISTANCE: &str = "motorModel.data.Rs";
 
 /// A MATLAB file of either format.
 trait Variables {
@@ -28,7 +63,9 @@ pub(super) fn read(file: &str, bytes: Vec<u8>) -> Result<MapSamples, MapError> {
     let variables: Box<dyn Variables> = if hdf5::is_one(&bytes) {
         Box::new(hdf5::Hdf5::open(bytes).map_err(|found| error(found, "a MATLAB file of version 7.3"))?)
     } else {
-        Box::new(level5::Level5::open(&bytes).map_err(|found| {
+        let paths = LAYOUTS.iter().flat_map(|layout| layout.names);
+        let tops: Vec<&str> = paths.map(|path| path.split('.').next().unwrap_or_default()).collect();
+        Box::new(level5::Level5::open(&bytes, &tops).map_err(|found| {
             error(found, "a MATLAB file of version 5 to 7.3, as `save` writes with -v6, -v7 or -v7.3")
         })?)
     };
@@ -37,32 +74,27 @@ pub(super) fn read(file: &str, bytes: Vec<u8>) -> Result<MapSamples, MapError> {
             .array(path)
             .map_err(|found| error(format!("`{path}`: {found}"), "a full matrix of real numbers"))
     };
-    for place in PLACES {
+    for Layout { names, rows } in LAYOUTS {
         let mut arrays = Vec::new();
-        for name in NAMES {
-            arrays.extend(array(&format!("{place}{name}"))?);
+        for name in names {
+            arrays.extend(array(name)?);
         }
-        if arrays.is_empty() {
+        // A name that layouts share is none of either.
+        if arrays.is_empty() || (arrays.len() < 4 && names != SYRE) {
             continue;
         }
         let Ok(arrays) = <[Array; 4]>::try_from(arrays) else {
-            let names = NAMES.map(|name| format!("{place}{name}"));
             return Err(error(format!("only some of {}", names.join(", ")), "all four"));
         };
-        let mut samples = points(file, &arrays, Rows::Quadrature)?;
+        let mut samples = points(file, &arrays, rows)?;
         let number = |path: &str| Ok(array(path)?.and_then(|array| array.values.first().copied()));
-        let pole_pairs = number("motorModel.data.p")?;
+        let pole_pairs = number(POLE_PAIRS)?;
         samples.pole_pairs = (1..=200).find(|p| Some(f64::from(*p)) == pole_pairs);
-        samples.resistance = number("motorModel.data.Rs")?.filter(|r| (1e-9..=1e6).contains(r));
+        samples.resistance = number(RESISTANCE)?.filter(|r| (1e-9..=1e6).contains(r));
         return Ok(samples);
     }
     let names = variables.names();
     let found = format!("the variables {}", listed(names.iter()));
-    let needed = "Id, Iq, Fd, Fq, or motorModel.FluxMap_dq with these, as SyR-e saves them";
-    // The names of the other formats.
-    let others = ["i_d_A", "i_q_A", "psi_d_Wb", "psi_q_Wb"];
-    if others.iter().any(|other| names.iter().any(|name| name == other)) {
-        return Err(error(found, &format!("{needed}; {} are for .csv and .npz files", others.join(", "))));
-    }
-    Err(error(found, needed))
+    let layouts = LAYOUTS.iter().map(|layout| layout.names.join(", ")).collect::<Vec<_>>().join("; or ");
+    Err(error(found, &format!("one of these groups: {layouts}")))
 }

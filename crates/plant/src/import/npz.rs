@@ -78,7 +78,7 @@ fn array(name: &str, content: &[u8]) -> Result<Array, Fault> {
     };
     let count = rows.checked_mul(columns).filter(|count| (1..=MOST_POINTS).contains(count));
     let count =
-        count.ok_or_else(|| fault(&format!("{rows} × {columns} numbers"), "1 to 1,000,000 numbers"))?;
+        count.ok_or_else(|| fault(&format!("{rows} × {columns} numbers"), "1 to 1,048,576 numbers"))?;
     let values = numbers(&kind, data, count).ok_or_else(|| {
         fault(&format!("numbers of type `{kind}`"), "real floating-point numbers or integers")
     })?;

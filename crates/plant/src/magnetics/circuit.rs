@@ -214,10 +214,19 @@ impl MagneticCircuit {
     /// # Errors
     /// [`NoConvergence`] where there is no such state, which a convex energy cannot cause.
     pub fn flux_at(&self, current: Dq<f64>, at: Heading) -> Result<Dq<f64>, NoConvergence> {
-        let flux = super::newton(current, self.rest(at), self.core.flux_scale(), |flux| {
-            let state = self.state(flux, at);
-            (self.energy(flux, at), state.current, state.inverse_inductance)
-        })
+        let flux = match &self.core {
+            Core::Map(map) => {
+                let near = map.near(current + self.magnet);
+                super::explicit_newton(current, near, self.core.flux_scale(), |flux| {
+                    let state = self.state(flux, at);
+                    (state.current, state.inverse_inductance)
+                })
+            }
+            core => super::newton(current, self.rest(at), core.flux_scale(), |flux| {
+                let state = self.state(flux, at);
+                (self.energy(flux, at), state.current, state.inverse_inductance)
+            }),
+        }
         // Within a map the energy is convex: what was not found is beyond.
         .map_err(|error| NoConvergence { beyond: self.range(), ..error })?;
         match &self.core {

@@ -33,7 +33,7 @@ impl Variables for Hdf5 {
         };
         let count = rows.checked_mul(columns).filter(|count| (1..=MOST_POINTS as u64).contains(count));
         let Some(count) = count else {
-            return Err(format!("{rows} × {columns} numbers, 1 to 1,000,000 are possible"));
+            return Err(format!("{rows} × {columns} numbers, 1 to 1,048,576 are possible"));
         };
         let values = dataset.read_f64().map_err(|error| error.to_string())?;
         let size = |n: u64| usize::try_from(n).unwrap_or(usize::MAX);

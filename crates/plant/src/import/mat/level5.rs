@@ -19,15 +19,23 @@ const STRUCTURE: u8 = 2;
 const DOUBLE: u8 = 6;
 const LAST_NUMERIC: u8 = 15;
 
-/// A variable may unpack to this many bytes: SyR-e keeps whole motor models with their geometry in one.
+/// All variables that are read may unpack to this many bytes together: SyR-e keeps whole motor models with their geometry
+/// in one.
 const MOST_BYTES: u64 = 1 << 28;
+
+/// And what tells a variable's name to this many.
+const HEAD: u64 = 4096;
+
+/// Names that are kept for messages.
+const MOST_NAMES: usize = 40;
 
 /// Structures within structures that are followed.
 const DEEPEST: usize = 4;
 
 pub(super) struct Level5 {
-    /// The top-level matrices, unpacked, each without its tag.
+    /// The top-level matrices that are asked for, unpacked, each without its tag.
     matrices: Vec<Vec<u8>>,
+    names: Vec<String>,
     big: bool,
 }
 
@@ -67,9 +75,20 @@ impl<'a> Reader<'a> {
         Some((first, data))
     }
 
+    /// Type and the beginning of the data of an element that may go on.
+    fn head(mut self) -> Option<(u32, &'a [u8])> {
+        let kind = self.word()?;
+        self.word()?;
+        Some((kind, self.bytes))
+    }
+
     /// Numbers of an element of one of the numeric types.
     fn numbers(&self, kind: u32, data: &[u8]) -> Option<Vec<f64>> {
         let big = self.big;
+        // As numbers of eight bytes, bytes take eight times their room.
+        if data.len() > 8 * MOST_POINTS {
+            return None;
+        }
         Some(match kind {
             1 => each(data, big, |bytes| f64::from(i8::from_le_bytes(bytes))),
             2 => each(data, big, |bytes| f64::from(u8::from_le_bytes(bytes))),
@@ -84,6 +103,14 @@ impl<'a> Reader<'a> {
             _ => return None,
         })
     }
+}
+
+/// At most so many bytes of what is packed here.
+fn unpacked(data: &[u8], most: u64) -> Result<Vec<u8>, String> {
+    let mut content = Vec::new();
+    let read = flate2::read::ZlibDecoder::new(data).take(most).read_to_end(&mut content);
+    read.map_err(|error| format!("a compressed variable that cannot be unpacked: {error}"))?;
+    Ok(content)
 }
 
 /// Flags, dimensions and name of a matrix; what follows is in `rest`.
@@ -148,7 +175,7 @@ impl<'a> Matrix<'a> {
             return Err(format!("{} dimensions", self.dimensions.len()));
         };
         if !(1.0..=MOST_POINTS as f64).contains(&(rows * columns)) {
-            return Err(format!("{rows} × {columns} numbers, 1 to 1,000,000 are possible"));
+            return Err(format!("{rows} × {columns} numbers, 1 to 1,048,576 are possible"));
         }
         let cut = || "less data than its size asks for".to_owned();
         let (kind, data) = self.rest.element().ok_or_else(cut)?;
@@ -182,7 +209,8 @@ fn is_level_4(bytes: &[u8]) -> bool {
 }
 
 impl Level5 {
-    pub(super) fn open(bytes: &[u8]) -> Result<Self, String> {
+    /// Of all variables, those of these names are unpacked, and of others no more than their names.
+    pub(super) fn open(bytes: &[u8], wanted: &[&str]) -> Result<Self, String> {
         let big = match bytes.get(124..128) {
             Some([0, 1, b'I', b'M']) => false,
             Some([1, 0, b'M', b'I']) => true,
@@ -190,26 +218,43 @@ impl Level5 {
             _ => return Err("no MATLAB header".to_owned()),
         };
         let mut reader = Reader { bytes: &bytes[128..], big };
-        let mut matrices = Vec::new();
+        let mut file = Self { matrices: Vec::new(), names: Vec::new(), big };
+        let mut room = MOST_BYTES;
         while !reader.bytes.is_empty() {
             let (kind, data) = reader.element().ok_or("a file that ends within a variable")?;
-            match kind {
-                MATRIX => matrices.push(data.to_vec()),
+            let matrix = match kind {
+                MATRIX if file.is_wanted(data, wanted) => data.to_vec(),
                 COMPRESSED => {
-                    let mut content = Vec::new();
-                    let unpacked =
-                        flate2::read::ZlibDecoder::new(data).take(MOST_BYTES).read_to_end(&mut content);
-                    unpacked
-                        .map_err(|error| format!("a compressed variable that cannot be unpacked: {error}"))?;
-                    let inner = Reader { bytes: &content, big }.element();
-                    if let Some((MATRIX, data)) = inner {
-                        matrices.push(data.to_vec());
+                    let head = unpacked(data, HEAD)?;
+                    let Some((MATRIX, begin)) = (Reader { bytes: &head, big }).head() else { continue };
+                    if !file.is_wanted(begin, wanted) {
+                        continue;
                     }
+                    let content = unpacked(data, room + 1)?;
+                    if content.len() as u64 > room {
+                        let most = MOST_BYTES >> 20;
+                        return Err(format!("variables that unpack to more than {most} MiB"));
+                    }
+                    let Some((MATRIX, data)) = (Reader { bytes: &content, big }).element() else { continue };
+                    data.to_vec()
                 }
-                _ => {}
-            }
+                _ => continue,
+            };
+            let size = matrix.len() as u64;
+            room = room.checked_sub(size).ok_or("variables of more than 256 MiB")?;
+            file.matrices.push(matrix);
         }
-        Ok(Self { matrices, big })
+        Ok(file)
+    }
+
+    /// Whether a matrix, of which this is the beginning, is asked for; its name is kept.
+    fn is_wanted(&mut self, data: &[u8], wanted: &[&str]) -> bool {
+        let Some(matrix) = Matrix::open(Reader { bytes: data, big: self.big }) else { return false };
+        let known = wanted.contains(&matrix.name.as_str());
+        if self.names.len() < MOST_NAMES {
+            self.names.push(matrix.name);
+        }
+        known
     }
 
     fn top(&self) -> impl Iterator<Item = Matrix<'_>> {
@@ -230,6 +275,6 @@ impl Variables for Level5 {
     }
 
     fn names(&self) -> Vec<String> {
-        self.top().map(|matrix| matrix.name).collect()
+        self.names.clone()
     }
 }

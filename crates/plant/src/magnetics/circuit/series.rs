@@ -82,8 +82,9 @@ impl Magnetics for Series {
         self.core.kinks()
     }
 
-    fn start(&self) -> Dq<f64> {
-        self.core.start()
+    fn near(&self, current: Dq<f64>) -> Dq<f64> {
+        let winding = current - self.magnet;
+        self.core.near(current) + Dq::new(self.inductance.d * winding.d, self.inductance.q * winding.q)
     }
 
     fn flux_scale(&self) -> f64 {

@@ -1,0 +1,65 @@
+//! What is simulated is convex, also where the data are not.
+
+use super::*;
+
+/// A map of a motor that saturates hard: twice the rated current.
+fn saturated() -> MapSamples {
+    let motor = built_in("pm-reluctance").expect("built in");
+    let grid = axis(2.0 * motor.rated_current, 21);
+    sampled(motor.magnetics.core(), &grid, &grid)
+}
+
+#[test]
+fn law_where_the_nearest_energy_is_not_convex_the_nearest_convex_one_is_simulated() {
+    let mut samples = saturated();
+    let (_, exact) = FluxMap::new(&samples).expect("a map");
+    assert_eq!(exact.convexity, None);
+    // A bump of the co-energy in one place, wider than a point, so that it is no noise: its inductances at the top are
+    // −2 × 0.08/6 H, more than the motor's L_d of 17 mH.
+    let largest = exact.largest_flux;
+    for p in &mut samples.points {
+        let off = ((p.i_d + 10.0).powi(2) + (p.i_q - 10.0).powi(2)) / 6.0;
+        let bump = -0.08 * 2.0 / 6.0 * (-off).exp();
+        p.psi_d += bump * (p.i_d + 10.0);
+        p.psi_q += bump * (p.i_q - 10.0);
+    }
+    let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{error}"));
+    let away = report.convexity.expect("it is not convex");
+    assert!(away > 1e-5 * largest && away < 0.01 * largest, "{away} {largest}");
+    for d in axis(17.0, 35) {
+        for q in axis(17.0, 35) {
+            let flux = map.flux_at(Dq::new(d, q)).expect("inside");
+            let (_, gamma) = map.current_and_inverse_inductance(flux);
+            assert!(gamma.is_positive_definite(), "{d} {q}");
+        }
+    }
+    // Far from the dip nothing changes.
+    let (own, _) = FluxMap::new(&saturated()).expect("a map");
+    let flux = own.flux_at(Dq::new(9.0, -9.0)).expect("inside");
+    assert!((map.current(flux) - Dq::new(9.0, -9.0)).norm() < 0.05);
+}
+
+#[test]
+fn law_noisy_maps_of_every_motor_are_read() {
+    for name in ["paper-5k5", "pm-reluctance", "reluctance-6k7", "cross-saturation"] {
+        let motor = built_in(name).expect("built in");
+        let grid = axis(3.0 * motor.rated_current, 25);
+        let exact = sampled(motor.magnetics.core(), &grid, &grid);
+        for (share, seed) in [(1e-3, 1), (2e-3, 2)] {
+            let mut samples = exact.clone();
+            add_noise(&mut samples, share, seed);
+            let (map, report) =
+                FluxMap::new(&samples).unwrap_or_else(|error| panic!("{name} {share}: {error}"));
+            assert!(
+                (report.noise / (share * report.largest_flux) - 1.0).abs() < 0.15,
+                "{name} {share} {}",
+                report.noise
+            );
+            let corner = Dq::new(grid[0], grid[24]);
+            assert!(
+                (map.current(map.flux_at(corner).expect("inside")) - corner).norm() < 1e-9,
+                "{name} {share}"
+            );
+        }
+    }
+}
