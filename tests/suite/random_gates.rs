@@ -59,6 +59,9 @@ fn play(
     rng: &mut impl Rng,
 ) -> Run<f64> {
     let mut case = exact_case(motor, inverter, rng.random_range(0.0..360.0));
+    // Motors of 12 V do not run on 550 V.
+    let flux = motor.winding.mean_inductance * motor.rated_current;
+    case.inverter.link.voltage = case.inverter.link.voltage.min(5e4 * flux);
     case.rotor = match rng.random_range(0..3) {
         0 => RotorState::Free,
         1 => RotorState::Locked,
@@ -85,11 +88,15 @@ fn law_energy_is_conserved_over_random_gate_sequences() {
         assert!(matches!(run.ended, Ended::Outcome(_)), "{sequence}: {:?} {commands:?}", run.ended);
         let ledger = run.ledger.expect("asked for");
         // A sequence in which next to nothing flowed has nothing to be relative to.
-        let scale = ledger.copper_loss + ledger.device_loss + ledger.field_change.abs() + 1e-3;
+        let scale = ledger.copper_loss
+            + ledger.device_loss
+            + ledger.field_change.abs()
+            + ledger.link_change.abs()
+            + 1e-3;
         let relative = ledger.imbalance() / scale;
         let mechanical = ledger.mechanical_imbalance() / scale;
         assert!(
-            relative.abs() < 2e-9 && mechanical.abs() < 2e-9,
+            relative.abs() < 5e-9 && mechanical.abs() < 5e-9,
             "{sequence}, {}: {relative:e}\n{ledger:?}\n{inverter:?}\n{commands:?}",
             motor.name
         );
@@ -118,8 +125,8 @@ fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
             let mut motor = motor.clone();
             motor.rotor.cogging = None;
             let run = play(&motor, inverter, commands, 0.0, &mut rng);
-            // What rounding leaves of the current at rest, some 1e-15 A, turns a free rotor by some 1e-19 rad.
-            assert!(run.peak_current < 1e-13 && run.moved < 1e-15, "{run:?}");
+            // What rounding leaves of the current at rest turns a free rotor by next to nothing.
+            assert!(run.peak_current < 1e-13 * motor.rated_current && run.moved < 1e-15, "{run:?}");
         }
     }
 }

@@ -67,12 +67,12 @@ fn signature(motor: &Motor, current: f64) -> (Signature, f64) {
     (signature, difference)
 }
 
-/// The usual numerical tolerance, or a ten-millionth of the flux that rated current makes where that is less: there are
+/// The usual numerical tolerance, or a hundred-millionth of the flux that rated current makes where that is less: there are
 /// motors of microwebers.
 pub(crate) fn tolerance(motor: &Motor) -> Tolerance {
     let winding = &motor.winding;
     let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
-    Tolerance { flux: Tolerance::default().flux.min(1e-7 * inductance * motor.rated_current) }
+    Tolerance { flux: Tolerance::default().flux.min(1e-8 * inductance * motor.rated_current) }
 }
 
 /// The pulse across a line after which the rated current flows in it, in that direction of the rotor where it is reached

@@ -16,6 +16,7 @@ use std::marker::PhantomData;
 use standstill_interface::{Abc, Command, Detector, Leg, Reading, Real, Stage, Step};
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
+use standstill_plant::Magnetics;
 
 use self::bank::{Bank, Served};
 use crate::case::{Case, Ended, Run, RunError};
@@ -86,9 +87,15 @@ fn has_filters(case: &Case) -> bool {
     settings.bandwidth.is_some() || settings.dc_link.bandwidth.is_some()
 }
 
+/// Whether the core of a case has kinks where its fluxes are zero.
+fn has_kinks(case: &Case) -> bool {
+    case.motor.magnetics.core().kinks() != [false; 2]
+}
+
 /// Whether a case fits into a bank.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter.link, can_move(case.rotor))
+        && bank.bounds.sides.is_some() == has_kinks(case)
         && (bank.follow || !has_filters(case))
 }
 

@@ -107,7 +107,7 @@ pub enum Width {
     One,
     /// 256-bit registers (AVX2).
     Avx2,
-    /// 512-bit registers (AVX-512 F and DQ).
+    /// 512-bit registers (AVX-512 F, DQ, VL and BW).
     Avx512,
 }
 
@@ -116,10 +116,16 @@ impl Width {
     pub fn widest() -> Self {
         #[cfg(target_arch = "x86_64")]
         {
-            if is_x86_feature_detected!("avx512f") && is_x86_feature_detected!("avx512dq") {
+            // Each that `x86` asks a compiler for.
+            if is_x86_feature_detected!("avx512f")
+                && is_x86_feature_detected!("avx512dq")
+                && is_x86_feature_detected!("avx512vl")
+                && is_x86_feature_detected!("avx512bw")
+                && is_x86_feature_detected!("bmi2")
+            {
                 return Self::Avx512;
             }
-            if is_x86_feature_detected!("avx2") {
+            if is_x86_feature_detected!("avx2") && is_x86_feature_detected!("bmi2") {
                 return Self::Avx2;
             }
         }

@@ -19,30 +19,40 @@ struct Line {
     plan: LegPlan,
     /// Requests of commands that are over, whose edges are still to come.
     left: VecDeque<(Nanos, Gate)>,
+    /// The next request that is no repetition, as far as it was looked at.
+    ahead: Option<(Nanos, Gate)>,
     /// What its driver was told last, and what it was told last before the command.
     requested: Gate,
     before: Gate,
 }
 
 impl Line {
+    /// The next request that is no repetition.
+    fn peek(&mut self) -> Option<(Nanos, Gate)> {
+        while self.ahead.is_none() {
+            let request = self.left.pop_front().or_else(|| self.plan.take())?;
+            self.ahead = Some(request).filter(|(_, gate)| *gate != self.requested);
+        }
+        self.ahead
+    }
+
     /// The next request that is no repetition: when it switches off, when on, and what, in ns.
     fn next(&mut self) -> Option<(f64, f64, Gate)> {
-        loop {
-            let (at, gate) = match self.left.pop_front() {
-                Some(request) => request,
-                None => self.plan.take()?,
-            };
-            if gate != self.requested {
-                self.requested = gate;
-                let off = at + self.timing.turn_off_delay;
-                // The other switch is off by then even where delays are unequal: no shoot-through.
-                let on = match gate {
-                    Gate::Off => off,
-                    _ => (at + self.timing.dead_time + self.timing.turn_on_delay).max(off),
-                };
-                return Some((off.0 as f64, on.0 as f64, gate));
-            }
+        let (at, gate) = self.peek()?;
+        self.ahead = None;
+        self.requested = gate;
+        let off = at + self.timing.turn_off_delay;
+        // The other switch is off by then even where delays are unequal: no shoot-through.
+        let on = (at + self.timing.dead_time + self.timing.turn_on_delay).max(off);
+        if gate == Gate::Off || self.loses(on.0 as f64) {
+            return Some((off.0 as f64, off.0 as f64, Gate::Off));
         }
+        Some((off.0 as f64, on.0 as f64, gate))
+    }
+
+    /// Whether the next request switches off before a gate would come on at a time in ns: such a pulse is lost.
+    fn loses(&mut self, on: f64) -> bool {
+        self.peek().is_some_and(|(at, _)| (at + self.timing.turn_off_delay).0 as f64 <= on)
     }
 }
 
@@ -60,6 +70,7 @@ impl Lines {
             timing,
             plan: LegPlan::NONE,
             left: VecDeque::new(),
+            ahead: None,
             requested: Gate::Off,
             before: Gate::Off,
         };
@@ -84,11 +95,15 @@ impl Lines {
             while let Some(request) = line.plan.take() {
                 line.left.push_back(request);
             }
-            line.before = line.left.back().map_or(line.requested, |(_, gate)| *gate);
+            let last = line.left.back().or(line.ahead.as_ref());
+            line.before = last.map_or(line.requested, |(_, gate)| *gate);
             let tasks = [Task::new(a[k], carrier), Task::new(b[k], carrier)];
             line.plan = LegPlan::new(tasks, start, ends, carrier);
-            if legs.gates[k].waits(lane) {
-                legs.gates[k].expect(lane, line.next());
+            let gates = &mut legs.gates[k];
+            match gates.comes_on(lane) {
+                None if gates.waits(lane) => gates.expect(lane, line.next()),
+                Some(on) if line.loses(on) => gates.lose(lane),
+                None | Some(_) => {}
             }
         }
     }

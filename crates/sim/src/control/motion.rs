@@ -102,9 +102,12 @@ impl<'a> Control<'a> {
         if stopped {
             self.impact_loss += self.kinetic_energy(bank);
             let [lower, upper] = self.stops();
-            let turned = &mut bank.here.state.turned.get(lane);
-            let ahead = upper - *turned < *turned - lower;
-            (contact, *turned) = if ahead { (Contact::Upper, upper) } else { (Contact::Lower, lower) };
+            let turned = bank.here.state.turned.get(lane);
+            let ahead = upper - turned < turned - lower;
+            let stop;
+            (contact, stop) = if ahead { (Contact::Upper, upper) } else { (Contact::Lower, lower) };
+            bank.here.state.turned.put(lane, stop);
+            bank.look(lane);
         }
         if stopped || matches!(self.motion, Motion::Forward | Motion::Backward) {
             bank.here.state.speed.put(lane, 0.0);

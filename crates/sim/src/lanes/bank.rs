@@ -193,7 +193,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         }
         let slack = self.bounds.slack.each_ref().map(one);
         if self.machine.rotors.is_some() {
-            let torque = tried.torque_margin(&self.bounds);
+            let torque = tried.torque_margin(&self.machine, &self.bounds);
             let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
             ends(&mut first, MOTION, Cubic { value, slope }, slack[MOTION]);
             let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
@@ -224,7 +224,10 @@ impl<'a, V: Wide> Bank<'a, V> {
                 if value[1] < -slack[FLUX + axis] {
                     let side = one(&sides[axis][0]);
                     let slope = rise.map(|rise| side * rise[axis]);
-                    let cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
+                    let mut cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
+                    if self.machine.rotors.is_some() {
+                        cubic = straight(value[0], value[1]);
+                    }
                     ends(&mut first, FLUX + axis, cubic, slack[FLUX + axis]);
                 }
             }
@@ -259,7 +262,7 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let edge = bank.machine.legs.next_edge(here.time);
         let stop = bank.stop.least(edge);
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
-        let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time);
+        let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time).greatest(here.time);
         let tried = if V::LANES == 1 && bank.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         } else {
@@ -272,6 +275,8 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let ends = (zero.above(tried.least) & !cutting) | (zero.above(tried.deep) & cutting);
         let crossed = may & ends;
         let accepted = may & !crossed;
+        // A cut that is not exact is none: shorter steps find their own.
+        bank.cutting &= !(live & !exact & !unfit).bits();
         let length = until - here.time;
         bank.refused = V::only(live & !accepted & !unfit, bank.refused + 1.0);
         let hopeless = bank.refused.above(V::of(MOST_REFUSED));
@@ -320,6 +325,7 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
             bank.tried.phases = tried.phases;
             bank.tried.phase_rise = tried.phase_rise;
             bank.tried.margins = tried.margins;
+            bank.tried.torque = tried.torque;
             bank.tried.torque_rise = tried.torque_rise;
             bank.tried.acceleration = tried.acceleration;
             bank.tried.change = tried.change;

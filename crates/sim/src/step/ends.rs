@@ -31,7 +31,7 @@ impl<V: Wide> Tried<V> {
             least = least.least(self.dips());
         }
         if machine.rotors.is_some() {
-            let motion = self.margins[1][MOTION].least(self.torque_margin(bounds).dip());
+            let motion = self.margins[1][MOTION].least(self.torque_margin(machine, bounds).dip());
             least = least.least(motion + bounds.slack[MOTION]);
             least = least.least(self.margins[1][STOP] + bounds.slack[STOP]);
         }
@@ -81,12 +81,15 @@ impl<V: Wide> Tried<V> {
 
     /// The margin of the rotor's motion over the step, as far as it follows from the torque.
     #[inline(always)]
-    pub fn torque_margin(&self, bounds: &Bounds<V>) -> Cubic<V> {
+    pub fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
-        // Of the magnitude it is the falling side that ends anything: that of the larger end.
         let value = [self.margins[0][MOTION], self.margins[1][MOTION]];
-        let rises = self.torque_rise[1] + self.torque_rise[0];
-        let sign = V::choose(rises.above(V::of(0.0)), V::of(1.0), V::of(-1.0));
+        // The magnitude's slope has the sign of the torque beside the load, where that is larger.
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let load = machine.rotors.as_ref().map_or(zero, |rotors| rotors.load);
+        let [begin, end] = [self.torque[0] - load, self.torque[1] - load];
+        let larger = V::choose(begin.abs().above(end.abs()), begin, end);
+        let sign = V::choose(larger.above(zero), one, -one);
         let slope = |end: usize| {
             by_torque * self.torque_rise[end]
                 + by_size * sign * self.torque_rise[end]

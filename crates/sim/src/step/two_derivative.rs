@@ -52,7 +52,9 @@ pub struct Tried<V: Wide> {
     pub margins: [Margins<V>; 2],
     /// How fast the phase currents rise, in A a step, at both ends.
     pub phase_rise: [[V; 3]; 2],
-    /// How fast the torque rises, in N·m a step, at both ends.
+    /// The torque in N·m at both ends, and how fast it rises, in N·m a step.
+    pub torque: [V; 2],
+    /// See `torque`.
     pub torque_rise: [V; 2],
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
     pub error: V,
@@ -247,7 +249,9 @@ impl<V: Wide> Tried<V> {
         }
         let state = State { flux, turned, speed, link, lagging };
         let end = Here { time: until, state, at, source };
-        let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], missing)
+        // The current at the end is that of where the core was evaluated and a linear step from there.
+        let off = flux - looked_up_flux;
+        let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off)
             + angle_error * 0.1 * accuracy.per_angle
             + relaxing_error * accuracy.per_flux
             + link_error.abs() * 3e-7 * accuracy.per_flux;
@@ -284,6 +288,7 @@ impl<V: Wide> Tried<V> {
                 machine.legs.phases(change.current * h),
                 machine.legs.phases(end_change.current * h),
             ],
+            torque: [here.at.torque, end.at.torque],
             torque_rise: [ends.torque_rise[0] * h, ends.torque_rise[1] * h],
             end,
             change: ends.change,
@@ -400,7 +405,7 @@ fn error<V: Wide>(
     begin: &Here<V>,
     end: &Here<V>,
     [change, end_change]: [&Change<V>; 2],
-    missing: Plane<V>,
+    off: Plane<V>,
 ) -> V {
     // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
     let first = end.at.current - begin.at.current - change.current * h;
@@ -411,7 +416,7 @@ fn error<V: Wide>(
     let fourth = third * third / (second + third + 1e-30);
     let loop_resistance = resistance.xx + resistance.yy;
     let quadrature = loop_resistance * h * fourth * 0.2;
-    let nonlinear = missing.dot(missing) * accuracy.per_flux_scale;
+    let nonlinear = off.dot(off) * accuracy.per_flux_scale * 4.0;
     // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
     let between = accuracy.between * fourth * (accuracy.flux_scale * 0.1);
     (quadrature + nonlinear + between) * accuracy.per_flux

@@ -170,6 +170,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
         let mut drivers = timings.map(|timing| Driver { timing, ..Driver::default() });
         let mut requested = [Gate::Off; 3];
         let mut now = Nanos(dice.below(1000));
+        let mut known = [0.0; 3];
         for _ in 0..12 {
             let then = (dice.below(2) == 0).then(|| dice.stage());
             let command = Command { stage: dice.stage(), then, sampling: Sampling::NONE };
@@ -179,6 +180,9 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
             }
             lines.begin(&mut legs, 0, &command, start, CARRIER);
             assert_eq!(lines.told(start), requested, "case {case}");
+            known = std::array::from_fn(|leg| {
+                legs.gates[leg].next_edge(start.0 as f64, false, false).min(known[leg])
+            });
             let requests: [_; 3] = std::array::from_fn(|leg| all_requests(&command, leg, start));
             let mut given = [0; 3];
             while now < end {
@@ -193,11 +197,16 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                     }
                     let before = drivers[leg].gate;
                     drivers[leg].advance(now);
-                    edges += u32::from(drivers[leg].gate != before);
+                    if drivers[leg].gate != before {
+                        edges += 1;
+                        // No step goes on beyond an edge: it was known.
+                        assert!(now == start || known[leg] <= time, "case {case} at {now:?}: {}", known[leg]);
+                    }
                     while legs.gates[leg].is_past(0, time, 0.0) {
                         lines.carry_out(&mut legs, 0, leg);
                     }
                     assert_eq!(legs.gates[leg].of(0, time), drivers[leg].gate, "case {case} at {now:?}");
+                    known[leg] = legs.gates[leg].next_edge(time, false, false);
                 }
                 now = (0..3)
                     .flat_map(|leg| {
