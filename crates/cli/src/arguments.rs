@@ -116,7 +116,7 @@ pub struct Trace {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Repeat the run at a tolerance a thousand times tighter and print the numerical error
+    /// Repeat the run by another method, a thousand times tighter, and print the numerical error
     #[arg(long)]
     pub verify: bool,
 }
