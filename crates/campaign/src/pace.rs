@@ -50,14 +50,15 @@ mod tests {
     #[test]
     fn law_blocks_grow_while_they_are_short_and_shrink_at_once() {
         let mut pace = Pace::new(2);
-        assert_eq!(pace.size(), 16);
+        let least = 2 * MOST_LANES as u64;
+        assert_eq!(pace.size(), least);
         for _ in 0..20 {
             pace = pace.next(Duration::from_micros(10));
         }
         assert_eq!(pace.size(), MOST);
-        // A slower point: a hundred times as long as it should be.
-        assert_eq!(pace.next(Duration::from_secs(15)).size(), 20);
-        assert_eq!(pace.next(Duration::from_secs(60)).size(), 16);
-        assert_eq!(Pace::new(64).next(Duration::from_secs(9)).size(), 512);
+        // A slower point: twenty times as long as it should be, then four hundred times.
+        assert_eq!(pace.next(Duration::from_secs(3)).size(), 102);
+        assert_eq!(pace.next(Duration::from_secs(60)).size(), least);
+        assert_eq!(Pace::new(64).next(Duration::from_secs(9)).size(), 64 * MOST_LANES as u64);
     }
 }

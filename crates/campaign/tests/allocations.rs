@@ -6,13 +6,14 @@ use standstill_detect::MethodName;
 use standstill_plant::{built_in, built_in_names};
 use standstill_sim::RotorState;
 
-/// Most that two lists grow: from the readings of one command to those of the one with the most.
+/// The lane of a trial that runs alone, and most that two lists grow: from the readings of one command to those of the one
+/// with the most.
 const MOST: u64 = 8;
 
-/// Neither drawing a case nor making a detector takes memory from the allocator, and a run takes it only for the lists of
-/// a command's readings: what was read, and what the detector sees of it.
+/// Neither drawing a case nor making a detector takes memory from the allocator, and a run takes it only for its lane and
+/// for the lists of a command's readings: what was read, and what the detector sees of it.
 #[test]
-fn law_a_trial_allocates_nothing_but_the_list_of_its_readings() {
+fn law_a_trial_allocates_nothing_but_its_lane_and_the_lists_of_its_readings() {
     for name in built_in_names() {
         for method in MethodName::ALL {
             // Seconds of PWM, and like the others.

@@ -88,7 +88,7 @@ impl Files {
     /// The content of a file.
     ///
     /// # Errors
-    /// Those of the operating system and of [`Files::sealed`], and what is no file or too large a one: see [`read_at_most`].
+    /// Those of the operating system and of [`Files::sealed`]; a folder, a device or a pipe; and a file of more than 128 MiB.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         let path = absolute(path)?;
         // A thread that panicked has either put a whole file in or none.

@@ -70,19 +70,21 @@ mod tests {
 
     use super::*;
 
+    /// A file with what its comments give keys and tables, beside the prose.
+    fn with_comments(text: &str) -> String {
+        let is_key = |word: &str| word.chars().all(|c| c.is_ascii_alphanumeric() || "_.\"-".contains(c));
+        let given = |line: &str| {
+            line.split_once(" = ").is_some_and(|(word, _)| is_key(word))
+                || (line.starts_with('[') && line.ends_with(']'))
+        };
+        let lines =
+            text.lines().map(|line| line.strip_prefix("# ").filter(|rest| given(rest)).unwrap_or(line));
+        lines.collect::<Vec<_>>().join("\n")
+    }
+
     /// The example with all that is commented out, but for the motor in place of the one that it names.
     fn everything() -> String {
-        let text = SCENARIO.split("# A motor that differs").next().unwrap_or_default();
-        let key = |line: &str| {
-            let word = line.split([' ', '=']).next().unwrap_or_default();
-            let key = !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase() || "_.\"-".contains(c));
-            (key && line.contains(" = ")) || (line.starts_with('[') && line.ends_with(']'))
-        };
-        let lines = text.lines().map(|line| match line.strip_prefix("# ") {
-            Some(rest) if key(rest) => rest,
-            _ => line,
-        });
-        lines.collect::<Vec<_>>().join("\n")
+        with_comments(SCENARIO.split("# A motor that differs").next().unwrap_or_default())
     }
 
     #[test]
@@ -95,9 +97,7 @@ mod tests {
         };
         assert!(motor(MOTOR).saturation_is_known());
         let (head, tail) = MOTOR.split_once("\n[nameplate]").expect("the table");
-        let given = |line: &str| line.contains(" = ") || line.starts_with('[');
-        let all = tail.lines().map(|line| line.strip_prefix("# ").filter(|rest| given(rest)).unwrap_or(line));
-        let all = format!("{head}\n[nameplate]{}", all.collect::<Vec<_>>().join("\n"));
+        let all = format!("{head}\n[nameplate]{}", with_comments(tail));
         let everything = motor(&all);
         assert_eq!((everything.rotor.inertia, everything.rotor.friction.stiction), (4e-4, 0.04));
         // With the keys of the schema, and no other.

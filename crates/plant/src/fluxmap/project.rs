@@ -120,7 +120,7 @@ impl<'a> Fit<'a> {
         let plain = product(&[(1.0, &slopes_d, &values_q), (1.0, &values_d, &slopes_q)]);
         let (grams_d, grams_q) =
             ([0, 1, 2, 3].map(|k| d.basis.gram(k)), [0, 1, 2, 3].map(|k| q.basis.gram(k)));
-        let weight = |k: i32| power_of(d.half * d.half, k) * power_of(q.half * q.half, 3 - k);
+        let weight = |k: usize| power_of(d.half * d.half, k) * power_of(q.half * q.half, 3 - k);
         let penalty = product(&[
             (weight(0), &grams_d[0], &grams_q[3]),
             (3.0 * weight(1), &grams_d[1], &grams_q[2]),
@@ -226,7 +226,7 @@ fn decades(power: f64) -> f64 {
 }
 
 /// A whole power.
-fn power_of(x: f64, exponent: i32) -> f64 {
+fn power_of(x: f64, exponent: usize) -> f64 {
     (0..exponent).map(|_| x).product()
 }
 
@@ -241,7 +241,7 @@ pub(super) struct Scaled {
 impl Axis {
     fn scaled(&self, sites: &[f64]) -> [DMatrix<f64>; 3] {
         let places = spread(sites, 2 * self.basis.count() + 1);
-        [0, 1, 2].map(|order| self.basis.matrix(&places, order) * power_of(self.half, i32::from(order as u8)))
+        [0, 1, 2].map(|order| self.basis.matrix(&places, order) * power_of(self.half, order))
     }
 }
 

@@ -1,3 +1,5 @@
+use std::fmt::Write as _;
+
 use super::*;
 
 fn read_plain(text: &str) -> Result<MapSamples, MapError> {
@@ -56,7 +58,7 @@ fn cross_other_peoples_headers_separators_and_units_are_read() {
             for q in -2..=2 {
                 let (d, q) = (f64::from(d), f64::from(q));
                 let [psi_d, psi_q] = psi(d, q);
-                text += &format!("{}\n", line([d, q, psi_d, psi_q]));
+                let _ = writeln!(text, "{}", line([d, q, psi_d, psi_q]));
             }
         }
         text
@@ -91,8 +93,8 @@ fn cross_wide_tables_are_read_either_way_round() {
         let join = |values: Vec<String>| values.join(";");
         let mut text = format!("{corner};{}\n", join(columns.iter().map(ToString::to_string).collect()));
         for line in lines {
-            text +=
-                &format!("{line};{}\n", join(columns.iter().map(|c| value(*line, *c).to_string()).collect()));
+            let values = join(columns.iter().map(|c| value(*line, *c).to_string()).collect());
+            let _ = writeln!(text, "{line};{values}");
         }
         text
     };
@@ -136,7 +138,7 @@ fn cross_polar_maps_become_rectangles() {
                 } else {
                     format!("{x},{y},{i},{angle}")
                 };
-                text += &format!("{line}\n");
+                let _ = writeln!(text, "{line}");
             }
         }
         let samples = read_plain(&text).unwrap_or_else(|error| panic!("{error}"));
