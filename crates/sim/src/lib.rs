@@ -6,7 +6,8 @@
 //!
 //! Time is cut at every instant: gate edges and ADC triggers at whole nanoseconds, changes of conduction and of
 //! the rotor's motion wherever they fall. Between two neighbouring instants the flow is smooth and steps with two
-//! derivatives carry it, of one machine ([`run`]) or of several side by side ([`run_side_by_side`]). A run is a pure function of its [`Case`]: nothing reads a clock,
+//! derivatives carry it, of one machine ([`run`]) or of several side by side ([`run_side_by_side`]). A run is a pure
+//! function of its [`Case`]: nothing reads a clock,
 //! and every random draw belongs to a purpose and has a number there ([`Streams`]).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 #![allow(
