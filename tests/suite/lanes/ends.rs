@@ -29,7 +29,7 @@ impl Detector<f64> for Upset {
 }
 
 /// Runs these side by side and alone.
-fn both<'a>(cases: &[(Case<'a>, Upset)]) -> Vec<(Run<f64>, Run<f64>)> {
+fn both(cases: &[(Case<'_>, Upset)]) -> Vec<(Run<f64>, Run<f64>)> {
     let mut runs = vec![None; cases.len()];
     run_side_by_side(cases.iter().cloned(), |number, run| {
         assert!(runs[number].replace(run).is_none(), "case {number} ends once");

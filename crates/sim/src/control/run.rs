@@ -250,10 +250,11 @@ impl<'a> Control<'a> {
                 return Want::Command;
             }
             self.carry_out_requests(bank, time);
-            if bank.machine.legs.idle_lanes() >> lane & 1 == 1 && self.found < time {
-                if let Err(error) = self.begin_to_conduct(bank) {
-                    return Want::Over(error);
-                }
+            if bank.machine.legs.idle_lanes() >> lane & 1 == 1
+                && self.found < time
+                && let Err(error) = self.begin_to_conduct(bank)
+            {
+                return Want::Over(error);
             }
             self.show_change(bank);
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);

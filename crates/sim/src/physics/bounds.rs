@@ -74,7 +74,7 @@ impl<V: Wide> Bounds<V> {
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
         margins[BLOCKED] = blocked;
         if machine.drifts() && V::any(legs.idle) {
-            let idle = self.room_of_idle(machine, legs, state, change);
+            let idle = room_of_idle(machine, legs, state, change);
             margins[BLOCKED] = V::choose(legs.idle, idle, blocked);
         }
         if let Some(rotors) = &machine.rotors {
@@ -93,24 +93,23 @@ impl<V: Wide> Bounds<V> {
         }
         margins
     }
+}
 
-    /// Where all legs are blocked, their potentials in V follow what would drive currents, and what they have in common is
-    /// halfway between the bounds: so far from them they are.
-    #[inline(always)]
-    fn room_of_idle(
-        &self,
-        machine: &Machine<V>,
-        legs: &Conducting<V>,
-        state: &State<V>,
-        change: &Change<V>,
-    ) -> V {
-        let held = machine.legs.phases(change.flux);
-        let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
-        for (on, held) in legs.on.iter().zip(held) {
-            let [low, high] = machine.legs.range(on).at(state.link);
-            down = down.least(held - low);
-            up = up.least(high - held);
-        }
-        (up + down) * 0.5
+/// Where all legs are blocked, their potentials in V follow what would drive currents, and what they have in common is
+/// halfway between the bounds: so far from them they are.
+#[inline(always)]
+fn room_of_idle<V: Wide>(
+    machine: &Machine<V>,
+    legs: &Conducting<V>,
+    state: &State<V>,
+    change: &Change<V>,
+) -> V {
+    let held = machine.legs.phases(change.flux);
+    let (mut down, mut up) = (V::of(f64::INFINITY), V::of(f64::INFINITY));
+    for (on, held) in legs.on.iter().zip(held) {
+        let [low, high] = machine.legs.range(on).at(state.link);
+        down = down.least(held - low);
+        up = up.least(high - held);
     }
+    (up + down) * 0.5
 }

@@ -305,6 +305,7 @@ impl<V: Wide> Tried<V> {
 }
 
 /// How fast things change at both ends of a step.
+#[derive(Clone, Copy)]
 pub(super) struct Ends<V> {
     pub change: [Change<V>; 2],
     /// Of the links' voltages, in V/s.
