@@ -59,9 +59,7 @@ fn play(
     rng: &mut impl Rng,
 ) -> Run<f64> {
     let mut case = exact_case(motor, inverter, rng.random_range(0.0..360.0));
-    // Motors of 12 V do not run on 550 V.
-    let flux = motor.winding.mean_inductance * motor.rated_current;
-    case.inverter.link.voltage = case.inverter.link.voltage.min(5e4 * flux);
+    case.inverter.link.voltage = suited_link(motor, case.inverter.link.voltage);
     case.rotor = match rng.random_range(0..3) {
         0 => RotorState::Free,
         1 => RotorState::Locked,
@@ -73,6 +71,11 @@ fn play(
     case.load_torque = load_torque;
     case.tolerance = Tolerance { flux: 1e-14 };
     run(&case, &mut Script::new(commands), true, &mut NoProbe)
+}
+
+/// Motors of 12 V do not run on 550 V: this voltage in V, or one that makes rated current in 20 µs.
+fn suited_link(motor: &Motor, voltage: f64) -> f64 {
+    voltage.min(5e4 * motor.winding.mean_inductance * motor.rated_current)
 }
 
 #[test]
@@ -134,6 +137,7 @@ fn law_on_a_dead_link_nothing_flows_whatever_the_gates_do() {
 /// Plays commands on a free rotor of this motor and gives the currents sampled.
 fn currents(motor: &Motor, commands: Vec<Command<f64>>, angle: f64) -> Vec<[f64; 3]> {
     let mut case = exact_case(motor, ideal_inverter(OpenLeg::Diodes), angle);
+    case.inverter.link.voltage = suited_link(motor, case.inverter.link.voltage);
     case.rotor = RotorState::Free;
     case.tolerance = Tolerance { flux: 1e-12 };
     let mut script = Script::new(commands);

@@ -185,6 +185,7 @@ impl<'a> Control<'a> {
         if let Err(error) = validate(command, carrier) {
             return Want::Over(error);
         }
+        self.readings.reserve(command.sampling.count as usize);
         let start = self.course.end;
         let end = start + command.duration();
         if end <= start || end > self.case.time_limit {
