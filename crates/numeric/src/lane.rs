@@ -4,7 +4,6 @@
 //! and roots, each rounded by itself, so the results are the same to the last bit. Whatever a lane does not take is
 //! computed and not chosen; there are no branches on values.
 
-mod pack;
 mod wide;
 #[cfg(target_arch = "x86_64")]
 mod x86;
@@ -13,7 +12,6 @@ use std::ops::{Add, Mul, Sub};
 
 use standstill_interface::Arithmetic;
 
-pub use pack::Pack;
 pub use wide::{Compute, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest};
 
 /// One number, or several side by side.

@@ -1,18 +1,25 @@
 //! What everything computes with: the same operations, in the same order, on every machine.
 //!
-//! * [`Lane`]: a number, or several of them side by side ([`Pack`]). Equations are written once for both.
+//! * [`Lane`]: a number, or several of them side by side in wide registers ([`Wide`]). Equations are written once for both.
 //! * [`sin_cos`], [`power`]: functions of a lane that no library has for several numbers.
 //! * [`sin`], [`exp`], [`ln`], [`hypot`] and so on: functions of one number, from a library that every machine has alike.
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
 //!
 //! ```
-//! use standstill_numeric::{Pack, sin_cos};
+//! use standstill_numeric::{OnWidest, Wide, Width, on_widest, sin_cos};
 //!
-//! let angles = Pack([0.0, 0.5, 1.0, 1.5]);
-//! let (sin, _) = sin_cos(angles);
+//! struct SineOfLast;
+//! impl OnWidest for SineOfLast {
+//!     type Output = f64;
+//!     fn with<V: Wide>(self) -> f64 {
+//!         let mut angles = V::of(0.5);
+//!         angles.put(V::LANES - 1, 1.5);
+//!         sin_cos(angles).0.get(V::LANES - 1)
+//!     }
+//! }
 //! // A lane has the bits that the number has alone.
-//! assert_eq!(sin.0[2].to_bits(), sin_cos(1.0).0.to_bits());
+//! assert_eq!(on_widest(Width::Avx512, SineOfLast).to_bits(), sin_cos(1.5_f64).0.to_bits());
 //! ```
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
@@ -23,5 +30,5 @@ mod symmetric;
 
 pub use functions::{atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_gamma, log10, powf, sin};
 pub use heading::Heading;
-pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Pack, Wide, Width, on_widest, power, sin_cos};
+pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest, power, sin_cos};
 pub use symmetric::Symmetric;

@@ -143,3 +143,64 @@ pub fn on_widest<W: OnWidest>(most: Width, work: W) -> W::Output {
         _ => work.with::<f64>(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sin_cos;
+
+    /// What a lane can do, with two numbers.
+    fn results<T: Lane>(x: T, y: T) -> [T; 8] {
+        [
+            x + y * x - y / x,
+            T::choose(x.above(y), x, y),
+            x.least(y),
+            x.greatest(y),
+            x.abs().sqrt() * 3.0 - 1.0 + 0.5,
+            sin_cos(x).0,
+            -sin_cos(x).1,
+            T::each(x, y, |x, y| [x.mul_add(0.0, y)])[0],
+        ]
+    }
+
+    struct EachLane;
+
+    impl OnWidest for EachLane {
+        type Output = ();
+
+        fn with<V: Wide>(self) {
+            let of = |lane: usize| {
+                [(lane as f64 - 3.3) * 1.7, if lane == 5 { f64::NAN } else { 0.3 + lane as f64 }]
+            };
+            let (mut x, mut y) = (V::of(0.0), V::of(0.0));
+            for lane in 0..V::LANES {
+                let [a, b] = of(lane);
+                x.put(lane, a);
+                y.put(lane, b);
+            }
+            let all = results(x, y);
+            let above = y.above(x);
+            for lane in 0..V::LANES {
+                let [a, b] = of(lane);
+                for (wide, one) in all.iter().zip(results(a, b)) {
+                    let same =
+                        wide.get(lane).to_bits() == one.to_bits() || wide.get(lane).is_nan() && one.is_nan();
+                    assert!(same, "{} lanes, lane {lane}: {} {one}", V::LANES, wide.get(lane));
+                }
+                assert_eq!(above.bits() >> lane & 1 == 1, b > a);
+                let bit = 1 << lane;
+                assert_eq!(V::Mask::of_bits(bit).bits(), bit);
+                assert_eq!((!V::Mask::of_bits(bit) & V::Mask::of_bits(bit | 1)).bits(), u32::from(lane != 0));
+                assert_eq!(V::only(V::Mask::of_bits(bit), x).get(lane).to_bits(), a.to_bits());
+            }
+            assert!(!x.above(x).anywhere() && (x.above(-x).anywhere() || V::LANES == 1));
+        }
+    }
+
+    #[test]
+    fn law_a_lane_is_a_number() {
+        for width in [Width::One, Width::Avx2, Width::Avx512] {
+            on_widest(width, EachLane);
+        }
+    }
+}
