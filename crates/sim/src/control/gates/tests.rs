@@ -202,11 +202,15 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                         // No step goes on beyond an edge: it was known.
                         assert!(now == start || known[leg] <= time, "case {case} at {now:?}: {}", known[leg]);
                     }
-                    while legs.gates[leg].is_past(0, time, 0.0) {
+                    // Once, as for a leg whose current flows; all of them where a command begins.
+                    let mut again = true;
+                    while again && legs.gates[leg].is_past(0, time, 0.0) {
                         lines.carry_out(&mut legs, 0, leg);
+                        again = now == start;
                     }
                     assert_eq!(legs.gates[leg].of(0, time), drivers[leg].gate, "case {case} at {now:?}");
                     known[leg] = legs.gates[leg].next_edge(time, false, false);
+                    assert!(known[leg] >= time, "case {case} at {now:?}: {} is over", known[leg]);
                 }
                 now = (0..3)
                     .flat_map(|leg| {
