@@ -52,7 +52,7 @@ fn by_turns<const K: usize>(turns: [u32; 2], per: [f64; K], mut tasks: [&mut dyn
     std::array::from_fn(|k| best[k] * 1e9 / per[k])
 }
 
-/// What a trial computes, on average: right-hand sides, steps, segments, events, and how long it is in s.
+/// What a trial computes, on average: evaluations of the core, steps, segments, events, and how long it is in s.
 fn work(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<[f64; 5], SettingsError> {
     let mut sums = [0.0; 5];
     scenario.trials(0..trials, |record| {

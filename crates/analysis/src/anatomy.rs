@@ -63,7 +63,7 @@ struct Sums {
 }
 
 impl Anatomy {
-    /// Of weighted failing starts.
+    /// Describes failing starts, each with its weight.
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.

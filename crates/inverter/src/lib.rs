@@ -23,7 +23,7 @@ mod link;
 pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port, RESTING_CURRENT};
 pub use devices::{Clamp, Conduction, Devices};
 pub use gates::{Gate, GateTiming};
-pub use link::{DcLink, Sag, Storage};
+pub use link::{DcLink, Sag, Source, Storage};
 
 use standstill_interface::Nanos;
 

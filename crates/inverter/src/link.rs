@@ -49,25 +49,44 @@ impl DcLink {
 
     /// The source's voltage in V at time t in s.
     pub fn source(&self, t: f64) -> f64 {
-        self.source_at(t, self.ripple_phase)
+        let ripple = [self.ripple * self.voltage, TAU * self.ripple_frequency, self.ripple_phase];
+        let ripple = (self.ripple != 0.0).then_some(ripple);
+        let sag = self.sag.map(|sag| [sag.depth * self.voltage / 2.0, sag.start, 1.0 / sag.duration]);
+        Source::at(self.voltage, ripple, sag, t).voltage
     }
+}
 
-    /// The same of links that differ in the phase of their ripple in rad, at a time each.
+/// A source's voltage.
+#[derive(Clone, Copy, Debug)]
+pub struct Source<T> {
+    /// In V.
+    pub voltage: T,
+    /// How fast it rises, in V/s.
+    pub rise: T,
+}
+
+impl<T: Lane> Source<T> {
+    /// A source of this mean voltage in V, with a ripple's amplitude in V, frequency in rad/s and phase in rad, and half the
+    /// depth in V, start in s and rate in 1/s of a sag.
     #[inline(always)]
-    pub fn source_at<T: Lane>(&self, t: T, ripple_phase: T) -> T {
-        let mut relative = T::of(1.0);
-        if self.ripple != 0.0 {
-            let (sin, _) = sin_cos(t * (TAU * self.ripple_frequency) + ripple_phase);
-            relative = relative + sin * self.ripple;
+    pub fn at(voltage: T, ripple: Option<[T; 3]>, sag: Option<[T; 3]>, t: T) -> Self {
+        let (zero, one) = (T::of(0.0), T::of(1.0));
+        let mut source = Self { voltage, rise: zero };
+        if let Some([amplitude, frequency, phase]) = ripple {
+            let (sin, cos) = sin_cos(t * frequency + phase);
+            source.voltage = source.voltage + sin * amplitude;
+            source.rise = cos * (amplitude * frequency);
         }
-        if let Some(sag) = self.sag {
-            let share = (t - sag.start) * (1.0 / sag.duration);
-            let (zero, one) = (T::of(0.0), T::of(1.0));
-            let dip = (one - sin_cos(share * TAU).1) * (sag.depth / 2.0);
-            let before_end = T::choose(one.above(share), dip, zero);
-            relative = relative - T::choose(share.above(zero), before_end, zero);
+        if let Some([half, start, rate]) = sag {
+            let share = (t - start) * rate;
+            let (sin, cos) = sin_cos(share * TAU);
+            let (begun, goes_on) = (share.above(zero), one.above(share));
+            let dip = T::choose(begun, T::choose(goes_on, (one - cos) * half, zero), zero);
+            let fall = T::choose(begun, T::choose(goes_on, sin * (half * (rate * TAU)), zero), zero);
+            source.voltage = source.voltage - dip;
+            source.rise = source.rise - fall;
         }
-        relative * self.voltage
+        source
     }
 }
 

@@ -55,9 +55,6 @@ pub trait Lane:
 
     /// Whether the mask holds anywhere.
     fn any(mask: Self::Mask) -> bool;
-
-    /// A function of two numbers that is not made of arithmetic, lane by lane.
-    fn each<const K: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; K]) -> [Self; K];
 }
 
 impl Lane for f64 {
@@ -91,11 +88,6 @@ impl Lane for f64 {
     #[inline(always)]
     fn any(mask: bool) -> bool {
         mask
-    }
-
-    #[inline(always)]
-    fn each<const K: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; K]) -> [Self; K] {
-        function(x, y)
     }
 }
 

@@ -18,7 +18,7 @@ mod linear;
 use std::fmt;
 
 use standstill_interface::Dq;
-use standstill_numeric::{Lane, Symmetric};
+use standstill_numeric::Symmetric;
 
 use crate::FluxMap;
 
@@ -180,46 +180,6 @@ pub enum Core {
     Series(Box<Series>),
 }
 
-impl Core {
-    /// Current in A and inverse inductance in 1/H, of any number of machines side by side. A map's are looked up one
-    /// after the other.
-    #[inline(always)]
-    pub fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
-        match self {
-            Self::Linear(core) => core.evaluate(flux),
-            Self::Algebraic(core) => core.widened().evaluate(flux),
-            Self::Map(core) => one_by_one(core, &flux),
-            Self::Series(core) => one_by_one(&**core, &flux),
-        }
-    }
-
-    /// [`Magnetics::margin`] in A, of any number of machines side by side.
-    #[inline(always)]
-    pub fn room<T: Lane>(&self, current: Dq<T>) -> T {
-        match self {
-            Self::Linear(_) | Self::Algebraic(_) => T::of(f64::INFINITY),
-            Self::Map(_) | Self::Series(_) => self.looked_up(&current),
-        }
-    }
-
-    #[inline(never)]
-    fn looked_up<T: Lane>(&self, current: &Dq<T>) -> T {
-        let [room] = T::each(current.d, current.q, |d, q| [self.margin(Dq::new(d, q))]);
-        room
-    }
-}
-
-// Not inlined: where numbers that were computed one by one meet those of wide registers, a compiler would take the
-// latter apart.
-#[inline(never)]
-fn one_by_one<T: Lane>(core: &impl Magnetics, flux: &Dq<T>) -> (Dq<T>, Symmetric<T>) {
-    let [d, q, xx, xy, yy] = T::each(flux.d, flux.q, |d, q| {
-        let (i, gamma) = core.current_and_inverse_inductance(Dq::new(d, q));
-        [i.d, i.q, gamma.xx, gamma.xy, gamma.yy]
-    });
-    (Dq::new(d, q), Symmetric::new(xx, xy, yy))
-}
-
 impl Magnetics for Core {
     fn energy(&self, flux: Dq<f64>) -> f64 {
         match self {
@@ -240,7 +200,12 @@ impl Magnetics for Core {
     }
 
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        self.evaluate(flux)
+        match self {
+            Self::Linear(core) => core.current_and_inverse_inductance(flux),
+            Self::Algebraic(core) => core.current_and_inverse_inductance(flux),
+            Self::Map(core) => core.current_and_inverse_inductance(flux),
+            Self::Series(core) => core.current_and_inverse_inductance(flux),
+        }
     }
 
     fn flux_at(&self, current: Dq<f64>) -> Result<Dq<f64>, NoConvergence> {

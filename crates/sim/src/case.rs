@@ -83,7 +83,7 @@ impl Case<'_> {
 /// How much work a run was.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Work {
-    /// Evaluations of the right-hand side in steps. What locates events and makes currents zero comes on top: a few in a
+    /// Evaluations of the core in steps, tried or taken. What locates events and makes currents zero comes on top: a few in a
     /// hundred.
     pub derivatives: u64,
     /// Accepted integration steps.

@@ -129,7 +129,7 @@ fn summary(record: &Record, watched: &Run<f64>) -> String {
     let work = watched.work;
     format!(
         "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, largest phase current {:.2} A\n\
-         {} right-hand sides, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
+         {} evaluations of the core, {} steps, {} segments, {} events; energy balance closes to {:.1e} J\n",
         record.true_angle_deg(),
         record.rotor_moved_deg(),
         record.run.duration.seconds() * 1e3,

@@ -12,7 +12,7 @@ use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 use standstill_interface::Arithmetic;
 
 use super::Lane;
-use super::wide::{Compute, Mask, Wide};
+use super::wide::{Compute, MOST_LANES, Mask, Wide};
 
 /// Registers of AVX-512 that stand side by side.
 const REGISTERS_512: usize = 1;
@@ -124,17 +124,6 @@ macro_rules! numbers {
             #[inline(always)]
             fn any(mask: $masks) -> bool {
                 mask.anywhere()
-            }
-
-            #[inline(always)]
-            fn each<const M: usize>(x: Self, y: Self, function: impl Fn(f64, f64) -> [f64; M]) -> [Self; M] {
-                let mut all = [Self::of(0.0); M];
-                for lane in 0..Self::LANES {
-                    for (one, value) in all.iter_mut().zip(function(x.get(lane), y.get(lane))) {
-                        one.put(lane, value);
-                    }
-                }
-                all
             }
         }
 
@@ -323,3 +312,6 @@ mod avx2 {
         }
     }
 }
+
+/// What is kept for each machine side by side has room for all of them.
+const _: () = assert!(Avx512::LANES <= MOST_LANES && Avx2::LANES <= MOST_LANES);

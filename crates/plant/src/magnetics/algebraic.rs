@@ -79,26 +79,6 @@ impl Algebraic {
     }
 }
 
-impl Algebraic {
-    /// The same coefficients for machines side by side.
-    #[inline(always)]
-    pub(super) fn widened<T: Lane>(&self) -> Algebraic<T> {
-        Algebraic {
-            d: T::of(self.d),
-            dd: T::of(self.dd),
-            d_exponent: self.d_exponent,
-            q: T::of(self.q),
-            qq: T::of(self.qq),
-            q_exponent: self.q_exponent,
-            cross: T::of(self.cross),
-            cross_d_exponent: self.cross_d_exponent,
-            cross_q_exponent: self.cross_q_exponent,
-            magnet_current: T::of(self.magnet_current),
-            bridge: self.bridge.as_ref().map(IronBridge::widened),
-        }
-    }
-}
-
 impl<T: Lane> Algebraic<T> {
     /// Current and inverse inductance, of any number of machines.
     #[inline(always)]

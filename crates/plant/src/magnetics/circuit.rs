@@ -179,16 +179,14 @@ impl MagneticCircuit {
     }
 
     /// Current, inductance and their slopes at a flux in Wb.
-    #[inline(always)]
-    pub fn state<T: Lane>(&self, flux: Dq<T>, at: Heading<T>) -> MagneticState<T> {
-        let magnet = Dq::new(T::of(self.magnet.d), T::of(self.magnet.q));
+    pub fn state(&self, flux: Dq<f64>, at: Heading) -> MagneticState {
         if let Some(distortion) = &self.distortion {
-            let inside = distortion.widened().inwards(flux, at);
-            let (current, hessian) = self.core.evaluate(inside.core_flux);
-            return inside.outwards(current, hessian, magnet);
+            let inside = distortion.inwards(flux, at);
+            let (current, hessian) = self.core.current_and_inverse_inductance(inside.core_flux);
+            return inside.outwards(current, hessian, self.magnet);
         }
-        let (current, hessian) = self.core.evaluate(flux);
-        MagneticState::undistorted(flux, current, hessian, magnet)
+        let (current, hessian) = self.core.current_and_inverse_inductance(flux);
+        MagneticState::undistorted(flux, current, hessian, self.magnet)
     }
 
     /// W in J per 3/2, without what the eddy currents store.

@@ -241,24 +241,6 @@ impl<T: Lane> Inside<T> {
 }
 
 impl Distortion {
-    /// The same numbers for machines side by side.
-    #[inline(always)]
-    pub(super) fn widened<T: Lane>(&self) -> Distortion<T> {
-        let Harmonics { inductance_4, asymmetry, flux_5, flux_7 } = self.harmonics;
-        let (l, g) = (self.inductance, self.factor);
-        Distortion {
-            harmonics: Harmonics {
-                inductance_4: T::of(inductance_4),
-                asymmetry: T::of(asymmetry),
-                flux_5: T::of(flux_5),
-                flux_7: T::of(flux_7),
-            },
-            rest: Dq::new(T::of(self.rest.d), T::of(self.rest.q)),
-            inductance: Symmetric::new(T::of(l.xx), T::of(l.xy), T::of(l.yy)),
-            factor: Lower::new(T::of(g.xx), T::of(g.yx), T::of(g.yy)),
-        }
-    }
-
     /// u: where the core is when the winding's flux is ψ.
     pub(super) fn core_flux(&self, flux: Dq<f64>, at: Heading) -> Dq<f64> {
         let c = self.coordinates(at);

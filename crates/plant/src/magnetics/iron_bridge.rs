@@ -79,18 +79,6 @@ impl<T: Lane> IronBridge<T> {
 }
 
 impl IronBridge {
-    /// The same numbers for machines side by side.
-    #[inline(always)]
-    pub(super) fn widened<T: Lane>(&self) -> IronBridge<T> {
-        IronBridge {
-            strength: T::of(self.strength),
-            saturation: T::of(self.saturation),
-            q_share: T::of(self.q_share),
-            magnet_flux: T::of(self.magnet_flux),
-            exponent: self.exponent,
-        }
-    }
-
     /// Current in A of the ribs at ψ_b in Wb, on the d-axis.
     pub(super) fn along_d(&self, flux: f64) -> f64 {
         self.conductance(flux.abs()).0 * flux

@@ -1,7 +1,7 @@
 //! Constant inductances: equations (1) and (2) in the rotor's frame.
 
 use standstill_interface::Dq;
-use standstill_numeric::{Lane, Symmetric};
+use standstill_numeric::Symmetric;
 
 use super::Magnetics;
 use crate::Winding;
@@ -26,14 +26,6 @@ impl Linear {
             magnet_flux,
         }
     }
-
-    /// Current and inverse inductance, of any number of machines.
-    #[inline(always)]
-    pub(super) fn evaluate<T: Lane>(&self, flux: Dq<T>) -> (Dq<T>, Symmetric<T>) {
-        let (d, q) = (1.0 / self.d_axis_inductance, 1.0 / self.q_axis_inductance);
-        let current = Dq::new((flux.d - self.magnet_flux) * d, flux.q * q);
-        (current, Symmetric::new(T::of(d), T::of(0.0), T::of(q)))
-    }
 }
 
 impl Magnetics for Linear {
@@ -43,6 +35,7 @@ impl Magnetics for Linear {
     }
 
     fn current_and_inverse_inductance(&self, flux: Dq<f64>) -> (Dq<f64>, Symmetric) {
-        self.evaluate(flux)
+        let (d, q) = (1.0 / self.d_axis_inductance, 1.0 / self.q_axis_inductance);
+        (Dq::new((flux.d - self.magnet_flux) * d, flux.q * q), Symmetric::new(d, 0.0, q))
     }
 }

@@ -6,13 +6,13 @@ use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
-use crate::physics::links::Source;
 use crate::physics::machine::{Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::ends::{CURRENT_SLACK, POTENTIAL_SLACK};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::{Accuracy, Here, Tried};
+use standstill_inverter::Source;
 
 /// Machines of one kind, what they do until when, and what became of it.
 #[derive(Clone, Debug)]

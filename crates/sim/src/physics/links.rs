@@ -2,8 +2,8 @@
 
 use std::f64::consts::TAU;
 
-use standstill_inverter::DcLink;
-use standstill_numeric::{Lane, Wide, sin_cos};
+use standstill_inverter::{DcLink, Source};
+use standstill_numeric::{Lane, Wide};
 
 /// DC links of one kind: with or without ripple, sag and storage, each with numbers of its own.
 #[derive(Clone, Debug)]
@@ -45,15 +45,6 @@ pub struct Storages<V: Wide> {
     pub rate: V,
     /// 1/C in 1/F.
     pub elastance: V,
-}
-
-/// A source's voltage.
-#[derive(Clone, Copy, Debug)]
-pub struct Source<T> {
-    /// In V.
-    pub voltage: T,
-    /// How fast it rises, in V/s.
-    pub rise: T,
 }
 
 impl<V: Wide> Links<V> {
@@ -110,7 +101,7 @@ impl<V: Wide> Links<V> {
     pub fn source(&self, t: V) -> Source<V> {
         let ripple = self.ripple.as_ref().map(|ripple| [ripple.amplitude, ripple.frequency, ripple.phase]);
         let sag = self.sag.as_ref().map(|sag| [sag.half, sag.start, sag.rate]);
-        source_at(self.voltage, ripple, sag, t)
+        Source::at(self.voltage, ripple, sag, t)
     }
 
     /// The source of one lane at a time in s: the bits of [`Self::source`].
@@ -119,7 +110,7 @@ impl<V: Wide> Links<V> {
         let ripple =
             self.ripple.as_ref().map(|ripple| one([&ripple.amplitude, &ripple.frequency, &ripple.phase]));
         let sag = self.sag.as_ref().map(|sag| one([&sag.half, &sag.start, &sag.rate]));
-        source_at(self.voltage.get(lane), ripple, sag, t)
+        Source::at(self.voltage.get(lane), ripple, sag, t)
     }
 
     /// The source's voltage integrated over a step of `h` seconds, in V·s, from what it is at both ends. Exact for a
@@ -133,29 +124,6 @@ impl<V: Wide> Links<V> {
             _ => hermite_area(h, [begin.voltage, end.voltage], [begin.rise, end.rise]),
         }
     }
-}
-
-/// A source of this mean voltage in V, with a ripple's amplitude in V, frequency in rad/s and phase in rad, and half the depth
-/// in V, start in s and rate in 1/s of a sag.
-#[inline(always)]
-fn source_at<T: Lane>(voltage: T, ripple: Option<[T; 3]>, sag: Option<[T; 3]>, t: T) -> Source<T> {
-    let (zero, one) = (T::of(0.0), T::of(1.0));
-    let mut source = Source { voltage, rise: zero };
-    if let Some([amplitude, frequency, phase]) = ripple {
-        let (sin, cos) = sin_cos(t * frequency + phase);
-        source.voltage = source.voltage + sin * amplitude;
-        source.rise = cos * (amplitude * frequency);
-    }
-    if let Some([half, start, rate]) = sag {
-        let share = (t - start) * rate;
-        let (sin, cos) = sin_cos(share * TAU);
-        let (begun, goes_on) = (share.above(zero), one.above(share));
-        let dip = T::choose(begun, T::choose(goes_on, (one - cos) * half, zero), zero);
-        let fall = T::choose(begun, T::choose(goes_on, sin * (half * (rate * TAU)), zero), zero);
-        source.voltage = source.voltage - dip;
-        source.rise = source.rise - fall;
-    }
-    source
 }
 
 /// The integral over `h` of the cubic with these values and slopes at its ends: h/2 (y₀ + y₁) + h²/12 (y₀′ − y₁′).

@@ -52,8 +52,10 @@ impl<V: Wide> Tried<V> {
         };
         ends.change[1] = machine.change(legs, &at, state.speed, state.link);
         let source = machine.links.source(until * 1e-9);
-        ends.link_rise =
-            [slope(machine, legs, begin, &here.state).link, slope(machine, legs, until * 1e-9, &state).link];
+        if machine.links.storage.is_some() {
+            let rise = |time, state| slope(machine, legs, time, state).link;
+            ends.link_rise = [rise(begin, &here.state), rise(until * 1e-9, &state)];
+        }
         if let Some(rotors) = &machine.rotors {
             at.torque = at.torque + rotors.torque_change(&at, [flux, current], [state.flux, at.current]);
             ends.acceleration = [

@@ -13,10 +13,11 @@ use standstill_numeric::{Heading, Symmetric, Wide};
 
 use crate::physics::bounds::{Bounds, Margins};
 use crate::physics::legs::Conducting;
-use crate::physics::links::{Source, hermite_area};
+use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
+use standstill_inverter::Source;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Debug)]
