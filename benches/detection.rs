@@ -6,12 +6,13 @@ use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
+use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::{
     Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step,
 };
 use standstill_plant::{Motor, built_in};
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{NoProbe, RotorState, run, run_side_by_side};
 
 /// Trials side by side: several times the lanes, so that those which stay empty at the end count little.

@@ -15,13 +15,13 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use standstill_campaign::{ErrorSet, Scenario, Specimen};
 use standstill_detect::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Learnt, Method, MethodName,
     Settings,
 };
 use standstill_interface::{Abc, Angle, Nanos};
 use standstill_plant::{Harmonics, Motor, built_in};
+use standstill_scenario::{ErrorSet, Scenario, Specimen};
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
 const SPECIMENS: u64 = 4;

@@ -6,11 +6,11 @@
 //!
 //! Run with `cargo run --release --example error_picture`; writes `standstill-out/examples/open_leg.svg` and `.png`.
 
-use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_inverter::OpenLeg;
 use standstill_plant::built_in;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
+use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{NoProbe, RotorState, run};
 
 fn curve(label: &str, scenario: &Scenario, style: Style) -> Result<Layer, Box<dyn std::error::Error>> {

@@ -13,10 +13,10 @@
 use std::error::Error;
 use std::mem::size_of_val;
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings};
 use standstill_interface::{Abc, Arithmetic, Detector, Reading, Step};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{NoProbe, RotorState, run};
 
 /// Keeps what the drive answered.

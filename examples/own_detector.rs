@@ -9,12 +9,13 @@
 
 use std::f64::consts::TAU;
 
-use standstill_campaign::{ErrorSet, Scenario, Statistics};
+use standstill_campaign::Statistics;
 use standstill_detect::Decay;
 use standstill_interface::{
     Abc, Angle, Command, Detector, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
 /// Switching states of the vectors at 0°, 60°, … 300°.

@@ -7,9 +7,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics};
+use standstill_campaign::{Campaign, CampaignError, Statistics};
 use standstill_detect::Decay;
 use standstill_plant::{DataSheet, Motor, built_in};
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
 const SHEET: &str = r#"

@@ -14,9 +14,10 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 use multiversion::multiversion;
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
+use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::{Method, MethodName, SettingsError};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
 /// Multiplications with addition that do not wait for each other: as many chains as a processor can have under way.

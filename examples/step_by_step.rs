@@ -8,10 +8,10 @@
 //!
 //! Run with `cargo run --release --example step_by_step`.
 
-use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Step};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{NoProbe, RotorState, run};
 
 /// Lets another detector work and tells what passes by.

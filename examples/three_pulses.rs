@@ -13,13 +13,14 @@ use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario};
+use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
 use standstill_inverter::{DcLink, GateTiming, Inverter};
 use standstill_plant::{Motor, built_in};
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
 
 const ANGLE_DEG: f64 = 20.0;

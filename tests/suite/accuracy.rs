@@ -1,9 +1,9 @@
 //! The paper's scheme without any error but the ones named: what equations (1)–(10) promise.
 
-use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_inverter::{Bridge, Devices, OpenLeg};
 use standstill_plant::Motor;
+use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{NoProbe, RotorState, run};
 
 use crate::bench::{paper_motor, scenario};

@@ -1,6 +1,5 @@
 //! What the tests share: motors, ideal drives, and a detector that plays a script.
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
 use standstill_interface::{Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Step};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
@@ -9,6 +8,7 @@ use standstill_plant::{
     Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, Linear, MagneticCircuit, Magnetics, MapPoint,
     MapReport, MapSamples, Motor, Place, Temperature, Winding, built_in, built_in_names,
 };
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
 /// Plays commands one after the other and keeps all readings.

@@ -2,9 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Record, Scenario};
+use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::{Decay, MethodName, Settings};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Record, Scenario};
 use standstill_sim::{RotorState, Trace, run};
 
 use crate::bench::scenario;

@@ -1,9 +1,9 @@
 //! What is drawn for a trial has the size that the error set states, and each error reaches the readings.
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::Decay;
 use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::Sag;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Arrangement, Case, Event, NoProbe, RotorState, Trace, run};
 
 use crate::bench::{Script, scenario};

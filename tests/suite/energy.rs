@@ -1,9 +1,9 @@
 //! Energy over a whole detection: what the source gives is lost, stored, or turned into motion.
 
-use standstill_campaign::ErrorSet;
 use standstill_detect::{Decay, LineInductance};
 use standstill_inverter::Storage;
 use standstill_plant::{Friction, built_in};
+use standstill_scenario::ErrorSet;
 use standstill_sim::{Ledger, NoProbe, RotorState, Tolerance, run};
 
 use crate::bench::scenario;

@@ -2,9 +2,10 @@
 
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
 use standstill_detect::Decay;
 use standstill_interface::Nanos;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Arrangement, RotorState};
 
 use crate::bench::scenario;

@@ -1,9 +1,9 @@
 //! The detector fails with a reason instead of guessing.
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
 use standstill_interface::{Command, Detector, Fault, Nanos, Outcome, Reading, Real, Step, Undetermined};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Arrangement, Ended, NoProbe, RotorState, RunError, run};
 
 use crate::bench::scenario;

@@ -1,10 +1,10 @@
 //! What harmonics, eddy currents, temperature and maps do to a run.
 
-use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance};
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
 use standstill_inverter::OpenLeg;
 use standstill_plant::{EddyBranch, Harmonics, Motor, Temperature, built_in};
+use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{Ended, Event, NoProbe, RotorState, RunError, Tolerance, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, mapped, paper_motor};

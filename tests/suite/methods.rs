@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::file::Document;
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
 use standstill_interface::{Abc, Angle, Arithmetic, Detector, Outcome, Reading, Step};
 use standstill_plant::{Motor, built_in};
+use standstill_scenario::Document;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
 use MethodName::{

@@ -1,10 +1,10 @@
 //! The engine's steps against those of the referee, which share nothing with them but the equations; and a run in any lane of
 //! any width against the same run alone.
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::{Command, Detector, Reading, Step};
 use standstill_plant::{Motor, built_in, built_in_names};
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{
     Case, NoProbe, Play, RotorState, Run, SensorSettings, Sensors, Tolerance, Trace, Width, referee, run,
     run_side_by_side, run_side_by_side_in,

@@ -1,10 +1,10 @@
 //! A rotor that can move.
 
-use standstill_campaign::{ErrorSet, Record, Scenario, Specimen};
 use standstill_detect::{Decay, LineInductance, MethodName};
 use standstill_interface::{Abc, Command, Leg, Nanos, Phase, Sampling, Stage};
 use standstill_inverter::{DcLink, Inverter, OpenLeg};
 use standstill_plant::{Cogging, Friction, Motor, built_in};
+use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{Case, Ended, Event, Motion, NoProbe, Play, RotorState, Run, Tolerance, Trace, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, paper_motor, scenario, usual_inverter};

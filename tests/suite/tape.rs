@@ -4,9 +4,9 @@ use std::f64::consts::TAU;
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use standstill_campaign::{ErrorSet, Record, Scenario};
 use standstill_detect::{Method, MethodName};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Record, Scenario};
 use standstill_sim::{Play, Purpose, RotorState, Tape};
 
 fn scenario(method: MethodName, motor: &str, errors: ErrorSet, rotor: RotorState) -> Scenario<Method<f64>> {

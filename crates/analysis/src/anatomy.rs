@@ -5,8 +5,8 @@
 
 use std::collections::BTreeMap;
 
-use standstill_campaign::Record;
-use standstill_campaign::file::FileError;
+use standstill_scenario::FileError;
+use standstill_scenario::Record;
 use standstill_sim::{Purpose, Tape};
 
 use crate::{Event, Halt, Trials, Watch};

@@ -7,9 +7,10 @@ mod sources;
 
 use std::f64::consts::TAU;
 
-use standstill_campaign::file::FileError;
-use standstill_campaign::{Estimate, Record};
+use standstill_campaign::Estimate;
 use standstill_numeric::sin_cos;
+use standstill_scenario::FileError;
+use standstill_scenario::Record;
 use standstill_sim::{Purpose, Tape};
 
 pub use sources::Source;

@@ -3,9 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use standstill_campaign::{Record, Verdict};
 use standstill_interface::{Angle, Outcome, PoleEvidence};
 use standstill_quantity::si_value;
+use standstill_scenario::{Record, Verdict};
 use standstill_sim::Ended;
 
 /// An event. Angles are kept in degrees, currents in A.

@@ -3,8 +3,9 @@
 use std::fmt;
 use std::str::FromStr;
 
-use standstill_campaign::{Estimate, Record, Verdict as Ending, binomial_interval};
+use standstill_campaign::{Estimate, binomial_interval};
 use standstill_quantity::si_value;
+use standstill_scenario::{Record, Verdict as Ending};
 
 use crate::bracket::Verdict;
 use crate::event::{amperes, degrees};

@@ -1,8 +1,8 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
 use standstill_campaign::Estimate;
-use standstill_campaign::file::{Document, FileError, Origin, Plan};
 use standstill_quantity::si_value;
+use standstill_scenario::{Document, FileError, Origin, Plan};
 use standstill_sim::Tape;
 use toml::Value;
 

@@ -3,9 +3,9 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
-use standstill_campaign::file::{FileError, Plan};
-use standstill_campaign::{Record, Scenario, Verdict};
 use standstill_detect::Method;
+use standstill_scenario::{FileError, Plan};
+use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::Tape;
 
 use crate::subset::{Run, Settings};

@@ -5,8 +5,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_analysis::{Budget, Item, Source, Trials};
-use standstill_campaign::file::{Document, Plan};
 use standstill_plant::DataSheet;
+use standstill_scenario::{Document, Plan};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 

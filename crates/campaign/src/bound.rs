@@ -27,10 +27,10 @@ use standstill_interface::{Command, Nanos};
 use standstill_inverter::{DcLink, GateTiming, Inverter};
 use standstill_sim::{Case, RunError, SensorSettings, Sensors, Streams, VoltageSensor};
 
-use crate::{Scenario, Specimen};
 use information::{Column, Information, Noise, Prior};
 use plant::Parameter;
 use replay::{Readings, record, replay};
+use standstill_scenario::{Scenario, Specimen};
 
 pub use plant::Unknown;
 

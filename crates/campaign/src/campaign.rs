@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
-use crate::engine::{Engine, TrialError, Trials};
-use crate::{Record, Scenario};
+use crate::engine::{Engine, Trials};
+use standstill_scenario::{Record, Scenario, TrialError};
 
 /// A number of trials of a scenario.
 #[derive(Clone, Debug)]
@@ -97,7 +97,7 @@ mod tests {
     use standstill_sim::RotorState;
 
     use super::*;
-    use crate::ErrorSet;
+    use standstill_scenario::ErrorSet;
 
     /// The paper's settings, of which a detector can be made any number of times but one.
     struct Once {

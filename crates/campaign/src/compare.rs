@@ -3,32 +3,12 @@
 //! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
 //! numbers, so that a difference between two rows is the methods'.
 
-use standstill_detect::{Method, MethodName, PolarityRule, SequentialSettings, SettingsError};
-use standstill_interface::choice;
+use standstill_detect::{Method, MethodName, SettingsError};
 use standstill_sim::{NoProbe, RunError, run};
 
+use crate::Summary;
 use crate::bound::{Bound, BoundError, Bounds, Counted};
-use crate::{ErrorSet, Rotor, Scenario, Summary};
-
-choice! {
-    /// How a pole is decided, where a polarity test of its own follows the axis.
-    pub enum PoleRule {
-        /// By one vector each way, as in the paper.
-        TwoVectors = "two-vectors",
-        /// By as many as it takes, with a probability of one in a million to be wrong.
-        Sequential = "sequential",
-    }
-}
-
-impl PoleRule {
-    /// As settings, for a motor whose poles' currents differ by this share.
-    pub(crate) fn settings(self, difference: f64) -> PolarityRule<f64> {
-        match self {
-            Self::TwoVectors => PolarityRule::TwoVectors,
-            Self::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
-        }
-    }
-}
+use standstill_scenario::{ErrorSet, Rotor, Scenario};
 
 /// One method under one set of conditions.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,39 +54,39 @@ impl Entry {
 /// Trials that the mean energy is of, at most.
 const ENERGY_TRIALS: u64 = 8;
 
-impl Scenario<Method<f64>> {
-    /// Mean energy in J that a detection takes from the DC link, over the first few trials. Not a number if none ends.
-    ///
-    /// # Errors
-    /// Settings that cannot work.
-    pub fn mean_energy(&self, trials: u64) -> Result<f64, SettingsError> {
-        let (mut sum, mut count) = (0.0, 0.0);
-        for trial in 0..trials.min(ENERGY_TRIALS) {
-            let run = run(
-                &self.case(trial),
-                &mut standstill_detect::Settings::detector(&self.detector)?,
-                true,
-                &mut NoProbe,
-            );
-            if let Some(ledger) = run.ledger {
-                sum += ledger.source - ledger.link_change;
-                count += 1.0;
-            }
+/// Mean energy in J that a detection takes from the DC link, over the first few trials. Not a number if none ends.
+///
+/// # Errors
+/// Settings that cannot work.
+pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64, SettingsError> {
+    let (mut sum, mut count) = (0.0, 0.0);
+    for trial in 0..trials.min(ENERGY_TRIALS) {
+        let run = run(
+            &scenario.case(trial),
+            &mut standstill_detect::Settings::detector(&scenario.detector)?,
+            true,
+            &mut NoProbe,
+        );
+        if let Some(ledger) = run.ledger {
+            sum += ledger.source - ledger.link_change;
+            count += 1.0;
         }
-        Ok(sum / count)
     }
+    Ok(sum / count)
+}
 
-    /// [`Self::bound`], or why there is none: the specimens of a limit are other plants than those of the trials, and
+impl Bound {
+    /// [`Self::of`], or why there is none: the specimens of a limit are other plants than those of the trials, and
     /// their currents may leave the motor's flux map where those of the trials do not.
     ///
     /// # Errors
     /// As there, but for a run that cannot be simulated.
-    pub fn bound_or_reason(
-        &self,
+    pub fn or_reason(
+        scenario: &Scenario<Method<f64>>,
         angles: usize,
         threads: Option<usize>,
-    ) -> Result<(Option<Bound>, Option<RunError>), BoundError> {
-        match self.bound(angles, threads) {
+    ) -> Result<(Option<Self>, Option<RunError>), BoundError> {
+        match Self::of(scenario, angles, threads) {
             Ok(bound) => Ok((bound, None)),
             Err(BoundError::Run(reason)) => Ok((None, Some(reason))),
             Err(error) => Err(error),
@@ -118,12 +98,16 @@ impl Scenario<Method<f64>> {
     ///
     /// # Errors
     /// A plant that cannot be simulated.
-    pub fn bound(&self, angles: usize, threads: Option<usize>) -> Result<Option<Bound>, BoundError> {
-        let counted = if self.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
+    pub fn of(
+        scenario: &Scenario<Method<f64>>,
+        angles: usize,
+        threads: Option<usize>,
+    ) -> Result<Option<Self>, BoundError> {
+        let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
         // Without noise it would stop too early.
-        let noise = self.detector.is_adaptive().then_some(0);
-        let bounds = Bounds { counted, noise, threads, ..Bounds::new(self) };
-        Ok(bounds.over(angles)?.map(|bounds| Bound::rms(&bounds)))
+        let noise = scenario.detector.is_adaptive().then_some(0);
+        let bounds = Bounds { counted, noise, threads, ..Bounds::new(scenario) };
+        Ok(bounds.over(angles)?.map(|bounds| Self::rms(&bounds)))
     }
 }
 

@@ -13,25 +13,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
-use standstill_detect::SettingsError;
 
-use crate::Record;
 use crate::pace::Pace;
-
-/// A trial that could not be run: no detector or no machine can be made for it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct TrialError<E> {
-    /// Its number.
-    pub trial: u64,
-    /// Why.
-    pub error: E,
-}
-
-impl From<TrialError<SettingsError>> for SettingsError {
-    fn from(of: TrialError<Self>) -> Self {
-        of.error
-    }
-}
+use standstill_scenario::{Record, TrialError};
 
 /// Trials that can be run, at one point or several.
 pub(crate) trait Trials: Sync {
@@ -202,7 +186,7 @@ mod tests {
     use standstill_sim::RotorState;
 
     use super::*;
-    use crate::{ErrorSet, Scenario};
+    use standstill_scenario::{ErrorSet, Scenario};
 
     /// Trials that are all the same record but for their numbers; some cannot be run.
     struct Fake {

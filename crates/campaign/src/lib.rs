@@ -12,27 +12,18 @@ mod bound;
 mod campaign;
 mod compare;
 mod engine;
-mod errors;
-pub mod file;
 mod numerics;
 mod pace;
 pub mod paper;
-mod record;
-mod rotor;
-mod scenario;
+mod plan;
 mod statistics;
 pub mod store;
 mod suitability;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
-pub use compare::{Entry, PoleRule, told};
-pub use engine::TrialError;
-pub use errors::{DriveSettings, ErrorSet};
+pub use compare::{Entry, mean_energy, told};
 pub use numerics::NUMERICS;
-pub use record::{Record, Verdict};
-pub use rotor::Rotor;
-pub use scenario::{Scenario, Specimen};
 pub use statistics::{
     Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval, student,
 };

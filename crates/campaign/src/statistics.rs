@@ -16,7 +16,7 @@ use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::student::student;
 use crate::store::Row;
-use crate::{Record, Verdict};
+use standstill_scenario::{Record, Verdict};
 
 /// A value with its 95 % interval. An end that the sample is too small to give is not a number.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

@@ -10,8 +10,9 @@ use standstill_detect::{Method, MethodName, Signature};
 use standstill_plant::PolarityPoint;
 
 use crate::bound::{Bound, BoundError};
-use crate::file::{Document, FileError, Origin};
-use crate::{Campaign, CampaignError, Rotor, Scenario, Statistics, Summary};
+use crate::{Campaign, CampaignError, Statistics, Summary};
+use standstill_scenario::{Document, FileError, Origin};
+use standstill_scenario::{Rotor, Scenario};
 
 /// What the start of a motor demands of a detection.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -174,7 +175,7 @@ impl Suitability {
         let known = tried.nameplate();
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
-            limit: if tried.check().is_ok() { tried.bound_or_reason(ANGLES, None)?.0 } else { None },
+            limit: if tried.check().is_ok() { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
             has_magnet: motor.has_magnet(),
             saturation_is_known: motor.saturation_is_known(),
             signature: [known.signature, known.pulse_signature],

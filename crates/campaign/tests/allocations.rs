@@ -1,9 +1,9 @@
 //! What a trial asks of the allocator. On many threads it is what they wait for each other with.
 
 use allocation_counter::measure;
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::MethodName;
 use standstill_plant::{built_in, built_in_names};
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
 /// The lane of a trial that runs alone, and most that two lists grow: from the readings of one command to those of the one

@@ -1,12 +1,12 @@
 //! What every method says for the pole that it names or leaves open, in closed loop.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
-use standstill_campaign::{ErrorSet, Scenario, Specimen};
 use standstill_detect::{
     Method, MethodName, Nameplate, PolarityRule, SequentialSettings, Settings, Signature,
 };
 use standstill_interface::{Angle, Outcome, PoleEvidence};
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario, Specimen};
 use standstill_sim::{Ended, NoProbe, RotorState, run};
 
 fn scenario(method: MethodName, motor: &str, errors: ErrorSet) -> Scenario<Method<f64>> {

@@ -10,10 +10,10 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::NUMERICS;
-use standstill_campaign::file::{Document, Plan};
 use standstill_campaign::store::{Journal, Row, Rows, Shard, Sweep};
 use standstill_detect::MethodName;
 use standstill_plant::{built_in, built_in_names};
+use standstill_scenario::{Document, Plan};
 
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/numerics.txt");
 

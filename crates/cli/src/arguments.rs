@@ -7,10 +7,10 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
-use standstill_campaign::{ErrorSet, PoleRule, Rotor};
 use standstill_detect::{Decay, MethodName, Signature};
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
+use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
     Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,

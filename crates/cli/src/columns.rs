@@ -3,11 +3,11 @@
 use std::io::Write;
 
 use serde::Serialize;
-use standstill_campaign::file::Point;
 use standstill_campaign::store::Row;
 use standstill_inverter::Conduction;
 use standstill_quantity::si_value;
 use standstill_report::table::{Column, Kind, Value};
+use standstill_scenario::Point;
 use standstill_sim::{Event, Snapshot, Trace};
 
 /// Columns of a trial in files of trials.

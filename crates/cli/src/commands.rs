@@ -18,10 +18,10 @@ pub mod trace;
 
 use std::path::Path;
 
-use standstill_campaign::file::{MotorSpec, ScenarioFile};
 use standstill_detect::{Decay, MethodName};
 use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
+use standstill_scenario::{MotorSpec, ScenarioFile};
 
 use crate::error::Error;
 

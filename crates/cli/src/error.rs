@@ -3,7 +3,6 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use standstill_campaign::file::FileError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
@@ -11,6 +10,7 @@ use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, bu
 use standstill_report::figure::FigureError;
 use standstill_report::page::PageError;
 use standstill_report::table::TableError;
+use standstill_scenario::FileError;
 
 #[derive(Debug)]
 pub enum Error {

@@ -1,10 +1,11 @@
 //! The figures: what is drawn, from records and traces.
 
-use standstill_campaign::{Record, Statistics};
+use standstill_campaign::Statistics;
 use standstill_interface::{Abc, Angle, Phase};
 use standstill_inverter::Conduction;
 use standstill_plant::{OperatingPoint, PolarityPoint, Survey};
 use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
+use standstill_scenario::Record;
 use standstill_sim::{Event, Snapshot, Trace};
 
 use crate::log::Entry;

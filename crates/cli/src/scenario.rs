@@ -2,10 +2,10 @@
 
 use std::path::Path;
 
-use standstill_campaign::file::{AxisSpec, Document, Origin, seed_value};
 use standstill_detect::{Decay, MethodName};
 use standstill_interface::Choice;
 use standstill_plant::DataSheet;
+use standstill_scenario::{AxisSpec, Document, Origin, seed_value};
 use toml::Value;
 
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};

@@ -1,8 +1,8 @@
 //! Values of axes for people: in the unit that suits them, while files have them in SI.
 
 use serde_json::Value;
-use standstill_campaign::file;
 use standstill_quantity::Scale;
+use standstill_scenario as file;
 
 use crate::commands::run::results::PointSummary;
 

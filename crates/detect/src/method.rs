@@ -91,13 +91,8 @@ macro_rules! methods {
             }
         })*
 
-        impl<T: Real> Detector<T> for AnyDetector<T> {
-            fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
-                match self {
-                    $(Self::$variant(detector) => detector.step(readings)),*
-                }
-            }
-        }
+        in_numbers!(f32, $($variant),*);
+        in_numbers!(f64, $($variant),*);
 
         impl<T: Real> Method<T> {
             /// A key's value; none if the method as it is set has no such key.
@@ -129,10 +124,24 @@ macro_rules! methods {
             }
         }
 
-        impl<T: Real> Settings<T> for Method<T> {
-            type Detector = AnyDetector<T>;
+    };
+}
 
-            fn detector(&self) -> Result<AnyDetector<T>, SettingsError> {
+/// All methods in one kind of numbers. What is not generic is compiled here, once, and not again by all who use it.
+macro_rules! in_numbers {
+    ($number:ty, $($variant:ident),*) => {
+        impl Detector<$number> for AnyDetector<$number> {
+            fn step(&mut self, readings: &[Reading<$number>]) -> Step<$number> {
+                match self {
+                    $(Self::$variant(detector) => detector.step(readings)),*
+                }
+            }
+        }
+
+        impl Settings<$number> for Method<$number> {
+            type Detector = AnyDetector<$number>;
+
+            fn detector(&self) -> Result<AnyDetector<$number>, SettingsError> {
                 match self {
                     $(Self::$variant(settings) => settings.detector().map(AnyDetector::$variant)),*
                 }

@@ -4,8 +4,10 @@ mod check;
 mod entries;
 mod extras;
 mod nameplate;
+mod sourced;
 
 use std::fmt;
+use std::ops::Range;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -14,7 +16,8 @@ use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
     Second, Volt, Watt, Weber,
 };
-use standstill_quantity::{Quantity, Unit};
+use standstill_quantity::{Number, Quantity, Unit};
+use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 pub use self::entries::Entry;
@@ -45,12 +48,18 @@ impl fmt::Display for Source {
 }
 
 /// One number of a data sheet.
-#[derive(Clone, Debug, Deserialize)]
-#[serde(deny_unknown_fields, bound = "U: Unit", expecting = "a table { value = …, source = …, reason = … }")]
+#[derive(Clone, Debug)]
 pub struct Sourced<U> {
     value: Quantity<U>,
     source: Source,
     reason: String,
+}
+
+impl<'de, U: Unit> Deserialize<'de> for Sourced<U> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (value, source, reason) = sourced::read(Number(U::DIMENSION), deserializer)?;
+        Ok(Self { value: Quantity::si(value), source, reason })
+    }
 }
 
 impl<U: Unit> JsonSchema for Sourced<U> {
@@ -248,45 +257,91 @@ impl fmt::Display for MotorError {
 
 impl std::error::Error for MotorError {}
 
-/// The line of a position in a text, and the key that stands there.
-fn place(text: &str, position: usize) -> String {
-    let line = text.char_indices().take_while(|(at, _)| *at < position).filter(|(_, c)| *c == '\n').count();
-    let key = text.lines().nth(line).and_then(|line| line.split_once('=')).map_or("", |(key, _)| key.trim());
-    if key.is_empty() { format!("line {}: ", line + 1) } else { format!("line {}, `{key}`: ", line + 1) }
+/// Where in a text of TOML the longest known part of a key's path stands, in bytes.
+///
+/// ```
+/// use standstill_plant::key_span;
+///
+/// let text = "[winding]\nresistance = 1.2\n";
+/// assert_eq!(key_span(text, "winding.resistance"), Some(10..20));
+/// assert_eq!(key_span(text, "winding.leakage"), Some(1..8));
+/// assert_eq!(key_span(text, "rotor"), None);
+/// ```
+pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
+    let root = DeTable::parse(text).ok()?;
+    let mut table = root.get_ref();
+    let mut found = None;
+    let mut rest = key;
+    while !rest.is_empty() {
+        // Some keys have dots in them.
+        let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
+        let heads = std::iter::successors(Some(rest), |head| head.rsplit_once('.').map(|(head, _)| head));
+        let Some((head, (name, value))) = heads.into_iter().find_map(|head| Some((head, named(head)?)))
+        else {
+            break;
+        };
+        rest = rest[head.len()..].trim_start_matches('.');
+        found = Some(name.span());
+        let DeValue::Table(below) = value.get_ref() else { break };
+        table = below;
+    }
+    found
+}
+
+/// The number of the line, from 1, in which this byte of a text stands.
+pub fn line_of(text: &str, position: usize) -> usize {
+    text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1
+}
+
+/// What is wrong with a table, and with which of its keys.
+pub struct TableError {
+    /// The path of the key; empty if it is the table itself.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
 }
 
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
-        if let Ok(table) = text.parse::<Table>()
-            && table.contains_key("nameplate")
-        {
+        let format = |message| MotorError::Format { file: file.to_owned(), message };
+        let table = text.parse::<Table>().map_err(|error| {
+            let line = error.span().map(|span| format!("line {}: ", line_of(text, span.start)));
+            format(line.unwrap_or_default() + &error.message().replace('\n', " "))
+        })?;
+        if table.contains_key("nameplate") {
             return Self::of_nameplate(file, &table, Some(text));
         }
-        let sheet: Self = toml::from_str(text).map_err(|error| {
-            let place = error.span().map_or_else(String::new, |span| place(text, span.start));
-            let message = error.message().replace('\n', " ");
-            MotorError::Format { file: file.to_owned(), message: place + &message }
+        let sheet = Self::of_table(table).map_err(|TableError { key, message }| {
+            let line = key_span(text, &key).map(|span| format!("line {}, ", line_of(text, span.start)));
+            let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
+            format(line.unwrap_or_default() + &place + &message)
         })?;
         sheet.of_file(file)
     }
 
     /// From what a file or a scenario says; `file` is where it is said, and beside which its map is looked for.
-    pub fn read<'de, D: Deserializer<'de>>(
-        file: &str,
-        from: D,
-    ) -> Result<Result<Self, MotorError>, D::Error> {
-        Ok(Self::deserialize(from)?.of_file(file))
+    pub fn read(file: &str, from: Table) -> Result<Result<Self, MotorError>, TableError> {
+        Ok(Self::of_table(from)?.of_file(file))
+    }
+
+    /// The one place where a data sheet is read from a table: the code for it is compiled once for each way to read it.
+    fn of_table(table: Table) -> Result<Self, TableError> {
+        let mut track = serde_path_to_error::Track::new();
+        let from = serde_path_to_error::Deserializer::new(Value::Table(table), &mut track);
+        Self::deserialize(from).map_err(|error| {
+            // What follows the first line says where it is, which the path knows.
+            let message = error.to_string().trim().lines().next().unwrap_or_default().to_owned();
+            TableError { key: track.path().to_string().trim_end_matches(['.', '?']).to_owned(), message }
+        })
     }
 
     /// From a table with a `[nameplate]`, whose missing and wrong keys are named all at once; `text` is that of its file,
     /// for line numbers.
     pub fn of_nameplate(file: &str, table: &Table, text: Option<&str>) -> Result<Self, MotorError> {
         let whole = nameplate::spelled_out(file, table, text)?;
-        let sheet = Self::deserialize(Value::Table(whole)).map_err(|error| {
-            let message = error.to_string().trim().replace('\n', " ");
-            MotorError::Format { file: file.to_owned(), message }
-        })?;
+        let sheet = Self::of_table(whole)
+            .map_err(|TableError { message, .. }| MotorError::Format { file: file.to_owned(), message })?;
         // A plain number stands for all that could stand below it.
         let stated = |key: &str| {
             let mut place = Some(&Value::Table(table.clone()));

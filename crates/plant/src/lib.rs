@@ -27,7 +27,7 @@ mod survey;
 mod thermal;
 mod winding;
 
-pub use datasheet::{DataSheet, Entry, MotorError, Source};
+pub use datasheet::{DataSheet, Entry, MotorError, Source, TableError, key_span, line_of};
 pub use files::{Digest, Files};
 pub use fluxmap::{FluxMap, InductanceErrors, MapAxes, MapReport};
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};

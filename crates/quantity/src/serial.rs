@@ -1,43 +1,52 @@
 //! Quantities in files, and what JSON Schema says of them.
 
 use std::fmt;
-use std::marker::PhantomData;
 
+use serde::de::{DeserializeSeed, Error, Visitor};
 use serde::{Deserialize, Deserializer};
 
-use crate::{Quantity, Unit, prefix};
+use crate::{Dimension, Quantity, Unit, prefix};
+
+/// Reads a number in SI of this dimension: a plain number, or a text with a unit. Not generic over the unit, so that the
+/// code is compiled once for each format and not once more for each unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Number(pub Dimension);
+
+impl<'de> DeserializeSeed<'de> for Number {
+    type Value = f64;
+
+    fn deserialize<D: Deserializer<'de>>(self, deserializer: D) -> Result<f64, D::Error> {
+        deserializer.deserialize_any(self)
+    }
+}
+
+impl Visitor<'_> for Number {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        match self.0.symbol {
+            "" if self.0.share => write!(f, "a share such as 0.005 or \"0.5 %\""),
+            "" => write!(f, "a number without unit"),
+            symbol => write!(f, "a number in {symbol}, or a text such as \"1.5 {symbol}\""),
+        }
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+        if value.is_finite() { Ok(value) } else { Err(E::custom("not a finite number")) }
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+        self.visit_f64(value as f64)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
+        self.0.parse(text).map_err(E::custom)
+    }
+}
 
 impl<'de, U: Unit> Deserialize<'de> for Quantity<U> {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct Visitor<U>(PhantomData<U>);
-        impl<U: Unit> serde::de::Visitor<'_> for Visitor<U> {
-            type Value = Quantity<U>;
-
-            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                match U::SYMBOL {
-                    "" if U::DIMENSION.share => write!(f, "a share such as 0.005 or \"0.5 %\""),
-                    "" => write!(f, "a number without unit"),
-                    symbol => write!(f, "a number in {symbol}, or a text such as \"1.5 {symbol}\""),
-                }
-            }
-
-            fn visit_f64<E: serde::de::Error>(self, value: f64) -> Result<Quantity<U>, E> {
-                if value.is_finite() {
-                    Ok(Quantity::si(value))
-                } else {
-                    Err(E::custom("not a finite number"))
-                }
-            }
-
-            fn visit_i64<E: serde::de::Error>(self, value: i64) -> Result<Quantity<U>, E> {
-                self.visit_f64(value as f64)
-            }
-
-            fn visit_str<E: serde::de::Error>(self, text: &str) -> Result<Quantity<U>, E> {
-                text.parse().map_err(E::custom)
-            }
-        }
-        deserializer.deserialize_any(Visitor(PhantomData))
+        Number(U::DIMENSION).deserialize(deserializer).map(Self::si)
     }
 }
 

@@ -169,6 +169,43 @@ pub struct Run<T> {
     pub work: Work,
 }
 
+/// A run that is over, but for its detector's outcome.
+#[derive(Clone, Copy, Debug)]
+pub struct Finished {
+    /// Why it could not go on; none if the detector was done.
+    pub error: Option<RunError>,
+    /// See [`Run::duration`], and so on.
+    pub duration: Nanos,
+    pub start_angle: f64,
+    pub end_angle: f64,
+    pub has_pole: bool,
+    pub resolver_angle: f64,
+    pub moved: f64,
+    pub peak_current: f64,
+    pub ledger: Option<Ledger>,
+    pub work: Work,
+}
+
+impl Finished {
+    /// With how it ended.
+    pub fn run<T>(self, ended: Ended<T>) -> Run<T> {
+        let Self { error: _, duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
+        let Self { peak_current, ledger, work, .. } = self;
+        Run {
+            ended,
+            duration,
+            start_angle,
+            end_angle,
+            has_pole,
+            resolver_angle,
+            moved,
+            peak_current,
+            ledger,
+            work,
+        }
+    }
+}
+
 impl<T: Real> Run<T> {
     /// The angle found in rad, if one was; for an axis without pole, none.
     pub fn found(&self) -> Option<f64> {

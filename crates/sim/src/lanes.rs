@@ -10,75 +10,49 @@
 //! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
 
 pub mod bank;
-
-use std::marker::PhantomData;
-
-use standstill_interface::{Abc, Command, Detector, Leg, Reading, Real, Stage, Step};
+mod seats;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
 use standstill_plant::Magnetics;
 
+use standstill_interface::{Command, Detector, Reading, Real};
+
 use self::bank::{Bank, Served};
-use crate::case::{Case, Ended, Run, RunError};
+use self::seats::{Desk, Seats};
+use crate::case::{Case, Finished, Run, RunError};
 use crate::control::{Control, Want, can_move};
 use crate::trace::{NoProbe, Probe};
 
-/// A run in its lane, with its detector.
-struct Detection<'a, T: Real, D> {
-    number: usize,
-    control: Control<'a>,
-    detector: D,
-    readings: Vec<Reading<T>>,
+/// Where runs come from and what becomes of them. Whatever detectors there are stands behind it, so that the engine is
+/// compiled once for each width of registers and not once more for each detector.
+trait Host<'a> {
+    /// The next case, for this lane.
+    fn next(&mut self, lane: usize) -> Option<Case<'a>>;
+
+    /// What the detector in this lane orders after these readings; `None` if it is done.
+    fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>>;
+
+    /// The run in this lane is over, as its detector was done or by an error.
+    fn over(&mut self, lane: usize, finished: Finished);
 }
 
-impl<'a, T: Real, D: Detector<T>> Detection<'a, T, D> {
-    /// Goes on until a step is wanted, or to the end of the run.
-    fn advance<V: Wide>(&mut self, bank: &mut Bank<'a, V>, mut want: Want) -> Option<Run<T>> {
-        loop {
-            let ended = match want {
-                Want::Step => return None,
-                Want::Over(error) => Ended::Error(error),
-                Want::Command => {
-                    self.readings.clear();
-                    self.readings.extend(self.control.readings.iter().map(reading_as));
-                    match self.detector.step(&self.readings) {
-                        Step::Done(outcome) => Ended::Outcome(outcome),
-                        Step::Drive(command) => {
-                            want = self.control.command(bank, &command_of(&command));
-                            continue;
-                        }
-                    }
-                }
-            };
-            return Some(self.control.finish(bank, ended));
+/// Goes on until a step is wanted, or to the end of the run.
+fn advance<'a, V: Wide>(
+    control: &mut Control<'a>,
+    bank: &mut Bank<'a, V>,
+    detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    mut want: Want,
+) -> Option<Finished> {
+    loop {
+        match want {
+            Want::Step => return None,
+            Want::Over(error) => return Some(control.finish(bank, Some(error))),
+            Want::Command => match detector(&control.readings) {
+                Some(command) => want = control.command(bank, &command),
+                None => return Some(control.finish(bank, None)),
+            },
         }
     }
-}
-
-/// A reading in the detector's numbers.
-fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
-    Reading {
-        at: reading.at,
-        current: reading.current.map(T::of),
-        sensed: reading.sensed,
-        dc_link: T::of(reading.dc_link),
-        dc_link_clipped: reading.dc_link_clipped,
-    }
-}
-
-/// A detector's command in double precision.
-fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
-    let stage = |stage: Stage<T>| {
-        let Abc(legs) = stage.legs;
-        let legs = legs.map(|leg| match leg {
-            Leg::Off => Leg::Off,
-            Leg::Low => Leg::Low,
-            Leg::High => Leg::High,
-            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
-        });
-        Stage { legs: Abc(legs), duration: stage.duration }
-    };
-    Command { stage: stage(command.stage), then: command.then.map(stage), sampling: command.sampling }
 }
 
 /// Whether the steps of a case are looked at from within by its sensors.
@@ -100,80 +74,84 @@ fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
 }
 
 /// Runs in the lanes of a bank.
-struct SideBySide<'a, V: Wide, T: Real, D> {
+struct SideBySide<'a, V: Wide> {
     bank: Bank<'a, V>,
-    lanes: Vec<Option<Detection<'a, T, D>>>,
+    lanes: Vec<Option<Control<'a>>>,
 }
 
-impl<'a, V: Wide, T: Real, D: Detector<T>> SideBySide<'a, V, T, D> {
+impl<'a, V: Wide> SideBySide<'a, V> {
     fn new(bank: Bank<'a, V>) -> Self {
         Self { bank, lanes: (0..V::LANES).map(|_| None).collect() }
     }
 
-    /// Seats a run in a lane; its end, if it needs no step.
-    fn seat(&mut self, lane: usize, detection: Detection<'a, T, D>) -> Option<Run<T>> {
-        let run = self.lanes[lane].insert(detection).advance(&mut self.bank, Want::Command);
-        if run.is_some() {
+    /// Puts a run into a lane; its end, if it needs no step.
+    fn seat(
+        &mut self,
+        lane: usize,
+        control: Control<'a>,
+        detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    ) -> Option<Finished> {
+        let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
+        if finished.is_some() {
             self.bank.live &= !(1 << lane);
         }
-        run
+        finished
     }
 
     /// Takes cases into a lane until one of them needs a step.
-    fn fill(
-        &mut self,
-        lane: usize,
-        cases: &mut impl Iterator<Item = (usize, (Case<'a>, D))>,
-        done: &mut impl FnMut(usize, Run<T>),
-    ) {
-        let spare = self.lanes[lane].take();
-        let (mut raw, mut readings) =
-            spare.map_or_else(Default::default, |spare| (spare.control.readings, spare.readings));
-        for (number, (case, mut detector)) in cases {
-            if !fits(&self.bank, &case) {
-                done(number, run(&case, &mut detector, false, &mut NoProbe));
-                continue;
-            }
-            let control = Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut raw));
-            let detection = Detection { number, control, detector, readings: std::mem::take(&mut readings) };
-            match self.seat(lane, detection) {
-                Some(run) => done(number, run),
+    fn fill(&mut self, lane: usize, host: &mut dyn Host<'a>) {
+        let mut readings = self.lanes[lane].take().map_or_else(Vec::new, |control| control.readings);
+        while let Some(case) = host.next(lane) {
+            let finished = if fits(&self.bank, &case) {
+                let control =
+                    Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut readings));
+                self.seat(lane, control, &mut |readings| host.step(lane, readings))
+            } else {
+                Some(alone(&case, &mut |readings| host.step(lane, readings), false, &mut NoProbe, false))
+            };
+            match finished {
+                Some(finished) => host.over(lane, finished),
                 None => return,
             }
         }
     }
 
-    /// A step of all, and what follows from it. `over` gets the runs that have come to their ends, with their lanes.
-    fn turn(&mut self, mut over: impl FnMut(usize, Run<T>)) {
+    /// A step of all, and what follows from it: the lanes whose runs have come to their ends, as bits.
+    fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
+        let mut over = 0;
         let Served { accepted, arrived, unfit, broken, past } = self.bank.step();
         if self.bank.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {
-                if let Some(detection) = &mut self.lanes[lane] {
-                    detection.control.follow(&self.bank, &thirds);
+                if let Some(control) = &mut self.lanes[lane] {
+                    control.follow(&self.bank, &thirds);
                 }
             }
         }
         for lane in lanes_of(arrived | unfit | broken) {
-            let Some(detection) = &mut self.lanes[lane] else { continue };
+            let Some(control) = &mut self.lanes[lane] else { continue };
             let want = if broken >> lane & 1 == 1 {
                 Want::Over(RunError::NotFinite)
             } else {
-                detection.control.resume(&mut self.bank, unfit >> lane & 1 == 1)
+                control.resume(&mut self.bank, unfit >> lane & 1 == 1)
             };
-            if let Some(run) = detection.advance(&mut self.bank, want) {
+            if let Some(finished) =
+                advance(control, &mut self.bank, &mut |readings| host.step(lane, readings), want)
+            {
                 self.bank.live &= !(1 << lane);
-                over(lane, run);
+                over |= 1 << lane;
+                host.over(lane, finished);
             }
         }
         // Those who arrived have seen to it.
         for (k, past) in past.into_iter().enumerate() {
             for lane in lanes_of(past & !(arrived | broken)) {
-                if let Some(detection) = &mut self.lanes[lane] {
-                    detection.control.carry_out(&mut self.bank, k);
+                if let Some(control) = &mut self.lanes[lane] {
+                    control.carry_out(&mut self.bank, k);
                 }
             }
         }
+        over
     }
 }
 
@@ -188,15 +166,6 @@ fn lanes_of(mut bits: u32) -> impl Iterator<Item = usize> {
     })
 }
 
-/// A detector that belongs to somebody else.
-struct Borrowed<'d, D: ?Sized>(&'d mut D);
-
-impl<T: Real, D: Detector<T> + ?Sized> Detector<T> for Borrowed<'_, D> {
-    fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
-        self.0.step(readings)
-    }
-}
-
 /// Carries out one detection from rest.
 ///
 /// `ledger` asks for the energies, which are integrated along and cost time. Neither they nor who watches change a bit of
@@ -207,7 +176,9 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    alone(case, detector, ledger, probe, false)
+    let mut desk = Desk::new();
+    let finished = alone(case, &mut |readings| desk.step(detector, readings), ledger, probe, false);
+    desk.run(finished)
 }
 
 /// The same by another method for each step, of order five and with nothing in common with the engine's own but the
@@ -218,28 +189,51 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    alone(case, detector, ledger, probe, true)
+    let mut desk = Desk::new();
+    let finished = alone(case, &mut |readings| desk.step(detector, readings), ledger, probe, true);
+    desk.run(finished)
 }
 
-fn alone<T: Real, D: Detector<T> + ?Sized>(
+/// One run, in a bank for one.
+fn alone(
     case: &Case,
-    detector: &mut D,
+    detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
     ledger: bool,
     probe: &mut dyn Probe,
     refereed: bool,
-) -> Run<T> {
+) -> Finished {
     let watched = probe.resolution().is_some() || ledger || has_filters(case);
     let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter.link, can_move(case.rotor), watched);
     bank.refereed = refereed;
     let control = Control::new(case.clone(), &mut bank, 0, Some(probe), ledger, Vec::new());
     let mut one = SideBySide::new(bank);
-    let detection = Detection { number: 0, control, detector: Borrowed(detector), readings: Vec::new() };
-    let mut ended = one.seat(0, detection);
+    let mut host = Only { detector, finished: None };
+    host.finished = one.seat(0, control, host.detector);
     loop {
-        if let Some(run) = ended {
-            return run;
+        if let Some(finished) = host.finished {
+            return finished;
         }
-        one.turn(|_, run| ended = Some(run));
+        one.turn(&mut host);
+    }
+}
+
+/// The host of a single run.
+struct Only<'d> {
+    detector: &'d mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    finished: Option<Finished>,
+}
+
+impl<'a> Host<'a> for Only<'_> {
+    fn next(&mut self, _: usize) -> Option<Case<'a>> {
+        None
+    }
+
+    fn step(&mut self, _: usize, readings: &[Reading<f64>]) -> Option<Command<f64>> {
+        (self.detector)(readings)
+    }
+
+    fn over(&mut self, _: usize, finished: Finished) {
+        self.finished = Some(finished);
     }
 }
 
@@ -261,41 +255,42 @@ pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
     done: impl FnMut(usize, Run<T>),
 ) {
-    on_widest(most, Work { cases: cases.into_iter(), done, of: PhantomData });
+    all(most, &mut Seats::new(cases.into_iter(), done));
 }
 
-/// Cases to be run, and what is done with the runs.
-struct Work<'a, T, C, F> {
-    cases: C,
-    done: F,
-    of: PhantomData<(&'a (), T)>,
+/// All runs of a host, side by side.
+fn all<'a>(most: Width, host: &mut dyn Host<'a>) {
+    // The first decides of what kind the bank is, and has the first lane.
+    if let Some(first) = host.next(0) {
+        on_widest(most, Work { first, host });
+    }
 }
 
-impl<'a, T: Real, D: Detector<T>, C, F> OnWidest for Work<'a, T, C, F>
-where
-    C: Iterator<Item = (Case<'a>, D)>,
-    F: FnMut(usize, Run<T>),
-{
+/// Cases to be run.
+struct Work<'a, 'h> {
+    first: Case<'a>,
+    host: &'h mut dyn Host<'a>,
+}
+
+impl OnWidest for Work<'_, '_> {
     type Output = ();
 
     fn with<V: Wide>(self) {
-        let Self { cases, mut done, .. } = self;
-        let mut cases = cases.enumerate().peekable();
-        let Some((_, (first, _))) = cases.peek() else { return };
-        let bank: Bank<'a, V> =
-            Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(first));
-        let mut all = SideBySide::new(bank);
-        for lane in 0..V::LANES {
-            all.fill(lane, &mut cases, &mut done);
+        let Self { first, host } = self;
+        let bank: Bank<'_, V> =
+            Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(&first));
+        let mut side_by_side = SideBySide::new(bank);
+        let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
+        if let Some(finished) = side_by_side.seat(0, control, &mut |readings| host.step(0, readings)) {
+            host.over(0, finished);
+            side_by_side.fill(0, host);
         }
-        let mut over = Vec::with_capacity(V::LANES);
-        while all.bank.live != 0 {
-            all.turn(|lane, run| over.push((lane, run)));
-            for (lane, run) in over.drain(..) {
-                if let Some(detection) = &all.lanes[lane] {
-                    done(detection.number, run);
-                }
-                all.fill(lane, &mut cases, &mut done);
+        for lane in 1..V::LANES {
+            side_by_side.fill(lane, host);
+        }
+        while side_by_side.bank.live != 0 {
+            for lane in lanes_of(side_by_side.turn(host)) {
+                side_by_side.fill(lane, host);
             }
         }
     }

@@ -1,9 +1,9 @@
 //! Whole detections side by side against each alone.
 
-use standstill_campaign::{ErrorSet, Record, Scenario};
 use standstill_detect::{Method, MethodName};
 use standstill_inverter::{Sag, Storage};
 use standstill_plant::{Cogging, EddyBranch, Motor, built_in};
+use standstill_scenario::{ErrorSet, Record, Scenario};
 use standstill_sim::{Arrangement, Play, RotorState};
 
 use crate::bench::{mapped, paper_motor};

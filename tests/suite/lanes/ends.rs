@@ -1,9 +1,9 @@
 //! Detections that come to a bad end leave those beside them undisturbed.
 
-use standstill_campaign::{ErrorSet, Scenario, Specimen};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings};
 use standstill_interface::{Abc, Command, Detector, Leg, Nanos, Phase, Reading, Sampling, Stage, Step};
 use standstill_plant::Motor;
+use standstill_scenario::{ErrorSet, Scenario, Specimen};
 use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, RunError, run, run_side_by_side};
 
 use crate::bench::{mapped, paper_motor};

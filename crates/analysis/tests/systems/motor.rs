@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use standstill_analysis::Trials;
-use standstill_campaign::file::{Document, Plan};
 use standstill_interface::Angle;
 use standstill_numeric::erfc;
+use standstill_scenario::{Document, Plan};
 use standstill_sim::{Ended, Tape};
 
 /// A plan of these lines.
@@ -30,7 +30,7 @@ pub fn closed_form(current: f64, noise: f64, angle: Option<f64>) -> f64 {
     let trials = Trials::new(&plan).expect("a scenario");
     let tapes: Vec<Tape> = (0..if angle.is_some() { 1 } else { 400 }).map(|k| Tape::new(1, k)).collect();
     let records = trials.records(&tapes).expect("trials");
-    let wrong = |record: &standstill_campaign::Record| {
+    let wrong = |record: &standstill_scenario::Record| {
         let Ended::Outcome(outcome) = record.run.ended else { panic!("it runs") };
         assert!(outcome.evidence_for(Angle::from_radians(record.run.end_angle)).expect("evidence") > 0.0);
         let margin = outcome.findings().polarity.expect("two vectors").margin();

@@ -136,7 +136,7 @@ mod tests {
     use standstill_sim::RotorState;
 
     use super::*;
-    use crate::{ErrorSet, Scenario, Specimen};
+    use standstill_scenario::{ErrorSet, Scenario, Specimen};
 
     #[test]
     fn law_every_multiple_is_sampled_once() {

@@ -7,7 +7,7 @@ use standstill_plant::{Core, Files, FluxMap, Linear, MagneticCircuit, MapSamples
 use standstill_sim::{Arrangement, RotorState};
 
 use super::*;
-use crate::ErrorSet;
+use standstill_scenario::ErrorSet;
 
 /// Noise in A of the reference figures.
 const NOISE: f64 = 20e-3;

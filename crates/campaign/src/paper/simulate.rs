@@ -5,7 +5,7 @@ use standstill_interface::{Abc, Angle, Findings};
 use standstill_sim::{Ended, NoProbe, Run, run};
 
 use super::TABLE_2;
-use crate::{Record, Scenario, Specimen};
+use standstill_scenario::{Record, Scenario, Specimen};
 
 /// One row of both tables, simulated.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -6,7 +6,7 @@ use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
-use crate::file::StopTable;
+use standstill_scenario::StopTable;
 
 /// Which part of a run this is: all rows, or where points may end early all points, in equal parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]

@@ -319,7 +319,7 @@ mod tests {
 
     use super::super::walk::tests::row;
     use super::*;
-    use crate::file::StopTable;
+    use standstill_scenario::StopTable;
 
     fn identity() -> Identity {
         Identity {

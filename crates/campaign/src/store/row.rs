@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Record, Verdict};
+use standstill_scenario::{Record, Verdict};
 
 /// A trial as it is stored: plain values, without the run that they came from.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -216,7 +216,7 @@ mod tests {
     use super::super::journal::Journal;
     use super::super::walk::tests::row;
     use super::*;
-    use crate::file::StopTable;
+    use standstill_scenario::StopTable;
 
     fn identity(index: u64, count: u64, seed: u64) -> Identity {
         Identity {

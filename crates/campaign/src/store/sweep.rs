@@ -8,7 +8,7 @@ use super::journal::{Journal, JournalError};
 use super::row::Row;
 use crate::NUMERICS;
 use crate::engine::Engine;
-use crate::file::{FileError, Plan};
+use standstill_scenario::{FileError, Plan};
 
 /// A plan, or a shard of it.
 #[derive(Clone, Copy, Debug)]
@@ -106,8 +106,8 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::file::Document;
     use crate::store::Rows;
+    use standstill_scenario::Document;
 
     const TEXT: &str = r#"
         trials = 40

@@ -5,7 +5,7 @@ use standstill_quantity::Quantity;
 use super::identity::Identity;
 use super::row::Row;
 use crate::Statistics;
-use crate::file::StopTable;
+use standstill_scenario::StopTable;
 
 /// Trials of a point before its intervals are looked at.
 const FIRST_LOOK: u64 = 100;
@@ -110,9 +110,9 @@ pub(crate) mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
-    use crate::Verdict;
-    use crate::file::Document;
     use crate::store::Shard;
+    use standstill_scenario::Document;
+    use standstill_scenario::Verdict;
 
     /// A row whose axis error is `error` degrees.
     pub(crate) fn row(trial: u64, error: f64) -> Row {

@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use standstill_campaign::file::DesignKind;
-use standstill_campaign::{ErrorSet, Rotor};
 use standstill_plant::Temperature;
+use standstill_scenario::DesignKind;
+use standstill_scenario::{ErrorSet, Rotor};
 
 use super::{celsius, choice, newton_metres, seed};
 

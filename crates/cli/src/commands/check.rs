@@ -4,11 +4,12 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde_json::{Value, json};
-use standstill_campaign::file::Document;
-use standstill_campaign::{Candidate, Demands, ErrorSet, Suitability, told};
+use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
 use standstill_plant::DataSheet;
+use standstill_scenario::Document;
+use standstill_scenario::ErrorSet;
 
 use crate::Report;
 use crate::arguments::Check;

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
-use standstill_campaign::{Campaign, Entry, Occurrence, Statistics, told};
+use standstill_campaign::{Bound, Campaign, Entry, Occurrence, Statistics, mean_energy, told};
 use standstill_quantity::decimals;
 use standstill_sim::RunError;
 
@@ -161,13 +161,13 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
             break;
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
-        let (bound, no_bound) = cell.scenario.bound_or_reason(angles, threads)?;
+        let (bound, no_bound) = Bound::or_reason(&cell.scenario, angles, threads)?;
         let entry = Entry {
             method: cell.method,
             rotor: cell.rotor,
             errors: cell.errors,
             summary: statistics.summary(),
-            energy_j: cell.scenario.mean_energy(cell.trials)?,
+            energy_j: mean_energy(&cell.scenario, cell.trials)?,
             bound,
             no_bound,
         };

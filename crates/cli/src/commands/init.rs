@@ -4,7 +4,7 @@ use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
 
-use standstill_campaign::file;
+use standstill_scenario as file;
 
 use crate::Report;
 use crate::arguments::Init;
@@ -65,7 +65,7 @@ mod tests {
     use std::collections::BTreeSet;
     use std::path::Path;
 
-    use standstill_campaign::file::{Document, Plan};
+    use standstill_scenario::{Document, Plan};
     use toml::{Table, Value};
 
     use super::*;

@@ -6,11 +6,11 @@ use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::subset::{End, Run, Settings};
 use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, PLAIN, RUNS, Sector, Trials};
-use standstill_campaign::Record;
-use standstill_campaign::file::Plan;
 use standstill_detect::Settings as _;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
+use standstill_scenario::Plan;
+use standstill_scenario::Record;
 use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
 
 use super::question::{

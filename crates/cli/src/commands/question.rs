@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use standstill_analysis::Halt;
-use standstill_campaign::file::{Document, FileError, Plan, ScenarioFile};
-use standstill_campaign::{Estimate, Scenario};
+use standstill_campaign::Estimate;
 use standstill_detect::Method;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section};
+use standstill_scenario::Scenario;
+use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
 use super::reproduce::file_list;
 use crate::Report;

@@ -5,9 +5,9 @@ mod study;
 
 use std::path::{Path, PathBuf};
 
-use standstill_campaign::file::{Document, ScenarioFile};
 use standstill_report::study::{ErrorCloud, figures};
 use standstill_report::table::{Format, Reader};
+use standstill_scenario::{Document, ScenarioFile};
 
 use super::reproduce::file_list;
 use super::run::results::{SummaryFile, trials_name};

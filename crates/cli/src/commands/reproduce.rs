@@ -5,13 +5,14 @@ mod tables;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_campaign::file::{Document, ScenarioFile};
 use standstill_campaign::paper::{self, Finding, TABLE_2};
 use standstill_campaign::store::Row;
-use standstill_campaign::{Campaign, Record, Scenario, Specimen, Statistics};
+use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
 use standstill_report::table::{Format, TableError, Writer};
+use standstill_scenario::{Document, ScenarioFile};
+use standstill_scenario::{Record, Scenario, Specimen};
 use standstill_sim::{Trace, run as simulate};
 
 use crate::Report;

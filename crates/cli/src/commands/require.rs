@@ -11,9 +11,9 @@ use standstill_analysis::bracket::{Edge, Found, Search, Side};
 use standstill_analysis::limit::Limits;
 use standstill_analysis::require::Bench;
 use standstill_campaign::Estimate;
-use standstill_campaign::file::{FileError, Plan};
 use standstill_quantity::si_value;
 use standstill_report::page::{Block, Page, Section, Tone};
+use standstill_scenario::{FileError, Plan};
 
 use super::question::{
     Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
@@ -142,10 +142,10 @@ fn si(text: &str) -> Option<f64> {
 
 /// A key's value in its unit.
 fn shown(key: &str, value: f64) -> String {
-    if standstill_campaign::file::is_share(key) {
+    if standstill_scenario::is_share(key) {
         return format!("{} %", listed(&[100.0 * value], "").trim_end());
     }
-    listed(&[value], &standstill_campaign::file::unit(key).unwrap_or_default()).trim_end().to_owned()
+    listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
 fn sentence(key: &str, limits: &Limits, edge: &Edge) -> String {

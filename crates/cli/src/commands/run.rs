@@ -6,8 +6,8 @@ use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
-use standstill_campaign::file::{Document, Origin, Plan};
 use standstill_campaign::store::{Identity, Journal, JournalError, Row, Shard, Shards, Sweep as Trials};
+use standstill_scenario::{Document, Origin, Plan};
 
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;

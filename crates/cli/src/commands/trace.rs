@@ -4,10 +4,10 @@ mod specimen;
 mod verify;
 
 use serde_json::json;
-use standstill_campaign::file::{Plan, ScenarioFile};
-use standstill_campaign::{Record, Scenario, Verdict};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::Abc;
+use standstill_scenario::{Plan, ScenarioFile};
+use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Ended, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;

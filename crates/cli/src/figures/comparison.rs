@@ -1,7 +1,8 @@
 //! Methods compared.
 
-use standstill_campaign::{Entry, ErrorSet};
+use standstill_campaign::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
+use standstill_scenario::ErrorSet;
 
 use super::WIDTH;
 

@@ -2,8 +2,9 @@
 
 use standstill_analysis::bracket::Found;
 use standstill_analysis::limit::Limits;
-use standstill_campaign::{Estimate, file};
+use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
+use standstill_scenario as file;
 
 use super::WIDTH;
 use crate::commands::require::Point;

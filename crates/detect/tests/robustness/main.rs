@@ -42,7 +42,10 @@ fn run<T: Real>(detector: &mut impl Detector<T>, drive: &mut Drive, steps: u32) 
     false
 }
 
-fn feed_garbage<T: Real>() {
+fn feed_garbage<T: Real>()
+where
+    Method<T>: Settings<T>,
+{
     for name in MethodName::ALL {
         let mut random = Random(0x1234_5678_9ABC_DEF1);
         let mut ended = 0;
@@ -65,7 +68,10 @@ fn law_no_reading_makes_a_detector_panic() {
     feed_garbage::<f32>();
 }
 
-fn build_anything<T: Real>() {
+fn build_anything<T: Real>()
+where
+    Method<T>: Settings<T>,
+{
     let mut random = Random(0x0DDB_1A5E_5BAD_5EED);
     let mut built = [0_u32; MethodName::ALL.len()];
     for trial in 0..12_000 {

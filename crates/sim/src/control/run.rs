@@ -13,7 +13,7 @@ use super::course::Course;
 use super::gates::Lines;
 use super::ledger::Accounts;
 use super::requests::validate;
-use crate::case::{Case, Ended, Run, RunError, Work};
+use crate::case::{Case, Finished, RunError, Work};
 use crate::lanes::bank::{Bank, NOTHING};
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
@@ -376,20 +376,20 @@ impl<'a> Control<'a> {
     }
 
     /// The run at its end.
-    pub fn finish<T, V: Wide>(&mut self, bank: &mut Bank<'a, V>, ended: Ended<T>) -> Run<T> {
+    pub fn finish<V: Wide>(&mut self, bank: &mut Bank<'a, V>, error: Option<RunError>) -> Finished {
         let lane = self.lane;
         let turned = bank.here.state.turned.get(lane);
         let end_angle = self.case.start_angle + turned;
         let ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
-        let duration = match ended {
-            Ended::Error(_) => Nanos::from_seconds(self.time(bank) * 1e-9),
-            Ended::Outcome(_) => self.course.end,
+        let duration = match error {
+            Some(_) => Nanos::from_seconds(self.time(bank) * 1e-9),
+            None => self.course.end,
         };
         // Counts are small and whole.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = |pack: &V| pack.get(lane) as u64;
-        Run {
-            ended,
+        Finished {
+            error,
             duration,
             start_angle: self.case.start_angle,
             end_angle,

@@ -109,8 +109,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
         let accuracy =
             Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, between: zero };
-        let legs = machine.legs.at(zero, zero);
-        let tried = Tried::new(&machine, &bounds, &legs, &here, zero, &accuracy);
+        let tried = Tried::none(&here, machine.legs.at(zero, zero));
         Self {
             machine,
             bounds,

@@ -11,7 +11,7 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
 
-use crate::physics::bounds::{Bounds, Margins};
+use crate::physics::bounds::{Bounds, ENDS, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
@@ -83,6 +83,29 @@ pub struct Accuracy<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
+    /// No step: room for those to come. Trying one here would compile the whole of it once more.
+    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
+        let zero = V::of(0.0);
+        let plane = Plane::new(zero, zero);
+        Self {
+            h: zero,
+            legs,
+            end: here.clone(),
+            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
+            link_rise: [zero; 2],
+            acceleration: [zero; 2],
+            phases: [[zero; 3]; 2],
+            margins: [[zero; ENDS]; 2],
+            phase_rise: [[zero; 3]; 2],
+            torque: [zero; 2],
+            torque_rise: [zero; 2],
+            error: zero,
+            first: zero,
+            least: zero,
+            deep: zero,
+        }
+    }
+
     /// Tries a step to times in ns.
     #[inline(always)]
     #[allow(

@@ -2,11 +2,11 @@
 
 use std::path::Path;
 
-use standstill_campaign::file::{Document, FileError, Origin};
-use standstill_campaign::{ErrorSet, Rotor, Scenario};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::Choice;
 use standstill_plant::Motor;
+use standstill_scenario::{Document, FileError, Origin};
+use standstill_scenario::{ErrorSet, Rotor, Scenario};
 use toml::Value;
 
 use crate::arguments::Compare;

@@ -1,8 +1,8 @@
 //! From the results of a run to what its figures are drawn from.
 
-use standstill_campaign::file::{AxisSpec, DesignKind};
 use standstill_campaign::{Estimate, Summary, clustered_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
+use standstill_scenario::{AxisSpec, DesignKind};
 
 use super::Run;
 use crate::commands::run::results::PointSummary;

@@ -4,8 +4,8 @@ use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_analysis::bracket::{Found, Search};
-use standstill_campaign::file::Plan;
 use standstill_report::page::{Block, Page, Section, Tone};
+use standstill_scenario::Plan;
 
 use super::{Question, shown};
 use crate::Report;

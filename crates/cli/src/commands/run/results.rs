@@ -5,11 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
-use standstill_campaign::file::{Document, Point};
 use standstill_campaign::store::{Identity, JournalError, Shards};
 use standstill_campaign::{Statistics, Summary};
 use standstill_quantity::Quantity;
 use standstill_report::table::{Column, Format, TableError, Writer};
+use standstill_scenario::{Document, Point};
 
 use crate::Report;
 use crate::arguments::{FormatName, Results as Options};

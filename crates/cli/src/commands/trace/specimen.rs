@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 use std::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
-use standstill_campaign::file::{Plan, Single};
+use standstill_scenario::{Plan, Single};
 use standstill_sim::{Case, RotorState};
 
 use crate::units::listed;

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 
 use serde_json::json;
-use standstill_campaign::Record;
-use standstill_campaign::file::Single;
 use standstill_detect::{Settings, SettingsError};
 use standstill_interface::Outcome;
+use standstill_scenario::Record;
+use standstill_scenario::Single;
 use standstill_sim::{Ended, Event, Run, Tolerance, Trace, referee, run};
 
 /// How much tighter.

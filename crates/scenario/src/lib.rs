@@ -1,4 +1,4 @@
-//! Scenario files: what an engineer writes down and sweeps.
+//! Scenarios: what an engineer writes down and sweeps, and the case of any of its trials.
 //!
 //! ```text
 //!   text ─► Document ─► (overrides: -s, a point of the axes) ─► ScenarioFile ─► Scenario
@@ -6,17 +6,22 @@
 //!           the lines of its keys
 //! ```
 //! Overrides change the document, not the scenario. So every key that a file can have can be set from the command line
-//! and can be an axis, and one place tells what is wrong with it.
+//! and can be an axis, and one place tells what is wrong with it. A trial is a pure function of its scenario and its number.
 
 mod axes;
 mod build;
 mod detector;
 mod document;
+mod errors;
 mod link;
 mod motor;
 mod named;
 mod number;
 mod plan;
+mod pole_rule;
+mod record;
+mod rotor;
+mod scenario;
 mod seed;
 mod single;
 mod tables;
@@ -28,9 +33,14 @@ mod units;
 pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
 pub use detector::DetectorTable;
 pub use document::{Document, FileError, Origin};
+pub use errors::{DriveSettings, ErrorSet};
 pub use motor::MotorSpec;
 pub use named::Named;
 pub use plan::Plan;
+pub use pole_rule::PoleRule;
+pub use record::{Record, TrialError, Verdict};
+pub use rotor::Rotor;
+pub use scenario::{Scenario, Specimen};
 pub use seed::value as seed_value;
 pub use single::Single;
 pub use tables::{InverterTable, RotorTable, ScenarioFile, SensorsTable, StopTable};

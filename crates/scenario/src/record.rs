@@ -1,6 +1,7 @@
 //! What is kept of a trial.
 
 use serde::{Deserialize, Serialize};
+use standstill_detect::SettingsError;
 use standstill_interface::{Angle, Outcome};
 use standstill_sim::{Ended, Run};
 
@@ -115,5 +116,20 @@ impl Record {
     /// Furthest the rotor was from its start, in electrical degrees.
     pub fn rotor_moved_deg(&self) -> f64 {
         self.run.moved.to_degrees()
+    }
+}
+
+/// A trial that could not be run: no detector or no machine can be made for it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrialError<E> {
+    /// Its number.
+    pub trial: u64,
+    /// Why.
+    pub error: E,
+}
+
+impl From<TrialError<SettingsError>> for SettingsError {
+    fn from(of: TrialError<Self>) -> Self {
+        of.error
     }
 }

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_plant::{DataSheet, Files, built_in_names};
+use standstill_plant::{DataSheet, Files, TableError, built_in_names};
 use toml::{Table, Value};
 
 use super::document::FileError;
@@ -261,10 +261,8 @@ fn in_place(table: &Table, files: &Files) -> Result<DataSheet, FileError> {
         let sheet = DataSheet::of_nameplate(&file, &sheet, None).map_err(FileError::Motor)?;
         return Ok(sheet.with_files(files));
     }
-    let mut track = serde_path_to_error::Track::new();
-    let deserializer = serde_path_to_error::Deserializer::new(Value::Table(sheet), &mut track);
-    match DataSheet::read(&file, deserializer) {
+    match DataSheet::read(&file, sheet) {
         Ok(sheet) => sheet.map(|sheet| sheet.with_files(files)).map_err(FileError::Motor),
-        Err(error) => Err(FileError::serde(&format!("motor.{}", track.path()), &error.to_string())),
+        Err(TableError { key, message }) => Err(FileError::serde(&format!("motor.{key}"), &message)),
     }
 }

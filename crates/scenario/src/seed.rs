@@ -69,7 +69,7 @@ impl schemars::JsonSchema for SeedSchema {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::tests::{error, scenario};
+    use crate::tests::{error, scenario};
 
     #[test]
     fn law_every_seed_can_be_written_down() {

@@ -1,14 +1,12 @@
 //! A scenario as text: what stands where, what was changed, and what is wrong with it.
 
 use std::fmt;
-use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use serde::Deserialize;
 use standstill_detect::{MethodName, SettingsError};
-use standstill_plant::{Files, MotorError, TemperatureError};
-use toml::de::{DeTable, DeValue};
+use standstill_plant::{Files, MotorError, TemperatureError, key_span, line_of};
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
@@ -129,7 +127,7 @@ impl FileError {
     }
 
     /// A setting with which the method cannot work.
-    pub(super) fn settings(error: &SettingsError) -> Self {
+    pub fn settings(error: &SettingsError) -> Self {
         let SettingsError { setting, needed } = error;
         let message = format!("the detector's setting {setting} must be {needed}");
         Self::Key { place: String::new(), key: "detector".to_owned(), message }
@@ -348,7 +346,7 @@ impl Document {
                 || key.starts_with(&format!("{changed}."))
         });
         let file = self.file.display();
-        let place = match (by_change, self.span(&key)) {
+        let place = match (by_change, key_span(&self.text, &key)) {
             (Some((changed, origin)), _) => {
                 let table = match origin {
                     Origin::CommandLine | Origin::Option(_) => None,
@@ -358,7 +356,7 @@ impl Document {
                 // An axis may be the file's own, or of the command line.
                 let own = table.map(|table| format!("{table}.{changed}"));
                 let own = own.filter(|own| self.changed.iter().all(|(key, _)| key != own));
-                match own.and_then(|own| self.span(&own)) {
+                match own.and_then(|own| key_span(&self.text, &own)) {
                     Some(span) => format!("{file}: line {}, {origin}", line_of(&self.text, span.start)),
                     None => origin.to_string(),
                 }
@@ -368,34 +366,8 @@ impl Document {
         };
         FileError::Key { place, key, message }
     }
-
-    /// Where in the text the longest known part of a key's path stands.
-    fn span(&self, key: &str) -> Option<Range<usize>> {
-        let root = DeTable::parse(&self.text).ok()?;
-        let mut table = root.get_ref();
-        let mut found = None;
-        let mut rest = key;
-        while !rest.is_empty() {
-            // The keys of axes and tolerances have dots in them.
-            let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
-            let heads = std::iter::successors(Some(rest), |head| head.rsplit_once('.').map(|(head, _)| head));
-            let Some((head, (name, value))) = heads.into_iter().find_map(|head| Some((head, named(head)?)))
-            else {
-                break;
-            };
-            rest = rest[head.len()..].trim_start_matches('.');
-            found = Some(name.span());
-            let DeValue::Table(below) = value.get_ref() else { break };
-            table = below;
-        }
-        found
-    }
 }
 
 fn is_empty(value: &Value) -> bool {
     matches!(value, Value::Table(table) if table.values().all(is_empty))
-}
-
-fn line_of(text: &str, position: usize) -> usize {
-    text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1
 }

@@ -276,7 +276,7 @@ impl<S: Settings<f64>> Scenario<S> {
     /// A trial whose draws are on a tape, with the scenario's own detector. Its number is that of the tape.
     ///
     /// ```
-    /// use standstill_campaign::{ErrorSet, Scenario};
+    /// use standstill_scenario::{ErrorSet, Scenario};
     /// use standstill_detect::MethodName;
     /// use standstill_plant::built_in;
     /// use standstill_sim::{Purpose, RotorState, Tape};

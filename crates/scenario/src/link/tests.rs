@@ -3,7 +3,7 @@ use standstill_inverter::{Sag, Storage};
 use standstill_sim::{Trace, run};
 
 use crate::Scenario;
-use crate::file::tests::{error, scenario};
+use crate::tests::{error, scenario};
 
 #[test]
 fn analytic_link_capacitor_and_sag_are_where_they_belong() {
@@ -71,6 +71,6 @@ fn analytic_a_sag_is_deepest_in_its_middle_and_moves_what_is_found() {
     };
     assert!((at(0.5e-3) - 1.0).abs() < 1e-12 && (at(5.5e-3) - 1.0).abs() < 1e-12);
     assert!((at(3e-3) - 0.8).abs() < 1e-5 && (at(2e-3) - 0.9).abs() < 1e-3, "{} {}", at(3e-3), at(2e-3));
-    let found = |text: &str| crate::file::tests::scenario(text).trial(0).expect("settings").error_deg();
+    let found = |text: &str| crate::tests::scenario(text).trial(0).expect("settings").error_deg();
     assert_ne!(found(text), found(&text.replace("20 %", "0 %")));
 }

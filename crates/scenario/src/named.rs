@@ -43,7 +43,7 @@ mod tests {
     use toml::Value;
 
     use super::*;
-    use crate::file::DesignKind;
+    use crate::DesignKind;
     use crate::{ErrorSet, PoleRule, Rotor};
 
     /// Each name is one thing, and is read and written as the schema has it.

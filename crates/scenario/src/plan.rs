@@ -13,8 +13,7 @@ use super::axes::{Point, points};
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
-use crate::engine::Trials;
-use crate::{Record, Scenario, TrialError};
+use crate::{Record, Scenario};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
@@ -278,35 +277,6 @@ impl Plan {
         }
         for (number, tape) in tapes.iter().enumerate() {
             done(number, self.trial_taped(point, scenario, tape)?);
-        }
-        Ok(())
-    }
-}
-
-impl Trials for Plan {
-    type Point = Scenario<Method<f64>>;
-    type Error = FileError;
-
-    fn point(&self, number: usize) -> Result<Self::Point, FileError> {
-        self.scenario(number)
-    }
-
-    /// Side by side, unless each has a machine of its own.
-    fn run(
-        &self,
-        point: &Self::Point,
-        number: usize,
-        trials: &mut dyn Iterator<Item = u64>,
-        done: &mut dyn FnMut(Record),
-    ) -> Result<(), TrialError<FileError>> {
-        if !self.has_tolerances() {
-            let settings =
-                |TrialError { trial, error }| TrialError { trial, error: FileError::settings(&error) };
-            return point.trials(trials, done).map_err(settings);
-        }
-        for trial in trials {
-            let failed = |error| TrialError { trial, error };
-            done(self.trial(number, point, trial).map_err(failed)?);
         }
         Ok(())
     }

@@ -1,0 +1,48 @@
+//! A number with its source and reason, read from a table. By hand, so that it is compiled once and not for each unit.
+
+use std::fmt;
+
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
+use standstill_quantity::Number;
+
+use super::Source;
+
+const FIELDS: &[&str] = &["value", "source", "reason"];
+
+/// The number in SI, its source and the reason.
+pub fn read<'de, D: Deserializer<'de>>(number: Number, from: D) -> Result<(f64, Source, String), D::Error> {
+    from.deserialize_struct("Sourced", FIELDS, Table(number))
+}
+
+#[derive(Deserialize)]
+#[serde(field_identifier, rename_all = "lowercase")]
+enum Field {
+    Value,
+    Source,
+    Reason,
+}
+
+struct Table(Number);
+
+impl<'de> Visitor<'de> for Table {
+    type Value = (f64, Source, String);
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        f.write_str("a table { value = …, source = …, reason = … }")
+    }
+
+    fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {
+        let (mut value, mut source, mut reason) = (None, None, None);
+        while let Some(field) = map.next_key()? {
+            match field {
+                Field::Value => value = Some(map.next_value_seed(self.0)?),
+                Field::Source => source = Some(map.next_value()?),
+                Field::Reason => reason = Some(map.next_value()?),
+            }
+        }
+        let value = value.ok_or_else(|| A::Error::missing_field("value"))?;
+        let source = source.ok_or_else(|| A::Error::missing_field("source"))?;
+        Ok((value, source, reason.ok_or_else(|| A::Error::missing_field("reason"))?))
+    }
+}

@@ -1,0 +1,24 @@
+//! How a pole is decided.
+
+use standstill_detect::{PolarityRule, SequentialSettings};
+use standstill_interface::choice;
+
+choice! {
+    /// How a pole is decided, where a polarity test of its own follows the axis.
+    pub enum PoleRule {
+        /// By one vector each way, as in the paper.
+        TwoVectors = "two-vectors",
+        /// By as many as it takes, with a probability of one in a million to be wrong.
+        Sequential = "sequential",
+    }
+}
+
+impl PoleRule {
+    /// As settings, for a motor whose poles' currents differ by this share.
+    pub(crate) fn settings(self, difference: f64) -> PolarityRule<f64> {
+        match self {
+            Self::TwoVectors => PolarityRule::TwoVectors,
+            Self::Sequential => PolarityRule::Sequential(SequentialSettings::new(difference)),
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! Detectors behind the lanes: whatever they are, and in whichever numbers they compute.
+
+use standstill_interface::{Abc, Command, Detector, Leg, Outcome, Reading, Real, Stage, Step};
+use standstill_numeric::MOST_LANES;
+
+use super::Host;
+use crate::case::{Case, Ended, Finished, Run};
+
+/// What stands between a detector and the engine: readings and commands in both's numbers, and its outcome.
+pub struct Desk<T: Real> {
+    readings: Vec<Reading<T>>,
+    outcome: Option<Outcome<T>>,
+}
+
+impl<T: Real> Desk<T> {
+    /// For a run that has not begun.
+    pub fn new() -> Self {
+        Self { readings: Vec::new(), outcome: None }
+    }
+
+    /// What the detector orders after these readings; `None` if it is done.
+    pub fn step<D: Detector<T> + ?Sized>(
+        &mut self,
+        detector: &mut D,
+        readings: &[Reading<f64>],
+    ) -> Option<Command<f64>> {
+        self.readings.clear();
+        self.readings.extend(readings.iter().map(reading_as));
+        match detector.step(&self.readings) {
+            Step::Drive(command) => Some(command_of(&command)),
+            Step::Done(outcome) => {
+                self.outcome = Some(outcome);
+                None
+            }
+        }
+    }
+
+    /// The whole of a run that is over. The next one may begin.
+    pub fn run(&mut self, finished: Finished) -> Run<T> {
+        let ended = match (finished.error, self.outcome.take()) {
+            (None, Some(outcome)) => Ended::Outcome(outcome),
+            (Some(error), _) => Ended::Error(error),
+            (None, None) => unreachable!("a run ends by an error or because its detector is done"),
+        };
+        finished.run(ended)
+    }
+}
+
+/// Cases with a detector each, in their lanes.
+pub struct Seats<T: Real, D, C, F> {
+    cases: C,
+    done: F,
+    begun: usize,
+    seats: [Option<Seat<T, D>>; MOST_LANES],
+}
+
+/// Who has a lane: the number of the case, and its detector.
+struct Seat<T: Real, D> {
+    number: usize,
+    detector: Option<D>,
+    desk: Desk<T>,
+}
+
+impl<T: Real, D, C, F> Seats<T, D, C, F> {
+    /// For these cases; `done` gets each run with the number of its case.
+    pub fn new(cases: C, done: F) -> Self {
+        Self { cases, done, begun: 0, seats: [const { None }; MOST_LANES] }
+    }
+}
+
+impl<'a, T, D, C, F> Host<'a> for Seats<T, D, C, F>
+where
+    T: Real,
+    D: Detector<T>,
+    C: Iterator<Item = (Case<'a>, D)>,
+    F: FnMut(usize, Run<T>),
+{
+    fn next(&mut self, lane: usize) -> Option<Case<'a>> {
+        let (case, detector) = self.cases.next()?;
+        let seat =
+            self.seats[lane].get_or_insert_with(|| Seat { number: 0, detector: None, desk: Desk::new() });
+        seat.number = self.begun;
+        seat.detector = Some(detector);
+        self.begun += 1;
+        Some(case)
+    }
+
+    fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>> {
+        let seat = self.seats[lane].as_mut()?;
+        seat.desk.step(seat.detector.as_mut()?, readings)
+    }
+
+    fn over(&mut self, lane: usize, finished: Finished) {
+        if let Some(seat) = &mut self.seats[lane] {
+            let run = seat.desk.run(finished);
+            (self.done)(seat.number, run);
+        }
+    }
+}
+
+/// A reading in the detector's numbers.
+fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
+    Reading {
+        at: reading.at,
+        current: reading.current.map(T::of),
+        sensed: reading.sensed,
+        dc_link: T::of(reading.dc_link),
+        dc_link_clipped: reading.dc_link_clipped,
+    }
+}
+
+/// A detector's command in double precision.
+fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
+    let stage = |stage: Stage<T>| {
+        let Abc(legs) = stage.legs;
+        let legs = legs.map(|leg| match leg {
+            Leg::Off => Leg::Off,
+            Leg::Low => Leg::Low,
+            Leg::High => Leg::High,
+            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
+        });
+        Stage { legs: Abc(legs), duration: stage.duration }
+    };
+    Command { stage: stage(command.stage), then: command.then.map(stage), sampling: command.sampling }
+}
