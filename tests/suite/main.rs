@@ -7,6 +7,7 @@ mod bench;
 mod convergence;
 mod determinism;
 mod draws;
+mod edges;
 mod energy;
 mod error_sets;
 mod failures;

@@ -26,7 +26,8 @@ choice! {
 /// The motor as the bridge sees it at one instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Port<T = f64> {
-    /// Phase currents in A into the motor.
+    /// Phase currents in A into the motor. A leg has none where this is zero: what is none but for rounding is for who knows
+    /// how large the motor's currents are.
     pub current: [T; 3],
     /// Inverse incremental inductance Γ in 1/H, in the stator's plane.
     pub inverse_inductance: Symmetric<T>,
@@ -44,9 +45,6 @@ pub struct Bridge {
     /// What an idle leg may do.
     pub open_leg: OpenLeg,
 }
-
-/// Below this current, in A, a leg counts as currentless when modes are resolved.
-pub const RESTING_CURRENT: f64 = 1e-9;
 
 /// A margin in V by which modes fit so well that no others do: the margins of others are then wrong by as much, but for
 /// a factor of the motor's saliency, and rounding is a millionth of it.
@@ -83,7 +81,7 @@ impl Bridge {
     ///
     /// What mostly happens is looked at first, and taken where it fits so well that nothing else can.
     pub fn resolve(&self, gates: [Gate; 3], port: &Port) -> Modes {
-        let resting = port.current.map(|current| current.abs() <= RESTING_CURRENT);
+        let resting = port.current.map(|current| current == 0.0);
         let likely = match resting {
             [false, false, false] => return all_flowing(gates, port.current),
             [true, false, false] => self.with_one_resting(0, gates, port),
@@ -131,7 +129,7 @@ impl Bridge {
 
     /// All combinations, one after the other: the first that fits, or the one nearest to it.
     fn search(&self, gates: [Gate; 3], port: &Port) -> Modes {
-        let mut resting = port.current.map(|current| current.abs() <= RESTING_CURRENT);
+        let mut resting = port.current.map(|current| current == 0.0);
         if resting.iter().filter(|rests| **rests).count() >= 2 {
             resting = [true; 3];
         }

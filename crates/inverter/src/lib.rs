@@ -20,7 +20,7 @@ mod devices;
 mod gates;
 mod link;
 
-pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port, RESTING_CURRENT};
+pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port};
 pub use devices::{Clamp, Conduction, Devices};
 pub use gates::{Gate, GateTiming};
 pub use link::{DcLink, Sag, Source, Storage};

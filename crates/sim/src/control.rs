@@ -5,6 +5,7 @@ mod course;
 mod gates;
 mod ledger;
 mod motion;
+mod place;
 mod requests;
 mod run;
 mod watch;

@@ -10,6 +10,7 @@
 //! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
 
 pub mod bank;
+mod mode_ends;
 mod seats;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
@@ -119,7 +120,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     /// A step of all, and what follows from it: the lanes whose runs have come to their ends, as bits.
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
-        let Served { accepted, arrived, unfit, broken, past } = self.bank.step();
+        let Served { accepted, arrived, out_of_bounds, broken, carried_out } = self.bank.step();
         if self.bank.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {
@@ -128,12 +129,12 @@ impl<'a, V: Wide> SideBySide<'a, V> {
                 }
             }
         }
-        for lane in lanes_of(arrived | unfit | broken) {
+        for lane in lanes_of(arrived | out_of_bounds | broken) {
             let Some(control) = &mut self.lanes[lane] else { continue };
             let want = if broken >> lane & 1 == 1 {
                 Want::Over(RunError::NotFinite)
             } else {
-                control.resume(&mut self.bank, unfit >> lane & 1 == 1)
+                control.resume(&mut self.bank, out_of_bounds >> lane & 1 == 1)
             };
             if let Some(finished) =
                 advance(control, &mut self.bank, &mut |readings| host.step(lane, readings), want)
@@ -144,8 +145,8 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             }
         }
         // Those who arrived have seen to it.
-        for (k, past) in past.into_iter().enumerate() {
-            for lane in lanes_of(past & !(arrived | broken)) {
+        for (k, carried_out) in carried_out.into_iter().enumerate() {
+            for lane in lanes_of(carried_out & !(arrived | broken)) {
                 if let Some(control) = &mut self.lanes[lane] {
                     control.carry_out(&mut self.bank, k);
                 }

@@ -133,7 +133,14 @@ impl Source {
         let mut rng = ChaCha8Rng::from_seed(self.key);
         rng.set_stream(self.index);
         rng.set_word_pos(u128::from(block) << 4);
-        std::array::from_fn(|_| rng.next_u64())
+        let mut bytes = [0; 8 * AT_ONCE];
+        rng.fill_bytes(&mut bytes);
+        let (words, _) = bytes.as_chunks::<8>();
+        let mut numbers = [0; AT_ONCE];
+        for (number, word) in numbers.iter_mut().zip(words) {
+            *number = u64::from_le_bytes(*word);
+        }
+        numbers
     }
 }
 

@@ -126,8 +126,7 @@ fn law_what_is_likely_is_what_the_search_finds() {
         });
         let i = AlphaBeta::new(random() - 0.5, random() - 0.5);
         let mut current = match case / 4 % 4 {
-            0 => [0.0; 3],
-            1 => [2e-10 * i.alpha, 1e-10 * i.beta, 0.0],
+            0 | 1 => [0.0; 3],
             2 => [i.alpha, -i.alpha, 0.0],
             _ => i.phases().0,
         };
@@ -143,7 +142,7 @@ fn law_what_is_likely_is_what_the_search_finds() {
             dc_link: if case % 7 == 0 { 0.0 } else { 550.0 },
         };
         let modes = bridge.resolve(gates, &port);
-        let resting = current.iter().filter(|current| current.abs() <= RESTING_CURRENT).count();
+        let resting = current.iter().filter(|current| **current == 0.0).count();
         if resting > 0 {
             assert_eq!(modes, bridge.search(gates, &port), "case {case}: {bridge:?} {gates:?} {port:?}");
         }

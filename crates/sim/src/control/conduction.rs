@@ -1,10 +1,10 @@
 //! Which devices conduct, and what follows for the machine.
 
 use standstill_interface::AlphaBeta;
-use standstill_inverter::{Gate, Port};
+use standstill_inverter::{Conduction, Gate, Port};
 use standstill_numeric::{Heading, Symmetric, Wide};
 
-use super::motion::FLUX_SLACK;
+use super::motion::flux_slack;
 use super::run::Control;
 use crate::case::RunError;
 use crate::lanes::bank::Bank;
@@ -12,6 +12,10 @@ use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::Here;
 use crate::trace::Event;
+
+/// The share of rated current below which a leg carries none when modes are found: a thousand times the rounding of the
+/// largest currents, and a thousandth of what a step may be off.
+const NO_CURRENT: f64 = 1.25e-10;
 
 /// The machine of one lane.
 #[derive(Clone, Copy, Debug)]
@@ -90,11 +94,13 @@ impl<'a> Control<'a> {
 
     /// Finds the conduction modes that fit the gates and the machine.
     pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
-        let port = self.port(bank, &bank.here);
+        let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
         }
         self.found = self.time(bank);
+        let least = NO_CURRENT * self.case.motor.rated_current;
+        port.current = port.current.map(|current| if current.abs() <= least { 0.0 } else { current });
         let modes = self.case.inverter.bridge.resolve(self.gates(bank), &port);
         bank.machine.legs.put(self.lane, modes);
         Ok(())
@@ -117,9 +123,33 @@ impl<'a> Control<'a> {
             return self.resolve(bank);
         }
         if which != BLOCKED {
+            let direction = bank.machine.legs.direction(self.lane, which);
+            if direction * self.currents(bank)[which] > bank.bounds.ended.get(self.lane) {
+                // It only seemed to end, on the cubic of a longer step.
+                return Ok(());
+            }
             let legs = &bank.machine.legs;
-            let ends = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
+            let ends: [bool; 3] = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
             self.make_zero(bank, ends);
+            if ends.iter().filter(|ends| **ends).count() >= 2 {
+                bank.machine.legs.put(self.lane, [Conduction::Blocked; 3]);
+                return self.begin_to_conduct(bank);
+            }
+        }
+        self.resolve(bank)
+    }
+
+    /// Legs without current begin to conduct where their gates and the machine ask for it.
+    pub(super) fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        self.found = self.time(bank);
+        // Without a voltage between terminals, and nothing that induces one, they stay as they are.
+        let gates = self.gates(bank);
+        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
+        if !drives && !bank.machine.drifts() {
+            return Ok(());
+        }
+        if self.stale {
+            self.look_at_link(bank);
         }
         self.resolve(bank)
     }
@@ -161,7 +191,7 @@ impl<'a> Control<'a> {
     fn cross_kink<V: Wide>(&mut self, bank: &mut Bank<'a, V>, axis: usize) {
         let flux = &bank.here.at.core_flux;
         let flux = [flux.d.get(self.lane), flux.q.get(self.lane)][axis];
-        if self.sides[axis] * flux < FLUX_SLACK {
+        if self.sides[axis] * flux < flux_slack(self.case.motor) {
             self.sides[axis] = -self.sides[axis];
         }
         self.set_sides(bank);

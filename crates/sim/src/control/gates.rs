@@ -10,6 +10,7 @@ use standstill_inverter::{Gate, GateTiming};
 use standstill_numeric::Wide;
 
 use super::requests::{LegPlan, Task};
+use crate::physics::gates::{Alternation, LegGates};
 use crate::physics::legs::Legs;
 
 /// What one leg is told.
@@ -24,10 +25,47 @@ struct Line {
     /// What its driver was told last, and what it was told last before the command.
     requested: Gate,
     before: Gate,
+    /// Whether requests may have followed by alternation since the last that was taken from here.
+    alternates: bool,
 }
 
 impl Line {
+    /// Puts the next request into the place of the one carried out, and lets others follow by alternation where they do.
+    fn expect_next<V: Wide>(&mut self, gates: &mut LegGates<V>, lane: usize) {
+        let next = self.next();
+        gates.expect(lane, next);
+        if let Some((off, on, gate)) = next
+            && gate != Gate::Off
+            && self.left.is_empty()
+            && let Some(([high_for, low_for], last)) = self.plan.alternates(self.requested_at(off))
+        {
+            let dead = on - off;
+            // The next request is not to be lost, whichever gate it is for.
+            self.alternates = high_for > dead && low_for > dead;
+            if self.alternates {
+                let until = last + self.timing.turn_off_delay.0 as f64;
+                gates.alternate(lane, Alternation { high_for, low_for, dead, until });
+            }
+        }
+    }
+
+    /// Learns which requests have followed by alternation.
+    fn catch_up<V: Wide>(&mut self, gates: &LegGates<V>, lane: usize) {
+        if std::mem::take(&mut self.alternates) {
+            let (off, gate) = gates.coming(lane);
+            (self.ahead, self.requested) = (None, gate);
+            self.plan.go_on_after(self.requested_at(off), gate);
+        }
+    }
+
+    /// When the request was that switches off at a time in ns.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a time is a whole number")]
+    fn requested_at(&self, off: f64) -> Nanos {
+        Nanos(off as u64 - self.timing.turn_off_delay.0)
+    }
+
     /// The next request that is no repetition.
+    #[inline]
     fn peek(&mut self) -> Option<(Nanos, Gate)> {
         while self.ahead.is_none() {
             let request = self.left.pop_front().or_else(|| self.plan.take())?;
@@ -37,6 +75,7 @@ impl Line {
     }
 
     /// The next request that is no repetition: when it switches off, when on, and what, in ns.
+    #[inline]
     fn next(&mut self) -> Option<(f64, f64, Gate)> {
         let (at, gate) = self.peek()?;
         self.ahead = None;
@@ -73,6 +112,7 @@ impl Lines {
             ahead: None,
             requested: Gate::Off,
             before: Gate::Off,
+            alternates: false,
         };
         Self { lines: timings.map(line), start: Nanos::ZERO }
     }
@@ -92,16 +132,18 @@ impl Lines {
         let (Abc(a), Abc(b)) = (first.legs, second.legs);
         self.start = start;
         for (k, line) in self.lines.iter_mut().enumerate() {
+            let gates = &mut legs.gates[k];
+            line.catch_up(gates, lane);
             while let Some(request) = line.plan.take() {
                 line.left.push_back(request);
             }
             let last = line.left.back().or(line.ahead.as_ref());
             line.before = last.map_or(line.requested, |(_, gate)| *gate);
-            let tasks = [Task::new(a[k], carrier), Task::new(b[k], carrier)];
+            let task = Task::new(a[k], carrier);
+            let tasks = [task, if command.then.is_some() { Task::new(b[k], carrier) } else { task }];
             line.plan = LegPlan::new(tasks, start, ends, carrier);
-            let gates = &mut legs.gates[k];
             match gates.comes_on(lane) {
-                None if gates.waits(lane) => gates.expect(lane, line.next()),
+                None if gates.waits(lane) => line.expect_next(gates, lane),
                 Some(on) if line.loses(on) => gates.lose(lane),
                 None | Some(_) => {}
             }
@@ -110,7 +152,10 @@ impl Lines {
 
     /// A request to a leg has been carried out: the next one is put in its place.
     pub fn carry_out<V: Wide>(&mut self, legs: &mut Legs<V>, lane: usize, k: usize) {
-        legs.gates[k].carry_out(lane, self.lines[k].next());
+        let (gates, line) = (&mut legs.gates[k], &mut self.lines[k]);
+        line.catch_up(gates, lane);
+        gates.carry_out(lane);
+        line.expect_next(gates, lane);
     }
 
     /// What the legs are told just before `at`, a time of this command or its start.

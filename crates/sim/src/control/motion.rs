@@ -1,17 +1,21 @@
 //! The rotor's motion: held, resting, sliding, and the stops of a brake's play.
 
 use standstill_numeric::Wide;
+use standstill_plant::Motor;
 
 use super::run::Control;
-use crate::case::{Play, RotorState};
+use crate::case::{Case, Play, RotorState};
 use crate::lanes::bank::Bank;
-use crate::physics::bounds::{DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
 use crate::physics::motion::{Contact, Motion};
-use crate::step::ends::CURRENT_SLACK;
 use crate::trace::Event;
 
-/// How far beyond zero a margin must be to count as crossed: flux in Wb, angle in rad, and speed in rad/s.
-pub(super) const FLUX_SLACK: f64 = 1e-12;
+/// How far beyond zero a margin must be to count as crossed: the current of a leg or of a map as a share of the rated one, the
+/// flux as a share of what rated current makes, the angle in rad, and the speed in rad/s.
+const CURRENT_SHARE: f64 = 1.25e-11;
+/// The same of a blocked leg's potential, as a share of the link's voltage.
+const POTENTIAL_SHARE: f64 = 2e-9;
+const FLUX_SHARE: f64 = 1.25e-11;
 const ANGLE_SLACK: f64 = 1e-12;
 const SPEED_SLACK: f64 = 1e-6;
 
@@ -19,6 +23,28 @@ const SPEED_SLACK: f64 = 1e-6;
 /// are rotors that a micronewton metre starts.
 const STICTION_SHARE: f64 = 1e-4;
 const TORQUE_SHARE: f64 = 1e-9;
+
+/// How far beyond zero in Wb the flux of a motor with kinks there must be to be on the other side.
+pub(super) fn flux_slack(motor: &Motor) -> f64 {
+    FLUX_SHARE * motor.winding.mean_inductance * motor.rated_current
+}
+
+/// How far from zero in A a current may be where it is taken to end: ten times what a step may be off, for the cubic on which
+/// the end was found is that of a longer step; and ten times the slack at least, at half of which the end is looked for.
+fn ended(case: &Case) -> f64 {
+    let winding = &case.motor.winding;
+    let least = winding.d_axis_inductance().min(winding.q_axis_inductance());
+    10.0 * (case.tolerance.flux / least).max(CURRENT_SHARE * case.motor.rated_current)
+}
+
+/// The end of the play that a rotor in this motion touches.
+fn touched(motion: Motion) -> Contact {
+    match motion {
+        Motion::AtUpper => Contact::Upper,
+        Motion::AtLower => Contact::Lower,
+        _ => Contact::None,
+    }
+}
 
 /// Whether a rotor can move at all.
 pub fn can_move(rotor: RotorState) -> bool {
@@ -42,10 +68,15 @@ impl<'a> Control<'a> {
             RotorState::Locked | RotorState::Free | RotorState::Braked(_) => resolve(Contact::None),
         };
         let slack = &mut bank.bounds.slack;
-        slack[DOMAIN].put(self.lane, CURRENT_SLACK);
+        for margin in [0, 1, 2, DOMAIN] {
+            slack[margin].put(self.lane, CURRENT_SHARE * case.motor.rated_current);
+        }
+        slack[BLOCKED].put(self.lane, POTENTIAL_SHARE * case.inverter.link.voltage);
+        bank.bounds.ended.put(self.lane, ended(case));
+        let slack = &mut bank.bounds.slack;
         slack[STOP].put(self.lane, ANGLE_SLACK);
-        slack[FLUX].put(self.lane, FLUX_SLACK);
-        slack[FLUX + 1].put(self.lane, FLUX_SLACK);
+        slack[FLUX].put(self.lane, flux_slack(case.motor));
+        slack[FLUX + 1].put(self.lane, flux_slack(case.motor));
         self.turn(bank, motion);
         self.set_sides(bank);
     }
@@ -98,7 +129,8 @@ impl<'a> Control<'a> {
     /// The rotor stopped, started, or ran into the end of the brake's play.
     pub(super) fn change_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>, stopped: bool) {
         let lane = self.lane;
-        let mut contact = Contact::None;
+        // A rotor whose torque falls short by the slack must not leave a stop into it.
+        let mut contact = touched(self.motion);
         if stopped {
             self.impact_loss += self.kinetic_energy(bank);
             let [lower, upper] = self.stops();
@@ -118,5 +150,23 @@ impl<'a> Control<'a> {
         self.turn(bank, motion);
         let time = self.time(bank);
         self.event(time * 1e-9, Event::Motion(motion));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_rotor_at_a_stop_does_not_leave_it_into_the_stop() {
+        let motor = standstill_plant::built_in("gearless-hoist").expect("built in");
+        let mut rotor = motor.rotor;
+        rotor.friction.stiction = 0.3;
+        // The torque falls short of the stiction by less than the slack.
+        let torque = 0.3 * (1.0 - 1e-9);
+        for (stop, away) in [(Motion::AtUpper, -torque), (Motion::AtLower, torque)] {
+            assert_eq!(Motion::resolve(&rotor, 0.0, away, touched(stop)), stop);
+        }
+        assert_eq!(touched(Motion::Forward), Contact::None);
     }
 }

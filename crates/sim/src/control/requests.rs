@@ -79,6 +79,7 @@ impl LegPlan {
     }
 
     /// The next request, and on to the one after it.
+    #[inline]
     pub fn take(&mut self) -> Option<(Nanos, Gate)> {
         let request = (self.at, self.gate);
         if self.at == NEVER {
@@ -110,6 +111,27 @@ impl LegPlan {
         } else {
             (self.stage, self.at) = (2, NEVER);
         }
+    }
+
+    /// While requests alternate by pulse-width modulation: for how long in ns the upper switch is asked for and for how long the
+    /// lower, and the latest time of a request that has another after it and one after that. `at` is the time of the request
+    /// two before the next.
+    pub fn alternates(&self, at: Nanos) -> Option<([f64; 2], f64)> {
+        let Some(Task::Modulate { idle, on }) = self.tasks.get(self.stage) else { return None };
+        let begin = if self.stage == 0 { self.start } else { self.ends[0] };
+        let (on, off) = (on.0, self.carrier.0 - on.0);
+        // The opening request waits for half of what the others do.
+        if *idle == Nanos::ZERO || self.at.0 != at.0 + self.carrier.0 || at < begin {
+            return None;
+        }
+        let last = self.ends[self.stage].0.saturating_sub(1 + on.max(off));
+        Some(([on as f64, off as f64], last as f64))
+    }
+
+    /// Goes on after a request of the stage at hand.
+    pub fn go_on_after(&mut self, at: Nanos, gate: Gate) {
+        (self.at, self.gate, self.opens) = (at, gate, false);
+        self.advance();
     }
 
     /// What the leg is told just before `at`, which lies after the start of the command.

@@ -6,7 +6,7 @@
 
 use standstill_interface::{Command, Nanos, Reading, Real};
 use standstill_inverter::{Conduction, Gate, Modes};
-use standstill_numeric::{Heading, Wide};
+use standstill_numeric::Wide;
 use standstill_plant::Magnetics;
 
 use super::course::Course;
@@ -62,7 +62,7 @@ pub struct Control<'a> {
     /// When the modes of legs without current were found last, in ns.
     pub(super) found: f64,
     /// Whether the link's voltage has not been looked up since time passed.
-    stale: bool,
+    pub(super) stale: bool,
     first: bool,
 }
 
@@ -109,53 +109,6 @@ impl<'a> Control<'a> {
         control
     }
 
-    /// The machine at rest.
-    fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
-        let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
-        let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
-        bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
-        let rest = motor.magnetics.rest(Heading::of(*start_angle));
-        let put = |to: &mut V, from: f64| to.put(lane, from);
-        let here = &mut bank.here;
-        put(&mut here.time, 0.0);
-        put(&mut here.state.flux.x, rest.d);
-        put(&mut here.state.flux.y, rest.q);
-        put(&mut here.state.turned, 0.0);
-        put(&mut here.state.speed, 0.0);
-        put(&mut here.state.lagging.d, rest.d);
-        put(&mut here.state.lagging.q, rest.q);
-        let accuracy = &mut bank.accuracy;
-        let scale = motor.winding.mean_inductance * motor.rated_current;
-        put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
-        put(&mut accuracy.per_angle, motor.magnet_flux.max(0.1) / tolerance.flux);
-        put(&mut accuracy.flux_scale, scale);
-        put(&mut accuracy.per_flux_scale, 1.0 / scale);
-        put(&mut accuracy.between, f64::from(u8::from(self.filters.is_some())));
-        put(&mut bank.hint, f64::INFINITY);
-        put(&mut bank.longest, self.longest_step());
-        for counted in
-            [&mut bank.refused, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
-        {
-            put(counted, 0.0);
-        }
-        bank.cutting &= !(1 << lane);
-        bank.live |= 1 << lane;
-        self.look(bank);
-        let source = bank.machine.links.source_of(lane, 0.0);
-        bank.here.state.link.put(lane, source.voltage);
-        self.look_at_link(bank);
-        bank.machine.legs.put_bridge(lane, &bridge);
-    }
-
-    /// Longest step in ns: a fraction of the ripple's period where a stored voltage or a filter follows it, and of a sag.
-    fn longest_step(&self) -> f64 {
-        let link = &self.case.inverter.link;
-        let follows = link.storage.is_some() || self.link_filter.is_some();
-        let ripple =
-            if follows && link.ripple != 0.0 { 0.125e9 / link.ripple_frequency } else { f64::INFINITY };
-        link.sag.map_or(ripple, |sag| ripple.min(sag.duration * (1e9 / 64.0)))
-    }
-
     /// Time in ns since the start of the run.
     pub(super) fn time<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         bank.here.time.get(self.lane)
@@ -167,7 +120,7 @@ impl<'a> Control<'a> {
     }
 
     /// The link's voltage at the time at hand.
-    fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
+    pub(super) fn look_at_link<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let lane = self.lane;
         let source = bank.machine.links.source_of(lane, self.time(bank) * 1e-9);
         bank.here.source.voltage.put(lane, source.voltage);
@@ -201,18 +154,18 @@ impl<'a> Control<'a> {
 
     /// Goes on after a step that brought the machine to an instant or to the end of a mode, or that could not be taken because
     /// a blocked leg's potential was out of its bounds.
-    pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, unfit: bool) -> Want {
+    pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
-        if unfit {
-            bank.cutting &= !(1 << lane);
+        if out_of_bounds {
+            bank.to_mode_end &= !(1 << lane);
             ended = self.count_event().and_then(|()| self.resolve(bank));
             self.show_change(bank);
-        } else if bank.cutting >> lane & 1 == 0 {
+        } else if bank.to_mode_end >> lane & 1 == 0 {
             self.events = 0;
         } else {
-            bank.cutting &= !(1 << lane);
-            let which = bank.ending[lane];
+            bank.to_mode_end &= !(1 << lane);
+            let which = bank.ending_mode[lane];
             if which != NOTHING {
                 ended = self.count_event().and_then(|()| self.end_mode(bank, which));
                 self.show_change(bank);
@@ -275,25 +228,11 @@ impl<'a> Control<'a> {
         }
     }
 
-    /// Legs without current begin to conduct where their gates and the machine ask for it.
-    fn begin_to_conduct<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
-        self.found = self.time(bank);
-        let gates = self.gates(bank);
-        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
-        if !drives && !bank.machine.drifts() {
-            return Ok(());
-        }
-        if self.stale {
-            self.look_at_link(bank);
-        }
-        self.resolve(bank)
-    }
-
     /// Puts the next requests in the place of those that have been carried out at a time in ns.
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             let direction = bank.machine.legs.direction(self.lane, k);
-            while bank.machine.legs.gates[k].is_past(self.lane, time, direction) {
+            while bank.machine.legs.gates[k].is_carried_out(self.lane, time, direction) {
                 self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
@@ -331,14 +270,16 @@ impl<'a> Control<'a> {
         }
         // The drive knows what it told the legs at the trigger, not when the sample was really taken.
         let settings = &self.case.sensors.settings;
-        let requested = match settings.arrangement {
-            crate::Arrangement::LowSideShunts => self.lines.told(self.course.start + nominal),
-            _ => [Gate::Off; 3],
-        };
-        // Samples come before gate edges of the same instant.
-        let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
-        let unfiltered = settings.seen(self.currents(bank), modes);
-        let current = self.filters.map_or(unfiltered, |filters| filters.map(|filter| filter.output()));
+        let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
+        if settings.arrangement == crate::Arrangement::LowSideShunts {
+            requested = self.lines.told(self.course.start + nominal);
+            // Samples come before gate edges of the same instant.
+            let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
+            current = settings.seen(current, modes);
+        }
+        if let Some(filters) = &self.filters {
+            current = filters.map(|filter| filter.output());
+        }
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
         let there = Instant { current, dc_link, requested };

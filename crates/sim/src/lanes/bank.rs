@@ -5,12 +5,10 @@ use standstill_inverter::DcLink;
 use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
-use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::physics::bounds::{Bounds, ENDS};
 use crate::physics::machine::{Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
-use crate::step::ends::{CURRENT_SLACK, POTENTIAL_SLACK};
-use crate::step::hermite::Cubic;
 use crate::step::two_derivative::{Accuracy, Here, Tried};
 use standstill_inverter::Source;
 
@@ -33,12 +31,12 @@ pub struct Bank<'a, V: Wide> {
     pub hint: V,
     /// See `hint`.
     pub longest: V,
-    /// A bit for each machine of which a mode ends at `cut`.
-    pub cutting: u32,
+    /// A bit for each machine of which a mode ends at `mode_end`.
+    pub to_mode_end: u32,
     /// In ns.
-    pub cut: V,
+    pub mode_end: V,
     /// Which mode that is.
-    pub ending: [usize; MOST_LANES],
+    pub ending_mode: [usize; MOST_LANES],
     /// Largest phase current in A so far.
     pub peak: V,
     /// Furthest from the start in rad so far.
@@ -67,11 +65,11 @@ pub struct Served {
     /// Is at its next instant, or where a mode ends.
     pub arrived: u32,
     /// A blocked leg's potential was out of its bounds before the step.
-    pub unfit: u32,
+    pub out_of_bounds: u32,
     /// Changes too fast for any step, or is no number.
     pub broken: u32,
     /// A request to a leg has been carried out: the next one is wanted.
-    pub past: [u32; 3],
+    pub carried_out: [u32; 3],
 }
 
 /// What ends where only rounding made a margin negative.
@@ -79,6 +77,16 @@ pub const NOTHING: usize = ENDS;
 
 /// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
 const MOST_REFUSED: f64 = 200.0;
+
+/// The share of the tolerance that the next step is to take, and how many times as long as this one it is at most.
+const HALF: f64 = 0.5;
+/// See [`HALF`].
+const LONGER_AT_MOST: f64 = 4.0;
+/// A step that is tried again is this share of the one before at most, and at least: the error's order is not reached where it
+/// is large, and 0.7 is what a fourth power makes of four times the tolerance.
+const SHORTER_AT_LEAST: f64 = 0.7;
+/// See [`SHORTER_AT_LEAST`].
+const SHORTER_AT_MOST: f64 = 0.1;
 
 /// A step in ns below which nothing can be resolved.
 const SHORTEST: f64 = 1e-6;
@@ -108,7 +116,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
         let accuracy =
-            Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, between: zero };
+            Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, filtered: zero };
         let tried = Tried::none(&here, machine.legs.at(zero, zero));
         Self {
             machine,
@@ -120,9 +128,9 @@ impl<'a, V: Wide> Bank<'a, V> {
             stop: zero,
             hint: zero,
             longest: zero,
-            cutting: 0,
-            cut: zero,
-            ending: [0; MOST_LANES],
+            to_mode_end: 0,
+            mode_end: zero,
+            ending_mode: [0; MOST_LANES],
             peak: zero,
             moved: zero,
             refused: zero,
@@ -155,93 +163,6 @@ impl<'a, V: Wide> Bank<'a, V> {
     pub fn within(&self, share: f64) -> Here<V> {
         V::compute(Within(self, share))
     }
-
-    /// Finds the mode of a machine that ends first within the step just tried, and when.
-    fn find_end(&mut self, lane: usize) {
-        let tried = &self.tried;
-        let one = |pack: &V| pack.get(lane);
-        let mut first = (f64::INFINITY, 0);
-        let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
-            let to = if cubic.value[1] < -slack {
-                1.0
-            } else if cubic.dip() < -slack {
-                cubic.slope[0] / (cubic.slope[0] - cubic.slope[1])
-            } else {
-                return;
-            };
-            let share = cubic.falls_to(-0.5 * slack, 0.0, to);
-            if share < first.0 {
-                *first = (share, which);
-            }
-        };
-        for k in 0..3 {
-            let direction = self.machine.legs.direction(lane, k);
-            if direction != 0.0 {
-                let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
-                let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
-                ends(&mut first, k, Cubic { value, slope }, CURRENT_SLACK);
-            }
-        }
-        let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));
-        // A straight line says little where it begins close to its end: go on by a share at least.
-        if margin.value[1] < -POTENTIAL_SLACK {
-            let share = margin.falls_to(-0.5 * POTENTIAL_SLACK, 0.0, 1.0).max(0.05);
-            if share < first.0 {
-                first = (share, BLOCKED);
-            }
-        }
-        let slack = self.bounds.slack.each_ref().map(one);
-        if self.machine.rotors.is_some() {
-            let torque = tried.torque_margin(&self.machine, &self.bounds);
-            let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
-            ends(&mut first, MOTION, Cubic { value, slope }, slack[MOTION]);
-            let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
-            let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
-                .map(|speed| speed * one(&tried.h));
-            let [lower, upper] = self.bounds.stops.each_ref().map(one);
-            ends(
-                &mut first,
-                STOP,
-                Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
-                slack[STOP],
-            );
-            ends(&mut first, STOP, Cubic { value: turned.map(|a| a - lower), slope: rise }, slack[STOP]);
-        }
-        let margin = |which: usize| [0, 1].map(|end: usize| one(&tried.margins[end][which]));
-        let [begin, end] = margin(DOMAIN);
-        if end < -slack[DOMAIN] {
-            ends(&mut first, DOMAIN, straight(begin, end), slack[DOMAIN]);
-        }
-        if let Some(sides) = &self.bounds.sides {
-            // While the rotor stands, the core's flux changes as the winding's.
-            let rise = [0, 1].map(|end: usize| {
-                let flux = &tried.change[end].flux;
-                [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))
-            });
-            for axis in 0..2 {
-                let value = margin(FLUX + axis);
-                if value[1] < -slack[FLUX + axis] {
-                    let side = one(&sides[axis][0]);
-                    let slope = rise.map(|rise| side * rise[axis]);
-                    let mut cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
-                    if self.machine.rotors.is_some() {
-                        cubic = straight(value[0], value[1]);
-                    }
-                    ends(&mut first, FLUX + axis, cubic, slack[FLUX + axis]);
-                }
-            }
-        }
-        let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
-        let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
-        self.cut.put(lane, (from + (to - from) * share).min(to));
-        self.cutting |= 1 << lane;
-        self.ending[lane] = which;
-    }
-}
-
-/// A margin of which no slopes are known.
-fn straight(begin: f64, end: f64) -> Cubic<f64> {
-    Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
 }
 
 /// A step of each machine.
@@ -256,12 +177,13 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let bank = self.0;
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let here = &bank.here;
-        let (live, cutting) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.cutting));
+        let (live, to_mode_end) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.to_mode_end));
         let legs = bank.machine.legs.at(here.time, bank.machine.resistance);
         let edge = bank.machine.legs.next_edge(here.time);
         let stop = bank.stop.least(edge);
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
-        let until = V::choose(live, V::choose(cutting, bank.cut, free_end), here.time).greatest(here.time);
+        let until =
+            V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
         let tried = if V::LANES == 1 && bank.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         } else {
@@ -269,32 +191,44 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         };
 
         let exact = V::of(1.0 + 1e-12).above(tried.error);
-        let unfit = live & zero.above(tried.first);
-        let may = live & exact & !unfit;
-        let ends = (zero.above(tried.least) & !cutting) | (zero.above(tried.deep) & cutting);
+        let out_of_bounds = live & zero.above(tried.blocked_at_begin);
+        let may = live & exact & !out_of_bounds;
+        let ends = (zero.above(tried.least_margin) & !to_mode_end)
+            | (zero.above(tried.least_at_mode_end) & to_mode_end);
         let crossed = may & ends;
         let accepted = may & !crossed;
         // A cut that is not exact is none: shorter steps find their own.
-        bank.cutting &= !(live & !exact & !unfit).bits();
+        bank.to_mode_end &= !(live & !exact & !out_of_bounds).bits();
         let length = until - here.time;
-        bank.refused = V::only(live & !accepted & !unfit, bank.refused + 1.0);
+        bank.refused = V::only(live & !accepted & !out_of_bounds, bank.refused + 1.0);
         let hopeless = bank.refused.above(V::of(MOST_REFUSED));
-        let broken = live & ((V::of(SHORTEST).above(length) & !exact & !unfit) | hopeless);
+        let broken = live & ((V::of(SHORTEST).above(length) & !exact & !out_of_bounds) | hopeless);
 
         // The next step's length: the error falls with the fourth power or more. Not-a-number asks for a shorter one.
         let target = V::choose(tried.error.above(-one), tried.error, V::of(1e3)) + 1e-4;
-        let factor = (V::of(0.5) / target).sqrt().sqrt().least(V::of(4.0)).greatest(V::of(0.1));
+        let mut factor = V::of(LONGER_AT_MOST);
+        // Where it has room for the longest, no root is needed.
+        if V::any(
+            target.above(V::of(HALF / (LONGER_AT_MOST * LONGER_AT_MOST * LONGER_AT_MOST * LONGER_AT_MOST))),
+        ) {
+            factor = (V::of(HALF) / target).sqrt().sqrt().least(factor).greatest(V::of(SHORTER_AT_MOST));
+        }
         let next = length * factor;
         // A step that ended at an instant says little about the next one's length.
         let longer = V::choose(bank.hint.above(length), next.greatest(bank.hint), next);
-        let hint = V::choose(exact, longer, next.least(length * 0.7));
-        bank.hint = V::choose(live & !unfit, hint, bank.hint);
+        let hint = V::choose(exact, longer, next.least(length * SHORTER_AT_LEAST));
+        bank.hint = V::choose(live & !out_of_bounds, hint, bank.hint);
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
         let at_edge = legs.idle & !edge.above(until);
-        let arrived = accepted & (cutting | !bank.stop.above(until) | at_edge);
-        let [a, b, c] = bank.machine.legs.past(until);
-        let past = [(accepted & a).bits(), (accepted & b).bits(), (accepted & c).bits()];
+        let arrived = accepted & (to_mode_end | !bank.stop.above(until) | at_edge);
+        let [a, b, c] = bank.machine.legs.carried_out(until);
+        let mut carried_out = [accepted & a, accepted & b, accepted & c];
+        // Who looks at a step from within wants its gates as they were.
+        if !bank.follow && V::any(carried_out[0] | carried_out[1] | carried_out[2]) {
+            carried_out = bank.machine.legs.follow_on(carried_out);
+        }
+        let carried_out = [carried_out[0].bits(), carried_out[1].bits(), carried_out[2].bits()];
         bank.steps = bank.steps + V::only(accepted, one);
         bank.evaluations = bank.evaluations + V::only(live, one);
         let [a, b, c] = tried.phases[1];
@@ -306,63 +240,61 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let served = Served {
             accepted: accepted.bits(),
             arrived: arrived.bits(),
-            unfit: unfit.bits(),
+            out_of_bounds: out_of_bounds.bits(),
             broken: broken.bits(),
-            past,
+            carried_out,
         };
         if bank.follow {
             bank.begin = bank.here.clone();
             bank.tried = tried.clone();
         } else if crossed != 0 {
-            bank.begin.time = bank.here.time;
-            bank.begin.state.turned = bank.here.state.turned;
-            bank.begin.state.speed = bank.here.state.speed;
-            bank.tried.h = tried.h;
-            bank.tried.end.time = tried.end.time;
-            bank.tried.end.state.turned = tried.end.state.turned;
-            bank.tried.end.state.speed = tried.end.state.speed;
-            bank.tried.phases = tried.phases;
-            bank.tried.phase_rise = tried.phase_rise;
-            bank.tried.margins = tried.margins;
-            bank.tried.torque = tried.torque;
-            bank.tried.torque_rise = tried.torque_rise;
-            bank.tried.acceleration = tried.acceleration;
-            bank.tried.change = tried.change;
+            bank.keep_for_ends(&tried);
         }
-        take(&mut bank.here, &tried.end, accepted);
+        take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
         (served, crossed)
     }
 }
 
-/// Makes the end of a step the place of those that took it.
+/// Makes the end of a step the place of those that took it. What does not change in machines of this kind is left as it is;
+/// `kinks`: whether the core's flux is asked for.
 #[inline(always)]
-fn take<V: Wide>(here: &mut Here<V>, end: &Here<V>, accepted: V::Mask) {
-    let choose = |yes: V, no: V| V::choose(accepted, yes, no);
-    let plane = |yes: Plane<V>, no: Plane<V>| Plane::choose(accepted, yes, no);
-    let dq = |yes: Dq<V>, no: Dq<V>| Dq::new(choose(yes.d, no.d), choose(yes.q, no.q));
-    let (to, from) = (&here.at, &end.at);
-    let (g, h) = (from.inverse_inductance, to.inverse_inductance);
-    *here = Here {
-        time: choose(end.time, here.time),
-        state: State::choose(accepted, &end.state, &here.state),
-        at: Operating {
-            current: plane(from.current, to.current),
-            inverse_inductance: Symmetric::new(choose(g.xx, h.xx), choose(g.xy, h.xy), choose(g.yy, h.yy)),
-            turning: plane(from.turning, to.turning),
-            relaxing: plane(from.relaxing, to.relaxing),
-            energy_turn: plane(from.energy_turn, to.energy_turn),
-            energy_bend: choose(from.energy_bend, to.energy_bend),
-            torque: choose(from.torque, to.torque),
-            cogging_slope: choose(from.cogging_slope, to.cogging_slope),
-            core_flux: dq(from.core_flux, to.core_flux),
-            core_current: dq(from.core_current, to.core_current),
-            lag: dq(from.lag, to.lag),
-        },
-        source: Source {
-            voltage: choose(end.source.voltage, here.source.voltage),
-            rise: choose(end.source.rise, here.source.rise),
-        },
+fn take<V: Wide>(machine: &Machine<V>, kinks: bool, here: &mut Here<V>, end: &Here<V>, accepted: V::Mask) {
+    let choose = |to: &mut V, from: V| *to = V::choose(accepted, from, *to);
+    let plane = |to: &mut Plane<V>, from: Plane<V>| *to = Plane::choose(accepted, from, *to);
+    let dq = |to: &mut Dq<V>, from: Dq<V>| {
+        choose(&mut to.d, from.d);
+        choose(&mut to.q, from.q);
     };
+    choose(&mut here.time, end.time);
+    choose(&mut here.source.voltage, end.source.voltage);
+    choose(&mut here.source.rise, end.source.rise);
+    plane(&mut here.state.flux, end.state.flux);
+    choose(&mut here.state.link, end.state.link);
+    let (to, from) = (&mut here.at, &end.at);
+    plane(&mut to.current, from.current);
+    choose(&mut to.inverse_inductance.xx, from.inverse_inductance.xx);
+    choose(&mut to.inverse_inductance.xy, from.inverse_inductance.xy);
+    choose(&mut to.inverse_inductance.yy, from.inverse_inductance.yy);
+    if machine.rotors.is_some() {
+        choose(&mut here.state.turned, end.state.turned);
+        choose(&mut here.state.speed, end.state.speed);
+        plane(&mut to.turning, from.turning);
+        plane(&mut to.energy_turn, from.energy_turn);
+        choose(&mut to.energy_bend, from.energy_bend);
+        choose(&mut to.torque, from.torque);
+        choose(&mut to.cogging_slope, from.cogging_slope);
+    }
+    if machine.circuits.eddies().is_some() {
+        dq(&mut here.state.lagging, end.state.lagging);
+        plane(&mut to.relaxing, from.relaxing);
+        dq(&mut to.lag, from.lag);
+    }
+    if kinks {
+        dq(&mut to.core_flux, from.core_flux);
+    }
+    if machine.circuits.have_ends() {
+        dq(&mut to.core_current, from.core_current);
+    }
 }
 
 /// Machines evaluated anew at their states: a bit for each.
@@ -376,7 +308,8 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
         let here = &self.0.here;
         let at = self.0.machine.operating(&here.state);
         let there = Here { time: here.time, state: here.state, at, source: here.source };
-        take(&mut self.0.here, &there, V::Mask::of_bits(self.1));
+        let bank = self.0;
+        take(&bank.machine, true, &mut bank.here, &there, V::Mask::of_bits(self.1));
     }
 }
 

@@ -33,6 +33,8 @@ pub struct Bounds<V: Wide> {
     pub sides: Option<[[V; 2]; 2]>,
     /// How far beyond zero each margin must be to count as crossed.
     pub slack: [V; ENDS],
+    /// How far from zero in A a current may be where it is taken to end.
+    pub ended: V,
 }
 
 /// How far the modes are from their ends: the current in A of each leg in its direction, infinite for a blocked one; the
@@ -48,6 +50,7 @@ impl<V: Wide> Bounds<V> {
             stops: [-far, far],
             sides: kinks.then_some([[zero, far]; 2]),
             slack: [zero; ENDS],
+            ended: zero,
         }
     }
 
@@ -70,10 +73,10 @@ impl<V: Wide> Bounds<V> {
         let [low, high] = machine.legs.range_of_blocked(legs).at(state.link);
         let potential = change.blocked_potential;
         let all_flow = legs.flows[0] & legs.flows[1] & legs.flows[2];
-        // Without anything that drives them, idle legs stay idle.
+        // Where nothing changes what drives them, idle legs stay idle.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
         margins[BLOCKED] = blocked;
-        if machine.drifts() && V::any(legs.idle) {
+        if (machine.drifts() || machine.links.vary()) && V::any(legs.idle) {
             let idle = room_of_idle(machine, legs, state, change);
             margins[BLOCKED] = V::choose(legs.idle, idle, blocked);
         }

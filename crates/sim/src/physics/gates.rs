@@ -9,6 +9,9 @@
 //! ```
 //! A gate whose request is followed by the next before its dead time is over never comes on: its request is then one to switch
 //! off.
+//!
+//! In the middle of a stage with pulse-width modulation requests follow each other at two intervals in turn. These, and until
+//! when they hold, are numbers too, so that the next request follows in all lanes at once.
 
 use standstill_inverter::Gate;
 use standstill_numeric::{Mask, Wide};
@@ -66,13 +69,72 @@ pub struct LegGates<V> {
     on: V,
     from: On,
     to: On,
+    /// From a request for the upper switch to the next, from one for the lower switch, and from switching off to on.
+    high_for: V,
+    low_for: V,
+    dead: V,
+    /// Until when requests switch off that may follow so.
+    alternates_until: V,
+}
+
+/// Requests for both switches in turn, all of which come on. Times in ns.
+#[derive(Clone, Copy, Debug)]
+pub struct Alternation {
+    /// From a request for the upper switch to the one for the lower.
+    pub high_for: f64,
+    /// From there to the next one for the upper.
+    pub low_for: f64,
+    /// From the time at which a request switches off to the time at which the wanted switch comes on.
+    pub dead: f64,
+    /// The last request that follows so switches off no later.
+    pub until: f64,
 }
 
 impl<V: Wide> LegGates<V> {
     /// Both off, and no request to come.
     pub fn new() -> Self {
-        let never = V::of(NEVER);
-        Self { done: -never, off: never, on: never, from: On::default(), to: On::default() }
+        let (zero, never) = (V::of(0.0), V::of(NEVER));
+        Self {
+            done: -never,
+            off: never,
+            on: never,
+            from: On::default(),
+            to: On::default(),
+            high_for: zero,
+            low_for: zero,
+            dead: zero,
+            alternates_until: -never,
+        }
+    }
+
+    /// Requests alternate from the one to come on.
+    pub fn alternate(&mut self, lane: usize, by: Alternation) {
+        self.high_for.put(lane, by.high_for);
+        self.low_for.put(lane, by.low_for);
+        self.dead.put(lane, by.dead);
+        self.alternates_until.put(lane, by.until);
+    }
+
+    /// The request to come, which switches off at a time in ns.
+    pub fn coming(&self, lane: usize) -> (f64, Gate) {
+        (self.off.get(lane), self.to.of(lane))
+    }
+
+    /// Where a request has been carried out and the next one follows by alternation, it is put in its place. What is left is for
+    /// who knows the requests.
+    #[inline(always)]
+    pub fn follow_on(&mut self, carried_out: V::Mask) -> V::Mask {
+        let next = self.off + V::choose(V::Mask::of_bits(self.to.high), self.high_for, self.low_for);
+        let follows = carried_out & !next.above(self.alternates_until);
+        self.done = V::choose(follows, self.on, self.done);
+        self.off = V::choose(follows, next, self.off);
+        self.on = V::choose(follows, next + self.dead, self.on);
+        let bits = follows.bits();
+        self.from.high = self.from.high & !bits | self.to.high & bits;
+        self.from.low = self.from.low & !bits | self.to.low & bits;
+        self.to.high ^= bits;
+        self.to.low ^= bits;
+        carried_out & !follows
     }
 
     /// Makes it that of a lane, off with no request to come.
@@ -93,6 +155,7 @@ impl<V: Wide> LegGates<V> {
         self.off.put(lane, off);
         self.on.put(lane, on);
         self.to.put(lane, gate);
+        self.alternates_until.put(lane, -NEVER);
     }
 
     /// When the gate of the request to come comes on in ns, if it is one.
@@ -106,12 +169,11 @@ impl<V: Wide> LegGates<V> {
         self.expect(lane, Some((off, off, Gate::Off)));
     }
 
-    /// The request to come becomes the one under way, and this one is to come.
-    pub fn carry_out(&mut self, lane: usize, next: Option<(f64, f64, Gate)>) {
+    /// The request to come becomes the one under way. The one after it is to be told next.
+    pub fn carry_out(&mut self, lane: usize) {
         let to = self.to.of(lane);
         self.done.put(lane, if to == Gate::Off { -NEVER } else { self.on.get(lane) });
         self.from.put(lane, to);
-        self.expect(lane, next);
     }
 
     /// Which switches are on at times in ns.
@@ -147,7 +209,7 @@ impl<V: Wide> LegGates<V> {
     /// Where the request to come has been carried out at times in ns as far as it matters to a leg with its current in these
     /// directions.
     #[inline(always)]
-    pub fn past(&self, time: V, out: V::Mask, into: V::Mask) -> V::Mask {
+    pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask) -> V::Mask {
         let to = self.to.masks::<V::Mask>().matter(out, into);
         !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
     }
@@ -165,7 +227,7 @@ impl<V: Wide> LegGates<V> {
     }
 
     /// The same for one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
-    pub fn is_past(&self, lane: usize, time: f64, direction: f64) -> bool {
+    pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64) -> bool {
         let to = self.to.of(lane);
         let matters = match to {
             Gate::Off => false,
@@ -185,7 +247,8 @@ mod tests {
     fn leg() -> LegGates<f64> {
         let mut leg = LegGates::new();
         leg.expect(0, Some((300.0, 2200.0, Gate::High)));
-        leg.carry_out(0, Some((10_300.0, 12_200.0, Gate::Low)));
+        leg.carry_out(0);
+        leg.expect(0, Some((10_300.0, 12_200.0, Gate::Low)));
         leg
     }
 
@@ -206,10 +269,10 @@ mod tests {
         let leg = leg();
         // Out of the leg: the upper switch or the lower diode.
         assert_eq!(leg.next_edge(3000.0, true, false), 10_300.0);
-        assert!(leg.past(10_300.0, true, false), "the lower switch changes nothing");
+        assert!(leg.carried_out(10_300.0, true, false), "the lower switch changes nothing");
         // Into it: the upper diode until the lower switch comes on.
         assert_eq!(leg.next_edge(3000.0, false, true), 12_200.0);
-        assert!(!leg.past(10_300.0, false, true) && leg.past(12_200.0, false, true));
+        assert!(!leg.carried_out(10_300.0, false, true) && leg.carried_out(12_200.0, false, true));
         // Without current all count.
         assert_eq!(leg.next_edge(0.0, false, false), 2200.0);
         assert_eq!(leg.next_edge(2200.0, false, false), 10_300.0);

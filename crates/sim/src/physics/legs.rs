@@ -64,7 +64,7 @@ pub struct Terminals<T> {
     /// Axis of the leg that is blocked while the others conduct; zero if there is none.
     pub blocked: Plane<T>,
     /// 1 if there is none, else 0.
-    pub free: T,
+    pub none_blocked: T,
 }
 
 /// Between which potentials a leg can be blocked, from below and from above, each as its share of the link's voltage and V on
@@ -172,14 +172,21 @@ impl<V: Wide> Legs<V> {
 
     /// Where a request of each leg has been carried out at times in ns.
     #[inline(always)]
-    pub fn past(&self, time: V) -> [V::Mask; 3] {
-        [self.past_of(0, time), self.past_of(1, time), self.past_of(2, time)]
+    pub fn carried_out(&self, time: V) -> [V::Mask; 3] {
+        [self.carried_out_of(0, time), self.carried_out_of(1, time), self.carried_out_of(2, time)]
+    }
+
+    /// Puts the requests that follow by alternation in the place of those carried out; what is left of these.
+    #[inline(always)]
+    pub fn follow_on(&mut self, carried_out: [V::Mask; 3]) -> [V::Mask; 3] {
+        let [a, b, c] = &mut self.gates;
+        [a.follow_on(carried_out[0]), b.follow_on(carried_out[1]), c.follow_on(carried_out[2])]
     }
 
     #[inline(always)]
-    fn past_of(&self, k: usize, time: V) -> V::Mask {
+    fn carried_out_of(&self, k: usize, time: V) -> V::Mask {
         let [out, into] = self.flow(k);
-        self.gates[k].past(time, out, into)
+        self.gates[k].carried_out(time, out, into)
     }
 
     #[inline(always)]
@@ -201,7 +208,7 @@ impl<V: Wide> Legs<V> {
             offset: none,
             resistance: Symmetric::new(winding, zero, winding),
             blocked: none,
-            free: one,
+            none_blocked: one,
         };
         for (k, (leg, flows, _)) in legs.iter().enumerate() {
             let (axis, all) = (self.axes[k], &mut terminals);
@@ -213,7 +220,7 @@ impl<V: Wide> Legs<V> {
             all.resistance.yy = all.resistance.yy + across.y * axis.y;
             let blocked = V::only(!(idle | *flows), one);
             all.blocked = all.blocked + axis * blocked;
-            all.free = all.free - blocked;
+            all.none_blocked = all.none_blocked - blocked;
         }
         Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }
@@ -288,7 +295,8 @@ mod tests {
         legs.put_bridge(0, bridge);
         for (leg, gate) in legs.gates.iter_mut().zip(gates) {
             leg.expect(0, Some((0.0, 0.0, gate)));
-            leg.carry_out(0, None);
+            leg.carry_out(0);
+            leg.expect(0, None);
         }
         legs.put(0, modes);
         assert_eq!(legs.modes(0, 1.0).map(Some), legs_of(modes).map(Some));
@@ -325,7 +333,7 @@ mod tests {
             let terminals = legs(&BRIDGE, gates, modes).at(1.0, 0.0).terminals;
             let i = Plane::from_stator(current, start);
             let mut voltage = terminals.rail * 550.0 + terminals.offset - i.through(terminals.resistance);
-            if terminals.free == 0.0 {
+            if terminals.none_blocked == 0.0 {
                 // The blocked leg's current stays.
                 let across = terminals.blocked.through(gamma.unpark_by(-start.sin, start.cos));
                 let driving = voltage - Plane::from_stator(port.holding, start);

@@ -75,6 +75,11 @@ impl<V: Wide> Links<V> {
             && self.storage.is_some() == link.storage.is_some()
     }
 
+    /// Whether their voltage can change so much between two instants that legs without current begin to conduct.
+    pub const fn vary(&self) -> bool {
+        self.sag.is_some() || self.storage.is_some()
+    }
+
     /// Puts a link of this kind into a lane.
     pub fn put(&mut self, lane: usize, link: &DcLink) {
         let put = |to: &mut V, from: f64| to.put(lane, from);

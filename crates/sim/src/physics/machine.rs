@@ -250,7 +250,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         if self.drifts() {
             rising = rising + terminals.blocked.dot(self.drift(at, speed));
         }
-        let short = rising / (across.dot(terminals.blocked) + terminals.free);
+        let short = rising / (across.dot(terminals.blocked) + terminals.none_blocked);
         let mut flux = driven - terminals.blocked * short;
         if V::any(legs.idle) {
             // All currents stay.

@@ -1,7 +1,6 @@
 //! What changes smoothly between two instants.
 
 use standstill_interface::Dq;
-use standstill_numeric::Lane;
 
 use super::plane::Plane;
 
@@ -18,21 +17,4 @@ pub struct State<T = f64> {
     pub link: T,
     /// The flux χ in Wb that lags behind by eddy currents, in the rotor's plane.
     pub lagging: Dq<T>,
-}
-
-impl<T: Lane> State<T> {
-    /// Where the mask holds this state, elsewhere another.
-    #[inline(always)]
-    pub fn choose(mask: T::Mask, yes: &Self, no: &Self) -> Self {
-        Self {
-            flux: Plane::choose(mask, yes.flux, no.flux),
-            turned: T::choose(mask, yes.turned, no.turned),
-            speed: T::choose(mask, yes.speed, no.speed),
-            link: T::choose(mask, yes.link, no.link),
-            lagging: Dq::new(
-                T::choose(mask, yes.lagging.d, no.lagging.d),
-                T::choose(mask, yes.lagging.q, no.lagging.q),
-            ),
-        }
-    }
 }

@@ -2,8 +2,9 @@
 
 use standstill_numeric::Wide;
 
+use super::corrections::{RotorFlux, lag_behind};
 use super::hermite::Cubic;
-use super::two_derivative::{Here, RotorFlux, Tried, lag_behind};
+use super::two_derivative::{Here, Tried};
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
@@ -67,7 +68,8 @@ impl<V: Wide> Tried<V> {
         let mut at = machine.operating(&State { flux, turned, speed, link, lagging });
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
-        let impulse = terminals.blocked.dot(at.current) / (across.dot(terminals.blocked) + terminals.free);
+        let impulse =
+            terminals.blocked.dot(at.current) / (across.dot(terminals.blocked) + terminals.none_blocked);
         let all = at.current.through(gamma.inverse());
         let (looked_up_flux, looked_up_current) = (flux, at.current);
         flux = flux - Plane::choose(idle, all, terminals.blocked * impulse);

@@ -7,13 +7,9 @@ use super::two_derivative::Tried;
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::physics::machine::Machine;
 
-/// How far beyond zero a margin must be to count as crossed: the current of a leg in A, and its potential in V.
-pub const CURRENT_SLACK: f64 = 1e-10;
-/// See [`CURRENT_SLACK`].
-pub const POTENTIAL_SLACK: f64 = 1e-6;
-/// How far beyond its bound in V a blocked leg's potential may be where the leg is then taken to conduct: what the leg
-/// conducts late grows with its square.
-const POTENTIAL_DEEP: f64 = 2e-3;
+/// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
+/// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
+const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
     /// Where something ends within the step, or before it.
@@ -21,14 +17,17 @@ impl<V: Wide> Tried<V> {
     pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
         for k in 0..3 {
-            least = least.least(self.margins[1][k] + CURRENT_SLACK);
+            least = least.least(self.margins[1][k] + bounds.slack[k]);
         }
         let blocked = self.margins[1][BLOCKED];
-        least = least.least(blocked + POTENTIAL_SLACK);
-        let first = self.margins[0][BLOCKED] + POTENTIAL_SLACK;
-        let deep = blocked + POTENTIAL_DEEP;
+        least = least.least(blocked + bounds.slack[BLOCKED]);
+        let at_begin = self.margins[0][BLOCKED] + bounds.slack[BLOCKED];
+        let mut at_mode_end = blocked + bounds.slack[BLOCKED] * POTENTIAL_DEEP;
+        for k in 0..3 {
+            at_mode_end = at_mode_end.least(self.margins[1][k] + bounds.ended);
+        }
         if V::any(self.may_dip()) {
-            least = least.least(self.dips());
+            least = least.least(self.dips(bounds));
         }
         if machine.rotors.is_some() {
             let motion = self.margins[1][MOTION].least(self.torque_margin(machine, bounds).dip());
@@ -43,7 +42,7 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1][k] + bounds.slack[k]);
             }
         }
-        (self.least, self.first, self.deep) = (least, first, deep);
+        (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }
 
     /// Where a leg's current falls at the beginning of the step and rises at its end.
@@ -60,11 +59,11 @@ impl<V: Wide> Tried<V> {
 
     /// The least of the legs' currents where they dip, with their slack.
     #[inline(always)]
-    fn dips(&self) -> V {
+    fn dips(&self, bounds: &Bounds<V>) -> V {
         let mut least = V::of(f64::INFINITY);
         for k in 0..3 {
             let dip = self.leg_current(k).dip();
-            least = least.least(dip + CURRENT_SLACK);
+            least = least.least(dip + bounds.slack[k]);
         }
         least
     }

@@ -58,40 +58,72 @@ impl<T: Lane> Cubic<T> {
 }
 
 impl Cubic<f64> {
-    /// The first share of the step at which it falls to `level`, between two shares: above it at the first and below it at
-    /// the second.
+    /// The share of the step at which it falls to `level`, between two shares: above it at the first and below it at the
+    /// second. To rounding of the share: by Newton's rule, by bisection where that leaves the bracket.
     pub fn falls_to(&self, level: f64, from: f64, to: f64) -> f64 {
-        // Regula falsi with the Illinois modification: as safe as bisection, and quick.
-        let at = |x: f64| self.at(x) - level;
+        let [a, b] = self.value;
+        let [s, e] = self.slope;
+        let rise = b - a;
+        let (c, d) = (rise * 3.0 - s - s - e, s + e - rise - rise);
+        let a = a - level;
         let (mut low, mut high) = (from, to);
-        let (mut at_low, mut at_high) = (at(low).max(0.0), at(high));
-        let mut side = 0;
-        for _ in 0..60 {
-            if at_high >= 0.0 || high - low < 1e-14 {
+        let begin = a + from * (s + from * (c + from * d));
+        let end = a + to * (s + to * (c + to * d));
+        if end >= 0.0 || begin <= 0.0 {
+            return if end >= 0.0 { to } else { from };
+        }
+        // Most currents are nearly straight.
+        let mut x = from + (to - from) * begin / (begin - end);
+        for _ in 0..MOST_ROUNDS {
+            let value = a + x * (s + x * (c + x * d));
+            let slope = s + x * (c + c + x * (d * 3.0));
+            if value < 0.0 {
+                high = x;
+            } else {
+                low = x;
+            }
+            let next = x - value / slope;
+            if !(next >= low && next <= high) {
+                x = (low + high) * 0.5;
+                continue;
+            }
+            let moved = (next - x).abs();
+            x = next;
+            // Newton's rule doubles the digits: what is left is the square of this.
+            if moved < CLOSE {
                 break;
             }
-            let middle = low + (high - low) * at_low / (at_low - at_high);
-            let middle = if middle > low && middle < high { middle } else { (low + high) * 0.5 };
-            let value = at(middle);
-            if value < 0.0 {
-                if side == -1 {
-                    at_low *= 0.5;
-                }
-                let close = high - middle < 1e-14 || value > -1e-16;
-                (high, at_high, side) = (middle, value, -1);
-                if close {
-                    break;
-                }
-            } else {
-                if side == 1 {
-                    at_high *= 0.5;
-                }
-                (low, at_low, side) = (middle, value, 1);
-                if value == 0.0 {
-                    return middle;
+        }
+        x
+    }
+}
+
+/// A share of a step by which the root of a cubic is off before the last round of Newton's rule.
+const CLOSE: f64 = 1e-8;
+/// Rounds in which even bisection finds a root to that.
+const MOST_ROUNDS: u32 = 60;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// (x − r) (x² + p x + q) times a factor, as values and slopes at 0 and 1.
+    fn cubic(root: f64, p: f64, q: f64, factor: f64) -> Cubic<f64> {
+        let value = |x: f64| factor * (x - root) * (x * x + p * x + q);
+        let slope = |x: f64| factor * ((x * x + p * x + q) + (x - root) * (x + x + p));
+        Cubic { value: [value(0.0), value(1.0)], slope: [slope(0.0), slope(1.0)] }
+    }
+
+    #[test]
+    fn analytic_the_root_of_a_cubic() {
+        for root in [1e-9, 0.01, 0.3, 0.5, 0.77, 0.999_999] {
+            // Nearly straight, bent, and with an inflection in the middle.
+            for (p, q) in [(0.0, 1e3), (1.0, 1.0), (-1.0, 0.3), (3.0, 0.01)] {
+                for factor in [-1.0, -1e-6, -1e9] {
+                    let found = cubic(root, p, q, factor).falls_to(0.0, 0.0, 1.0);
+                    assert!((found - root).abs() < 1e-13, "{root} {p} {q} {factor}: {found}");
                 }
             }
         }
-        high
     }
 }

@@ -5,7 +5,8 @@
 
 use standstill_numeric::Wide;
 
-use super::two_derivative::{Accuracy, Ends, Here, Tried, settle};
+use super::corrections::{Ends, settle};
+use super::two_derivative::{Accuracy, Here, Tried};
 use crate::physics::bounds::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;

@@ -9,7 +9,7 @@
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
 use standstill_interface::Dq;
-use standstill_numeric::{Heading, Symmetric, Wide};
+use standstill_numeric::{Heading, Wide};
 
 use crate::physics::bounds::{Bounds, ENDS, Margins};
 use crate::physics::legs::Conducting;
@@ -17,6 +17,8 @@ use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
+use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
+use crate::step::error::{SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error};
 use standstill_inverter::Source;
 
 /// Machines at a time: their states and what follows from them.
@@ -60,11 +62,11 @@ pub struct Tried<V: Wide> {
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
     pub error: V,
     /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
-    pub first: V,
+    pub blocked_at_begin: V,
     /// The least of all margins in the step and at its end, with their slack: negative where something ends within it.
-    pub least: V,
+    pub least_margin: V,
     /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
-    pub deep: V,
+    pub least_at_mode_end: V,
 }
 
 /// How exact a step must be, machine by machine.
@@ -79,7 +81,7 @@ pub struct Accuracy<V: Wide> {
     /// See `flux_scale`.
     pub per_flux_scale: V,
     /// 1 where the currents between the ends matter too, as for filters, else 0.
-    pub between: V,
+    pub filtered: V,
 }
 
 impl<V: Wide> Tried<V> {
@@ -100,9 +102,9 @@ impl<V: Wide> Tried<V> {
             torque: [zero; 2],
             torque_rise: [zero; 2],
             error: zero,
-            first: zero,
-            least: zero,
-            deep: zero,
+            blocked_at_begin: zero,
+            least_margin: zero,
+            least_at_mode_end: zero,
         }
     }
 
@@ -180,7 +182,7 @@ impl<V: Wide> Tried<V> {
         let mut at = machine.operating(&predicted);
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
-        let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.free);
+        let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
         let any_idle = V::any(idle);
         let (looked_up_flux, looked_up_current) = (flux, at.current);
         settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
@@ -218,10 +220,10 @@ impl<V: Wide> Tried<V> {
             (turned, speed) = (new_turned, new_speed);
             at.current = at.current + at.turning * angle_error;
             // The speed acts on the flux through the holding voltage only; what it is off by within a step shows there.
-            angle_error = angle_error.abs() + (speed_error * h).abs() * 0.1;
+            angle_error = angle_error.abs() + (speed_error * h).abs() * SHARE_OF_SPEED;
         }
 
-        let mut relaxing_error = zero;
+        let mut relaxed = zero;
         // What the quadrature misses, and what follows from putting it right.
         let drop = (here.at.current + at.current) * half + (change.current - end_change.current) * twelfth;
         let mut missing =
@@ -242,11 +244,10 @@ impl<V: Wide> Tried<V> {
             let there = State { flux, turned, speed, link, lagging };
             let to = RotorFlux::of(machine, &there, end_change.flux * h, speed * h);
             let new = lag_behind(h * eddies.rate, begin.lagging, from, &to);
-            // e^−x is the rule's ratio up to x⁵/720; much more, for what the flux does meanwhile.
             let x = h * eddies.rate;
             let most =
                 here.at.lag.d.abs().greatest(at.lag.d.abs()) + here.at.lag.q.abs().greatest(at.lag.q.abs());
-            relaxing_error = most * (x * x) * (x * x) * x * 0.1;
+            relaxed = relaxing_error(most, x);
             let (g, more) = (eddies.inverse_inductance, new - lagging);
             let more = Dq::new(more.d * g.d, more.q * g.q);
             let turned = if machine.rotors.is_some() {
@@ -276,9 +277,9 @@ impl<V: Wide> Tried<V> {
         // The current at the end is that of where the core was evaluated and a linear step from there.
         let off = flux - looked_up_flux;
         let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off)
-            + angle_error * 0.1 * accuracy.per_angle
-            + relaxing_error * accuracy.per_flux
-            + link_error.abs() * 3e-7 * accuracy.per_flux;
+            + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
+            + relaxed * accuracy.per_flux
+            + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
         Self::between(machine, bounds, legs, here, end, h, ends, error)
     }
@@ -319,130 +320,11 @@ impl<V: Wide> Tried<V> {
             link_rise: ends.link_rise,
             acceleration: ends.acceleration,
             error,
-            first: zero,
-            least: zero,
-            deep: zero,
+            blocked_at_begin: zero,
+            least_margin: zero,
+            least_at_mode_end: zero,
         };
         tried.look_for_ends(machine, bounds);
         tried
     }
-}
-
-/// How fast things change at both ends of a step.
-#[derive(Clone, Copy)]
-pub(super) struct Ends<V> {
-    pub change: [Change<V>; 2],
-    /// Of the links' voltages, in V/s.
-    pub link_rise: [V; 2],
-    /// Of the rotors' speeds, in rad/s².
-    pub acceleration: [V; 2],
-    /// Of the torques, in N·m/s.
-    pub torque_rise: [V; 2],
-}
-
-/// Takes blocked legs' currents to zero, as an impulse at their terminals would.
-pub(super) fn settle<V: Wide>(legs: &Conducting<V>, flux: &mut Plane<V>, at: &mut Operating<V>) {
-    let blocked = legs.terminals.blocked;
-    let across = blocked.through(at.inverse_inductance);
-    let per_impulse = V::of(1.0) / (across.dot(blocked) + legs.terminals.free);
-    settle_by(legs, &across, per_impulse, V::any(legs.idle), flux, at);
-}
-
-#[inline(always)]
-fn settle_by<V: Wide>(
-    legs: &Conducting<V>,
-    across: &Plane<V>,
-    per_impulse: V,
-    any_idle: bool,
-    flux: &mut Plane<V>,
-    at: &mut Operating<V>,
-) {
-    let blocked = legs.terminals.blocked;
-    let share = blocked.dot(at.current) * per_impulse;
-    let (mut impulse, mut change) = (blocked * share, *across * share);
-    if any_idle {
-        let all = at.current.through(at.inverse_inductance.inverse());
-        impulse = Plane::choose(legs.idle, all, impulse);
-        change = Plane::choose(legs.idle, at.current, change);
-    }
-    *flux = *flux - impulse;
-    at.current = at.current - change;
-}
-
-/// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².
-#[inline(always)]
-fn link_slopes<V: Wide>(
-    machine: &Machine<V>,
-    rail: &Plane<V>,
-    link: V,
-    source: Source<V>,
-    current: Plane<V>,
-    current_rise: Plane<V>,
-) -> (V, V) {
-    let Some(storage) = &machine.links.storage else { return (source.rise, V::of(0.0)) };
-    // The current of the upper rail: Σ rail_k i_k = 3/2 rail · i.
-    let taken = |i: Plane<V>| rail.dot(i) * storage.elastance * 1.5;
-    let rise = (source.voltage - link) * storage.rate - taken(current);
-    (rise, (source.rise - rise) * storage.rate - taken(current_rise))
-}
-
-/// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
-#[derive(Clone, Copy)]
-pub(super) struct RotorFlux<T> {
-    flux: Dq<T>,
-    rise: Dq<T>,
-}
-
-impl<V: Wide> RotorFlux<V> {
-    #[inline(always)]
-    /// At a state, where the flux changes by so much in Wb in the run's plane.
-    pub(super) fn of(machine: &Machine<V>, state: &State<V>, flux_rise: Plane<V>, angle_rise: V) -> Self {
-        if machine.rotors.is_none() {
-            return Self {
-                flux: Dq::new(state.flux.x, state.flux.y),
-                rise: Dq::new(flux_rise.x, flux_rise.y),
-            };
-        }
-        let turned = Heading::of(state.turned);
-        let rise = flux_rise - state.flux.quarter_turn() * angle_rise;
-        Self { flux: state.flux.to_rotor(turned), rise: rise.to_rotor(turned) }
-    }
-}
-
-/// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
-#[inline(always)]
-pub(super) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
-    let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
-    let denominator = V::of(1.0) / (square + half + 1.0);
-    let decay = (square - half + 1.0) * denominator;
-    let mean = (begin.flux + end.flux) * (half * denominator);
-    let tilt = (end.flux - begin.flux) * (square * denominator);
-    let bend = (begin.rise - end.rise) * (twelfth * denominator);
-    lagging * decay + mean + tilt + bend
-}
-
-/// The error of a step, relative to the tolerance.
-#[inline(always)]
-fn error<V: Wide>(
-    accuracy: &Accuracy<V>,
-    h: V,
-    resistance: &Symmetric<V>,
-    begin: &Here<V>,
-    end: &Here<V>,
-    [change, end_change]: [&Change<V>; 2],
-    off: Plane<V>,
-) -> V {
-    // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
-    let first = end.at.current - begin.at.current - change.current * h;
-    let twice = (end_change.current - change.current) * h;
-    let third = twice - first - first;
-    let second = first.x.abs() + first.y.abs();
-    let third = third.x.abs() + third.y.abs();
-    let fourth = third * third / (second + third + 1e-30);
-    let loop_resistance = resistance.xx + resistance.yy;
-    let quadrature = loop_resistance * h * fourth * 0.2;
-    let nonlinear = off.dot(off) * accuracy.per_flux_scale * 4.0;
-    // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
-    let between = accuracy.between * fourth * (accuracy.flux_scale * 0.1);
-    (quadrature + nonlinear + between) * accuracy.per_flux
 }

@@ -178,7 +178,10 @@ impl Seeded {
             let start = FIRST + four * FOUR;
             (((place + 1) << 40) + 4 * four, start..start + FOUR)
         };
-        self.block = self.source.words(block).map(uniform_of_word);
+        let words = self.source.words(block);
+        for (uniform, word) in self.block.iter_mut().zip(words) {
+            *uniform = uniform_of_word(word);
+        }
         self.numbers = numbers;
         self.are_normals = false;
     }

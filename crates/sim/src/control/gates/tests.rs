@@ -204,7 +204,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                     }
                     // Once, as for a leg whose current flows; all of them where a command begins.
                     let mut again = true;
-                    while again && legs.gates[leg].is_past(0, time, 0.0) {
+                    while again && legs.gates[leg].is_carried_out(0, time, 0.0) {
                         lines.carry_out(&mut legs, 0, leg);
                         again = now == start;
                     }

@@ -1,0 +1,62 @@
+//! A machine's place among others: its numbers, at rest.
+
+use standstill_numeric::{Heading, Wide};
+
+use super::run::Control;
+use crate::case::Case;
+use crate::lanes::bank::Bank;
+
+impl<'a> Control<'a> {
+    /// The machine at rest.
+    pub(super) fn put<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
+        let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
+        let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
+        bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
+        let rest = motor.magnetics.rest(Heading::of(*start_angle));
+        let put = |to: &mut V, from: f64| to.put(lane, from);
+        let here = &mut bank.here;
+        put(&mut here.time, 0.0);
+        put(&mut here.state.flux.x, rest.d);
+        put(&mut here.state.flux.y, rest.q);
+        put(&mut here.state.turned, 0.0);
+        put(&mut here.state.speed, 0.0);
+        put(&mut here.state.lagging.d, rest.d);
+        put(&mut here.state.lagging.q, rest.q);
+        let accuracy = &mut bank.accuracy;
+        let scale = motor.winding.mean_inductance * motor.rated_current;
+        put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
+        put(&mut accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
+        put(&mut accuracy.flux_scale, scale);
+        put(&mut accuracy.per_flux_scale, 1.0 / scale);
+        put(&mut accuracy.filtered, f64::from(u8::from(self.filters.is_some())));
+        put(&mut bank.hint, self.longest_step());
+        put(&mut bank.longest, self.longest_step());
+        for counted in
+            [&mut bank.refused, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
+        {
+            put(counted, 0.0);
+        }
+        bank.to_mode_end &= !(1 << lane);
+        bank.live |= 1 << lane;
+        self.look(bank);
+        let source = bank.machine.links.source_of(lane, 0.0);
+        bank.here.state.link.put(lane, source.voltage);
+        self.look_at_link(bank);
+        bank.machine.legs.put_bridge(lane, &bridge);
+    }
+
+    /// Longest step in ns: the winding's shorter time constant, beyond which values and slopes at both ends say so little of
+    /// what is between that an error of zero may be an accident; a fraction of the ripple's period where a stored voltage
+    /// or a filter follows it, and of a sag.
+    fn longest_step(&self) -> f64 {
+        let motor = self.case.motor;
+        let winding = &motor.winding;
+        let inductance = winding.d_axis_inductance().min(winding.q_axis_inductance());
+        let decay = inductance / motor.resistance * 1e9;
+        let link = &self.case.inverter.link;
+        let follows = link.storage.is_some() || self.link_filter.is_some();
+        let ripple = if follows && link.ripple != 0.0 { 0.125e9 / link.ripple_frequency } else { decay };
+        let ripple = ripple.min(decay);
+        link.sag.map_or(ripple, |sag| ripple.min(sag.duration * (1e9 / 64.0)))
+    }
+}

@@ -1,0 +1,144 @@
+//! Where a mode ends within a step that was tried, and which of them first.
+
+use standstill_numeric::Wide;
+
+use super::bank::{Bank, NOTHING};
+use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Tried;
+
+/// The least share of a step after which a blocked leg's potential is taken to reach its bound: its slope is not known, and a
+/// straight line that begins close to its end says little. A twentieth shortens a step fast enough.
+const LEAST_SHARE: f64 = 0.05;
+
+impl<V: Wide> Bank<'_, V> {
+    /// Keeps of a step what [`Self::find_end`] asks for.
+    #[inline(always)]
+    pub(super) fn keep_for_ends(&mut self, tried: &Tried<V>) {
+        let (begin, to) = (&mut self.begin, &mut self.tried);
+        begin.time = self.here.time;
+        to.h = tried.h;
+        to.end.time = tried.end.time;
+        to.phases = tried.phases;
+        to.phase_rise = tried.phase_rise;
+        for end in 0..2 {
+            to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
+        }
+        if self.machine.rotors.is_some() {
+            begin.state.turned = self.here.state.turned;
+            begin.state.speed = self.here.state.speed;
+            to.end.state.turned = tried.end.state.turned;
+            to.end.state.speed = tried.end.state.speed;
+            to.torque = tried.torque;
+            to.torque_rise = tried.torque_rise;
+            to.acceleration = tried.acceleration;
+            for end in 0..2 {
+                to.margins[end][MOTION] = tried.margins[end][MOTION];
+                to.margins[end][STOP] = tried.margins[end][STOP];
+            }
+        }
+        if self.machine.circuits.have_ends() {
+            for end in 0..2 {
+                to.margins[end][DOMAIN] = tried.margins[end][DOMAIN];
+            }
+        }
+        if self.bounds.sides.is_some() {
+            to.change = tried.change;
+            for end in 0..2 {
+                to.margins[end][FLUX] = tried.margins[end][FLUX];
+                to.margins[end][FLUX + 1] = tried.margins[end][FLUX + 1];
+            }
+        }
+    }
+
+    /// Finds the mode of a machine that ends first within the step just tried, and when.
+    pub(super) fn find_end(&mut self, lane: usize) {
+        let tried = &self.tried;
+        let one = |pack: &V| pack.get(lane);
+        let mut first = (f64::INFINITY, 0);
+        let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
+            let to = if cubic.value[1] < -slack {
+                1.0
+            } else if cubic.dip() < -slack {
+                cubic.slope[0] / (cubic.slope[0] - cubic.slope[1])
+            } else {
+                return;
+            };
+            let share = cubic.falls_to(-0.5 * slack, 0.0, to);
+            if share < first.0 {
+                *first = (share, which);
+            }
+        };
+        // Of two legs that conduct, both currents end at once.
+        let legs = &self.machine.legs;
+        let conduct = (0..3).filter(|k| legs.direction(lane, *k) != 0.0);
+        let both = conduct.clone().count() == 2;
+        for k in conduct.take(if both { 1 } else { 3 }) {
+            let direction = legs.direction(lane, k);
+            {
+                let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
+                let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
+                ends(&mut first, k, Cubic { value, slope }, self.bounds.slack[k].get(lane));
+            }
+        }
+        let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));
+        let slack_of_blocked = self.bounds.slack[BLOCKED].get(lane);
+        if margin.value[1] < -slack_of_blocked {
+            let share = margin.falls_to(-0.5 * slack_of_blocked, 0.0, 1.0).max(LEAST_SHARE);
+            if share < first.0 {
+                first = (share, BLOCKED);
+            }
+        }
+        let slack = |which: usize| self.bounds.slack[which].get(lane);
+        if self.machine.rotors.is_some() {
+            let torque = tried.torque_margin(&self.machine, &self.bounds);
+            let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
+            ends(&mut first, MOTION, Cubic { value, slope }, slack(MOTION));
+            let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
+            let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
+                .map(|speed| speed * one(&tried.h));
+            let [lower, upper] = self.bounds.stops.each_ref().map(one);
+            ends(
+                &mut first,
+                STOP,
+                Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
+                slack(STOP),
+            );
+            ends(&mut first, STOP, Cubic { value: turned.map(|a| a - lower), slope: rise }, slack(STOP));
+        }
+        let margin = |which: usize| [0, 1].map(|end: usize| one(&tried.margins[end][which]));
+        let [begin, end] = margin(DOMAIN);
+        if end < -slack(DOMAIN) {
+            ends(&mut first, DOMAIN, straight(begin, end), slack(DOMAIN));
+        }
+        if let Some(sides) = &self.bounds.sides {
+            // While the rotor stands, the core's flux changes as the winding's.
+            let rise = [0, 1].map(|end: usize| {
+                let flux = &tried.change[end].flux;
+                [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))
+            });
+            for axis in 0..2 {
+                let value = margin(FLUX + axis);
+                if value[1] < -slack(FLUX + axis) {
+                    let side = one(&sides[axis][0]);
+                    let slope = rise.map(|rise| side * rise[axis]);
+                    let mut cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
+                    if self.machine.rotors.is_some() {
+                        cubic = straight(value[0], value[1]);
+                    }
+                    ends(&mut first, FLUX + axis, cubic, slack(FLUX + axis));
+                }
+            }
+        }
+        let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
+        let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
+        self.mode_end.put(lane, (from + (to - from) * share).min(to));
+        self.to_mode_end |= 1 << lane;
+        self.ending_mode[lane] = which;
+    }
+}
+
+/// A margin of which no slopes are known.
+fn straight(begin: f64, end: f64) -> Cubic<f64> {
+    Cubic { value: [begin.max(0.0), end], slope: [end - begin.max(0.0); 2] }
+}

@@ -1,0 +1,68 @@
+//! How far a step may be off, relative to the tolerance.
+//!
+//! Each factor has a reason; all of them are checked by tests against the referee, on eight motors and with larger and smaller
+//! tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
+
+use standstill_numeric::{Symmetric, Wide};
+
+use super::two_derivative::{Accuracy, Here};
+use crate::physics::machine::Change;
+use crate::physics::plane::Plane;
+
+/// What the quadrature of the drop misses, per ohm and ampere of the fourth-order term below. For a current that decays with
+/// x = h/τ that term is x⁴/18 and the rule misses x⁴/720, a fortieth of it. Eight times that, for currents that are no single
+/// exponential; the sum of two resistances doubles it once more.
+const QUADRATURE: f64 = 0.2;
+
+/// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
+/// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
+const CURVATURE: f64 = 4.0;
+
+/// How much of the currents' fourth-order term between the ends of a step a filter sees: at most h⁴ i⁗/384 of h⁴ i⁗/18, a
+/// twentieth, and twice that.
+const FILTERED: f64 = 0.1;
+
+/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end: the
+/// prediction was of an order less than the correction, which is far better than the difference of both.
+pub(super) const SHARE_OF_ANGLE: f64 = 0.1;
+/// See [`SHARE_OF_ANGLE`].
+pub(super) const SHARE_OF_SPEED: f64 = 0.1;
+
+/// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
+/// microsecond, for the correction itself is far better, as that of the angle.
+pub(super) const SHARE_OF_LINK: f64 = 3e-7;
+
+/// What the rule for the flux that lags behind misses of e^−x, x⁵/720, and for what the flux does meanwhile 72 times that.
+const RELAXING: f64 = 0.1;
+
+/// The error in Wb of a flux that lags behind by at most so much in Wb, over `x` of its time constants.
+#[inline(always)]
+pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
+    most * (x * x) * (x * x) * x * RELAXING
+}
+
+/// The error of a step, relative to the tolerance.
+#[inline(always)]
+pub(super) fn error<V: Wide>(
+    accuracy: &Accuracy<V>,
+    h: V,
+    resistance: &Symmetric<V>,
+    begin: &Here<V>,
+    end: &Here<V>,
+    [change, end_change]: [&Change<V>; 2],
+    off: Plane<V>,
+) -> V {
+    // A = i₁ − i₀ − h i₀′ and B = h (i₁′ − i₀′): B − 2 A is h³ i‴/6 and more; by its ratio to A follows the next order.
+    let first = end.at.current - begin.at.current - change.current * h;
+    let twice = (end_change.current - change.current) * h;
+    let third = twice - first - first;
+    let second = first.x.abs() + first.y.abs();
+    let third = third.x.abs() + third.y.abs();
+    let fourth = third * third / (second + third + 1e-30);
+    let loop_resistance = resistance.xx + resistance.yy;
+    let quadrature = loop_resistance * h * fourth * QUADRATURE;
+    let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
+    // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
+    let between = accuracy.filtered * fourth * (accuracy.flux_scale * FILTERED);
+    (quadrature + nonlinear + between) * accuracy.per_flux
+}
