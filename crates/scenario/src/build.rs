@@ -4,12 +4,12 @@ use standstill_detect::{Method, Settings};
 use standstill_interface::Nanos;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
-use standstill_sim::{Adc, RotorState, SensorSettings};
+use standstill_sim::{Adc, PickUp, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::named::Named;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
-use crate::errors::dc_link;
+use crate::errors::{PICK_UP, dc_link};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
@@ -128,6 +128,17 @@ fn ripple_frequency<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileE
     in_range(key, value, [0.1, 1e5], needed)
 }
 
+/// A tolerance of a frequency, which stays above zero.
+fn spread<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    in_range(key, value, [0.0, 0.9], "a share from 0 to 0.9: a corner frequency is more than zero")
+}
+
+/// From one phase to the next.
+fn skew<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
+    let needed = "from 0 to 100 us: the next sample waits until all phases are converted";
+    in_range(key, value, [0.0, 1e-4], needed).map(Nanos::from_seconds)
+}
+
 /// Up to a second, in whole nanoseconds.
 fn time<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
     in_range(key, value, [0.0, 1.0], "from 0 to 1 s").map(Nanos::from_seconds)
@@ -185,6 +196,9 @@ impl SensorsTable {
             gain_error => sensors.gain_error, share;
             offset => sensors.offset, at_least_zero;
             noise => sensors.noise, at_least_zero;
+            bandwidth_tolerance => sensors.bandwidth_tolerance, spread;
+            bandwidth_mismatch => sensors.bandwidth_mismatch, spread;
+            skew => sensors.skew, skew;
             jitter => sensors.jitter, time;
             sample_delay => sensors.sample_delay, time;
             dc_link_gain_error => sensors.dc_link.gain_error, share;
@@ -194,6 +208,7 @@ impl SensorsTable {
         if let Some(bandwidth) = self.bandwidth {
             sensors.bandwidth = Some(positive("sensors.bandwidth", bandwidth)?);
         }
+        sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
             sensors.resolver.error = at_least_zero("sensors.resolver_error", error)?.to_radians();
         }
@@ -208,6 +223,22 @@ impl SensorsTable {
         sensors.dc_link.adc =
             converter("sensors.dc_link", sensors.dc_link.adc, range.map(|range| [0.0, range]), bits)?;
         Ok(())
+    }
+}
+
+impl SensorsTable {
+    fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
+        let mut of = pick_up.unwrap_or(PICK_UP);
+        set!("sensors", self, pick_up => of.amplitude, at_least_zero;);
+        if let Some(decay) = self.pick_up_decay {
+            let needed = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
+            of.decay = in_range("sensors.pick_up_decay", decay, [1e-9, 1e-4], needed)?;
+        }
+        if let Some(frequency) = self.pick_up_frequency {
+            let needed = "from 0 to 1 GHz: samples are taken in whole nanoseconds";
+            of.frequency = in_range("sensors.pick_up_frequency", frequency, [0.0, 1e9], needed)?;
+        }
+        Ok((of.amplitude > 0.0).then_some(of))
     }
 }
 

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
+    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
 };
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
@@ -114,11 +114,19 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         polarity_difference,
         rated_pulse: rated_pulse(motor, drive.link.voltage),
         gain_tolerance: sensors.gain_error,
+        sensing: Sensing {
+            bandwidth: sensors.bandwidth,
+            bandwidth_tolerance: sensors.bandwidth_tolerance,
+            bandwidth_mismatch: sensors.bandwidth_mismatch,
+            skew: sensors.skew,
+            pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
+        },
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
         switch_drop: [devices.switch_drop, devices.switch_resistance],
         diode_drop: [devices.diode_drop, devices.diode_resistance],
+        reverse_drop: [devices.diode_drop, devices.diode_resistance],
     }
 }
 
