@@ -2,6 +2,7 @@
 
 use standstill_detect::{Method, Settings};
 use standstill_interface::Nanos;
+use standstill_inverter::{DeviceKind, Devices};
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
 use standstill_sim::{Adc, PickUp, RotorState, SensorSettings};
@@ -9,7 +10,7 @@ use standstill_sim::{Adc, PickUp, RotorState, SensorSettings};
 use super::document::FileError;
 use super::named::Named;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
-use crate::errors::{PICK_UP, dc_link};
+use crate::errors::{PICK_UP, dc_link, device_kind};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
@@ -50,9 +51,10 @@ impl ScenarioFile {
             }
         }
         let errors = self.errors.0;
-        let dc_link = self.inverter.dc_link.map_or_else(|| dc_link(motor), Quantity::value);
-        let mut drive = errors.drive(motor.rated_current, dc_link);
+        let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
+        let mut drive = errors.drive(motor.rated_current, dc_link(motor), kind);
         self.inverter.apply(&mut drive)?;
+        check_channel(&drive.bridge.devices, motor.rated_current)?;
         let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
         self.sensors.apply(&mut sensors)?;
         let temperature = Temperature {
@@ -163,8 +165,37 @@ macro_rules! set {
     };
 }
 
+/// Beyond this current, as a multiple of the rated one, the sensors see nothing.
+const MOST_CURRENT: f64 = 2.5;
+
+/// A MOSFET's channel drops less than its body diode at all currents that matter: a diode that carries a share of the current
+/// beside the channel is not modelled.
+fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
+    let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
+    if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
+        return Ok(());
+    }
+    let most = 1e3 * devices.diode_drop / (MOST_CURRENT * rated_current);
+    let found = format!("{} mΩ", 1e3 * devices.switch_resistance);
+    let needed = format!(
+        "at most {most:.3} mΩ, which drop as much as the body diode (`inverter.diode_drop`, {} V) at {MOST_CURRENT} times the rated current: a diode that conducts beside its channel is not simulated",
+        devices.diode_drop
+    );
+    Err(FileError::key("inverter.channel_resistance", &found, &needed))
+}
+
 impl InverterTable {
     fn apply(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
+        let igbt = [
+            ("inverter.switch_drop", self.switch_drop.map(|value| value.to_string())),
+            ("inverter.switch_resistance", self.switch_resistance.map(|value| value.to_string())),
+        ];
+        for (key, value) in igbt {
+            if let (Some(value), DeviceKind::Mosfet) = (value, drive.bridge.devices.kind) {
+                let needed = "`inverter.devices` \"igbt\", or `inverter.channel_resistance`: a MOSFET's channel is a resistance without threshold";
+                return Err(FileError::key(key, &value, needed));
+            }
+        }
         set!("inverter", self,
             dc_link => drive.link.voltage, positive;
             ripple => drive.link.ripple, share;
@@ -180,6 +211,18 @@ impl InverterTable {
             let needed = "from 10 Hz to 1 MHz";
             let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
+        }
+        let devices = &mut drive.bridge.devices;
+        match (devices.kind, self.channel_resistance) {
+            (DeviceKind::Mosfet, Some(value)) => {
+                devices.switch_resistance = at_least_zero("inverter.channel_resistance", value)?;
+            }
+            (DeviceKind::Igbt, Some(value)) => {
+                let needed =
+                    "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel";
+                return Err(FileError::key("inverter.channel_resistance", &value.to_string(), needed));
+            }
+            (_, None) => {}
         }
         drive.link.storage = self.storage()?;
         drive.link.sag = self.sag()?;

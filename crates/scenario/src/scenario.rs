@@ -14,7 +14,7 @@ use standstill_sim::{
     run_side_by_side,
 };
 
-use crate::errors::dc_link;
+use crate::errors::{dc_link, device_kind};
 use crate::{DriveSettings, ErrorSet, Record, TrialError};
 
 /// One motor, one kind of drive, one method with its settings `S`.
@@ -126,7 +126,7 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         carrier_period: drive.carrier_period,
         switch_drop: [devices.switch_drop, devices.switch_resistance],
         diode_drop: [devices.diode_drop, devices.diode_resistance],
-        reverse_drop: [devices.diode_drop, devices.diode_resistance],
+        reverse_drop: devices.reverse(),
     }
 }
 
@@ -160,7 +160,7 @@ impl<S: Settings<f64>> Scenario<S> {
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
         let dc_link = dc_link(&motor);
-        let drive = errors.drive(motor.rated_current, dc_link);
+        let drive = errors.drive(motor.rated_current, dc_link, device_kind(&motor));
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {

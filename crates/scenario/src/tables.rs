@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use standstill_inverter::OpenLeg;
+use standstill_inverter::{DeviceKind, OpenLeg};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Farad, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt,
@@ -153,7 +153,13 @@ pub struct InverterTable {
     /// Frequency of the PWM carrier.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub carrier: Option<Quantity<Hertz>>,
-    /// Voltage across a conducting switch.
+    /// What the switches are. Without it, MOSFETs where the motor's DC link is at most 60 V, else IGBTs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub devices: Option<Named<DeviceKind>>,
+    /// Resistance of a MOSFET's channel, which conducts both ways while its gate is on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel_resistance: Option<Quantity<Ohm>>,
+    /// Voltage across a conducting IGBT.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub switch_drop: Option<Quantity<Volt>>,
     /// Its slope.

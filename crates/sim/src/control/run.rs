@@ -297,7 +297,8 @@ impl<'a> Control<'a> {
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             let direction = bank.machine.legs.direction(self.lane, k);
-            while bank.machine.legs.gates[k].is_past(self.lane, time, direction) {
+            let both = bank.machine.legs.has_mosfets(self.lane);
+            while bank.machine.legs.gates[k].is_past(self.lane, time, direction, both) {
                 self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
