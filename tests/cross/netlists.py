@@ -176,8 +176,9 @@ def netlist(case, tables, sequences, step, reltol):
         for leg, phase in enumerate("abc")
         for k, name in enumerate(["up", "low"])
     )
-    # Without currents nothing else tells the terminals their potentials where a channel goes off.
-    stray = "Ca a 0 1p\nCb b 0 1p\nCc c 0 1p\n"
+    modulated = any(word not in "HL-" for stages in commands for _, legs in stages for word in legs)
+    # Without currents nothing else tells the terminals their potentials where a channel goes off. Damped, or it rings.
+    stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\
 * {case["name"]}: written by netlists.py from cases.txt, to be changed there.
 * Legs a, b, c are H (upper switch on), L (lower), - (both off) or a PWM duty at 10 kHz, centred in its period:
@@ -220,7 +221,7 @@ Vdc p 0 {DC_LINK}
 Xa p 0 a upa lowa leg
 Xb p 0 b upb lowb leg
 Xc p 0 c upc lowc leg
-{stray if mosfets else ''}
+{stray if mosfets and modulated else ''}
 * Gates: edges of {2 * HALF_EDGE:g} ns about their instants.
 {gates}
 
