@@ -87,7 +87,7 @@ impl<'a> Control<'a> {
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
-            sampler: Sampler::new(case.sensors, case.streams),
+            sampler: Sampler::new(&case.sensors, case.streams),
             filters: settings
                 .bandwidth
                 .map(|corner| case.sensors.corner.map(|share| LowPass::new(corner * share, 0.0))),
