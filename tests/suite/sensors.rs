@@ -2,11 +2,11 @@
 
 use std::f64::consts::TAU;
 
-use standstill_campaign::{ErrorSet, Scenario};
 use standstill_detect::{Method, MethodName};
 use standstill_interface::{Command, Nanos, Phase, Reading, Sampling, Stage};
 use standstill_inverter::OpenLeg;
 use standstill_plant::built_in;
+use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{NoProbe, PickUp, RotorState, Sensors, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter, reference_motor};
@@ -130,7 +130,7 @@ fn law_corner_frequencies_have_the_stated_spread_and_shift_no_other_draw() {
     let (field, mut default) = (field(MethodName::Bipolar), field(MethodName::Bipolar));
     default.sensors = ErrorSet::Default.sensors(default.motor.rated_current, 550.0);
     let (mut least, mut most, mut apart) = (f64::INFINITY, 0.0_f64, 0.0_f64);
-    let mut sum = 0.0;
+    let mut sum = 0.0_f64;
     for trial in 0..4000 {
         let [a, b] = [&field, &default].map(|scenario| scenario.case(trial));
         let corner = a.sensors.corner;
