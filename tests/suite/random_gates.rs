@@ -40,10 +40,8 @@ fn random_inverter(rng: &mut impl Rng) -> Inverter {
         diode_resistance: 0.03,
     };
     let devices = if rng.random_bool(0.3) { Devices::default() } else { real };
-    let devices = match rng.random_bool(0.4) {
-        true => Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..devices },
-        false => devices,
-    };
+    let mosfets = Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..devices };
+    let devices = if rng.random_bool(0.4) { mosfets } else { devices };
     let timing = |dead: u64, rng: &mut dyn FnMut() -> u64| GateTiming {
         turn_off_delay: Nanos(rng()),
         turn_on_delay: Nanos(rng()),
