@@ -7,7 +7,7 @@
 //! Run with `cargo run --release --example error_picture`; writes `standstill-out/examples/open_leg.svg` and `.png`.
 
 use standstill_detect::{Decay, LineInductance};
-use standstill_inverter::OpenLeg;
+use standstill_inverter::{DeviceKind, OpenLeg};
 use standstill_plant::built_in;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     panel = panel.with(curve("third leg truly open", &scenario, Style::Black)?);
 
     scenario.drive.bridge.open_leg = OpenLeg::Diodes;
-    scenario.drive.bridge.devices = ErrorSet::Default.drive(8.0, 550.0).bridge.devices;
+    scenario.drive.bridge.devices = ErrorSet::Default.drive(8.0, 550.0, DeviceKind::Igbt).bridge.devices;
     panel = panel.with(curve("third leg with diodes, usual drops", &scenario, Style::Blue)?);
 
     scenario.drive.bridge.devices.diode_drop *= 0.5;

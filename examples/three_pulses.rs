@@ -18,7 +18,7 @@ use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
-use standstill_inverter::{DcLink, GateTiming, Inverter};
+use standstill_inverter::{DcLink, DeviceKind, GateTiming, Inverter};
 use standstill_plant::{Motor, built_in};
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
@@ -63,7 +63,7 @@ fn case(motor: &Motor, tolerance: Tolerance) -> Case<'_> {
         motor,
         inverter: Inverter {
             // 0.9 V + 50 mΩ and 1.0 V + 30 mΩ.
-            bridge: ErrorSet::Default.drive(8.0, 550.0).bridge,
+            bridge: ErrorSet::Default.drive(8.0, 550.0, DeviceKind::Igbt).bridge,
             gates: [timing; 3],
             link: DcLink::stiff(550.0),
             carrier_period: Nanos::from_micros(100),

@@ -40,7 +40,9 @@ def read_cases(path):
         if not words:
             continue
         kind, rest = words[0], words[1:]
-        if kind in tables:
+        if kind == "devices":
+            tables[kind][rest[0]] = [float(x) for x in rest[1:5]] + rest[5:]
+        elif kind in tables:
             tables[kind][rest[0]] = [float(x) for x in rest[1:]]
         elif kind == "sequence":
             commands = []
@@ -126,11 +128,38 @@ def describe(commands):
     return [f"*   {text}" + (f", {count} times" if count > 1 else "") for text, count in lines]
 
 
+def switches(drop, slope, mosfets):
+    """The two switches of a leg between p and m."""
+    if mosfets:
+        return f"""\
+* One leg between p and m. A channel is a conductance that is the same both ways and rises with its gate, up to
+* 1/{slope:g} mOhm; each has a diode beside it.
+.subckt leg p m out up low
+Bup p out i=v(p,out)*(1n+v(up)/{slope:g}m)
+Blow out m i=v(out,m)*(1n+v(low)/{slope:g}m)"""
+    return f"""\
+* One leg between p and m. A switch is a drop, a slope and a junction; to open it, its gate's source rises by
+* 600 V, more than the link, against the junction. Each switch has a diode beside it.
+.global one
+.subckt leg p m out up low
+Eup p 1 one up 600
+Vup 1 2 {drop:g}
+Rup 2 3 {slope:g}m
+Dup 3 out junction
+Elow out 4 one low 600
+Vlow 4 5 {drop:g}
+Rlow 5 6 {slope:g}m
+Dlow 6 m junction"""
+
+
 def netlist(case, tables, sequences, step, reltol):
     sequence = sequences[case["sequence"]]
     commands = sequence["commands"]
     mean, saliency, leakage, resistance = tables["motor"][case["motor"]]
-    switch_drop, switch_slope, diode_drop, diode_slope = tables["devices"][case["devices"]]
+    switch_drop, switch_slope, diode_drop, diode_slope, *kind = tables["devices"][case["devices"]]
+    mosfets = kind == ["mosfet"]
+    assert mosfets or not kind, case["devices"]
+    assert not mosfets or switch_drop == 0, "a channel has no threshold"
     timing = tables["timing"][case["timing"]]
     edges = [gate_edges(commands, leg, timing) for leg in range(3)]
     end = sum(duration for stages in commands for duration, _ in stages)
@@ -147,6 +176,9 @@ def netlist(case, tables, sequences, step, reltol):
         for leg, phase in enumerate("abc")
         for k, name in enumerate(["up", "low"])
     )
+    modulated = any(word not in "HL-" for stages in commands for _, legs in stages for word in legs)
+    # Without currents nothing else tells the terminals their potentials where a channel goes off. Damped, or it rings.
+    stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\
 * {case["name"]}: written by netlists.py from cases.txt, to be changed there.
 * Legs a, b, c are H (upper switch on), L (lower), - (both off) or a PWM duty at 10 kHz, centred in its period:
@@ -176,18 +208,7 @@ Rstar star 0 1g
 
 * A junction lets current through one way only and drops 2.0 to 2.3 mV between 0.1 A and 5 A.
 .model junction d(is=1e-12 n=0.003)
-* One leg between p and m. A switch is a drop, a slope and a junction; to open it, its gate's source rises by
-* 600 V, more than the link, against the junction. Each switch has a diode beside it.
-.global one
-.subckt leg p m out up low
-Eup p 1 one up 600
-Vup 1 2 {switch_drop:g}
-Rup 2 3 {switch_slope:g}m
-Dup 3 out junction
-Elow out 4 one low 600
-Vlow 4 5 {switch_drop:g}
-Rlow 5 6 {switch_slope:g}m
-Dlow 6 m junction
+{switches(switch_drop, switch_slope, mosfets)}
 Dpd out 7 junction
 Rpd 7 8 {diode_slope:g}m
 Vpd 8 p {diode_drop:g}
@@ -200,7 +221,7 @@ Vdc p 0 {DC_LINK}
 Xa p 0 a upa lowa leg
 Xb p 0 b upb lowb leg
 Xc p 0 c upc lowc leg
-
+{stray if mosfets and modulated else ''}
 * Gates: edges of {2 * HALF_EDGE:g} ns about their instants.
 {gates}
 

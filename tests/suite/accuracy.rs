@@ -1,7 +1,7 @@
 //! The paper's scheme without any error but the ones named: what equations (1)–(10) promise.
 
 use standstill_detect::{Decay, LineInductance};
-use standstill_inverter::{Bridge, Devices, OpenLeg};
+use standstill_inverter::{Bridge, DeviceKind, Devices, OpenLeg};
 use standstill_plant::Motor;
 use standstill_scenario::{ErrorSet, Record, Scenario, Specimen};
 use standstill_sim::{NoProbe, RotorState, run};
@@ -35,6 +35,7 @@ fn rms(errors: &[f64]) -> f64 {
 
 fn drops(share: f64) -> Devices {
     Devices {
+        kind: DeviceKind::Igbt,
         switch_drop: 0.9 * share,
         switch_resistance: 0.05 * share,
         diode_drop: share,

@@ -2,7 +2,7 @@
 
 use standstill_detect::Decay;
 use standstill_interface::{Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Step};
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_numeric::Heading;
 use standstill_plant::{
     Cogging, Core, EddyBranch, FluxMap, Friction, Harmonics, Linear, MagneticCircuit, Magnetics, MapPoint,
@@ -107,8 +107,13 @@ pub fn ideal_inverter(open_leg: OpenLeg) -> Inverter {
 
 /// With usual drops and dead time.
 pub fn usual_inverter(open_leg: OpenLeg) -> Inverter {
-    let devices =
-        Devices { switch_drop: 0.9, switch_resistance: 50e-3, diode_drop: 1.0, diode_resistance: 30e-3 };
+    let devices = Devices {
+        kind: DeviceKind::Igbt,
+        switch_drop: 0.9,
+        switch_resistance: 50e-3,
+        diode_drop: 1.0,
+        diode_resistance: 30e-3,
+    };
     let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
     Inverter { bridge: Bridge { devices, open_leg }, gates: [timing; 3], ..ideal_inverter(open_leg) }
 }

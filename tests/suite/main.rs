@@ -19,6 +19,7 @@ mod random_gates;
 mod referee;
 mod reference;
 mod rotor;
+mod sensors;
 mod spice;
 mod tables;
 mod tape;

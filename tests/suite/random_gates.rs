@@ -4,7 +4,7 @@
 use rand::{Rng, RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg, Storage};
+use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg, Storage};
 use standstill_plant::Motor;
 use standstill_sim::{Ended, NoProbe, Play, RotorState, Run, Tolerance, run};
 
@@ -32,8 +32,16 @@ fn random_commands(rng: &mut impl Rng) -> Vec<Command<f64>> {
 }
 
 fn random_inverter(rng: &mut impl Rng) -> Inverter {
-    let real = Devices { switch_drop: 0.9, switch_resistance: 0.05, diode_drop: 1.0, diode_resistance: 0.03 };
+    let real = Devices {
+        kind: DeviceKind::Igbt,
+        switch_drop: 0.9,
+        switch_resistance: 0.05,
+        diode_drop: 1.0,
+        diode_resistance: 0.03,
+    };
     let devices = if rng.random_bool(0.3) { Devices::default() } else { real };
+    let mosfets = Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..devices };
+    let devices = if rng.random_bool(0.4) { mosfets } else { devices };
     let timing = |dead: u64, rng: &mut dyn FnMut() -> u64| GateTiming {
         turn_off_delay: Nanos(rng()),
         turn_on_delay: Nanos(rng()),

@@ -186,6 +186,8 @@ fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::LinkError if number == 0 => "gain of the DC link".to_owned(),
         Purpose::LinkError => "offset of the DC link".to_owned(),
         Purpose::LinkNoise => format!("noise of the DC link in sample {}", number + 1),
+        Purpose::Bandwidth if number == 0 => "bandwidth of all sensors".to_owned(),
+        Purpose::Bandwidth => format!("bandwidth of {}", phase(number - 1)),
         Purpose::Jitter => format!("jitter of sample {}", number + 1),
         Purpose::GateDelay if number.is_multiple_of(2) => {
             format!("switch-off delay of {}", phase(number / 2))

@@ -179,6 +179,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             arrangement: sensors.arrangement,
             bandwidth: sensors.bandwidth,
             sample_delay: sensors.sample_delay,
+            skew: sensors.skew,
             dc_link: VoltageSensor { bandwidth: sensors.dc_link.bandwidth, ..SensorSettings::IDEAL.dc_link },
             ..SensorSettings::IDEAL
         };

@@ -18,7 +18,7 @@ use standstill_scenario::{Document, Plan};
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/numerics.txt");
 
 /// Beside methods on motors: what else the numbers of a trial come from.
-const OTHERS: [(&str, &str); 4] = [
+const OTHERS: [(&str, &str); 5] = [
     (
         "map",
         "errors = \"harsh\"\n[motor]\nbase = \"motor.toml\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
@@ -34,6 +34,10 @@ const OTHERS: [(&str, &str); 4] = [
     (
         "sensors",
         "[axes]\n\"sensors.arrangement\" = [\"two-in-line\", \"low-side-shunts\"]\n\"sensors.bandwidth\" = [\"20 kHz\"]\n\"inverter.dead_time\" = [\"4 us\"]",
+    ),
+    (
+        "field",
+        "errors = \"field\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"detector.method\" = [\"line-inductance\", \"bipolar\"]",
     ),
 ];
 

@@ -70,13 +70,22 @@ impl Window<'_> {
             .enumerate()
             .map(|(k, phase)| Lane { label: format!("leg {}", phase.letter()), spans: self.spans(k) })
             .collect();
-        let categories = Conduction::ALL.map(|mode| mode.to_string().replace('_', " ")).to_vec();
+        let categories = self.categories().iter().map(|mode| mode.to_string().replace('_', " ")).collect();
         Panel { weight: 0.7, ..Panel::new(axis, Axis::new("")) }.with(Layer::Lanes { lanes, categories })
+    }
+
+    /// The modes that legs of this kind have: a MOSFET's channel conducts both ways, an IGBT never backwards.
+    fn categories(&self) -> Vec<Conduction> {
+        let seen = |mode: &Conduction| self.snapshots().any(|s| s.modes.contains(mode));
+        let backwards =
+            |mode: &Conduction| matches!(mode, Conduction::UpperReverse | Conduction::LowerReverse);
+        Conduction::ALL.into_iter().filter(|mode| !backwards(mode) || seen(mode)).collect()
     }
 
     /// Stretches of one conduction mode of leg `k`.
     fn spans(&self, k: usize) -> Vec<(f64, f64, usize)> {
-        let category = |mode| Conduction::ALL.iter().position(|known| *known == mode).unwrap_or(0);
+        let categories = self.categories();
+        let category = |mode| categories.iter().position(|known| *known == mode).unwrap_or(0);
         let mut spans: Vec<(f64, f64, usize)> = Vec::new();
         for s in self.snapshots() {
             let (at, category) = (self.place(s.time), category(s.modes[k]));

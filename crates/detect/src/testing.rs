@@ -8,7 +8,7 @@ use standstill_interface::{
 };
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -30,6 +30,14 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     carrier_period: Nanos::from_micros(100),
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],
+    reverse_drop: [1.0, 0.01],
+    sensing: Sensing {
+        bandwidth: None,
+        bandwidth_tolerance: 0.0,
+        bandwidth_mismatch: 0.0,
+        skew: Nanos::ZERO,
+        pick_up: [0.0; 2],
+    },
 };
 
 /// Normally distributed numbers, the same each time.

@@ -57,6 +57,18 @@ pub const AXES: [AlphaBeta<f64>; 3] = {
 };
 
 impl Bridge {
+    /// The mode of a leg with this current.
+    #[inline]
+    fn flowing(&self, gate: Gate, current: f64) -> Conduction {
+        let kind = self.devices.kind;
+        if current > 0.0 { kind.outflow(gate) } else { kind.inflow(gate) }
+    }
+
+    #[inline]
+    fn all_flowing(&self, [a, b, c]: [Gate; 3], current: [f64; 3]) -> Modes {
+        [self.flowing(a, current[0]), self.flowing(b, current[1]), self.flowing(c, current[2])]
+    }
+
     /// Bounds in V of a blocked leg's potential.
     #[inline]
     fn bounds(&self, gate: Gate, dc_link: f64) -> (f64, f64) {
@@ -65,10 +77,11 @@ impl Bridge {
         }
         // Where the leg's devices begin to conduct out of it and into it.
         let Devices { switch_drop, diode_drop, .. } = self.devices;
+        let [reverse_drop, _] = self.devices.reverse();
         match gate {
             Gate::Off => (-diode_drop, dc_link + diode_drop),
-            Gate::Low => (-diode_drop, switch_drop),
-            Gate::High => (dc_link - switch_drop, dc_link + diode_drop),
+            Gate::Low => (-reverse_drop, switch_drop),
+            Gate::High => (dc_link - switch_drop, dc_link + reverse_drop),
         }
     }
 
@@ -77,13 +90,14 @@ impl Bridge {
     /// A leg with current conducts in the direction of its current. For legs without, the modes are the
     /// solution of a complementarity problem: a blocked leg's potential lies within its bounds, a leg that
     /// starts to conduct has its current rise in its direction. Γ is positive definite, so exactly one
-    /// combination fits, up to ties of measure zero.
+    /// combination fits, up to ties of measure zero. The bounds of a MOSFET leg whose gate is on are one: it is blocked
+    /// where its current is zero and stays so, and passes through zero from one direction to the other.
     ///
     /// What mostly happens is looked at first, and taken where it fits so well that nothing else can.
     pub fn resolve(&self, gates: [Gate; 3], port: &Port) -> Modes {
         let resting = port.current.map(|current| current == 0.0);
         let likely = match resting {
-            [false, false, false] => return all_flowing(gates, port.current),
+            [false, false, false] => return self.all_flowing(gates, port.current),
             [true, false, false] => self.with_one_resting(0, gates, port),
             [false, true, false] => self.with_one_resting(1, gates, port),
             [false, false, true] => self.with_one_resting(2, gates, port),
@@ -95,7 +109,7 @@ impl Bridge {
 
     /// The modes where only `leg` is without current: as its potential is within its bounds or beyond one of them.
     fn with_one_resting(&self, leg: usize, gates: [Gate; 3], port: &Port) -> Option<Modes> {
-        let mut modes = all_flowing(gates, port.current);
+        let mut modes = self.all_flowing(gates, port.current);
         modes[leg] = Conduction::Blocked;
         let conducting = |leg: usize| {
             let clamp = self.devices.clamp(modes[leg]).unwrap_or_default();
@@ -107,9 +121,9 @@ impl Bridge {
         modes[leg] = if (potential - low).min(high - potential) >= 0.0 {
             Conduction::Blocked
         } else if potential < low - CERTAIN {
-            Conduction::outflow(gates[leg])
+            self.devices.kind.outflow(gates[leg])
         } else if potential > high + CERTAIN && potential > low + CERTAIN {
-            Conduction::inflow(gates[leg])
+            self.devices.kind.inflow(gates[leg])
         } else {
             return None;
         };
@@ -118,10 +132,10 @@ impl Bridge {
 
     /// The modes where no current flows yet: nothing conducts, or it begins through the switches that are on.
     fn with_all_resting(&self, gates: [Gate; 3], port: &Port) -> Option<Modes> {
-        let drives = gates.contains(&Gate::High) && gates.contains(&Gate::Low);
+        let (kind, drives) = (self.devices.kind, gates.contains(&Gate::High) && gates.contains(&Gate::Low));
         let modes = gates.map(|gate| match gate {
-            Gate::High if drives => Conduction::outflow(gate),
-            Gate::Low if drives => Conduction::inflow(gate),
+            Gate::High if drives => kind.outflow(gate),
+            Gate::Low if drives => kind.inflow(gate),
             _ => Conduction::Blocked,
         });
         (self.fit(gates, modes, [true; 3], port) > CERTAIN).then_some(modes)
@@ -134,14 +148,14 @@ impl Bridge {
             resting = [true; 3];
         }
         let options = |leg: usize| -> [Option<Conduction>; 3] {
-            let (out, into) = (Conduction::outflow(gates[leg]), Conduction::inflow(gates[leg]));
+            let (out, into) = (self.devices.kind.outflow(gates[leg]), self.devices.kind.inflow(gates[leg]));
             if resting[leg] && gates[leg] == Gate::Off && self.open_leg == OpenLeg::Open {
                 return [Some(Conduction::Blocked), None, None];
             }
             if resting[leg] {
                 [Some(Conduction::Blocked), Some(out), Some(into)]
             } else {
-                [Some(flowing(gates[leg], port.current[leg])), None, None]
+                [Some(self.flowing(gates[leg], port.current[leg])), None, None]
             }
         };
         let mut best = ([Conduction::Blocked; 3], f64::NEG_INFINITY);
@@ -230,17 +244,6 @@ impl Bridge {
             if low.is_finite() && high.is_finite() { (low + high) / 2.0 } else { port.dc_link / 2.0 };
         holding.map(|e| common + e)
     }
-}
-
-/// The mode of a leg with this current.
-#[inline]
-fn flowing(gate: Gate, current: f64) -> Conduction {
-    if current > 0.0 { Conduction::outflow(gate) } else { Conduction::inflow(gate) }
-}
-
-#[inline]
-fn all_flowing([a, b, c]: [Gate; 3], current: [f64; 3]) -> Modes {
-    [flowing(a, current[0]), flowing(b, current[1]), flowing(c, current[2])]
 }
 
 /// The potential in V at which leg `k` keeps its current, given the two others': `p_k · Γ (C u − e) = 0`.

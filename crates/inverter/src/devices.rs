@@ -2,14 +2,52 @@
 
 use std::fmt;
 
+use standstill_interface::choice;
+
 use crate::Gate;
+
+choice! {
+    /// What the switches are.
+    #[derive(Default)]
+    pub enum DeviceKind {
+        /// IGBTs: a threshold and a slope one way; current the other way flows through the diode beside it, whatever the
+        /// gate does.
+        Igbt = "igbt" default,
+        /// MOSFETs: while the gate is on, the channel is a resistance both ways, without threshold. Current against a switch
+        /// whose gate is off flows through the body diode. Where the channel drops more than the diode's threshold, the
+        /// diode beside it would carry a share; that is not modelled.
+        Mosfet = "mosfet",
+    }
+}
+
+impl DeviceKind {
+    /// The mode when current flows out of the leg into the motor.
+    pub const fn outflow(self, gate: Gate) -> Conduction {
+        match (gate, self) {
+            (Gate::High, _) => Conduction::UpperSwitch,
+            (Gate::Low, Self::Mosfet) => Conduction::LowerReverse,
+            (Gate::Off | Gate::Low, _) => Conduction::LowerDiode,
+        }
+    }
+
+    /// The mode when current flows out of the motor into the leg.
+    pub const fn inflow(self, gate: Gate) -> Conduction {
+        match (gate, self) {
+            (Gate::Low, _) => Conduction::LowerSwitch,
+            (Gate::High, Self::Mosfet) => Conduction::UpperReverse,
+            (Gate::Off | Gate::High, _) => Conduction::UpperDiode,
+        }
+    }
+}
 
 /// Forward characteristics of a leg's devices: a threshold and a slope each.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Devices {
-    /// V_ce0 in V: a conducting switch's drop at no current.
+    /// What the switches are.
+    pub kind: DeviceKind,
+    /// V_ce0 in V: a conducting switch's drop at no current. A MOSFET's is zero.
     pub switch_drop: f64,
-    /// Its slope in Ω.
+    /// Its slope in Ω: of a MOSFET, the channel's resistance.
     pub switch_resistance: f64,
     /// V_f in V: a conducting diode's drop at no current.
     pub diode_drop: f64,
@@ -28,48 +66,43 @@ pub enum Conduction {
     LowerSwitch,
     /// Current from the negative rail into the motor.
     LowerDiode,
+    /// Current from the motor into the positive rail, backwards through the channel of the upper MOSFET.
+    UpperReverse,
+    /// Current from the negative rail into the motor, backwards through the channel of the lower MOSFET.
+    LowerReverse,
     /// No current.
     Blocked,
 }
 
 impl Conduction {
     /// All modes.
-    pub const ALL: [Self; 5] =
-        [Self::UpperSwitch, Self::UpperDiode, Self::LowerSwitch, Self::LowerDiode, Self::Blocked];
-
-    /// The mode when current flows out of the leg into the motor.
-    pub const fn outflow(gate: Gate) -> Self {
-        match gate {
-            Gate::High => Self::UpperSwitch,
-            Gate::Off | Gate::Low => Self::LowerDiode,
-        }
-    }
-
-    /// The mode when current flows out of the motor into the leg.
-    pub const fn inflow(gate: Gate) -> Self {
-        match gate {
-            Gate::Low => Self::LowerSwitch,
-            Gate::Off | Gate::High => Self::UpperDiode,
-        }
-    }
+    pub const ALL: [Self; 7] = [
+        Self::UpperSwitch,
+        Self::UpperDiode,
+        Self::LowerSwitch,
+        Self::LowerDiode,
+        Self::UpperReverse,
+        Self::LowerReverse,
+        Self::Blocked,
+    ];
 
     /// +1 for current into the motor, −1 for current out of it, 0 for none.
     pub const fn direction(self) -> f64 {
         match self {
-            Self::UpperSwitch | Self::LowerDiode => 1.0,
-            Self::UpperDiode | Self::LowerSwitch => -1.0,
+            Self::UpperSwitch | Self::LowerDiode | Self::LowerReverse => 1.0,
+            Self::UpperDiode | Self::LowerSwitch | Self::UpperReverse => -1.0,
             Self::Blocked => 0.0,
         }
     }
 
     /// Whether the current flows through the lower device, where a low-side shunt sees it.
     pub const fn is_lower(self) -> bool {
-        matches!(self, Self::LowerSwitch | Self::LowerDiode)
+        matches!(self, Self::LowerSwitch | Self::LowerDiode | Self::LowerReverse)
     }
 
     /// Whether the current flows through the upper device, from or into the positive rail.
     pub const fn is_upper(self) -> bool {
-        matches!(self, Self::UpperSwitch | Self::UpperDiode)
+        matches!(self, Self::UpperSwitch | Self::UpperDiode | Self::UpperReverse)
     }
 }
 
@@ -80,6 +113,8 @@ impl fmt::Display for Conduction {
             Self::UpperDiode => "upper_diode",
             Self::LowerSwitch => "lower_switch",
             Self::LowerDiode => "lower_diode",
+            Self::UpperReverse => "upper_reverse",
+            Self::LowerReverse => "lower_reverse",
             Self::Blocked => "blocked",
         })
     }
@@ -105,6 +140,14 @@ impl Clamp {
 }
 
 impl Devices {
+    /// Threshold in V and slope in Ω of what carries a leg's current against its switch while that is on.
+    pub const fn reverse(&self) -> [f64; 2] {
+        match self.kind {
+            DeviceKind::Igbt => [self.diode_drop, self.diode_resistance],
+            DeviceKind::Mosfet => [self.switch_drop, self.switch_resistance],
+        }
+    }
+
     /// The clamp of a conducting device; `None` for a blocked leg.
     #[inline]
     pub fn clamp(&self, mode: Conduction) -> Option<Clamp> {
@@ -113,6 +156,8 @@ impl Devices {
             Conduction::UpperDiode => (1.0, self.diode_drop, self.diode_resistance),
             Conduction::LowerSwitch => (0.0, self.switch_drop, self.switch_resistance),
             Conduction::LowerDiode => (0.0, -self.diode_drop, self.diode_resistance),
+            Conduction::UpperReverse => (1.0, self.switch_drop, self.switch_resistance),
+            Conduction::LowerReverse => (0.0, -self.switch_drop, self.switch_resistance),
             Conduction::Blocked => return None,
         };
         Some(Clamp { rail, offset, resistance })

@@ -21,7 +21,7 @@ mod gates;
 mod link;
 
 pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port};
-pub use devices::{Clamp, Conduction, Devices};
+pub use devices::{Clamp, Conduction, DeviceKind, Devices};
 pub use gates::{Gate, GateTiming};
 pub use link::{DcLink, Sag, Source, Storage};
 

@@ -2,14 +2,15 @@
 
 use standstill_detect::{Method, Settings};
 use standstill_interface::Nanos;
+use standstill_inverter::{DeviceKind, Devices};
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
-use standstill_sim::{Adc, RotorState, SensorSettings};
+use standstill_sim::{Adc, PickUp, RotorState, SensorSettings};
 
 use super::document::FileError;
 use super::named::Named;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
-use crate::errors::dc_link;
+use crate::errors::{PICK_UP, dc_link, device_kind};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
@@ -50,9 +51,10 @@ impl ScenarioFile {
             }
         }
         let errors = self.errors.0;
-        let dc_link = self.inverter.dc_link.map_or_else(|| dc_link(motor), Quantity::value);
-        let mut drive = errors.drive(motor.rated_current, dc_link);
+        let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
+        let mut drive = errors.drive(motor.rated_current, dc_link(motor), kind);
         self.inverter.apply(&mut drive)?;
+        check_channel(&drive.bridge.devices, motor.rated_current)?;
         let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
         self.sensors.apply(&mut sensors)?;
         let temperature = Temperature {
@@ -128,6 +130,17 @@ fn ripple_frequency<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileE
     in_range(key, value, [0.1, 1e5], needed)
 }
 
+/// A tolerance of a frequency, which stays above zero.
+fn spread<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
+    in_range(key, value, [0.0, 0.9], "a share from 0 to 0.9: a corner frequency is more than zero")
+}
+
+/// From one phase to the next.
+fn skew<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
+    let needed = "from 0 to 100 us: the next sample waits until all phases are converted";
+    in_range(key, value, [0.0, 1e-4], needed).map(Nanos::from_seconds)
+}
+
 /// Up to a second, in whole nanoseconds.
 fn time<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
     in_range(key, value, [0.0, 1.0], "from 0 to 1 s").map(Nanos::from_seconds)
@@ -152,8 +165,37 @@ macro_rules! set {
     };
 }
 
+/// Beyond this current, as a multiple of the rated one, the sensors see nothing.
+const MOST_CURRENT: f64 = 2.5;
+
+/// A MOSFET's channel drops less than its body diode at all currents that matter: a diode that carries a share of the current
+/// beside the channel is not modelled.
+fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
+    let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
+    if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
+        return Ok(());
+    }
+    let most = 1e3 * devices.diode_drop / (MOST_CURRENT * rated_current);
+    let found = format!("{} mΩ", 1e3 * devices.switch_resistance);
+    let needed = format!(
+        "at most {most:.3} mΩ, which drop as much as the body diode (`inverter.diode_drop`, {} V) at {MOST_CURRENT} times the rated current: a diode that conducts beside its channel is not simulated",
+        devices.diode_drop
+    );
+    Err(FileError::key("inverter.channel_resistance", &found, &needed))
+}
+
 impl InverterTable {
     fn apply(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
+        let igbt = [
+            ("inverter.switch_drop", self.switch_drop.map(|value| value.to_string())),
+            ("inverter.switch_resistance", self.switch_resistance.map(|value| value.to_string())),
+        ];
+        for (key, value) in igbt {
+            if let (Some(value), DeviceKind::Mosfet) = (value, drive.bridge.devices.kind) {
+                let needed = "`inverter.devices` \"igbt\", or `inverter.channel_resistance`: a MOSFET's channel is a resistance without threshold";
+                return Err(FileError::key(key, &value, needed));
+            }
+        }
         set!("inverter", self,
             dc_link => drive.link.voltage, positive;
             ripple => drive.link.ripple, share;
@@ -170,6 +212,18 @@ impl InverterTable {
             let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
         }
+        let devices = &mut drive.bridge.devices;
+        match (devices.kind, self.channel_resistance) {
+            (DeviceKind::Mosfet, Some(value)) => {
+                devices.switch_resistance = at_least_zero("inverter.channel_resistance", value)?;
+            }
+            (DeviceKind::Igbt, Some(value)) => {
+                let needed =
+                    "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel";
+                return Err(FileError::key("inverter.channel_resistance", &value.to_string(), needed));
+            }
+            (_, None) => {}
+        }
         drive.link.storage = self.storage()?;
         drive.link.sag = self.sag()?;
         if let Some(Named(open_leg)) = self.open_leg {
@@ -185,6 +239,9 @@ impl SensorsTable {
             gain_error => sensors.gain_error, share;
             offset => sensors.offset, at_least_zero;
             noise => sensors.noise, at_least_zero;
+            bandwidth_tolerance => sensors.bandwidth_tolerance, spread;
+            bandwidth_mismatch => sensors.bandwidth_mismatch, spread;
+            skew => sensors.skew, skew;
             jitter => sensors.jitter, time;
             sample_delay => sensors.sample_delay, time;
             dc_link_gain_error => sensors.dc_link.gain_error, share;
@@ -194,6 +251,7 @@ impl SensorsTable {
         if let Some(bandwidth) = self.bandwidth {
             sensors.bandwidth = Some(positive("sensors.bandwidth", bandwidth)?);
         }
+        sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
             sensors.resolver.error = at_least_zero("sensors.resolver_error", error)?.to_radians();
         }
@@ -208,6 +266,22 @@ impl SensorsTable {
         sensors.dc_link.adc =
             converter("sensors.dc_link", sensors.dc_link.adc, range.map(|range| [0.0, range]), bits)?;
         Ok(())
+    }
+}
+
+impl SensorsTable {
+    fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
+        let mut of = pick_up.unwrap_or(PICK_UP);
+        set!("sensors", self, pick_up => of.amplitude, at_least_zero;);
+        if let Some(decay) = self.pick_up_decay {
+            let needed = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
+            of.decay = in_range("sensors.pick_up_decay", decay, [1e-9, 1e-4], needed)?;
+        }
+        if let Some(frequency) = self.pick_up_frequency {
+            let needed = "from 0 to 1 GHz: samples are taken in whole nanoseconds";
+            of.frequency = in_range("sensors.pick_up_frequency", frequency, [0.0, 1e9], needed)?;
+        }
+        Ok((of.amplitude > 0.0).then_some(of))
     }
 }
 

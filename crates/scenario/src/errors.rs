@@ -1,9 +1,9 @@
 //! The error sets: what a good drive and a poor one get wrong.
 
 use standstill_interface::{Nanos, choice};
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::Motor;
-use standstill_sim::{Adc, Arrangement, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
+use standstill_sim::{Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
 
 /// DC-link voltage in V of the paper's drive.
 const DC_LINK: f64 = 550.0;
@@ -11,6 +11,41 @@ const DC_LINK: f64 = 550.0;
 /// DC-link voltage in V of this motor's drive; where the motor names none, the paper's.
 pub(crate) fn dc_link(motor: &Motor) -> f64 {
     motor.dc_link.unwrap_or(DC_LINK)
+}
+
+/// How pick-up rings where nobody says otherwise: time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
+pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
+
+/// Nominal DC link in V up to which drives have MOSFETs: the highest that is safe to touch, where 80 to 100 V devices with
+/// a few milliohms are what one buys.
+const MOSFET_LINK: f64 = 60.0;
+
+/// What the switches of this motor's drive are, by its nominal DC link. A drive of 550 V that is run at 48 V keeps its IGBTs.
+pub(crate) fn device_kind(motor: &Motor) -> DeviceKind {
+    if dc_link(motor) <= MOSFET_LINK { DeviceKind::Mosfet } else { DeviceKind::Igbt }
+}
+
+/// Devices of a real drive for this rated current in A. They are sized to it: their slopes drop as much at rated current in
+/// every drive.
+fn devices(kind: DeviceKind, rated_current: f64) -> Devices {
+    let slope = 8.0 / rated_current;
+    match kind {
+        DeviceKind::Igbt => Devices {
+            kind,
+            switch_drop: 0.9,
+            switch_resistance: 50e-3 * slope,
+            diode_drop: 1.0,
+            diode_resistance: 30e-3 * slope,
+        },
+        // 0.1 V across the channel at rated current; the threshold of a silicon body diode.
+        DeviceKind::Mosfet => Devices {
+            kind,
+            switch_drop: 0.0,
+            switch_resistance: 12.5e-3 * slope,
+            diode_drop: 0.8,
+            diode_resistance: 10e-3 * slope,
+        },
+    }
 }
 
 choice! {
@@ -27,6 +62,9 @@ choice! {
         Default = "default" default,
         /// A poor one.
         Harsh = "harsh",
+        /// The good one with what its sensors have in the field: a bandwidth, phases that are converted one after the other,
+        /// and pick-up of switching edges.
+        Field = "field",
     }
 }
 
@@ -59,12 +97,10 @@ impl DriveSettings {
 }
 
 impl ErrorSet {
-    /// The drive for motors of this rated current in A, on a DC link of this many volts. Devices are sized to the current:
-    /// their slopes drop as much at rated current in every drive.
-    pub fn drive(self, rated_current: f64, dc_link: f64) -> DriveSettings {
-        let slope = 8.0 / rated_current;
+    /// The drive for motors of this rated current in A, on a DC link of this many volts, with such switches.
+    pub fn drive(self, rated_current: f64, dc_link: f64, kind: DeviceKind) -> DriveSettings {
         let ideal = DriveSettings {
-            bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Open },
+            bridge: Bridge { devices: Devices { kind, ..Devices::default() }, open_leg: OpenLeg::Open },
             dead_time: Nanos::ZERO,
             delay_mismatch: 0.0,
             link: DcLink::stiff(dc_link),
@@ -72,19 +108,11 @@ impl ErrorSet {
         };
         let (delay_mismatch, ripple) = match self {
             Self::None | Self::Noise => return ideal,
-            Self::Default => (50e-9, 0.002),
+            Self::Default | Self::Field => (50e-9, 0.002),
             Self::Harsh => (100e-9, 0.01),
         };
         DriveSettings {
-            bridge: Bridge {
-                devices: Devices {
-                    switch_drop: 0.9,
-                    switch_resistance: 50e-3 * slope,
-                    diode_drop: 1.0,
-                    diode_resistance: 30e-3 * slope,
-                },
-                open_leg: OpenLeg::Diodes,
-            },
+            bridge: Bridge { devices: devices(kind, rated_current), open_leg: OpenLeg::Diodes },
             dead_time: Nanos::from_micros(2),
             delay_mismatch,
             link: DcLink { ripple, ..ideal.link },
@@ -102,7 +130,11 @@ impl ErrorSet {
             offset: 20e-3 * scale,
             noise: 10e-3 * scale,
             bandwidth: None,
+            bandwidth_tolerance: 0.0,
+            bandwidth_mismatch: 0.0,
             adc: Some(Adc { bits: 12, low: -20.0 * scale, high: 20.0 * scale }),
+            skew: Nanos::ZERO,
+            pick_up: None,
             jitter: Nanos(100),
             sample_delay: Nanos::ZERO,
             dc_link: VoltageSensor {
@@ -124,6 +156,15 @@ impl ErrorSet {
                 noise: 20e-3 * scale,
                 jitter: Nanos(1000),
                 resolver: Resolver { error: 0.5_f64.to_radians() },
+                ..default
+            },
+            // A Hall or shunt sensor with an amplifier, one converter behind a multiplexer, and a hundredth of its range.
+            Self::Field => SensorSettings {
+                bandwidth: Some(200e3),
+                bandwidth_tolerance: 0.2,
+                bandwidth_mismatch: 0.03,
+                skew: Nanos(500),
+                pick_up: Some(PickUp { amplitude: 0.2 * scale, ..PICK_UP }),
                 ..default
             },
         }

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::f64::consts::TAU;
 
 use standstill_detect::{
-    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Settings, SettingsError, Signature,
+    Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
 };
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
@@ -14,7 +14,7 @@ use standstill_sim::{
     run_side_by_side,
 };
 
-use crate::errors::dc_link;
+use crate::errors::{dc_link, device_kind};
 use crate::{DriveSettings, ErrorSet, Record, TrialError};
 
 /// One motor, one kind of drive, one method with its settings `S`.
@@ -114,11 +114,19 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         polarity_difference,
         rated_pulse: rated_pulse(motor, drive.link.voltage),
         gain_tolerance: sensors.gain_error,
+        sensing: Sensing {
+            bandwidth: sensors.bandwidth,
+            bandwidth_tolerance: sensors.bandwidth_tolerance,
+            bandwidth_mismatch: sensors.bandwidth_mismatch,
+            skew: sensors.skew,
+            pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),
+        },
         dc_link: drive.link.voltage,
         dead_time: drive.dead_time,
         carrier_period: drive.carrier_period,
         switch_drop: [devices.switch_drop, devices.switch_resistance],
         diode_drop: [devices.diode_drop, devices.diode_resistance],
+        reverse_drop: devices.reverse(),
     }
 }
 
@@ -152,7 +160,7 @@ impl<S: Settings<f64>> Scenario<S> {
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
         let dc_link = dc_link(&motor);
-        let drive = errors.drive(motor.rated_current, dc_link);
+        let drive = errors.drive(motor.rated_current, dc_link, device_kind(&motor));
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {

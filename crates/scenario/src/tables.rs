@@ -3,7 +3,7 @@
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use standstill_inverter::OpenLeg;
+use standstill_inverter::{DeviceKind, OpenLeg};
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Farad, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt,
@@ -153,7 +153,13 @@ pub struct InverterTable {
     /// Frequency of the PWM carrier.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub carrier: Option<Quantity<Hertz>>,
-    /// Voltage across a conducting switch.
+    /// What the switches are. Without it, MOSFETs where the motor's DC link is at most 60 V, else IGBTs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub devices: Option<Named<DeviceKind>>,
+    /// Resistance of a MOSFET's channel, which conducts both ways while its gate is on.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub channel_resistance: Option<Quantity<Ohm>>,
+    /// Voltage across a conducting IGBT.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub switch_drop: Option<Quantity<Volt>>,
     /// Its slope.
@@ -186,9 +192,27 @@ pub struct SensorsTable {
     /// Noise of each sample, rms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub noise: Option<Quantity<Ampere>>,
-    /// Corner frequency of the current sensors' first-order filters.
+    /// Nominal corner frequency of the current sensors' first-order filters, which the drive knows.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth: Option<Quantity<Hertz>>,
+    /// By how much, either way and uniformly, a specimen's corner frequencies are off in common.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth_tolerance: Option<Quantity<Share>>,
+    /// By how much each phase's is off beside that.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub bandwidth_mismatch: Option<Quantity<Share>>,
+    /// How much later than phase a the converter takes phase b, and phase c than phase b.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub skew: Option<Quantity<Second>>,
+    /// Amplitude of what an edge of a leg's potential adds to all readings of current.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pick_up: Option<Quantity<Ampere>>,
+    /// Time constant with which that decays.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pick_up_decay: Option<Quantity<Second>>,
+    /// Frequency with which it rings.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub pick_up_frequency: Option<Quantity<Hertz>>,
     /// Range of the current converters, either way.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<Quantity<Ampere>>,

@@ -1,3 +1,4 @@
+mod drive;
 mod files;
 
 use std::path::Path;

@@ -56,10 +56,10 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Whether the steps of a case are looked at from within by its sensors.
+/// Whether the steps of a case are followed by its sensors.
 fn has_filters(case: &Case) -> bool {
     let settings = &case.sensors.settings;
-    settings.bandwidth.is_some() || settings.dc_link.bandwidth.is_some()
+    settings.bandwidth.is_some() || settings.dc_link.bandwidth.is_some() || settings.pick_up.is_some()
 }
 
 /// Whether the core of a case has kinks where its fluxes are zero.

@@ -29,7 +29,7 @@ pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
 pub use lanes::{referee, run, run_side_by_side, run_side_by_side_in};
 pub use ledger::Ledger;
 pub use physics::motion::Motion;
-pub use sensing::{Adc, Arrangement, Resolver, SensorSettings, Sensors, VoltageSensor};
+pub use sensing::{Adc, Arrangement, PickUp, Resolver, SensorSettings, Sensors, VoltageSensor};
 pub use standstill_numeric::{MOST_LANES, Width};
 pub use streams::{Draws, Purpose, Streams, Strip, Tape};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};

@@ -1,12 +1,15 @@
 //! The sensors: what the drive sees of the currents, the DC link and the rotor.
 
 mod low_pass;
+mod pick_up;
 mod sampler;
 
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
 pub(crate) use low_pass::LowPass;
+pub use pick_up::PickUp;
+pub(crate) use pick_up::Ringing;
 pub(crate) use sampler::{Instant, Sampler};
 
 use crate::{Purpose, Streams};
@@ -106,10 +109,19 @@ pub struct SensorSettings {
     pub offset: f64,
     /// Noise of each sample in A rms.
     pub noise: f64,
-    /// Corner frequency of their first-order filters in Hz; none: no filter.
+    /// Nominal corner frequency of their first-order filters in Hz; none: no filter.
     pub bandwidth: Option<f64>,
+    /// By what share at most a specimen's corner frequencies are off in common, uniformly, either way.
+    pub bandwidth_tolerance: f64,
+    /// By what share at most each phase's is off beside that, uniformly, either way.
+    pub bandwidth_mismatch: f64,
     /// Their converter; none: exact.
     pub adc: Option<Adc>,
+    /// The converter takes phases a, b and c one after the other, each by this much later than the one before; the first
+    /// together with the DC link. Never out of the command: what would come after its end is taken at its end.
+    pub skew: Nanos,
+    /// What switching edges add to all currents behind the filters; none: nothing.
+    pub pick_up: Option<PickUp>,
     /// Each ADC trigger is off by up to this much, uniformly, either way; never out of its command.
     pub jitter: Nanos,
     /// All triggers are late by this much; never out of their command.
@@ -132,6 +144,19 @@ impl SensorSettings {
         }
     }
 
+    /// The corner frequencies of a specimen as shares of the nominal one.
+    fn corners(&self, streams: Streams) -> [f64; 3] {
+        let (common, own) = (self.bandwidth_tolerance, self.bandwidth_mismatch);
+        // Sensors that are all alike draw nothing.
+        if self.bandwidth.is_none() || common == 0.0 && own == 0.0 {
+            return [1.0; 3];
+        }
+        let mut draws = streams.open(Purpose::Bandwidth);
+        let mut off = |width: f64| 1.0 + width * draws.uniform_in(-1.0..1.0);
+        let all = off(common);
+        [(); 3].map(|()| all * off(own))
+    }
+
     /// Sensors without any error.
     pub const IDEAL: Self = Self {
         arrangement: Arrangement::ThreeInLine,
@@ -139,7 +164,11 @@ impl SensorSettings {
         offset: 0.0,
         noise: 0.0,
         bandwidth: None,
+        bandwidth_tolerance: 0.0,
+        bandwidth_mismatch: 0.0,
         adc: None,
+        skew: Nanos::ZERO,
+        pick_up: None,
         jitter: Nanos::ZERO,
         sample_delay: Nanos::ZERO,
         dc_link: VoltageSensor { gain_error: 0.0, offset: 0.0, noise: 0.0, bandwidth: None, adc: None },
@@ -156,6 +185,8 @@ pub struct Sensors {
     pub gain: [f64; 3],
     /// Offsets in A.
     pub offset: [f64; 3],
+    /// Their corner frequencies as shares of the nominal one.
+    pub corner: [f64; 3],
     /// Gain of the DC-link sensor.
     pub dc_link_gain: f64,
     /// Its offset in V.
@@ -171,6 +202,7 @@ impl Sensors {
             settings,
             gain: [1.0; 3],
             offset: [0.0; 3],
+            corner: [1.0; 3],
             dc_link_gain: 1.0,
             dc_link_offset: 0.0,
             resolver_error: 0.0,
@@ -187,6 +219,7 @@ impl Sensors {
             settings,
             gain: std::array::from_fn(|_| 1.0 + settings.gain_error * gains.normal()),
             offset: std::array::from_fn(|_| settings.offset * offsets.normal()),
+            corner: settings.corners(streams),
             dc_link_gain: 1.0 + settings.dc_link.gain_error * link.normal(),
             dc_link_offset: settings.dc_link.offset * link.normal(),
             resolver_error: settings.resolver.error * resolver.normal(),

@@ -39,6 +39,8 @@ pub enum Purpose {
     LinkNoise = 9,
     /// Jitter of each ADC trigger.
     Jitter = 10,
+    /// Corner frequencies of the current sensors: draw 0 is in common, 1 to 3 are those of the phases.
+    Bandwidth = 11,
     /// What a tolerance draws; each key has a name of its own.
     Tolerance = 12,
     /// The order of a Latin hypercube.

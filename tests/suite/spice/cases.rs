@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
-use standstill_inverter::{Devices, GateTiming};
+use standstill_inverter::{DeviceKind, Devices, GateTiming};
 use standstill_plant::{Motor, Winding};
 
 use crate::bench::paper_motor;
@@ -58,9 +58,16 @@ fn motor(values: &[&str]) -> Motor {
 }
 
 fn devices(values: &[&str]) -> Devices {
+    let (values, kind) = match values {
+        [values @ .., "mosfet"] => (values, DeviceKind::Mosfet),
+        values => (values, DeviceKind::Igbt),
+    };
     let &[switch, switch_slope, diode, diode_slope] = values else { panic!("devices: {values:?}") };
+    // A channel has no junction.
+    let junction = if kind == DeviceKind::Mosfet { 0.0 } else { JUNCTION };
     Devices {
-        switch_drop: number(switch) + JUNCTION,
+        kind,
+        switch_drop: number(switch) + junction,
         switch_resistance: number(switch_slope) * 1e-3,
         diode_drop: number(diode) + JUNCTION,
         diode_resistance: number(diode_slope) * 1e-3,

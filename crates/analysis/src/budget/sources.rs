@@ -43,11 +43,23 @@ impl Source {
     pub fn all(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
         let (sensors, drive) = (&scenario.sensors, &scenario.drive);
-        let whole = 0..usize::MAX;
+        let (whole, filters) = (0..usize::MAX, sensors.bandwidth.is_some());
         let known = [
             ("sensors.noise", Purpose::CurrentNoise, whole.clone(), sensors.noise > 0.0),
             ("sensors.gain_error", Purpose::CurrentGain, 0..3, sensors.gain_error > 0.0),
             ("sensors.offset", Purpose::CurrentOffset, 0..3, sensors.offset > 0.0),
+            (
+                "sensors.bandwidth_tolerance",
+                Purpose::Bandwidth,
+                0..1,
+                filters && sensors.bandwidth_tolerance > 0.0,
+            ),
+            (
+                "sensors.bandwidth_mismatch",
+                Purpose::Bandwidth,
+                1..4,
+                filters && sensors.bandwidth_mismatch > 0.0,
+            ),
             ("sensors.jitter", Purpose::Jitter, whole.clone(), sensors.jitter.0 > 0),
             ("sensors.dc_link_gain_error", Purpose::LinkError, 0..1, sensors.dc_link.gain_error > 0.0),
             ("sensors.dc_link_offset", Purpose::LinkError, 1..2, sensors.dc_link.offset > 0.0),

@@ -29,7 +29,7 @@ fn condition(entry: &Entry) -> String {
     let errors = match entry.errors {
         ErrorSet::None => "no errors".to_owned(),
         ErrorSet::Noise => "noise alone".to_owned(),
-        ErrorSet::Default | ErrorSet::Harsh => format!("{} errors", entry.errors.name()),
+        ErrorSet::Default | ErrorSet::Harsh | ErrorSet::Field => format!("{} errors", entry.errors.name()),
     };
     format!("{} rotor, {errors}", entry.rotor.name())
 }

@@ -228,7 +228,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         (&["reproduce", "--motor", "broken.toml"], &["broken.toml", "line 2", "titel"]),
         (&["reproduce", "--trials", "0"], &["'0'", "--trials"]),
         (&["reproduce", "--trials", "many"], &["'many'", "--trials"]),
-        (&["reproduce", "--errors", "big"], &["'big'", "none, noise, default, harsh"]),
+        (&["reproduce", "--errors", "big"], &["'big'", "none, noise, default, harsh, field"]),
         (&["reproduce", "--seed", "-1"], &["'-1'", "--seed", "whole number from 0"]),
         (&["reproduce", "--trials", "-1"], &["'-1'", "--trials", "whole number from 1 to 100000000"]),
         (

@@ -234,7 +234,7 @@ fn mistakes_of_methods_are_named() {
             &["compare", "--method", "maximum"],
             &["'maximum'", "--method", "maximum-likelihood", "dc-alignment"],
         ),
-        (&["compare", "--errors", "big"], &["'big'", "none, noise, default, harsh"]),
+        (&["compare", "--errors", "big"], &["'big'", "none, noise, default, harsh, field"]),
         (&["compare", "--trials", "0"], &["'0'", "--trials", "from 1 to"]),
         (&["compare", "--pulse", "5"], &["'5'", "--pulse", "from 20 to 1000"]),
         (&["compare", "--method", "hfi-rotating", "--pulse", "100"], &["--pulse", "hfi-rotating"]),

@@ -57,7 +57,7 @@ impl<T: Real> AlignmentSettings<T> {
         Self {
             modulation: ModulationSettings::suited(drive),
             current: drive.rated_current,
-            resistance: drive.resistance + (drive.switch_drop[1] + drive.diode_drop[1]) / T::of(2.0),
+            resistance: drive.resistance + (drive.switch_drop[1] + drive.reverse_drop[1]) / T::of(2.0),
             magnet_flux: drive.magnet_flux,
             least_sweep: T::of(0.6),
             periods,

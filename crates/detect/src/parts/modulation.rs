@@ -27,7 +27,7 @@ impl<T: Real> ModulationSettings<T> {
         Self {
             carrier_period: drive.carrier_period,
             dead_time: drive.dead_time,
-            drop: (drive.switch_drop[0] + drive.diode_drop[0]) / T::of(2.0),
+            drop: (drive.switch_drop[0] + drive.reverse_drop[0]) / T::of(2.0),
             inductance: drive.line_inductance() / T::of(2.0),
             fade: drive.rated_current * T::of(0.002),
         }

@@ -1,8 +1,20 @@
 use super::*;
-use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
+use crate::DeviceKind;
+use Conduction::{Blocked, LowerDiode, LowerReverse, LowerSwitch, UpperDiode, UpperReverse, UpperSwitch};
 
 const REAL: Bridge = Bridge {
-    devices: Devices { switch_drop: 0.9, switch_resistance: 0.05, diode_drop: 1.0, diode_resistance: 0.03 },
+    devices: Devices {
+        kind: DeviceKind::Igbt,
+        switch_drop: 0.9,
+        switch_resistance: 0.05,
+        diode_drop: 1.0,
+        diode_resistance: 0.03,
+    },
+    open_leg: OpenLeg::Diodes,
+};
+
+const MOSFETS: Bridge = Bridge {
+    devices: Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..REAL.devices },
     open_leg: OpenLeg::Diodes,
 };
 
@@ -68,6 +80,36 @@ fn law_a_back_emf_above_the_link_rectifies() {
     assert_eq!(REAL.resolve([Gate::Off; 3], &port)[0], UpperDiode);
 }
 
+#[test]
+fn law_the_channel_of_a_mosfet_is_a_resistance_both_ways() {
+    let potential = |gates, current| {
+        let port = port(current);
+        let modes = MOSFETS.resolve(gates, &port);
+        (modes, MOSFETS.potentials(gates, modes, &port))
+    };
+    for i in [-4.0, -1e-6, 1e-6, 4.0] {
+        let (modes, u) = potential([Gate::High, Gate::Low, Gate::Low], [i, -i, 0.0]);
+        // Legs a and b are resistances whichever way the current flows; c, at zero, is at its rail as well.
+        assert!((u[0] - (550.0 - 0.05 * i)).abs() < 1e-12 && (u[1] - 0.05 * i).abs() < 1e-12, "{u:?}");
+        assert!(u[2].abs() < 1e-12 && modes[2] != Blocked, "{modes:?} {u:?}");
+        let (modes, u) = potential([Gate::Off; 3], [i, -i, 0.0]);
+        let (a, b) = if i > 0.0 { (LowerDiode, UpperDiode) } else { (UpperDiode, LowerDiode) };
+        assert_eq!(modes, [a, b, Blocked]);
+        let down = -1.0 - 0.03 * i.abs();
+        assert!((u[0] - if i > 0.0 { down } else { 550.0 - down }).abs() < 1e-12, "{u:?}");
+    }
+    let (modes, _) = potential([Gate::Low, Gate::High, Gate::Off], [2.0, -2.0, 0.0]);
+    assert_eq!(modes[..2], [LowerReverse, UpperReverse]);
+}
+
+#[test]
+fn law_a_back_emf_flows_through_the_channels_of_mosfets_without_threshold() {
+    let mut port = port([0.0; 3]);
+    port.holding = AlphaBeta::new(0.3, 0.1);
+    assert_eq!(REAL.resolve([Gate::Low; 3], &port), [Blocked; 3]);
+    assert!(!MOSFETS.resolve([Gate::Low; 3], &port).contains(&Blocked));
+}
+
 /// Random gates, currents and back-EMFs: the modes found must satisfy every condition, and no margin of
 /// theirs may be negative.
 #[test]
@@ -98,9 +140,10 @@ fn law_resolved_modes_never_contradict_themselves() {
             holding: AlphaBeta::new(random() - 0.5, random() - 0.5) * 800.0,
             dc_link: 550.0,
         };
-        let modes = REAL.resolve(gates, &port);
+        let bridge = [REAL, MOSFETS][case / 3 % 2];
+        let modes = bridge.resolve(gates, &port);
         let resting = current.map(|x| x == 0.0);
-        let fit = REAL.fit(gates, modes, resting, &port);
+        let fit = bridge.fit(gates, modes, resting, &port);
         assert!(fit > -1e-9, "case {case}: {gates:?} {port:?} gave {modes:?} with {fit}");
     }
 }
@@ -118,7 +161,7 @@ fn law_what_is_likely_is_what_the_search_finds() {
     let ideal_open = Bridge { open_leg: OpenLeg::Open, ..ideal };
     let mut at_once = 0;
     for case in 0..60_000 {
-        let bridge = [REAL, ideal, open, ideal_open][case % 4];
+        let bridge = [REAL, ideal, open, ideal_open, MOSFETS][case % 5];
         let gates = [(); 3].map(|()| match random() {
             x if x < 0.34 => Gate::Off,
             x if x < 0.67 => Gate::Low,
@@ -134,7 +177,7 @@ fn law_what_is_likely_is_what_the_search_finds() {
         let (sin, cos) = (random() * 6.3).sin_cos();
         let size = [800.0, 3.0, 1e-6, 0.0][case / 16 % 4];
         // Without saliency all is balanced: the idle leg stands where it neither does nor does not conduct.
-        let saliency = if case % 5 == 0 { 0.0 } else { 70.0 * random() };
+        let saliency = if case % 6 == 0 { 0.0 } else { 70.0 * random() };
         let port = Port {
             current,
             inverse_inductance: Symmetric::new(90.0, 0.0, 90.0 - saliency).unpark_by(sin, cos),

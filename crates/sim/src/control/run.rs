@@ -17,7 +17,7 @@ use crate::case::{Case, Finished, RunError, Work};
 use crate::lanes::bank::{Bank, NOTHING};
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
-use crate::sensing::{Instant, LowPass, Sampler};
+use crate::sensing::{Instant, LowPass, Ringing, Sampler};
 use crate::trace::{Event, Probe};
 
 /// What a run wants next.
@@ -51,6 +51,7 @@ pub struct Control<'a> {
     sampler: Sampler<'a>,
     pub(super) filters: Option<[LowPass; 3]>,
     pub(super) link_filter: Option<LowPass>,
+    pub(super) ringing: Option<Ringing>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
@@ -86,9 +87,12 @@ impl<'a> Control<'a> {
             motion: Motion::Held,
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
-            sampler: Sampler::new(case.sensors, case.streams),
-            filters: settings.bandwidth.map(|corner| [LowPass::new(corner, 0.0); 3]),
+            sampler: Sampler::new(&case.sensors, case.streams),
+            filters: settings
+                .bandwidth
+                .map(|corner| case.sensors.corner.map(|share| LowPass::new(corner * share, 0.0))),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
+            ringing: settings.pick_up.map(Ringing::new),
             readings,
             events: 0,
             segments: 0,
@@ -147,7 +151,7 @@ impl<'a> Control<'a> {
         self.event(start.seconds(), Event::Command);
         self.found = -1.0;
         self.lines.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
-        self.course = Course { start, end, sampling: command.sampling, number: 0, pending: None };
+        self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
         self.go_on(bank)
     }
@@ -232,7 +236,8 @@ impl<'a> Control<'a> {
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
             let direction = bank.machine.legs.direction(self.lane, k);
-            while bank.machine.legs.gates[k].is_carried_out(self.lane, time, direction) {
+            let both = bank.machine.legs.has_mosfets(self.lane);
+            while bank.machine.legs.gates[k].is_carried_out(self.lane, time, direction, both) {
                 self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
@@ -254,7 +259,7 @@ impl<'a> Control<'a> {
     }
 
     fn next_trigger(&mut self) {
-        let Course { start, end, sampling, number, pending } = self.course;
+        let Course { start, end, sampling, number, pending, .. } = self.course;
         let last = pending.map_or(start, |(_, at)| at);
         self.course.pending = (number < sampling.count).then(|| {
             let nominal = sampling.trigger(number);
@@ -268,10 +273,10 @@ impl<'a> Control<'a> {
         if self.stale {
             self.look_at_link(bank);
         }
-        // The drive knows what it told the legs at the trigger, not when the sample was really taken.
         let settings = &self.case.sensors.settings;
         let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
         if settings.arrangement == crate::Arrangement::LowSideShunts {
+            // The drive knows what it told the legs at the trigger, not when the sample was really taken.
             requested = self.lines.told(self.course.start + nominal);
             // Samples come before gate edges of the same instant.
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
@@ -280,8 +285,13 @@ impl<'a> Control<'a> {
         if let Some(filters) = &self.filters {
             current = filters.map(|filter| filter.output());
         }
+        if let Some(ringing) = &self.ringing {
+            let added = ringing.at(self.time(bank));
+            current = current.map(|current| current + added);
+        }
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
+        let Some((current, dc_link)) = self.course.converted(current, dc_link, settings.skew) else { return };
         let there = Instant { current, dc_link, requested };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
         let at = self.time(bank) * 1e-9;
@@ -302,6 +312,7 @@ impl<'a> Control<'a> {
 
     /// Lets time pass while nothing happens.
     fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
+        self.note_edges(bank, self.time(bank));
         self.watch_waiting(bank, until);
         bank.here.time.put(self.lane, until);
         self.stale = true;

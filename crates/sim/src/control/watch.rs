@@ -16,6 +16,7 @@ type Point = ([f64; 3], f64);
 impl<'a> Control<'a> {
     /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
+        self.note_edges(bank, bank.begin.time.get(self.lane));
         if self.filters.is_some() || self.link_filter.is_some() {
             let h = bank.tried.h.get(self.lane);
             let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
@@ -28,6 +29,15 @@ impl<'a> Control<'a> {
             self.accounts = Some(accounts);
         }
         self.watch(bank);
+    }
+
+    /// Hears the edges of the legs' potentials at a time in ns from which on nothing changes for a while.
+    pub(super) fn note_edges<V: Wide>(&mut self, bank: &Bank<'a, V>, time: f64) {
+        if let Some(ringing) = &mut self.ringing {
+            let legs = &bank.machine.legs;
+            let gates = legs.gates.each_ref().map(|gates| gates.of(self.lane, time));
+            ringing.follow(time, gates, legs.modes(self.lane, time));
+        }
     }
 
     fn filter(&mut self, h: f64, modes: Modes, points: [Point; 4]) {

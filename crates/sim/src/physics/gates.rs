@@ -52,10 +52,10 @@ impl On {
 
 impl<M: Mask> On<M> {
     /// Where these gates matter to a leg whose current flows out of it or into it: a current that flows through a diode
-    /// goes on through it whatever the switch beside it does.
+    /// goes on through it whatever the switch beside it does, unless that conducts `both` ways.
     #[inline(always)]
-    fn matter(self, out: M, into: M) -> M {
-        (out & self.high) | (into & self.low) | (!(out | into) & (self.high | self.low))
+    fn matter(self, out: M, into: M, both: M) -> M {
+        (out & self.high) | (into & self.low) | ((both | !(out | into)) & (self.high | self.low))
     }
 }
 
@@ -197,11 +197,11 @@ impl<V: Wide> LegGates<V> {
         }
     }
 
-    /// The next edge after times in ns that may change what a leg with its current in these directions does; some change
-    /// nothing, none is missing.
+    /// The next edge after times in ns that may change what a leg with its current in these directions does, where its
+    /// switches conduct `both` ways or only forwards; some change nothing, none is missing.
     #[inline(always)]
-    pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask) -> V {
-        let from = self.from.masks::<V::Mask>().matter(out, into);
+    pub fn next_edge(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V {
+        let from = self.from.masks::<V::Mask>().matter(out, into, both);
         let later = V::choose(from & self.off.above(time), self.off, self.on);
         V::choose(from & self.done.above(time), self.done.least(later), later)
     }
@@ -209,8 +209,8 @@ impl<V: Wide> LegGates<V> {
     /// Where the request to come has been carried out at times in ns as far as it matters to a leg with its current in these
     /// directions.
     #[inline(always)]
-    pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask) -> V::Mask {
-        let to = self.to.masks::<V::Mask>().matter(out, into);
+    pub fn carried_out(&self, time: V, out: V::Mask, into: V::Mask, both: V::Mask) -> V::Mask {
+        let to = self.to.masks::<V::Mask>().matter(out, into, both);
         !self.on.above(time) | (!self.off.above(time) & !self.done.above(time) & !to)
     }
 
@@ -227,12 +227,12 @@ impl<V: Wide> LegGates<V> {
     }
 
     /// The same for one lane: +1 for current into the motor, −1 for current out of it, 0 for none.
-    pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64) -> bool {
+    pub fn is_carried_out(&self, lane: usize, time: f64, direction: f64, both: bool) -> bool {
         let to = self.to.of(lane);
         let matters = match to {
             Gate::Off => false,
-            Gate::High => direction >= 0.0,
-            Gate::Low => direction <= 0.0,
+            Gate::High => both || direction >= 0.0,
+            Gate::Low => both || direction <= 0.0,
         };
         let carried_out = self.off.get(lane) <= time && self.done.get(lane) <= time;
         self.on.get(lane) <= time || carried_out && !matters
@@ -268,14 +268,19 @@ mod tests {
     fn analytic_only_edges_that_change_a_device_count() {
         let leg = leg();
         // Out of the leg: the upper switch or the lower diode.
-        assert_eq!(leg.next_edge(3000.0, true, false), 10_300.0);
-        assert!(leg.carried_out(10_300.0, true, false), "the lower switch changes nothing");
+        assert_eq!(leg.next_edge(3000.0, true, false, false), 10_300.0);
+        assert!(leg.carried_out(10_300.0, true, false, false), "the lower switch changes nothing");
         // Into it: the upper diode until the lower switch comes on.
-        assert_eq!(leg.next_edge(3000.0, false, true), 12_200.0);
-        assert!(!leg.carried_out(10_300.0, false, true) && leg.carried_out(12_200.0, false, true));
+        assert_eq!(leg.next_edge(3000.0, false, true, false), 12_200.0);
+        assert!(
+            !leg.carried_out(10_300.0, false, true, false) && leg.carried_out(12_200.0, false, true, false)
+        );
+        // Where the lower switch conducts both ways, it takes the current over from the diode.
+        assert_eq!(leg.next_edge(10_300.0, true, false, true), 12_200.0);
+        assert!(!leg.carried_out(10_300.0, true, false, true) && !leg.is_carried_out(0, 10_300.0, 1.0, true));
         // Without current all count.
-        assert_eq!(leg.next_edge(0.0, false, false), 2200.0);
-        assert_eq!(leg.next_edge(2200.0, false, false), 10_300.0);
-        assert_eq!(leg.next_edge(10_300.0, false, false), 12_200.0);
+        assert_eq!(leg.next_edge(0.0, false, false, false), 2200.0);
+        assert_eq!(leg.next_edge(2200.0, false, false, false), 10_300.0);
+        assert_eq!(leg.next_edge(10_300.0, false, false, false), 12_200.0);
     }
 }

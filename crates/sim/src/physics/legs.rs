@@ -1,6 +1,6 @@
 //! The legs of several inverters side by side as the windings see them.
 
-use standstill_inverter::{AXES, Bridge, Conduction, Devices, Modes, OpenLeg};
+use standstill_inverter::{AXES, Bridge, Conduction, DeviceKind, Devices, Modes, OpenLeg};
 use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
 
 use super::gates::{LegGates, On};
@@ -14,6 +14,10 @@ pub struct Legs<V: Wide> {
     /// Drop in V and resistance in Ω of switches and of diodes.
     switch: [V; 2],
     diode: [V; 2],
+    /// The same of what carries a leg's current against its switch while that is on.
+    reverse: [V; 2],
+    /// A bit for each machine with MOSFETs.
+    mosfets: u32,
     /// How far beyond the rails in V the potential of a leg with both switches off may be.
     beyond: V,
     /// Leg by leg.
@@ -91,6 +95,8 @@ impl<V: Wide> Legs<V> {
             axes: [Plane::new(zero, zero); 3],
             switch: [zero; 2],
             diode: [zero; 2],
+            reverse: [zero; 2],
+            mosfets: 0,
             beyond: zero,
             gates: [LegGates::new(); 3],
             out: [0; 3],
@@ -113,11 +119,15 @@ impl<V: Wide> Legs<V> {
 
     /// Puts a bridge into a lane, all off.
     pub fn put_bridge(&mut self, lane: usize, bridge: &Bridge) {
-        let Devices { switch_drop, switch_resistance, diode_drop, diode_resistance } = bridge.devices;
+        let Devices { kind, switch_drop, switch_resistance, diode_drop, diode_resistance } = bridge.devices;
+        let reverse = bridge.devices.reverse();
         self.switch[0].put(lane, switch_drop);
         self.switch[1].put(lane, switch_resistance);
         self.diode[0].put(lane, diode_drop);
         self.diode[1].put(lane, diode_resistance);
+        self.reverse[0].put(lane, reverse[0]);
+        self.reverse[1].put(lane, reverse[1]);
+        self.mosfets = self.mosfets & !(1 << lane) | u32::from(kind == DeviceKind::Mosfet) << lane;
         self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
         self.gates.iter_mut().for_each(|gates| gates.clear(lane));
         self.put(lane, [Conduction::Blocked; 3]);
@@ -138,6 +148,11 @@ impl<V: Wide> Legs<V> {
         f64::from(self.out[k] >> lane & 1) - f64::from(self.into[k] >> lane & 1)
     }
 
+    /// Whether a lane's switches are MOSFETs: all edges of their gates then matter.
+    pub fn has_mosfets(&self, lane: usize) -> bool {
+        self.mosfets >> lane & 1 == 1
+    }
+
     /// A bit for each machine without current.
     pub fn idle_lanes(&self) -> u32 {
         !(self.out[0] | self.out[1] | self.out[2])
@@ -145,10 +160,11 @@ impl<V: Wide> Legs<V> {
 
     /// What conducts in a lane at a time in ns.
     pub fn modes(&self, lane: usize, time: f64) -> Modes {
+        let kind = if self.has_mosfets(lane) { DeviceKind::Mosfet } else { DeviceKind::Igbt };
         std::array::from_fn(|k| match self.direction(lane, k) {
             0.0 => Conduction::Blocked,
-            direction if direction > 0.0 => Conduction::outflow(self.gates[k].of(lane, time)),
-            _ => Conduction::inflow(self.gates[k].of(lane, time)),
+            direction if direction > 0.0 => kind.outflow(self.gates[k].of(lane, time)),
+            _ => kind.inflow(self.gates[k].of(lane, time)),
         })
     }
 
@@ -165,7 +181,7 @@ impl<V: Wide> Legs<V> {
         let mut edge = V::of(f64::INFINITY);
         for k in 0..3 {
             let [out, into] = self.flow(k);
-            edge = edge.least(self.gates[k].next_edge(time, out, into));
+            edge = edge.least(self.gates[k].next_edge(time, out, into, V::Mask::of_bits(self.mosfets)));
         }
         edge
     }
@@ -186,7 +202,7 @@ impl<V: Wide> Legs<V> {
     #[inline(always)]
     fn carried_out_of(&self, k: usize, time: V) -> V::Mask {
         let [out, into] = self.flow(k);
-        self.gates[k].carried_out(time, out, into)
+        self.gates[k].carried_out(time, out, into, V::Mask::of_bits(self.mosfets))
     }
 
     #[inline(always)]
@@ -233,11 +249,13 @@ impl<V: Wide> Legs<V> {
         let flows = out | into;
         let switch = (out & on.high) | (into & on.low);
         let upper = (out & on.high) | (into & !on.low);
-        let drop = V::choose(switch, self.switch[0], self.diode[0]);
+        let reverse = (out & on.low) | (into & on.high);
+        let other = [0, 1].map(|n| V::choose(reverse, self.reverse[n], self.diode[n]));
+        let drop = V::choose(switch, self.switch[0], other[0]);
         let leg = Leg {
             rail: V::only(upper, one),
             offset: V::choose(out, -drop, V::only(into, drop)),
-            resistance: V::only(flows, V::choose(switch, self.switch[1], self.diode[1])),
+            resistance: V::only(flows, V::choose(switch, self.switch[1], other[1])),
             direction: V::choose(out, one, V::only(into, -one)),
         };
         (leg, flows, on)
@@ -257,15 +275,15 @@ impl<V: Wide> Legs<V> {
     #[inline(always)]
     pub fn range(&self, on: &On<V::Mask>) -> Range<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let (switch, diode) = (self.switch[0], self.diode[0]);
+        let (switch, reverse) = (self.switch[0], self.reverse[0]);
         Range {
             low: [
                 V::only(on.high, one),
-                V::choose(on.high, -switch, V::choose(on.low, -diode, -self.beyond)),
+                V::choose(on.high, -switch, V::choose(on.low, -reverse, -self.beyond)),
             ],
             high: [
                 V::choose(on.low, zero, one),
-                V::choose(on.low, switch, V::choose(on.high, diode, self.beyond)),
+                V::choose(on.low, switch, V::choose(on.high, reverse, self.beyond)),
             ],
         }
     }
@@ -280,6 +298,7 @@ mod tests {
 
     const BRIDGE: Bridge = Bridge {
         devices: Devices {
+            kind: DeviceKind::Igbt,
             switch_drop: 0.9,
             switch_resistance: 0.05,
             diode_drop: 1.0,

@@ -29,9 +29,9 @@ pub struct Instant {
 }
 
 impl<'t> Sampler<'t> {
-    pub fn new(sensors: Sensors, streams: Streams<'t>) -> Self {
+    pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
         Self {
-            sensors,
+            sensors: *sensors,
             adc: sensors.settings.adc.map(Converter::from),
             link_adc: sensors.settings.dc_link.adc.map(Converter::from),
             noise: streams.open(Purpose::CurrentNoise),
@@ -103,7 +103,7 @@ mod tests {
     use standstill_inverter::Modes;
 
     fn sampler(settings: SensorSettings) -> Sampler<'static> {
-        Sampler::new(Sensors::nominal(settings), Streams::new(1, 0))
+        Sampler::new(&Sensors::nominal(settings), Streams::new(1, 0))
     }
 
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
@@ -180,7 +180,7 @@ mod tests {
             let mut sensors = Sensors::nominal(SensorSettings::IDEAL);
             change(&mut sensors);
             let reading: Reading<f64> =
-                Sampler::new(sensors, Streams::new(1, 0)).read(Nanos(0), &there(PULSE.1, PULSE.0));
+                Sampler::new(&sensors, Streams::new(1, 0)).read(Nanos(0), &there(PULSE.1, PULSE.0));
             reading
         };
         assert_eq!(read(|s| s.gain[0] = 1.1).current.0[0], 1.5 * 1.1);

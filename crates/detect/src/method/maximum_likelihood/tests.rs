@@ -4,6 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined};
 
 use super::*;
+use crate::nameplate::Sensing;
 use crate::testing::{LineMotor, mean_and_deviation};
 
 fn nameplate<T: Real>() -> Nameplate<T> {
@@ -23,6 +24,8 @@ fn nameplate<T: Real>() -> Nameplate<T> {
         carrier_period: Nanos::from_micros(100),
         switch_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
         diode_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
+        reverse_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
+        sensing: Sensing::default(),
     }
 }
 

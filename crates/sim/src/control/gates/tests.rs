@@ -181,7 +181,7 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
             lines.begin(&mut legs, 0, &command, start, CARRIER);
             assert_eq!(lines.told(start), requested, "case {case}");
             known = std::array::from_fn(|leg| {
-                legs.gates[leg].next_edge(start.0 as f64, false, false).min(known[leg])
+                legs.gates[leg].next_edge(start.0 as f64, false, false, false).min(known[leg])
             });
             let requests: [_; 3] = std::array::from_fn(|leg| all_requests(&command, leg, start));
             let mut given = [0; 3];
@@ -204,12 +204,12 @@ fn law_gates_as_numbers_are_those_of_every_request_at_its_time() {
                     }
                     // Once, as for a leg whose current flows; all of them where a command begins.
                     let mut again = true;
-                    while again && legs.gates[leg].is_carried_out(0, time, 0.0) {
+                    while again && legs.gates[leg].is_carried_out(0, time, 0.0, false) {
                         lines.carry_out(&mut legs, 0, leg);
                         again = now == start;
                     }
                     assert_eq!(legs.gates[leg].of(0, time), drivers[leg].gate, "case {case} at {now:?}");
-                    known[leg] = legs.gates[leg].next_edge(time, false, false);
+                    known[leg] = legs.gates[leg].next_edge(time, false, false, false);
                     assert!(known[leg] >= time, "case {case} at {now:?}: {} is over", known[leg]);
                 }
                 now = (0..3)

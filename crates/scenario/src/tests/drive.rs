@@ -1,0 +1,78 @@
+//! Keys of switches and sensors.
+
+use standstill_interface::Nanos;
+use standstill_inverter::DeviceKind;
+use standstill_sim::PickUp;
+
+use super::{error, scenario};
+
+#[test]
+fn law_drives_of_at_most_60_volts_have_mosfets_unless_told_otherwise() {
+    let s = scenario("motor = \"outrunner\"");
+    let devices = s.drive.bridge.devices;
+    assert_eq!((devices.kind, devices.switch_drop), (DeviceKind::Mosfet, 0.0));
+    // 0.1 V at rated current, and what the drive knows of it: the same both ways while a gate is on.
+    assert!((devices.switch_resistance * s.motor.rated_current - 0.1).abs() < 1e-12);
+    let plate = s.nameplate();
+    assert_eq!([plate.switch_drop, plate.reverse_drop], [[0.0, devices.switch_resistance]; 2]);
+    assert_eq!(plate.diode_drop, [0.8, devices.diode_resistance]);
+    // By the motor's own link, not by what it is run at.
+    let low = scenario("[inverter]\ndc_link = \"48 V\"");
+    assert_eq!((low.drive.bridge.devices.kind, low.drive.link.voltage), (DeviceKind::Igbt, 48.0));
+    assert_eq!(low.nameplate().reverse_drop, low.nameplate().diode_drop);
+    let told = scenario("motor = \"outrunner\"\n[inverter]\ndevices = \"igbt\"\nswitch_drop = \"1.2 V\"");
+    assert_eq!(
+        (told.drive.bridge.devices.kind, told.drive.bridge.devices.switch_drop),
+        (DeviceKind::Igbt, 1.2)
+    );
+    let told = scenario("[inverter]\ndevices = \"mosfet\"\nchannel_resistance = \"30 mΩ\"");
+    assert_eq!(told.drive.bridge.devices.switch_resistance, 0.03);
+}
+
+#[test]
+fn law_keys_of_the_other_kind_of_switch_are_refused() {
+    for (text, parts) in [
+        (
+            "[inverter]\nchannel_resistance = \"5 mΩ\"",
+            ["line 2", "`inverter.channel_resistance`", "\"mosfet\""],
+        ),
+        (
+            "motor = \"gimbal\"\n[inverter]\nswitch_drop = \"1 V\"",
+            ["line 3", "`inverter.switch_drop`", "\"igbt\""],
+        ),
+        (
+            "[inverter]\ndevices = \"mosfet\"\nchannel_resistance = \"50 mΩ\"",
+            ["line 3", "`inverter.channel_resistance`", "at most 40.000 mΩ"],
+        ),
+        ("[inverter]\ndevices = \"gan\"", ["line 2", "`inverter.devices`", "igbt, mosfet"]),
+        ("[sensors]\nbandwidth_tolerance = \"95 %\"", ["line 2", "`sensors.bandwidth_tolerance`", "0.9"]),
+        ("[sensors]\nskew = \"1 ms\"", ["line 2", "`sensors.skew`", "100 us"]),
+        ("[sensors]\npick_up_decay = \"1 ms\"", ["line 2", "`sensors.pick_up_decay`", "100 us"]),
+        ("[sensors]\npick_up_frequency = \"2 GHz\"", ["line 2", "`sensors.pick_up_frequency`", "1 GHz"]),
+    ] {
+        let message = error(text);
+        for part in parts {
+            assert!(message.contains(part), "{text:?} says: {message}");
+        }
+    }
+}
+
+#[test]
+fn law_sensors_of_the_field_and_their_keys() {
+    let field = scenario("errors = \"field\"");
+    let default = scenario("");
+    assert_eq!(field.drive, default.drive);
+    let of = PickUp { amplitude: 0.2, decay: 0.5e-6, frequency: 5e6 };
+    assert_eq!((field.sensors.bandwidth, field.sensors.skew), (Some(200e3), Nanos(500)));
+    assert_eq!((field.sensors.bandwidth_tolerance, field.sensors.bandwidth_mismatch), (0.2, 0.03));
+    assert_eq!(field.sensors.pick_up, Some(of));
+    let keys = scenario(
+        "[sensors]\nbandwidth = \"200 kHz\"\nbandwidth_tolerance = \"20 %\"\nbandwidth_mismatch = \"3 %\"\nskew = \"0.5 us\"\npick_up = \"0.2 A\"",
+    );
+    assert_eq!(keys.sensors, field.sensors);
+    let quiet = scenario("errors = \"field\"\nsensors.pick_up = 0");
+    assert_eq!(quiet.sensors.pick_up, None);
+    // The amplitude is a share of the sensors' range.
+    let small = scenario("motor = \"gimbal\"\nerrors = \"field\"");
+    assert!((small.sensors.pick_up.expect("some").amplitude - 0.2 * 0.6 / 8.0).abs() < 1e-12);
+}
