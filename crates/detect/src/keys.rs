@@ -13,6 +13,7 @@
 //! #     signature: Signature::Normal, pulse_signature: Signature::Normal, polarity_difference: 0.1,
 //! #     rated_pulse: Nanos::from_micros(300), gain_tolerance: 0.005, dc_link: 540.0, dead_time: Nanos(2000),
 //! #     carrier_period: Nanos::from_micros(100), switch_drop: [1.0, 0.01], diode_drop: [1.0, 0.01],
+//! #     sensing: standstill_detect::Sensing::default(),
 //! # };
 //! let mut method = Method::<f64>::suited(MethodName::Bipolar, &drive);
 //! assert!(method.set(&keys::ROUNDS, Value::Number(4.0)));
@@ -153,6 +154,13 @@ pub static GAIN_TOLERANCE: Key = Key {
     kind: share([0.0, 1e12], "zero or more"),
 };
 
+/// Nominal bandwidth of the current sensors.
+pub static BANDWIDTH: Key = Key {
+    name: "bandwidth",
+    about: "Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.",
+    kind: number("Hz", [0.0, 1e12], "zero or more"),
+};
+
 /// When an adaptive method is content.
 pub static DEVIATION: Key = Key {
     name: "deviation",
@@ -175,13 +183,14 @@ pub static COMPENSATION: Key = Key {
 };
 
 /// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
-pub static ALL: [&Key; 9] = [
+pub static ALL: [&Key; 10] = [
     &PULSE,
     &ROUNDS,
     &LEAST_SALIENCY,
     &POLE_ERROR,
     &VECTOR_CURRENT,
     &GAIN_TOLERANCE,
+    &BANDWIDTH,
     &DEVIATION,
     &VOLTAGE,
     &COMPENSATION,

@@ -4,7 +4,88 @@ use standstill_interface::{Nanos, Real};
 
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
+use crate::parts::train::LINES;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
+
+/// How the current sensors and their converter work, as their data sheets state it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sensing<T> {
+    /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
+    pub bandwidth: Option<T>,
+    /// By what share at most a drive's corner frequencies are off in common.
+    pub bandwidth_tolerance: T,
+    /// By what share at most each phase's is off beside that.
+    pub bandwidth_mismatch: T,
+    /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
+    /// after the end of its command. The DC link is taken together with phase a.
+    pub skew: Nanos,
+    /// Amplitude in A of what an edge of a leg's potential adds to all readings of current, and the time constant in s with
+    /// which it decays. Zeros: nothing.
+    pub pick_up: [T; 2],
+}
+
+impl<T: Real> Default for Sensing<T> {
+    /// Sensors without filters, all converted at once, without pick-up.
+    fn default() -> Self {
+        Self {
+            bandwidth: None,
+            bandwidth_tolerance: T::zero(),
+            bandwidth_mismatch: T::zero(),
+            skew: Nanos::ZERO,
+            pick_up: [T::zero(); 2],
+        }
+    }
+}
+
+impl<T: Real> Sensing<T> {
+    /// The same in another precision.
+    fn cast<U: Real>(&self) -> Sensing<U> {
+        let cast = |value: T| U::of(value.to_double());
+        Sensing {
+            bandwidth: self.bandwidth.map(cast),
+            bandwidth_tolerance: cast(self.bandwidth_tolerance),
+            bandwidth_mismatch: cast(self.bandwidth_mismatch),
+            skew: self.skew,
+            pick_up: self.pick_up.map(cast),
+        }
+    }
+
+    /// τ in s by which the sensors lag; zero without filter.
+    pub(crate) fn lag(&self) -> T {
+        self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip())
+    }
+
+    /// Standard deviation in s of a line's τ from that of the others: the mean of two sensors, each uniformly off.
+    pub(crate) fn lag_deviation(&self) -> T {
+        self.lag() * self.bandwidth_mismatch / T::of(6.0).sqrt()
+    }
+
+    /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
+    /// a straight line between the two samples, so is their mean.
+    pub(crate) fn late(&self, line: usize) -> T {
+        let (from, to) = LINES[line];
+        T::of((self.skew * (from as u64 + to as u64)).seconds() / 2.0)
+    }
+
+    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left.
+    pub(crate) fn blank(&self) -> T {
+        let [amplitude, decay] = self.pick_up;
+        if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
+        if let Some(bandwidth) = self.bandwidth {
+            require_positive(bandwidth, "sensing.bandwidth")?;
+        }
+        for share in [self.bandwidth_tolerance, self.bandwidth_mismatch] {
+            require(share >= T::zero() && share < T::one(), "sensing.bandwidth_tolerance", "below 1")?;
+        }
+        require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
+        let [amplitude, decay] = self.pick_up;
+        require_zero_or_more(amplitude, "sensing.pick_up")?;
+        require_zero_or_more(decay, "sensing.pick_up")
+    }
+}
 
 /// Motor and drive as their data sheets state them. Rough values will do: no method takes an angle from them.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,6 +111,8 @@ pub struct Nameplate<T> {
     pub rated_pulse: Nanos,
     /// Standard deviation of the current sensors' gains, relative, as their data sheet tolerates it. Zero: equal.
     pub gain_tolerance: T,
+    /// How the current sensors and their converter work.
+    pub sensing: Sensing<T>,
     /// DC link in V.
     pub dc_link: T,
     /// Dead time of the drive.
@@ -77,6 +160,7 @@ impl<T: Real> Nameplate<T> {
             polarity_difference: cast(self.polarity_difference),
             rated_pulse: self.rated_pulse,
             gain_tolerance: cast(self.gain_tolerance),
+            sensing: self.sensing.cast(),
             dc_link: cast(self.dc_link),
             dead_time: self.dead_time,
             carrier_period: self.carrier_period,
@@ -98,6 +182,7 @@ impl<T: Real> Nameplate<T> {
         require(self.polarity_difference.is_finite(), "polarity_difference", "finite")?;
         require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         require(self.gain_tolerance < T::one(), "gain_tolerance", "below 1")?;
+        self.sensing.check()?;
         for drop in self.switch_drop.into_iter().chain(self.diode_drop) {
             require_zero_or_more(drop, "switch_drop and diode_drop")?;
         }
@@ -144,6 +229,10 @@ mod tests {
             Nameplate { carrier_period: Nanos::ZERO, ..PLATE },
             Nameplate { switch_drop: [0.0, f64::INFINITY], ..PLATE },
             Nameplate { diode_drop: [-1.0, 0.0], ..PLATE },
+            Nameplate { sensing: Sensing { bandwidth: Some(0.0), ..PLATE.sensing }, ..PLATE },
+            Nameplate { sensing: Sensing { bandwidth_mismatch: 1.0, ..PLATE.sensing }, ..PLATE },
+            Nameplate { sensing: Sensing { skew: Nanos(100_001), ..PLATE.sensing }, ..PLATE },
+            Nameplate { sensing: Sensing { pick_up: [0.1, f64::NAN], ..PLATE.sensing }, ..PLATE },
         ];
         assert!(broken.iter().all(|plate| plate.check().is_err()));
     }

@@ -8,7 +8,7 @@ use standstill_interface::{
 };
 
 use crate::method::likelihood::{LineParameters, PulseModel};
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Sensing};
 use crate::parts::lines::line_directions;
 use crate::parts::polarity::Signature;
 use crate::parts::train::LINES;
@@ -30,6 +30,13 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     carrier_period: Nanos::from_micros(100),
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],
+    sensing: Sensing {
+        bandwidth: None,
+        bandwidth_tolerance: 0.0,
+        bandwidth_mismatch: 0.0,
+        skew: Nanos::ZERO,
+        pick_up: [0.0; 2],
+    },
 };
 
 /// Normally distributed numbers, the same each time.
@@ -103,6 +110,8 @@ impl LineMotor {
             inductance: 3.0 * self.mean - 3.0 * self.saliency * (2.0 * self.angle + shift).cos(),
             slope: self.slope * line_directions::<f64>()[line].dot(north),
             delay: Self::DEAD_TIME,
+            lag: 0.0,
+            late: 0.0,
         }
     }
 
@@ -121,6 +130,7 @@ impl LineMotor {
                 resistance: 2.0 * Self::RESISTANCE,
                 pulse: command.stage.duration.seconds(),
                 interval: command.sampling.interval.seconds(),
+                blank: 0.0,
             };
             let mut peak: f64 = 0.0;
             model.follow(&self.line(line), forward, count, |k, current, _| {

@@ -18,7 +18,7 @@ use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real
 
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Sensing};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::{Saliency, line_directions};
 use crate::parts::polarity::{Pole, Signature};
@@ -26,7 +26,7 @@ use crate::parts::settle::link;
 use crate::parts::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, rest_after};
 use crate::settings::{Settings, SettingsError, require, require_positive};
 use combination::{Combined, Said};
-use likelihood::{Curves, Fit, PulseModel, fit};
+use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
 
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
@@ -49,6 +49,8 @@ pub struct Adaptive<T> {
 pub struct MaximumLikelihoodSettings<T> {
     /// Its pulses, or with `adaptive` the first of them, and how they are read.
     pub pulses: BothWaysSettings<T>,
+    /// What the fit knows of the sensors.
+    pub sensing: Sensing<T>,
     /// Whether and how the pulses grow.
     pub adaptive: Option<Adaptive<T>>,
 }
@@ -62,7 +64,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         if pulses.train.samples() > MOST_SAMPLES {
             pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
         }
-        Self { pulses, adaptive: None }
+        Self { pulses, sensing: drive.sensing, adaptive: None }
     }
 
     /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
@@ -83,7 +85,8 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         let mut train = lengthened(fixed.train, pulse, 1);
         // The first pulses are short, and one line may have twice the mean inductance.
         train.least_current = drive.rated_current * T::of(0.02);
-        Self { pulses: BothWaysSettings { train, signature, ..fixed }, adaptive: Some(adaptive) }
+        let pulses = BothWaysSettings { train, signature, ..fixed };
+        Self { pulses, sensing: drive.sensing, adaptive: Some(adaptive) }
     }
 
     /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
@@ -111,6 +114,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
             require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
+        self.sensing.check()?;
         self.pulses.check()
     }
 }
@@ -203,15 +207,25 @@ impl<T: Real> MaximumLikelihood<T> {
             resistance: s.resistance * T::of(2.0),
             pulse: T::of(s.pulse.seconds()),
             interval: T::of(s.interval.seconds()),
+            blank: self.settings.sensing.blank(),
         };
         let delay = T::of(s.dead_time.seconds());
+        let lag = self.settings.sensing.lag();
         let end = s.samples_on() - 1;
         let start = core::array::from_fn(|k| {
             let [back, forward] = curves[k];
-            model.on * (model.pulse - delay) * T::of(2.0) / (back[end] + forward[end])
+            // The sensors show what flowed earlier, by their lag; not more than half a pulse, of which something would be left.
+            let rise = model.pulse - delay - lag.min(model.pulse / T::of(2.0));
+            LineParameters {
+                inductance: model.on * rise * T::of(2.0) / (back[end] + forward[end]),
+                slope: T::zero(),
+                delay,
+                lag,
+                late: self.settings.sensing.late(k),
+            }
         });
         let found =
-            fit(&curves, &model, start, delay).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
+            fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
         // Which line is at fault cannot be told; the first stands for all.
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
@@ -232,6 +246,8 @@ impl<T: Real> MaximumLikelihood<T> {
             for l in 0..3 {
                 variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
             }
+            let apart = slopes[k] * fit.lag_slope[k] * self.settings.sensing.lag_deviation();
+            variance = variance + apart * apart;
         }
         // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
@@ -352,6 +368,14 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
         place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
         place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
         Setting::new(
+            &keys::BANDWIDTH,
+            |s| Some(Value::of(s.sensing.bandwidth.unwrap_or_else(T::zero))),
+            |s, value| {
+                s.sensing.bandwidth = Some(value.real()).filter(|corner: &T| *corner > T::zero());
+                true
+            },
+        ),
+        Setting::new(
             &keys::DEVIATION,
             |s| s.adaptive.map(|adaptive| Value::Number(adaptive.deviation.to_double().to_degrees())),
             |s, value| match &mut s.adaptive {
@@ -370,6 +394,9 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
             line("adaptive.deviation", format_args!("{:.2}°", adaptive.deviation.to_degrees()));
             line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
             line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
+        }
+        if let Some(bandwidth) = self.sensing.bandwidth {
+            line("sensing.bandwidth", format_args!("{:.1} kHz", bandwidth / T::of(1e3)));
         }
         line("signature", format_args!("{}", self.pulses.signature.in_words()));
     }

@@ -1,6 +1,6 @@
 //! Numbers, and nameplates of motors and drives, plausible or not.
 
-use standstill_detect::{Nameplate, Signature};
+use standstill_detect::{Nameplate, Sensing, Signature};
 use standstill_interface::{Nanos, Real};
 
 /// A small deterministic generator (xorshift).
@@ -92,6 +92,7 @@ pub fn plausible<T: Real>(random: &mut Random) -> Nameplate<T> {
         carrier_period: Nanos::from_seconds(carrier),
         switch_drop: [T::of(1.0), T::of(0.01)],
         diode_drop: [T::of(1.0), T::of(0.01)],
+        sensing: Sensing::default(),
     }
 }
 

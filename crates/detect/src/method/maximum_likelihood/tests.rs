@@ -4,6 +4,7 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined};
 
 use super::*;
+use crate::nameplate::Sensing;
 use crate::testing::{LineMotor, mean_and_deviation};
 
 fn nameplate<T: Real>() -> Nameplate<T> {
@@ -23,6 +24,7 @@ fn nameplate<T: Real>() -> Nameplate<T> {
         carrier_period: Nanos::from_micros(100),
         switch_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
         diode_drop: [T::of(LineMotor::DROP / 2.0), T::zero()],
+        sensing: Sensing::default(),
     }
 }
 
@@ -326,7 +328,7 @@ fn law_each_train_compares_the_sensors_anew() {
     let grown = after(settings, &mut motor);
     assert_eq!(motor.pulses.len(), 18);
     let pulses = BothWaysSettings { train: grown.train.settings, ..settings.pulses };
-    let last = MaximumLikelihoodSettings { pulses, adaptive: None };
+    let last = MaximumLikelihoodSettings { pulses, adaptive: None, ..settings };
     let alone = after(last, &mut LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) });
     let [grown, alone] = [grown, alone].map(|detector| detector.gains.measured(1.0).1);
     assert!((0..3).all(|k| (grown[k] / alone[k] - 1.0).abs() < 1e-2), "{grown:?} {alone:?}");

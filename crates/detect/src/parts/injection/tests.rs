@@ -2,6 +2,7 @@ use standstill_interface::Dq;
 
 use super::*;
 use crate::method::{Pulsating, PulsatingInjectionSettings, Rotating, RotatingInjectionSettings};
+use crate::nameplate::Sensing;
 use crate::parts::polarity::Signature;
 use crate::testing::Noise;
 
@@ -22,6 +23,7 @@ fn nameplate(d: f64, q: f64) -> Nameplate<f64> {
         carrier_period: Nanos::from_micros(100),
         switch_drop: [0.0; 2],
         diode_drop: [0.0; 2],
+        sensing: Sensing::default(),
     }
 }
 
