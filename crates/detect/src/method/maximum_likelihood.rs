@@ -23,6 +23,7 @@ use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::{Saliency, line_directions};
 use crate::parts::polarity::{Pole, Signature};
 use crate::parts::settle::link;
+use crate::parts::significance;
 use crate::parts::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, rest_after};
 use crate::settings::{Settings, SettingsError, require, require_positive};
 use combination::{Combined, Said};
@@ -69,12 +70,12 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
 
     /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
     /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
-    /// rated current.
+    /// rated current, and never to more than the rated current in any line.
     pub fn adaptive(drive: &Nameplate<T>) -> Self {
         let fixed = Self::suited(drive).pulses;
         let adaptive = Adaptive {
             deviation: T::of(0.1).to_radians(),
-            longest: drive.line_pulse(T::of(0.75)),
+            longest: drive.line_pulse(T::of(0.75)).min(drive.longest_pulse()),
             most_current: drive.rated_current,
             most_trains: 8,
         };
@@ -224,8 +225,7 @@ impl<T: Real> MaximumLikelihood<T> {
                 late: self.settings.sensing.late(k),
             }
         });
-        let found =
-            fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
+        let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
         // Which line is at fault cannot be told; the first stands for all.
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
@@ -276,7 +276,7 @@ impl<T: Real> MaximumLikelihood<T> {
             floor,
         });
 
-        let (pole, deviation) = self.answer()?;
+        let (pole, deviation, is_salient) = self.answer()?;
         let growth =
             self.settings.adaptive.filter(|adaptive| self.combined.trains < adaptive.most_trains).and_then(
                 |adaptive| {
@@ -290,11 +290,17 @@ impl<T: Real> MaximumLikelihood<T> {
                     (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
                 },
             );
+        if growth.is_none() {
+            is_salient?;
+        }
         Ok((pole, growth))
     }
 
     /// From all trains so far.
-    fn answer(&mut self) -> Result<(Pole<T>, T), Fault<T>> {
+    ///
+    /// Pole, standard deviation of the angle in rad, and whether there is a saliency, which the trains to come may show.
+    #[allow(clippy::type_complexity)]
+    fn answer(&mut self) -> Result<(Pole<T>, T, Result<(), Fault<T>>), Fault<T>> {
         let s = &self.settings.pulses;
         let c = &self.combined;
         let derived = self.train.derived;
@@ -309,8 +315,15 @@ impl<T: Real> MaximumLikelihood<T> {
         }
         let deviation = variance.sqrt();
         self.findings.angle_deviation = Some(deviation);
-        s.check_saliency(&saliency)?;
-        Ok((s.pole(&saliency, &c.pointer()), deviation))
+        let ratio = saliency.ratio();
+        significance::check(ratio, T::zero(), s.least_saliency)?;
+        // σ_θ = σ/(2|z|).
+        let spread = T::of(2.0) * ratio * deviation;
+        Ok((
+            s.pole(&saliency, &c.pointer()),
+            deviation,
+            s.check_saliency(&saliency, spread * spread, &self.train.settings),
+        ))
     }
 
     /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.

@@ -142,7 +142,8 @@ fn step<T: Real>(at: &Flow<T>, time: T, rate: impl Fn(&Flow<T>) -> Flow<T>) -> (
     let k3 = rate(&at.plus(&k2, half));
     let k4 = rate(&at.plus(&k3, time));
     let sixth = time / T::of(6.0);
-    let end = at.plus(&k1, sixth).plus(&k2, sixth * T::of(2.0)).plus(&k3, sixth * T::of(2.0)).plus(&k4, sixth);
+    let end =
+        at.plus(&k1, sixth).plus(&k2, sixth * T::of(2.0)).plus(&k3, sixth * T::of(2.0)).plus(&k4, sixth);
     (end, k1)
 }
 
@@ -163,8 +164,9 @@ pub(crate) struct Fit<T> {
     pub misfit: T,
     /// What is added to each inductance in H where the sensors of its line alone lag by a second more.
     pub lag_slope: [T; 3],
-    /// What each line's current depends on.
-    pub lines: [LineParameters<T>; 3],
+    /// τ of the sensors in s.
+    #[cfg_attr(not(test), allow(dead_code, reason = "tests ask for it"))]
+    pub lag: T,
 }
 
 /// Normal equations in scaled parameters.
@@ -262,7 +264,7 @@ pub(crate) fn fit<T: Real>(
         variance,
         misfit,
         lag_slope: inverse.lag.map(|gain| gain * units[0] / units[2]),
-        lines: at,
+        lag: at[0].lag,
     })
 }
 

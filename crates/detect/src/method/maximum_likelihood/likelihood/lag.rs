@@ -43,8 +43,9 @@ impl<T: Real> Response<T> {
             return Self { ratio, left, weights: [first, second, one - two * second / ratio] };
         }
         // w_2 = 2 Σ (−1)^(m−1) r^m/(m + 2)!, by Horner's rule.
-        let third =
-            (1..=TERMS).rev().fold(one, |sum, m| one - sum * ratio / T::of(f64::from(m) + 3.0)) * ratio / T::of(3.0);
+        let third = (1..=TERMS).rev().fold(one, |sum, m| one - sum * ratio / T::of(f64::from(m) + 3.0))
+            * ratio
+            / T::of(3.0);
         let second = ratio * (one - third) / two;
         let first = ratio * (one - second);
         Self { ratio, left: one - first, weights: [first, second, third] }
@@ -83,7 +84,14 @@ impl<T: Real> Memory<T> {
     }
 
     /// Advances over a step of `time` in s, at whose ends the current is this and at whose beginning it rises at `rate`.
-    pub fn follow(&mut self, response: &Response<T>, begin: &Flow<T>, rate: &Flow<T>, end: &Flow<T>, time: T) {
+    pub fn follow(
+        &mut self,
+        response: &Response<T>,
+        begin: &Flow<T>,
+        rate: &Flow<T>,
+        end: &Flow<T>,
+        time: T,
+    ) {
         let [x0, x1, x2] = quadratic(begin.current, rate.current * time, end.current);
         let r = response.ratio;
         let before = self.seen.current;
@@ -123,7 +131,11 @@ mod tests {
         for h in [1e-6, 1e-3, 0.05, 0.3, 0.999, 1.001, 4.0, 60.0] {
             let x = [1.0, 2.0 * h, -3.0 * h * h];
             let y: f64 = Response::of(h).apply(0.7, x);
-            assert!((y - exact(0.7, h)).abs() < 1e-8 * exact(0.7, h).abs().max(1.0), "{h}: {y} {}", exact(0.7, h));
+            assert!(
+                (y - exact(0.7, h)).abs() < 1e-8 * exact(0.7, h).abs().max(1.0),
+                "{h}: {y} {}",
+                exact(0.7, h)
+            );
             let single = Response::of(h as f32).apply(0.7, x.map(|x| x as f32));
             assert!((f64::from(single) - y).abs() < 3e-6 * y.abs().max(1.0), "{h}: {single} {y}");
         }

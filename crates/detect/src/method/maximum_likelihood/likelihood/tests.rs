@@ -82,7 +82,10 @@ fn analytic_behind_a_filter_of_first_order_an_exponential_is_two() {
         let (up, down) = (moved(1e-10), moved(-1e-10));
         MODEL.follow(&p, true, 52, |k, _, slopes| {
             let difference = (up[k] - down[k]) / 2e-10;
-            assert!((slopes[3] - difference).abs() < 1e-3 * difference.abs() + 5.0, "{lag} {k} {slopes:?} {difference}");
+            assert!(
+                (slopes[3] - difference).abs() < 1e-3 * difference.abs() + 5.0,
+                "{lag} {k} {slopes:?} {difference}"
+            );
         });
     }
 }
@@ -92,22 +95,24 @@ fn analytic_a_fit_finds_how_much_the_sensors_lag() {
     // 50 kHz within 20 % of the data sheet, and a converter that takes one phase after the other.
     let nominal = 3.2e-6;
     for share in [0.8, 1.0, 1.25] {
-        let seen = |k: usize| LineParameters {
-            lag: nominal * share,
-            late: [0.5e-6, 1.5e-6, 1e-6][k],
-            ..TRUE[k]
-        };
-        let all: Vec<[Vec<f64>; 2]> = (0..3).map(|k| [curve(&seen(k), false), curve(&seen(k), true)]).collect();
+        let seen =
+            |k: usize| LineParameters { lag: nominal * share, late: [0.5e-6, 1.5e-6, 1e-6][k], ..TRUE[k] };
+        let all: Vec<[Vec<f64>; 2]> =
+            (0..3).map(|k| [curve(&seen(k), false), curve(&seen(k), true)]).collect();
         let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
         let start = core::array::from_fn(|k| LineParameters {
-            inductance: 26e-3, slope: 0.0, delay: 1e-6, lag: nominal, late: seen(k).late,
+            inductance: 26e-3,
+            slope: 0.0,
+            delay: 1e-6,
+            lag: nominal,
+            late: seen(k).late,
         });
         for model in [MODEL, PulseModel { blank: 2.5e-6, ..MODEL }] {
             let found = fit(&curves, &model, start).expect("determined");
             for (k, line) in TRUE.iter().enumerate() {
                 assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-8, "{share} {found:?}");
             }
-            assert!((found.lines[0].lag / nominal - share).abs() < 1e-6, "{share} {found:?}");
+            assert!((found.lag / nominal - share).abs() < 1e-6, "{share} {found:?}");
         }
         // With a line of its own lag, its inductance moves by what is said.
         let more = LineParameters { lag: nominal * share + 1e-9, ..seen(1) };
@@ -127,7 +132,13 @@ fn analytic_samples_near_an_edge_are_left_out() {
     let mut seen = Vec::new();
     model.follow(&TRUE[0], true, 52, |k, _, _| seen.push(k));
     // The pulse begins at 2.2 µs and ends with the sample at 200 µs.
-    assert!(!seen.contains(&0) && seen.contains(&1) && seen.contains(&18) && !seen.contains(&19) && seen.contains(&20));
+    assert!(
+        !seen.contains(&0)
+            && seen.contains(&1)
+            && seen.contains(&18)
+            && !seen.contains(&19)
+            && seen.contains(&20)
+    );
 }
 
 #[test]
