@@ -73,6 +73,15 @@ impl<T: Real> Sensing<T> {
         if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
     }
 
+    /// Whether a sample at `time` compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
+    /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
+    /// sample at the peak. Nor may what an edge adds look like a gain.
+    pub(crate) fn compares(&self, time: Nanos, pulse: Nanos) -> bool {
+        let until = pulse + Nanos::from_seconds(self.blank().to_double());
+        let alike = self.skew == Nanos::ZERO && until == pulse;
+        alike || time + self.skew * 2 < pulse || time > until
+    }
+
     pub(crate) fn check(&self) -> Result<(), SettingsError> {
         if let Some(bandwidth) = self.bandwidth {
             require_positive(bandwidth, "sensing.bandwidth")?;

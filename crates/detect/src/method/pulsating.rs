@@ -73,7 +73,8 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let ratio = sine.hypot(cosine) / mean;
         // Of what resistance takes of I_d no saliency is made.
         let reactance = s.frequency() / s.mean_admittance();
-        let inductive = mean / (T::one() + (s.resistance / reactance).powi(2));
+        let resistive = s.resistance / reactance;
+        let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / mean;
         let variance = spread * spread * T::of(4.0 / 3.0) / samples + doubt;
         let evidence = current.q.hypot(current.d - inductive) / inductive;

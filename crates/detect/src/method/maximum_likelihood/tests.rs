@@ -4,8 +4,12 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined};
 
 use super::*;
+use crate::nameplate::Nameplate;
 use crate::nameplate::Sensing;
+use crate::parts::both_ways::BothWaysSettings;
 use crate::testing::{LineMotor, mean_and_deviation};
+
+mod sensing;
 
 fn nameplate<T: Real>() -> Nameplate<T> {
     Nameplate {

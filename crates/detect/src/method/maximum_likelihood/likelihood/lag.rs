@@ -118,6 +118,8 @@ impl<T: Real> Memory<T> {
 
 #[cfg(test)]
 mod tests {
+    use standstill_interface::Arithmetic;
+
     use super::*;
 
     /// What a sensor with τ = 1 shows of x = 1 + 2 t − 3 t² from y(0) on.
@@ -136,7 +138,7 @@ mod tests {
                 "{h}: {y} {}",
                 exact(0.7, h)
             );
-            let single = Response::of(h as f32).apply(0.7, x.map(|x| x as f32));
+            let single = Response::of(f32::of(h)).apply(0.7, x.map(f32::of));
             assert!((f64::from(single) - y).abs() < 3e-6 * y.abs().max(1.0), "{h}: {single} {y}");
         }
         assert_eq!(Response::of(0.0_f64).apply(0.7, [1.0, 0.0, 0.0]), 0.7);
