@@ -133,6 +133,23 @@ fn law_growth_stays_within_its_limits() {
 }
 
 #[test]
+fn law_no_pulse_grows_beyond_what_raises_the_rated_current_in_some_line() {
+    let linear = Nameplate::<f64> { rated_pulse: Nanos::from_micros(260), ..nameplate() };
+    let longest = |drive: &Nameplate<f64>| {
+        MaximumLikelihoodSettings::adaptive(drive).adaptive.expect("adaptive").longest.seconds()
+    };
+    let whole =
+        2.0 * linear.d_axis_inductance.min(linear.q_axis_inductance) * linear.rated_current / linear.dc_link;
+    for share in [0.2, 0.5, 0.8] {
+        let drive = Nameplate { rated_pulse: Nanos::from_seconds(share * whole), ..linear };
+        let expected = share * whole * (0.9 + 0.1 * share);
+        let longest = longest(&drive);
+        assert!(longest <= expected + 1e-9, "{share}: {longest} {expected}");
+        assert!(longest > 0.95 * expected, "{share}: {longest} {expected}");
+    }
+}
+
+#[test]
 fn law_more_trains_leave_less_uncertain() {
     let adaptive = MaximumLikelihoodSettings::<f64>::adaptive(&nameplate());
     let mut last = f64::INFINITY;
