@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::file::Document;
-use standstill_campaign::{Campaign, CampaignError, ErrorSet, Scenario, Statistics, Summary};
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
 use standstill_detect::{Method, MethodName};
 use standstill_plant::{DataSheet, Motor, built_in, built_in_names};
+use standstill_scenario::{Document, ErrorSet, Scenario};
 use standstill_sim::RotorState;
 
 use MethodName::{Bipolar, DcAlignment, HfiRotating, MaximumLikelihood, MaximumLikelihoodAdaptive};
