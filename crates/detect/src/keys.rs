@@ -154,6 +154,13 @@ pub static GAIN_TOLERANCE: Key = Key {
     kind: share([0.0, 1e12], "zero or more"),
 };
 
+/// Nominal bandwidth of the current sensors.
+pub static BANDWIDTH: Key = Key {
+    name: "bandwidth",
+    about: "Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.",
+    kind: number("Hz", [0.0, 1e12], "zero or more"),
+};
+
 /// When an adaptive method is content.
 pub static DEVIATION: Key = Key {
     name: "deviation",
@@ -176,13 +183,14 @@ pub static COMPENSATION: Key = Key {
 };
 
 /// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
-pub static ALL: [&Key; 9] = [
+pub static ALL: [&Key; 10] = [
     &PULSE,
     &ROUNDS,
     &LEAST_SALIENCY,
     &POLE_ERROR,
     &VECTOR_CURRENT,
     &GAIN_TOLERANCE,
+    &BANDWIDTH,
     &DEVIATION,
     &VOLTAGE,
     &COMPENSATION,

@@ -4,6 +4,7 @@ use standstill_interface::{Nanos, Real};
 
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
+use crate::parts::train::LINES;
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// How the current sensors and their converter work, as their data sheets state it.
@@ -49,7 +50,39 @@ impl<T: Real> Sensing<T> {
         }
     }
 
-    fn check(&self) -> Result<(), SettingsError> {
+    /// τ in s by which the sensors lag; zero without filter.
+    pub(crate) fn lag(&self) -> T {
+        self.bandwidth.map_or(T::zero(), |corner| (T::TAU() * corner).recip())
+    }
+
+    /// Standard deviation in s of a line's τ from that of the others: the mean of two sensors, each uniformly off.
+    pub(crate) fn lag_deviation(&self) -> T {
+        self.lag() * self.bandwidth_mismatch / T::of(6.0).sqrt()
+    }
+
+    /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
+    /// a straight line between the two samples, so is their mean.
+    pub(crate) fn late(&self, line: usize) -> T {
+        let (from, to) = LINES[line];
+        T::of((self.skew * (from as u64 + to as u64)).seconds() / 2.0)
+    }
+
+    /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left.
+    pub(crate) fn blank(&self) -> T {
+        let [amplitude, decay] = self.pick_up;
+        if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
+    }
+
+    /// Whether a sample at `time` compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
+    /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
+    /// sample at the peak. Nor may what an edge adds look like a gain.
+    pub(crate) fn compares(&self, time: Nanos, pulse: Nanos) -> bool {
+        let until = pulse + Nanos::from_seconds(self.blank().to_double());
+        let alike = self.skew == Nanos::ZERO && until == pulse;
+        alike || time + self.skew * 2 < pulse || time > until
+    }
+
+    pub(crate) fn check(&self) -> Result<(), SettingsError> {
         if let Some(bandwidth) = self.bandwidth {
             require_positive(bandwidth, "sensing.bandwidth")?;
         }
@@ -123,6 +156,17 @@ impl<T: Real> Nameplate<T> {
         let pulse = pulse.min(share * T::of(1.5 * self.rated_pulse.seconds()));
         let steps = (pulse / step).round().max(T::of(2.0)).min(T::of(300.0));
         Nanos::from_seconds((steps * step).to_double())
+    }
+
+    /// The longest pulse that raises no more than the rated current in any line.
+    ///
+    /// The more a core saturates, the steeper the current is at the end of the pulse, and a link that is a per cent higher
+    /// makes more of that: 1 % less for each 10 % by which saturation shortens the pulse.
+    pub(crate) fn longest_pulse(&self) -> Nanos {
+        let least = self.d_axis_inductance.min(self.q_axis_inductance);
+        let linear = (T::of(2.0) * least * self.rated_current / self.dc_link).to_double();
+        let share = (self.rated_pulse.seconds() / linear).min(1.0);
+        Nanos::from_seconds(self.rated_pulse.seconds() * (0.9 + 0.1 * share))
     }
 
     /// The same in another precision.

@@ -7,4 +7,5 @@ pub(crate) mod lines;
 pub(crate) mod modulation;
 pub(crate) mod polarity;
 pub(crate) mod settle;
+pub(crate) mod significance;
 pub(crate) mod train;

@@ -76,6 +76,12 @@ pub(crate) struct LineMotor {
     pub deviation: f64,
     pub offset: [f64; 3],
     pub gain: [f64; 3],
+    /// τ in s of each sensor.
+    pub lag: [f64; 3],
+    /// How much later in s each phase is converted than the one before.
+    pub skew: f64,
+    /// Amplitude in A, time constant in s and frequency in Hz of what the end of a pulse adds to all readings.
+    pub pick_up: [f64; 3],
     pub noise: Noise,
     /// Length in s and peak current in A of each pulse so far.
     pub pulses: Vec<(f64, f64)>,
@@ -98,6 +104,9 @@ impl LineMotor {
             deviation: 0.0,
             offset: [0.0; 3],
             gain: [1.0; 3],
+            lag: [0.0; 3],
+            skew: 0.0,
+            pick_up: [0.0, 1.0, 0.0],
             noise: Noise::new(7),
             pulses: Vec::new(),
         }
@@ -111,6 +120,8 @@ impl LineMotor {
             inductance: 3.0 * self.mean - 3.0 * self.saliency * (2.0 * self.angle + shift).cos(),
             slope: self.slope * line_directions::<f64>()[line].dot(north),
             delay: Self::DEAD_TIME,
+            lag: 0.0,
+            late: 0.0,
         }
     }
 
@@ -129,13 +140,27 @@ impl LineMotor {
                 resistance: 2.0 * Self::RESISTANCE,
                 pulse: command.stage.duration.seconds(),
                 interval: command.sampling.interval.seconds(),
+                blank: 0.0,
             };
             let mut peak: f64 = 0.0;
-            model.follow(&self.line(line), forward, count, |k, current, _| {
-                currents[k][from as usize] = current;
-                currents[k][to as usize] = -current;
-                peak = peak.max(current);
-            });
+            for (phase, sign) in [(from, 1.0), (to, -1.0)] {
+                let late = self.skew * f64::from(phase as u8);
+                let seen = LineParameters { lag: self.lag[phase as usize], late, ..self.line(line) };
+                model.follow(&seen, forward, count, |k, current, _| {
+                    currents[k][phase as usize] = sign * current;
+                    peak = peak.max(current);
+                });
+            }
+            let [amplitude, decay, frequency] = self.pick_up;
+            for (n, currents) in currents.iter_mut().enumerate() {
+                for (phase, current) in currents.iter_mut().enumerate() {
+                    let since = model.interval * (n + 1) as f64 + self.skew * phase as f64 - model.pulse;
+                    if since > -1e-12 {
+                        let ringing = (core::f64::consts::TAU * frequency * since).cos();
+                        *current += amplitude * (-since / decay).exp() * ringing;
+                    }
+                }
+            }
             self.pulses.push((model.pulse, peak));
         }
         let mut read = |k: usize, current: f64| {

@@ -139,7 +139,8 @@ pub enum Fault<T> {
     },
     /// The current did not decay in the time allowed.
     CurrentPersists(T),
-    /// The three line inductances differ by less than can be trusted.
+    /// No saliency found: |L_B| / L_A is no more than what noise, the sensors' gains and the drive may make of a motor that has
+    /// none, or less than the method is told to need. Such a motor has no axis that the method could name.
     NoSaliency {
         /// |L_B| / L_A as measured.
         ratio: T,
@@ -254,7 +255,7 @@ impl<T> Fault<T> {
             Self::Hidden(_) => "current seen by no sensor",
             Self::NoCurrent { .. } => "too little current",
             Self::CurrentPersists(_) => "current does not decay",
-            Self::NoSaliency { .. } => "no saliency",
+            Self::NoSaliency { .. } => "no saliency found",
             Self::NotInductive(_) => "a line that is no inductance",
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::RotorMoves { .. } => "the rotor moves",
@@ -294,7 +295,7 @@ impl<T: Real> fmt::Display for Fault<T> {
             }
             Self::CurrentPersists(current) => write!(f, "current of {current:.3} A does not decay"),
             Self::NoSaliency { ratio, needed } => {
-                write!(f, "no saliency: |L_B|/L_A = {ratio:.4} where at least {needed:.4} is needed")
+                write!(f, "no saliency found: |L_B|/L_A = {ratio:.4} where at least {needed:.4} is needed")
             }
             Self::NotInductive(phase) => {
                 write!(f, "the line from phase {} did not answer as an inductance", phase.letter())

@@ -9,7 +9,7 @@ use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use standstill_detect::{Key, Kind, Method, MethodName, Signature, Value, keys};
-use standstill_quantity::unit::{Ampere, Degree, One, Second, Share, Volt};
+use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
 use standstill_quantity::{Quantity, Unit};
 
 use super::document::FileError;
@@ -68,6 +68,7 @@ fn in_unit<W: WithUnit>(unit: &str, share: bool, act: W) -> W::Output {
         "s" => act.with::<Second>(),
         "A" => act.with::<Ampere>(),
         "V" => act.with::<Volt>(),
+        "Hz" => act.with::<Hertz>(),
         "deg" => act.with::<Degree>(),
         _ if share => act.with::<Share>(),
         _ => act.with::<One>(),

@@ -17,6 +17,7 @@ fn other(key: &Key) -> Value {
         "vector_current" => Value::Number(6.5),
         "pole_error" => Value::Number(1e-4),
         "gain_tolerance" => Value::Number(0.01),
+        "bandwidth" => Value::Number(2e5),
         "deviation" => Value::Number(0.5),
         "voltage" => Value::Number(40.0),
         "compensation" => Value::Flag(false),

@@ -20,8 +20,11 @@ use crate::nameplate::Nameplate;
 use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, Signature};
 use crate::parts::settle::{SettleSettings, Settler, link, seen};
+use crate::parts::significance;
 use crate::parts::train::LINES;
-use crate::settings::{Decay, LONGEST, Settings, SettingsError, require, require_positive, require_share};
+use crate::settings::{
+    Decay, LONGEST, Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+};
 
 /// Settings of the paper's method.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -46,6 +49,8 @@ pub struct LineInductanceSettings<T> {
     pub least_current: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
+    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    pub gain_tolerance: T,
     /// The wait before the first pulse of a line and before each vector; with fast decay before each pulse.
     pub settle: SettleSettings<T>,
     /// The polarity test.
@@ -71,6 +76,7 @@ impl<T: Real> LineInductanceSettings<T> {
             saliency: drive.saliency(),
             least_current: drive.rated_current * T::of(0.02),
             least_saliency: T::of(0.05),
+            gain_tolerance: drive.gain_tolerance,
             settle: SettleSettings {
                 wait: Nanos::from_micros(500),
                 threshold: drive.rated_current * T::of(0.025),
@@ -106,6 +112,7 @@ impl<T: Real> LineInductanceSettings<T> {
         require(self.period <= LONGEST, "period", "at most a minute")?;
         require_positive(self.least_current, "least_current")?;
         require_share(self.least_saliency, "least_saliency")?;
+        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         self.settle.check()?;
         self.polarity.check()
     }
@@ -132,6 +139,8 @@ pub struct LineInductance<T> {
     /// Sums over the pulses of each line.
     inductance: Abc<T>,
     resistance: Abc<T>,
+    /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
+    scatter: T,
     findings: Findings<T>,
 }
 
@@ -150,6 +159,7 @@ impl<T: Real> LineInductance<T> {
             initial: zero,
             inductance: zero,
             resistance: zero,
+            scatter: T::zero(),
             findings: Findings::default(),
         })
     }
@@ -212,6 +222,11 @@ impl<T: Real> LineInductance<T> {
         if inductance <= T::zero() {
             return Err(Fault::NotInductive(phase));
         }
+        let before = T::of(f64::from(pulse));
+        if pulse > 0 {
+            let apart = inductance - self.inductance[phase] / before;
+            self.scatter = self.scatter + apart * apart * before / (before + T::one());
+        }
         self.inductance[phase] = self.inductance[phase] + inductance;
         self.resistance[phase] = self.resistance[phase] + resistance;
         self.initial = third.current;
@@ -244,8 +259,21 @@ impl<T: Real> LineInductance<T> {
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);
-        let (ratio, needed) = (saliency.ratio(), self.settings.least_saliency);
-        if ratio >= needed { Ok(saliency) } else { Err(Fault::NoSaliency { ratio, needed }) }
+        significance::check(saliency.ratio(), self.variance(&saliency), self.settings.least_saliency)?;
+        Ok(saliency)
+    }
+
+    /// Variance of each component of |L_B|/L_A e^{j2θ}: noise as the pulses show it, the gain of the one sensor that reads a
+    /// line, and the delays of the legs.
+    fn variance(&self, saliency: &Saliency<T>) -> T {
+        let s = &self.settings;
+        let count = T::of(f64::from(s.pulses));
+        let line = T::of(3.0) * saliency.mean;
+        let freedom = T::of(3.0) * (count - T::one()).max(T::one());
+        let noise = self.scatter / (freedom * count * line * line);
+        let [dead, pulse] = [s.dead_time, s.pulse].map(|time| T::of(time.seconds()));
+        let timing = significance::of_timing(dead, pulse);
+        significance::of_lines(noise + s.gain_tolerance * s.gain_tolerance + timing)
     }
 }
 
@@ -279,6 +307,7 @@ impl<T: Real> Keyed for LineInductanceSettings<T> {
         place!(PULSE, s => s.pulse, Value::time, nanos),
         place!(ROUNDS, s => s.pulses, Value::times, count),
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
         place!(VECTOR_CURRENT, s => s.polarity.current, Value::of, real),
         Setting::new(
             &keys::POLE_ERROR,

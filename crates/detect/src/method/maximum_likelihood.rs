@@ -11,121 +11,26 @@
 
 mod combination;
 pub(crate) mod likelihood;
+mod settings;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
 
-use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
-use crate::nameplate::Nameplate;
-use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::{Saliency, line_directions};
 use crate::parts::polarity::{Pole, Signature};
 use crate::parts::settle::link;
-use crate::parts::train::{GainComparison, LINES, PulseTrainSettings, Slot, Train, rest_after};
-use crate::settings::{Settings, SettingsError, require, require_positive};
+use crate::parts::significance;
+use crate::parts::train::{GainComparison, LINES, Slot, Train};
+use crate::settings::SettingsError;
 use combination::{Combined, Said};
-use likelihood::{Curves, Fit, PulseModel, fit};
+use likelihood::{Curves, Fit, LineParameters, PulseModel, fit};
+use settings::lengthened;
+pub use settings::{Adaptive, MaximumLikelihoodSettings};
 
 /// Samples of one pulse and its decay that are kept at most.
 pub const MOST_SAMPLES: usize = 112;
-
-/// When to stop lengthening the pulses.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Adaptive<T> {
-    /// Standard deviation of the angle in rad that is good enough.
-    pub deviation: T,
-    /// The longest pulse. Trains of it are repeated if it does not suffice.
-    pub longest: Nanos,
-    /// Current in A up to which pulses are lengthened.
-    pub most_current: T,
-    /// Trains after which the answer is what it is.
-    pub most_trains: u8,
-}
-
-/// Settings of the maximum-likelihood method.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MaximumLikelihoodSettings<T> {
-    /// Its pulses, or with `adaptive` the first of them, and how they are read.
-    pub pulses: BothWaysSettings<T>,
-    /// Whether and how the pulses grow.
-    pub adaptive: Option<Adaptive<T>>,
-}
-
-impl<T: Real> MaximumLikelihoodSettings<T> {
-    /// For this motor and drive, sampled every 10 µs.
-    pub fn suited(drive: &Nameplate<T>) -> Self {
-        // Short pulses have more samples.
-        let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
-        let mut pulses = BothWaysSettings::suited(drive, interval);
-        if pulses.train.samples() > MOST_SAMPLES {
-            pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
-        }
-        Self { pulses, adaptive: None }
-    }
-
-    /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
-    /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
-    /// rated current.
-    pub fn adaptive(drive: &Nameplate<T>) -> Self {
-        let fixed = Self::suited(drive).pulses;
-        let adaptive = Adaptive {
-            deviation: T::of(0.1).to_radians(),
-            longest: drive.line_pulse(T::of(0.75)),
-            most_current: drive.rated_current,
-            most_trains: 8,
-        };
-        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000)).min(adaptive.longest);
-        // What holds at half of the rated current and at all of it.
-        let signature =
-            if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
-        let mut train = lengthened(fixed.train, pulse, 1);
-        // The first pulses are short, and one line may have twice the mean inductance.
-        train.least_current = drive.rated_current * T::of(0.02);
-        Self { pulses: BothWaysSettings { train, signature, ..fixed }, adaptive: Some(adaptive) }
-    }
-
-    /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
-    /// is room for the samples.
-    #[must_use]
-    pub fn with_pulse(self, pulse: Nanos) -> Self {
-        let mut settings = self;
-        let train = &mut settings.pulses.train;
-        *train = lengthened(*train, pulse, train.rounds);
-        if let Some(adaptive) = &mut settings.adaptive {
-            adaptive.longest = adaptive.longest.max(train.pulse);
-        }
-        settings
-    }
-
-    fn check(&self) -> Result<(), SettingsError> {
-        let train = &self.pulses.train;
-        train.check()?;
-        require(train.samples() <= MOST_SAMPLES, "interval", "such that a pulse has 112 samples at most")?;
-        require(train.samples_on() as u64 >= LEAST_PARTS, "interval", "at most a quarter of the pulse")?;
-        if let Some(adaptive) = self.adaptive {
-            require_positive(adaptive.deviation, "adaptive.deviation")?;
-            require(adaptive.longest >= train.pulse, "adaptive.longest", "at least as long as the pulse")?;
-            require_positive(adaptive.most_current, "adaptive.most_current")?;
-            require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
-            require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
-        }
-        self.pulses.check()
-    }
-}
-
-/// Samples in a pulse at least.
-const LEAST_PARTS: u64 = 4;
-
-/// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
-fn lengthened<T: Real>(train: PulseTrainSettings<T>, pulse: Nanos, rounds: u8) -> PulseTrainSettings<T> {
-    // Every 10 µs, if these are enough for a fit, and not so many that a pulse and its rest are too many.
-    let parts = (pulse.0 / 10_000).clamp(LEAST_PARTS, 40);
-    let interval = Nanos(pulse.0 / parts / 100 * 100);
-    let pulse = interval * parts;
-    PulseTrainSettings { pulse, interval, rest: rest_after(pulse), rounds, ..train }
-}
 
 /// The maximum-likelihood detector. Most of its size are the samples, averaged over the rounds.
 #[derive(Clone, Debug)]
@@ -176,10 +81,13 @@ impl<T: Real> MaximumLikelihood<T> {
         // The current is proportional to the link but for the drops, which are a few thousandths of it.
         let scale = self.dc_link / volts;
         let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
-        for (sum, reading) in curve.iter_mut().zip(readings) {
+        let train = &self.train.settings;
+        for (n, (sum, reading)) in curve.iter_mut().zip(readings).enumerate() {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
-            self.gains.add(slot, (from, to));
+            if self.settings.sensing.compares(train.interval * (n as u64 + 1), train.pulse) {
+                self.gains.add(slot, (from, to));
+            }
             self.peak = self.peak.max((from + to) / T::of(2.0));
         }
         Ok(())
@@ -203,15 +111,24 @@ impl<T: Real> MaximumLikelihood<T> {
             resistance: s.resistance * T::of(2.0),
             pulse: T::of(s.pulse.seconds()),
             interval: T::of(s.interval.seconds()),
+            blank: self.settings.sensing.blank(),
         };
         let delay = T::of(s.dead_time.seconds());
+        let lag = self.settings.sensing.lag();
         let end = s.samples_on() - 1;
         let start = core::array::from_fn(|k| {
             let [back, forward] = curves[k];
-            model.on * (model.pulse - delay) * T::of(2.0) / (back[end] + forward[end])
+            // The sensors show what flowed earlier, by their lag; not more than half a pulse, of which something would be left.
+            let rise = model.pulse - delay - lag.min(model.pulse / T::of(2.0));
+            LineParameters {
+                inductance: model.on * rise * T::of(2.0) / (back[end] + forward[end]),
+                slope: T::zero(),
+                delay,
+                lag,
+                late: self.settings.sensing.late(k),
+            }
         });
-        let found =
-            fit(&curves, &model, start, delay).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
+        let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
         // Which line is at fault cannot be told; the first stands for all.
         found.ok_or(Fault::NotInductive(LINES[0].0))
     }
@@ -232,6 +149,8 @@ impl<T: Real> MaximumLikelihood<T> {
             for l in 0..3 {
                 variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
             }
+            let apart = slopes[k] * fit.lag_slope[k] * self.settings.sensing.lag_deviation();
+            variance = variance + apart * apart;
         }
         // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
@@ -249,7 +168,11 @@ impl<T: Real> MaximumLikelihood<T> {
         let peak = self.dc_link * pulse / (plain.mean * T::of(3.0));
         let floor = (T::of(1.5) * (floor + fit.misfit / (peak * peak))).sqrt() / relative;
 
-        self.combined.check_movement(plain.axis, variance, s.saliency)?;
+        // What is no axis may point anywhere: each line is read by two sensors.
+        let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
+        let spread = T::of(4.0) * plain.ratio() * plain.ratio() * variance + gains;
+        let moved = self.combined.check_movement(plain.axis, variance, s.saliency);
+        moved.or_else(|fault| s.check_saliency(&plain, spread, &self.train.settings).and(Err(fault)))?;
         self.combined.add(&Said {
             lines: fit.inductance,
             variance,
@@ -260,7 +183,7 @@ impl<T: Real> MaximumLikelihood<T> {
             floor,
         });
 
-        let (pole, deviation) = self.answer()?;
+        let (pole, deviation, is_salient) = self.answer()?;
         let growth =
             self.settings.adaptive.filter(|adaptive| self.combined.trains < adaptive.most_trains).and_then(
                 |adaptive| {
@@ -274,11 +197,17 @@ impl<T: Real> MaximumLikelihood<T> {
                     (!sure || angle > one).then(|| angle.max(pole.abs().sqrt()))
                 },
             );
+        if growth.is_none() {
+            is_salient?;
+        }
         Ok((pole, growth))
     }
 
     /// From all trains so far.
-    fn answer(&mut self) -> Result<(Pole<T>, T), Fault<T>> {
+    ///
+    /// Pole, standard deviation of the angle in rad, and whether there is a saliency, which the trains to come may show.
+    #[allow(clippy::type_complexity)]
+    fn answer(&mut self) -> Result<(Pole<T>, T, Result<(), Fault<T>>), Fault<T>> {
         let s = &self.settings.pulses;
         let c = &self.combined;
         let derived = self.train.derived;
@@ -293,8 +222,15 @@ impl<T: Real> MaximumLikelihood<T> {
         }
         let deviation = variance.sqrt();
         self.findings.angle_deviation = Some(deviation);
-        s.check_saliency(&saliency)?;
-        Ok((s.pole(&saliency, &c.pointer()), deviation))
+        let ratio = saliency.ratio();
+        significance::check(ratio, T::zero(), s.least_saliency)?;
+        // σ_θ = σ/(2|z|).
+        let spread = T::of(2.0) * ratio * deviation;
+        Ok((
+            s.pole(&saliency, &c.pointer()),
+            deviation,
+            s.check_saliency(&saliency, spread * spread, &self.train.settings),
+        ))
     }
 
     /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.
@@ -334,55 +270,5 @@ impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
-    }
-}
-
-impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
-    const SETTINGS: &'static [Setting<Self>] = &[
-        Setting::new(
-            &keys::PULSE,
-            |s| Some(Value::time(s.pulses.train.pulse)),
-            |s, value| {
-                *s = s.with_pulse(value.nanos());
-                true
-            },
-        ),
-        place!(ROUNDS, s => s.pulses.train.rounds, Value::times, count),
-        place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
-        place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
-        place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
-        Setting::new(
-            &keys::DEVIATION,
-            |s| s.adaptive.map(|adaptive| Value::Number(adaptive.deviation.to_double().to_degrees())),
-            |s, value| match &mut s.adaptive {
-                Some(adaptive) => {
-                    adaptive.deviation = T::of(value.number().to_radians());
-                    true
-                }
-                None => false,
-            },
-        ),
-    ];
-
-    fn describe(&self, line: &mut Lines<'_>) {
-        self.pulses.train.describe(line);
-        if let Some(adaptive) = self.adaptive {
-            line("adaptive.deviation", format_args!("{:.2}°", adaptive.deviation.to_degrees()));
-            line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
-            line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
-        }
-        line("signature", format_args!("{}", self.pulses.signature.in_words()));
-    }
-}
-
-impl<T: Real> Settings<T> for MaximumLikelihoodSettings<T> {
-    type Detector = MaximumLikelihood<T>;
-
-    fn detector(&self) -> Result<Self::Detector, SettingsError> {
-        MaximumLikelihood::new(*self)
-    }
-
-    fn carrier_period(&self) -> Option<Nanos> {
-        None
     }
 }

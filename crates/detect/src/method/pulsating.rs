@@ -13,6 +13,7 @@ use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
 use crate::keys::{Keyed, Setting};
 use crate::nameplate::Nameplate;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::significance;
 use crate::settings::{Settings, SettingsError};
 
 /// Settings of the pulsating injection.
@@ -57,6 +58,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         &mut self,
         s: &InjectionSettings<T>,
         noise: T,
+        doubt: T,
         findings: &mut Findings<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
         let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
@@ -69,9 +71,14 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let sign = -s.saliency().factor::<T>();
         let (sine, cosine) = (sign * current.q, sign * (current.d - mean));
         let ratio = sine.hypot(cosine) / mean;
-        if ratio < s.least_saliency || !ratio.is_finite() {
-            return Err(Fault::NoSaliency { ratio, needed: s.least_saliency });
-        }
+        // Of what resistance takes of I_d no saliency is made.
+        let reactance = s.frequency() / s.mean_admittance();
+        let resistive = s.resistance / reactance;
+        let inductive = mean / (T::one() + resistive * resistive);
+        let spread = noise / mean;
+        let variance = spread * spread * T::of(4.0 / 3.0) / samples + doubt;
+        let evidence = current.q.hypot(current.d - inductive) / inductive;
+        significance::check(ratio.min(evidence), variance, s.least_saliency)?;
         // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
         findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));
         let ahead = sine.atan2(cosine) / T::of(2.0);

@@ -13,6 +13,7 @@ use crate::keys::{Keyed, Lines, Microseconds, Setting};
 use crate::nameplate::Nameplate;
 use crate::parts::complex::{Complex, Turning};
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::significance;
 use crate::settings::{Settings, SettingsError};
 
 /// Settings of the rotating injection.
@@ -59,6 +60,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         &mut self,
         s: &InjectionSettings<T>,
         noise: T,
+        doubt: T,
         findings: &mut Findings<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
         let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
@@ -75,10 +77,10 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // |N|/|P| = (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         let ratio = negative / positive;
         findings.mean_inductance = Some(s.voltage / (positive * s.frequency() * T::of(1.5)));
-        if ratio < s.least_saliency || !ratio.is_finite() {
-            return Err(Fault::NoSaliency { ratio, needed: s.least_saliency });
-        }
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
+        let spread = noise / positive;
+        let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
+        significance::check(ratio, variance, s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
     }

@@ -19,7 +19,10 @@ use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
-use crate::settings::{Settings, SettingsError, require, require_positive, require_share};
+use crate::parts::significance;
+use crate::settings::{
+    Settings, SettingsError, require, require_positive, require_share, require_zero_or_more,
+};
 
 /// Settings of the pulse subdivision.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,6 +37,8 @@ pub struct SubdivisionSettings<T> {
     pub saliency: SaliencySign,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
+    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    pub gain_tolerance: T,
     /// The wait before each vector.
     pub settle: SettleSettings<T>,
 }
@@ -51,6 +56,7 @@ impl<T: Real> SubdivisionSettings<T> {
             halvings: 4,
             saliency: drive.saliency(),
             least_saliency: T::of(0.02),
+            gain_tolerance: drive.gain_tolerance,
             settle: SettleSettings {
                 wait: Nanos::from_micros(10_000),
                 threshold: drive.rated_current * T::of(0.025),
@@ -62,6 +68,7 @@ impl<T: Real> SubdivisionSettings<T> {
     fn check(&self) -> Result<(), SettingsError> {
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
         require_share(self.least_saliency, "least_saliency")?;
+        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         require(self.halvings <= 20, "halvings", "at most 20: finer than any sensor")?;
         self.settle.check()?;
         self.vector.check()
@@ -166,8 +173,12 @@ impl<T: Real> Subdivision<T> {
     fn check_saliency(&mut self) -> Result<(), Fault<T>> {
         let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
         // (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
-        let (ratio, needed) = (self.harmonic(2.0).norm() / mean, self.settings.least_saliency);
-        if ratio >= needed { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
+        // The fourth and the fifth harmonic stand for what else may be in the second: noise has as much of each, and neither
+        // saliency nor the poles have any.
+        let others = [4.0, 5.0].map(|order| self.harmonic(order) * (T::one() / mean));
+        let noise = others.iter().fold(T::zero(), |sum, other| sum + other.dot(*other)) / T::of(4.0);
+        let variance = significance::of_phases(self.settings.gain_tolerance) + noise;
+        significance::check(self.harmonic(2.0).norm() / mean, variance, self.settings.least_saliency)
     }
 
     fn settle(&mut self) -> Command<T> {
@@ -218,6 +229,7 @@ impl<T: Real> Sequence<T> for Subdivision<T> {
 impl<T: Real> Keyed for SubdivisionSettings<T> {
     const SETTINGS: &'static [Setting<Self>] = &[
         place!(LEAST_SALIENCY, s => s.least_saliency, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.gain_tolerance, Value::of, real),
         place!(VECTOR_CURRENT, s => s.vector.current, Value::of, real),
         Setting::new(&keys::POLE_ERROR, |s| s.vector.pole_error(), |s, value| s.vector.set_pole_error(value)),
     ];

@@ -6,6 +6,7 @@ use standstill_interface::{Abc, Fault, Findings, Nanos, Real};
 
 use super::lines::{Saliency, SaliencySign};
 use super::polarity::{Pointer, Pole, Signature};
+use super::significance;
 use super::train::{Derived, GainComparison, PulseTrainSettings};
 use crate::commissioning::Correction;
 use crate::nameplate::Nameplate;
@@ -77,10 +78,17 @@ impl<T: Real> BothWaysSettings<T> {
         (lines, saliency)
     }
 
-    /// Whether that is enough for an axis.
-    pub(crate) fn check_saliency(&self, saliency: &Saliency<T>) -> Result<(), Fault<T>> {
-        let (ratio, needed) = (saliency.ratio(), self.least_saliency);
-        if ratio < needed || !ratio.is_finite() { Err(Fault::NoSaliency { ratio, needed }) } else { Ok(()) }
+    /// Whether that is enough for an axis, where noise and gains leave each component of |L_B|/L_A e^{j2θ} this variance and
+    /// the last pulses were those of `train`.
+    pub(crate) fn check_saliency(
+        &self,
+        saliency: &Saliency<T>,
+        variance: T,
+        train: &PulseTrainSettings<T>,
+    ) -> Result<(), Fault<T>> {
+        let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
+        let timing = significance::of_lines(significance::of_timing(dead, pulse));
+        significance::check(saliency.ratio(), variance + timing, self.least_saliency)
     }
 
     /// The pole, from what points along the magnet.

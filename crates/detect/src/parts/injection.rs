@@ -17,6 +17,7 @@ use crate::parts::lines::SaliencySign;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
+use crate::parts::significance;
 use crate::settings::{SettingsError, require, require_positive, require_share, require_zero_or_more};
 
 /// Settings of an injection.
@@ -42,6 +43,8 @@ pub struct InjectionSettings<T> {
     pub q_axis_inductance: T,
     /// |L_B| / L_A below which no angle is named.
     pub least_saliency: T,
+    /// Standard deviation of the sensors' gains, relative: what may look like a saliency.
+    pub gain_tolerance: T,
     /// Current in A that the injection must at least raise.
     pub least_current: T,
     /// The wait before it and before each vector of the polarity test.
@@ -69,6 +72,7 @@ impl<T: Real> InjectionSettings<T> {
             d_axis_inductance: drive.d_axis_inductance,
             q_axis_inductance: drive.q_axis_inductance,
             least_saliency: T::of(0.02),
+            gain_tolerance: drive.gain_tolerance,
             least_current: drive.rated_current * T::of(0.02),
             settle: SettleSettings {
                 wait: Nanos::from_micros(500),
@@ -105,6 +109,7 @@ impl<T: Real> InjectionSettings<T> {
         require_positive(self.d_axis_inductance, "d_axis_inductance")?;
         require_positive(self.q_axis_inductance, "q_axis_inductance")?;
         require_share(self.least_saliency, "least_saliency")?;
+        require_zero_or_more(self.gain_tolerance, "gain_tolerance")?;
         require_positive(self.least_current, "least_current")?;
         require(
             self.polarity.carrier_period == self.modulation.carrier_period,
@@ -123,6 +128,12 @@ impl<T: Real> InjectionSettings<T> {
     /// Y0 = ½ (1/L_d + 1/L_q) in 1/H.
     pub(crate) fn mean_admittance(&self) -> T {
         (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
+    }
+
+    /// What gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}.
+    fn doubt(&self, dc_link: T) -> T {
+        significance::of_phases(self.gain_tolerance)
+            + significance::of_modulation(self.modulation.lost(dc_link) * dc_link, self.voltage)
     }
 
     pub(crate) fn saliency(&self) -> SaliencySign {
@@ -170,11 +181,13 @@ pub trait Demodulator<T: Real> {
     /// The current in A at the end of a carrier period of the measurement.
     fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
 
-    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms.
+    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms; `doubt` is what
+    /// gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}.
     fn conclude(
         &mut self,
         settings: &InjectionSettings<T>,
         noise: T,
+        doubt: T,
         findings: &mut Findings<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>>;
 }
@@ -252,7 +265,9 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         clock.advance(s.periods);
         if clock.cycle >= s.ramp + s.cycles {
             let noise = self.settler.noise.deviation();
-            if let Some(axis) = self.demodulator.conclude(s, noise, &mut self.findings)? {
+            if let Some(axis) =
+                self.demodulator.conclude(s, noise, s.doubt(self.dc_link), &mut self.findings)?
+            {
                 let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
                 let wait = test.begin();
                 self.state = State::Testing(test);
@@ -294,6 +309,7 @@ macro_rules! keys_of_injection {
     () => {
         &[
             crate::keys::place!(LEAST_SALIENCY, s => s.0.least_saliency, crate::keys::Value::of, real),
+            crate::keys::place!(GAIN_TOLERANCE, s => s.0.gain_tolerance, crate::keys::Value::of, real),
             crate::keys::place!(VECTOR_CURRENT, s => s.0.polarity.current, crate::keys::Value::of, real),
             crate::keys::Setting::new(
                 &crate::keys::POLE_ERROR,

@@ -60,6 +60,11 @@ impl<T: Real> ModulationSettings<T> {
         require_positive(self.fade, "modulation.fade")
     }
 
+    /// What dead time and drops take of a leg's voltage, as a share of the link.
+    pub(crate) fn lost(&self, dc_link: T) -> T {
+        T::of(self.dead_time.seconds()) / T::of(self.carrier_period.seconds()) + self.drop / dc_link
+    }
+
     /// This voltage in V for so many carrier periods, sampled once at their end, where the current is at its mean.
     ///
     /// `current` are the phase currents in A at the start and, as predicted, at the end of the first period.
@@ -80,7 +85,7 @@ impl<T: Real> ModulationSettings<T> {
     ) -> Command<T> {
         let (half, one) = (T::of(0.5), T::one());
         let period = T::of(self.carrier_period.seconds());
-        let lost = T::of(self.dead_time.seconds()) / period + self.drop / dc_link;
+        let lost = self.lost(dc_link);
         let plain = voltage.phases().map(|volts| half + volts / dc_link);
         let ripple = dc_link * period / (T::of(6.0) * self.inductance);
         let sure = |current: T| (current / self.fade).max(-one).min(one);

@@ -20,6 +20,7 @@ fn settings(decay: Decay, sample_lead: Nanos) -> LineInductanceSettings<f64> {
         saliency: SaliencySign::Negative,
         least_current: 0.14,
         least_saliency: 0.05,
+        gain_tolerance: 0.005,
         settle: SettleSettings { wait: Nanos::from_micros(500), threshold: 0.2, attempts: 3 },
         polarity: PolaritySettings {
             carrier_period: Nanos::from_micros(100),

@@ -4,8 +4,12 @@ use std::vec::Vec;
 use standstill_interface::{Angle, Detector, Outcome, Phase, Sensed, Undetermined};
 
 use super::*;
+use crate::nameplate::Nameplate;
 use crate::nameplate::Sensing;
+use crate::parts::both_ways::BothWaysSettings;
 use crate::testing::{LineMotor, mean_and_deviation};
+
+mod sensing;
 
 fn nameplate<T: Real>() -> Nameplate<T> {
     Nameplate {
@@ -127,6 +131,23 @@ fn law_growth_stays_within_its_limits() {
     assert!(findings.angle_deviation.expect("stated") <= limits.deviation);
     assert!(findings.pole_error.expect("stated") <= 1e-6);
     assert!(motor.pulses.len() <= 18, "{}", motor.pulses.len());
+}
+
+#[test]
+fn law_no_pulse_grows_beyond_what_raises_the_rated_current_in_some_line() {
+    let linear = Nameplate::<f64> { rated_pulse: Nanos::from_micros(260), ..nameplate() };
+    let longest = |drive: &Nameplate<f64>| {
+        MaximumLikelihoodSettings::adaptive(drive).adaptive.expect("adaptive").longest.seconds()
+    };
+    let whole =
+        2.0 * linear.d_axis_inductance.min(linear.q_axis_inductance) * linear.rated_current / linear.dc_link;
+    for share in [0.2, 0.5, 0.8] {
+        let drive = Nameplate { rated_pulse: Nanos::from_seconds(share * whole), ..linear };
+        let expected = share * whole * (0.9 + 0.1 * share);
+        let longest = longest(&drive);
+        assert!(longest <= expected + 1e-9, "{share}: {longest} {expected}");
+        assert!(longest > 0.95 * expected, "{share}: {longest} {expected}");
+    }
 }
 
 #[test]
@@ -329,7 +350,7 @@ fn law_each_train_compares_the_sensors_anew() {
     let grown = after(settings, &mut motor);
     assert_eq!(motor.pulses.len(), 18);
     let pulses = BothWaysSettings { train: grown.train.settings, ..settings.pulses };
-    let last = MaximumLikelihoodSettings { pulses, adaptive: None };
+    let last = MaximumLikelihoodSettings { pulses, adaptive: None, ..settings };
     let alone = after(last, &mut LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) });
     let [grown, alone] = [grown, alone].map(|detector| detector.gains.measured(1.0).1);
     assert!((0..3).all(|k| (grown[k] / alone[k] - 1.0).abs() < 1e-2), "{grown:?} {alone:?}");

@@ -23,6 +23,7 @@ fn settings(saliency: SaliencySign, halvings: u8) -> SubdivisionSettings<f64> {
         halvings,
         saliency,
         least_saliency: 0.02,
+        gain_tolerance: 0.005,
         settle: SettleSettings { wait: Nanos::from_micros(10_000), threshold: 0.2, attempts: 3 },
     }
 }

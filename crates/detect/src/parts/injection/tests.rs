@@ -52,7 +52,7 @@ fn axis<D: Demodulator<f64>>(
             demodulator.add(s, clock, now);
             clock.advance(s.periods);
         }
-        if let Some(axis) = demodulator.conclude(s, 0.01, findings)? {
+        if let Some(axis) = demodulator.conclude(s, 0.01, 0.0, findings)? {
             return Ok(axis);
         }
     }
@@ -216,6 +216,7 @@ impl Demodulator<f64> for Probe {
     fn conclude(
         &mut self,
         _: &InjectionSettings<f64>,
+        _: f64,
         _: f64,
         _: &mut Findings<f64>,
     ) -> Result<Option<Angle<f64>>, Fault<f64>> {

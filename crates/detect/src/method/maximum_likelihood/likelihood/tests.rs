@@ -6,13 +6,18 @@ use super::*;
 use crate::testing::Noise;
 
 const MODEL: PulseModel<f64> =
-    PulseModel { on: 548.0, off: 552.0, resistance: 2.4, pulse: 200e-6, interval: 10e-6 };
+    PulseModel { on: 548.0, off: 552.0, resistance: 2.4, pulse: 200e-6, interval: 10e-6, blank: 0.0 };
 
 const TRUE: [LineParameters<f64>; 3] = [
-    LineParameters { inductance: 32.8e-3, slope: 1.2e-4, delay: 2.2e-6 },
-    LineParameters { inductance: 28.0e-3, slope: -0.4e-4, delay: 2.2e-6 },
-    LineParameters { inductance: 22.0e-3, slope: 0.0, delay: 2.2e-6 },
+    LineParameters { inductance: 32.8e-3, slope: 1.2e-4, delay: 2.2e-6, lag: 0.0, late: 0.0 },
+    LineParameters { inductance: 28.0e-3, slope: -0.4e-4, delay: 2.2e-6, lag: 0.0, late: 0.0 },
+    LineParameters { inductance: 22.0e-3, slope: 0.0, delay: 2.2e-6, lag: 0.0, late: 0.0 },
 ];
+
+/// Where a fit begins.
+fn from(inductance: f64) -> [LineParameters<f64>; 3] {
+    [LineParameters { inductance, slope: 0.0, delay: 1e-6, lag: 0.0, late: 0.0 }; 3]
+}
 
 fn curve(p: &LineParameters<f64>, forward: bool) -> Vec<f64> {
     let mut curve = vec![0.0; 52];
@@ -22,7 +27,7 @@ fn curve(p: &LineParameters<f64>, forward: bool) -> Vec<f64> {
 
 #[test]
 fn analytic_without_saturation_the_current_is_exponential() {
-    let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6 };
+    let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6, lag: 0.0, late: 0.0 };
     let on = |t: f64| MODEL.on / MODEL.resistance * (1.0 - (-MODEL.resistance * t / p.inductance).exp());
     let mut seen = 0;
     MODEL.follow(&p, true, 52, |k, current, slopes| {
@@ -45,6 +50,7 @@ fn analytic_slopes_are_differences() {
         inductance: p.inductance + l,
         slope: p.slope + c,
         delay: p.delay + t,
+        ..p
     };
     for (n, step) in [(0, (1e-9, 0.0, 0.0)), (1, (0.0, 1e-9, 0.0)), (2, (0.0, 0.0, 1e-11))] {
         let (l, c, t) = step;
@@ -58,10 +64,88 @@ fn analytic_slopes_are_differences() {
 }
 
 #[test]
+fn analytic_behind_a_filter_of_first_order_an_exponential_is_two() {
+    for lag in [8e-6, 0.8e-6, 0.16e-6] {
+        let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6, lag, late: 0.7e-6 };
+        let own = p.inductance / MODEL.resistance;
+        let on = |t: f64| {
+            let [slow, fast] = [own, lag].map(|of| of * (-t / of).exp());
+            MODEL.on / MODEL.resistance * (1.0 - (slow - fast) / (own - lag))
+        };
+        MODEL.follow(&p, true, 19, |k, current, slopes| {
+            let t = 10e-6 * (k + 1) as f64 + 0.7e-6 - 2e-6;
+            assert!((current - on(t)).abs() < 1e-8, "{lag} {k}: {current} {}", on(t));
+            let slope = (on(t - 1e-9) - on(t + 1e-9)) / 2e-9;
+            assert!((slopes[2] / slope - 1.0).abs() < 1e-4, "{lag} {k}");
+        });
+        let moved = |by: f64| curve(&LineParameters { lag: lag + by, ..p }, true);
+        let (up, down) = (moved(1e-10), moved(-1e-10));
+        MODEL.follow(&p, true, 52, |k, _, slopes| {
+            let difference = (up[k] - down[k]) / 2e-10;
+            assert!(
+                (slopes[3] - difference).abs() < 1e-3 * difference.abs() + 5.0,
+                "{lag} {k} {slopes:?} {difference}"
+            );
+        });
+    }
+}
+
+#[test]
+fn analytic_a_fit_finds_how_much_the_sensors_lag() {
+    // 50 kHz within 20 % of the data sheet, and a converter that takes one phase after the other.
+    let nominal = 3.2e-6;
+    for share in [0.8, 1.0, 1.25] {
+        let seen =
+            |k: usize| LineParameters { lag: nominal * share, late: [0.5e-6, 1.5e-6, 1e-6][k], ..TRUE[k] };
+        let all: Vec<[Vec<f64>; 2]> =
+            (0..3).map(|k| [curve(&seen(k), false), curve(&seen(k), true)]).collect();
+        let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
+        let start = core::array::from_fn(|k| LineParameters {
+            inductance: 26e-3,
+            slope: 0.0,
+            delay: 1e-6,
+            lag: nominal,
+            late: seen(k).late,
+        });
+        for model in [MODEL, PulseModel { blank: 2.5e-6, ..MODEL }] {
+            let found = fit(&curves, &model, start).expect("determined");
+            for (k, line) in TRUE.iter().enumerate() {
+                assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-8, "{share} {found:?}");
+            }
+            assert!((found.lag / nominal - share).abs() < 1e-6, "{share} {found:?}");
+        }
+        // With a line of its own lag, its inductance moves by what is said.
+        let more = LineParameters { lag: nominal * share + 1e-9, ..seen(1) };
+        let moved = [curve(&more, false), curve(&more, true)];
+        let curves = [curves[0], [&moved[0][..], &moved[1][..]], curves[2]];
+        let found = fit(&curves, &MODEL, start).expect("determined");
+        // A third of it is taken for a lag of all.
+        let change = (found.inductance[1] - TRUE[1].inductance) / 1e-9;
+        let ratio = change / found.lag_slope[1];
+        assert!((0.5..1.0).contains(&ratio), "{ratio}");
+    }
+}
+
+#[test]
+fn analytic_samples_near_an_edge_are_left_out() {
+    let model = PulseModel { blank: 9e-6, ..MODEL };
+    let mut seen = Vec::new();
+    model.follow(&TRUE[0], true, 52, |k, _, _| seen.push(k));
+    // The pulse begins at 2.2 µs and ends with the sample at 200 µs.
+    assert!(
+        !seen.contains(&0)
+            && seen.contains(&1)
+            && seen.contains(&18)
+            && !seen.contains(&19)
+            && seen.contains(&20)
+    );
+}
+
+#[test]
 fn analytic_a_fit_recovers_what_made_its_curves() {
     let all: Vec<[Vec<f64>; 2]> = TRUE.iter().map(|p| [curve(p, false), curve(p, true)]).collect();
     let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
-    let found = fit(&curves, &MODEL, [26e-3; 3], 1e-6).expect("determined");
+    let found = fit(&curves, &MODEL, from(26e-3)).expect("determined");
     for (k, line) in TRUE.iter().enumerate() {
         assert!((found.inductance[k] / line.inductance - 1.0).abs() < 1e-9, "{found:?}");
         assert!((found.slope[k] - line.slope).abs() < 1e-10);
@@ -79,7 +163,7 @@ fn fit_with(noise: &mut Noise, deviation: f64, bend: f64, start: f64) -> Option<
         }
     }
     let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
-    fit(&curves, &MODEL, [start; 3], 1e-6)
+    fit(&curves, &MODEL, from(start))
 }
 
 #[test]
@@ -135,14 +219,14 @@ fn law_curves_without_information_have_no_fit() {
     let nothing = [0.0_f64; 52];
     let curves: Curves<'_, f64> = [[&nothing; 2]; 3];
     for start in [28e-3, -1.0, 0.0, f64::NAN, f64::INFINITY] {
-        let found = fit(&curves, &MODEL, [start; 3], 1e-6);
+        let found = fit(&curves, &MODEL, from(start));
         assert!(found.is_none_or(|fit| !fit.inductance.iter().all(|l| (0.0..0.1).contains(l))), "{start}");
     }
     let few = [1.0_f64; 1];
-    assert!(fit(&[[&few; 2]; 3], &MODEL, [28e-3; 3], 1e-6).is_none());
+    assert!(fit(&[[&few; 2]; 3], &MODEL, from(28e-3)).is_none());
     // A beginning after many samples, or before the first.
     for delay in [-3e-5, 3.5e-5] {
-        let p = LineParameters { inductance: 28e-3, slope: 0.0, delay };
+        let p = LineParameters { inductance: 28e-3, slope: 0.0, delay, lag: 0.0, late: 0.0 };
         let mut first = None;
         MODEL.follow(&p, true, 52, |k, current, _| {
             assert!(current >= 0.0);

@@ -1,0 +1,176 @@
+//! Settings of the maximum-likelihood method.
+
+use standstill_interface::{Nanos, Real};
+
+use super::{MOST_SAMPLES, MaximumLikelihood};
+use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
+use crate::nameplate::{Nameplate, Sensing};
+use crate::parts::both_ways::BothWaysSettings;
+use crate::parts::polarity::Signature;
+use crate::parts::train::{PulseTrainSettings, rest_after};
+use crate::settings::{Settings, SettingsError, require, require_positive};
+
+/// When to stop lengthening the pulses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adaptive<T> {
+    /// Standard deviation of the angle in rad that is good enough.
+    pub deviation: T,
+    /// The longest pulse. Trains of it are repeated if it does not suffice.
+    pub longest: Nanos,
+    /// Current in A up to which pulses are lengthened.
+    pub most_current: T,
+    /// Trains after which the answer is what it is.
+    pub most_trains: u8,
+}
+
+/// Settings of the maximum-likelihood method.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MaximumLikelihoodSettings<T> {
+    /// Its pulses, or with `adaptive` the first of them, and how they are read.
+    pub pulses: BothWaysSettings<T>,
+    /// What the fit knows of the sensors.
+    pub sensing: Sensing<T>,
+    /// Whether and how the pulses grow.
+    pub adaptive: Option<Adaptive<T>>,
+}
+
+impl<T: Real> MaximumLikelihoodSettings<T> {
+    /// For this motor and drive, sampled every 10 µs.
+    pub fn suited(drive: &Nameplate<T>) -> Self {
+        // Short pulses have more samples.
+        let interval = Nanos::from_micros(10).min(Nanos(drive.line_pulse(T::of(0.5)).0 / LEAST_PARTS));
+        let mut pulses = BothWaysSettings::suited(drive, interval);
+        if pulses.train.samples() > MOST_SAMPLES {
+            pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
+        }
+        Self { pulses, sensing: drive.sensing, adaptive: None }
+    }
+
+    /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
+    /// a tenth of a degree and the pole is certain, at most to what raises three quarters of the
+    /// rated current, and never to more than the rated current in any line.
+    pub fn adaptive(drive: &Nameplate<T>) -> Self {
+        let fixed = Self::suited(drive).pulses;
+        let adaptive = Adaptive {
+            deviation: T::of(0.1).to_radians(),
+            longest: drive.line_pulse(T::of(0.75)).min(drive.longest_pulse()),
+            most_current: drive.rated_current,
+            most_trains: 8,
+        };
+        let pulse = Nanos((fixed.train.pulse.0 / 4).max(LEAST_PARTS * 10_000)).min(adaptive.longest);
+        // What holds at half of the rated current and at all of it.
+        let signature =
+            if drive.signature == drive.pulse_signature { drive.signature } else { Signature::None };
+        let mut train = lengthened(fixed.train, pulse, 1);
+        // The first pulses are short, and one line may have twice the mean inductance.
+        train.least_current = drive.rated_current * T::of(0.02);
+        let pulses = BothWaysSettings { train, signature, ..fixed };
+        Self { pulses, sensing: drive.sensing, adaptive: Some(adaptive) }
+    }
+
+    /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
+    /// is room for the samples.
+    #[must_use]
+    pub fn with_pulse(self, pulse: Nanos) -> Self {
+        let mut settings = self;
+        let train = &mut settings.pulses.train;
+        *train = lengthened(*train, pulse, train.rounds);
+        if let Some(adaptive) = &mut settings.adaptive {
+            adaptive.longest = adaptive.longest.max(train.pulse);
+        }
+        settings
+    }
+
+    pub(super) fn check(&self) -> Result<(), SettingsError> {
+        let train = &self.pulses.train;
+        train.check()?;
+        require(train.samples() <= MOST_SAMPLES, "interval", "such that a pulse has 112 samples at most")?;
+        require(train.samples_on() as u64 >= LEAST_PARTS, "interval", "at most a quarter of the pulse")?;
+        if let Some(adaptive) = self.adaptive {
+            require_positive(adaptive.deviation, "adaptive.deviation")?;
+            require(adaptive.longest >= train.pulse, "adaptive.longest", "at least as long as the pulse")?;
+            require_positive(adaptive.most_current, "adaptive.most_current")?;
+            require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
+            require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
+        }
+        self.sensing.check()?;
+        self.pulses.check()
+    }
+}
+
+/// Samples in a pulse at least.
+const LEAST_PARTS: u64 = 4;
+
+/// The same train with pulses of another length, in whole microseconds, and as many samples as fit.
+pub(super) fn lengthened<T: Real>(
+    train: PulseTrainSettings<T>,
+    pulse: Nanos,
+    rounds: u8,
+) -> PulseTrainSettings<T> {
+    // Every 10 µs, if these are enough for a fit, and not so many that a pulse and its rest are too many.
+    let parts = (pulse.0 / 10_000).clamp(LEAST_PARTS, 40);
+    let interval = Nanos(pulse.0 / parts / 100 * 100);
+    let pulse = interval * parts;
+    PulseTrainSettings { pulse, interval, rest: rest_after(pulse), rounds, ..train }
+}
+
+impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
+    const SETTINGS: &'static [Setting<Self>] = &[
+        Setting::new(
+            &keys::PULSE,
+            |s| Some(Value::time(s.pulses.train.pulse)),
+            |s, value| {
+                *s = s.with_pulse(value.nanos());
+                true
+            },
+        ),
+        place!(ROUNDS, s => s.pulses.train.rounds, Value::times, count),
+        place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
+        place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),
+        place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
+        Setting::new(
+            &keys::BANDWIDTH,
+            |s| Some(Value::of(s.sensing.bandwidth.unwrap_or_else(T::zero))),
+            |s, value| {
+                s.sensing.bandwidth = Some(value.real()).filter(|corner: &T| *corner > T::zero());
+                true
+            },
+        ),
+        Setting::new(
+            &keys::DEVIATION,
+            |s| s.adaptive.map(|adaptive| Value::Number(adaptive.deviation.to_double().to_degrees())),
+            |s, value| match &mut s.adaptive {
+                Some(adaptive) => {
+                    adaptive.deviation = T::of(value.number().to_radians());
+                    true
+                }
+                None => false,
+            },
+        ),
+    ];
+
+    fn describe(&self, line: &mut Lines<'_>) {
+        self.pulses.train.describe(line);
+        if let Some(adaptive) = self.adaptive {
+            line("adaptive.deviation", format_args!("{:.2}°", adaptive.deviation.to_degrees()));
+            line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
+            line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
+        }
+        if let Some(bandwidth) = self.sensing.bandwidth {
+            line("sensing.bandwidth", format_args!("{:.1} kHz", bandwidth / T::of(1e3)));
+        }
+        line("signature", format_args!("{}", self.pulses.signature.in_words()));
+    }
+}
+
+impl<T: Real> Settings<T> for MaximumLikelihoodSettings<T> {
+    type Detector = MaximumLikelihood<T>;
+
+    fn detector(&self) -> Result<Self::Detector, SettingsError> {
+        MaximumLikelihood::new(*self)
+    }
+
+    fn carrier_period(&self) -> Option<Nanos> {
+        None
+    }
+}
