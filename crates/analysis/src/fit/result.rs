@@ -1,0 +1,351 @@
+//! What a fit ends with: estimates with intervals, what they lean on, and what could not be told.
+
+use std::f64::consts::PI;
+
+use super::parameters::{Parameter, Point, last};
+use super::plant::{Frame, Law, Plant};
+use super::reading::Scatter;
+use super::start::falls_of;
+use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work, covariance};
+
+/// One parameter's estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Its name, that of its key in a data sheet if it has one.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// In its unit.
+    pub value: f64,
+    /// The ends of its 95 % interval; those of what is known beforehand where it is not identified, none where that is
+    /// nothing.
+    pub interval: Option<[f64; 2]>,
+    /// Whether the readings tell it. If not, it stayed at its start value.
+    pub identified: bool,
+}
+
+/// What a parameter that was fixed would move, if it is off by half the width of what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lean {
+    /// The fixed parameter, and by how much it may be off.
+    pub fixed: (String, f64),
+    /// Estimates that it moves by more than half of their interval's half width, and by how much.
+    pub moves: Vec<(String, f64)>,
+}
+
+/// Whether the readings tell north from south.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole {
+    /// Deviations by which one pole's iron saturates more.
+    pub deviations: f64,
+    /// Whether that is enough.
+    pub identified: bool,
+}
+
+/// A piece, measured and simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// In s, of the rows.
+    pub time: Vec<f64>,
+    /// Readings in A; not-a-number without a channel.
+    pub measured: Vec<[f64; 3]>,
+    /// What the channels would read without noise, in A.
+    pub simulated: Vec<[f64; 3]>,
+}
+
+/// The motor that was found.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// In the order of their names above.
+    pub parameters: Vec<Estimate>,
+    /// The plant.
+    pub plant: Plant,
+    /// Falls of L_d along +d and −d and of L_q at `current`, where the iron is seen to saturate or was known to.
+    pub falls: Option<[f64; 3]>,
+    /// Rated current in A of the motor it began with, or the largest that was measured.
+    pub current: f64,
+    /// Magnet flux in Wb of the motor it began with, or a guess.
+    pub magnet_flux: f64,
+    /// Mean voltage in V of the DC link.
+    pub link: f64,
+    /// Largest deviation of the link's voltage from its mean within a pulse, as a share.
+    pub link_spread: f64,
+    /// Largest current in A that was measured.
+    pub reach: f64,
+    /// The pole.
+    pub pole: Pole,
+    /// What fixed parameters move.
+    pub leans: Vec<Lean>,
+    /// Root mean square of readings less simulation, in A.
+    pub residual_rms: f64,
+    /// The same in A as noise and converters alone would have it.
+    pub expected_rms: f64,
+    /// By what factor intervals are wider because neighbouring residuals are alike.
+    pub widened: f64,
+    /// Readings.
+    pub readings: usize,
+    /// Pulses, or trains of them, that began at rest.
+    pub traces: Vec<Trace>,
+}
+
+fn letter(k: usize) -> char {
+    ['a', 'b', 'c'][k]
+}
+
+impl Parameter {
+    fn name(self) -> String {
+        match self {
+            Self::DAxisInductance => "L_d".to_owned(),
+            Self::QAxisInductance => "L_q".to_owned(),
+            Self::Angle => "angle".to_owned(),
+            Self::Offset(k) => format!("offset_{}", letter(k)),
+            Self::Gain(k) => format!("gain_{}", letter(k)),
+            Self::Resistance => "resistance".to_owned(),
+            Self::Delay => "delay".to_owned(),
+            Self::DeadTime => "dead_time".to_owned(),
+            Self::SaturationAlong => "saturation.d".to_owned(),
+            Self::SaturationAgainst => "saturation.minus_d".to_owned(),
+            Self::SaturationAcross => "saturation.q".to_owned(),
+            Self::DiodeDrop => "diode_drop".to_owned(),
+            Self::SwitchDrop => "switch_drop".to_owned(),
+            Self::DiodeResistance => "diode_resistance".to_owned(),
+            Self::SwitchResistance => "switch_resistance".to_owned(),
+        }
+    }
+
+    /// Unit, and what one of it is in the fit's unit.
+    fn unit(self) -> (&'static str, f64) {
+        match self {
+            Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
+            Self::Angle => ("deg", PI / 180.0),
+            Self::Offset(_) => ("A", 1.0),
+            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => ("", 1.0),
+            Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
+            Self::Delay | Self::DeadTime => ("s", 1.0),
+            Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
+        }
+    }
+
+    /// Place among the falls.
+    fn fall(self) -> Option<usize> {
+        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross].iter().position(|p| *p == self)
+    }
+}
+
+/// Turns d around: the other pole.
+fn turn(point: &mut Point) {
+    point.plant.angle += PI;
+    point.plant.saturation[0] = -point.plant.saturation[0];
+}
+
+/// The pole, and with it the law of iron, if the readings or the start have one.
+fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, bool), FitError> {
+    let Solved { mut point, sum, free, scatter } = solved;
+    let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
+    let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
+    let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
+    let places: Vec<usize> = (0..sum.information.nrows()).collect();
+    let deviation = place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
+    let deviations = deviation.map_or(0.0, |deviation| (point.plant.saturation[0] / deviation).abs());
+    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    work.scatter.clone_from(&scatter);
+    if !pole.identified {
+        return match (place, known) {
+            (None, Some(falls)) => with_known_falls(work, &point, falls),
+            _ => Ok((Solved { point, sum, free, scatter }, pole, false)),
+        };
+    }
+    if point.plant.saturation[0] * way < 0.0 {
+        turn(&mut point);
+    }
+    let mut iron = point.clone();
+    iron.plant.law = Law::Iron;
+    let falls = point.plant.falls(&work.problem.frame);
+    let against = free.contains(&Parameter::SaturationAgainst);
+    let Some([d, minus_d, q]) = falls else {
+        return Ok((Solved { point, sum, free, scatter }, pole, false));
+    };
+    iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
+    if iron.plant.core(&work.problem.frame).is_none() {
+        return Ok((Solved { point, sum, free, scatter }, pole, false));
+    }
+    work.problem.free.clone_from(&free);
+    match work.retell(&iron) {
+        Ok(solved) => Ok((solved, pole, true)),
+        Err(FitError::Stopped) => Err(FitError::Stopped),
+        Err(_) => {
+            work.problem.free.clone_from(&free);
+            Ok((Solved { point, sum, free, scatter }, pole, false))
+        }
+    }
+}
+
+/// With the start's falls, which these currents do not tell: the more likely pole.
+fn with_known_falls(work: &mut Work, point: &Point, falls: [f64; 3]) -> Result<(Solved, Pole, bool), FitError> {
+    let saturates = |p: &Parameter| p.fall().is_none();
+    work.problem.free.retain(saturates);
+    let mut from = point.clone();
+    (from.plant.law, from.plant.saturation) = (Law::Iron, falls);
+    let free = work.problem.free.clone();
+    let here = work.retell(&from)?;
+    from.plant.angle += PI;
+    work.problem.free = free;
+    let there = work.retell(&from)?;
+    let more = (here.sum.likelihood - there.sum.likelihood).abs();
+    let deviations = (2.0 * more).sqrt();
+    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+    work.problem.free.clone_from(&best.free);
+    Ok((best, pole, true))
+}
+
+/// The result of what was solved.
+pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<Fit, FitError> {
+    let (mut solved, pole, iron) = with_iron(&mut work, solved, start)?;
+    let tau = 2.0 * PI;
+    let angle = &mut solved.point.plant.angle;
+    *angle -= tau * (*angle / tau).floor();
+    let free = solved.free.clone();
+    work.problem.free.clone_from(&free);
+    let frame = work.problem.frame.clone();
+    let sum = work.problem.sum(&solved.point, &solved.scatter, true).ok_or(FitError::NoPlant)?;
+    let places: Vec<usize> = (0..sum.information.nrows()).collect();
+    let covariance = covariance(&sum.information, &places, sum.inflation).ok_or(FitError::NoPlant)?;
+    // An estimate that is a sum of parameters, each with a factor.
+    let half = |terms: &[(usize, f64)]| {
+        let square: f64 =
+            terms.iter().flat_map(|(x, a)| terms.iter().map(move |(y, b)| (*x, *y, a * b))).map(|(x, y, w)| w * covariance[(x, y)]).sum();
+        TWO_SIDED_95 * square.max(0.0).sqrt()
+    };
+    let falls = solved.point.plant.falls(&frame);
+    let channels = work.problem.channels;
+    let mut parameters = Vec::new();
+    for parameter in Parameter::all(channels) {
+        let (unit, factor) = parameter.unit();
+        let place = free.iter().position(|p| *p == parameter);
+        let mut value = parameter.get(&solved.point);
+        let mut terms: Vec<(usize, f64)> = place.map(|k| (k, 1.0)).into_iter().collect();
+        if let Some(fall) = parameter.fall() {
+            value = falls.map_or(0.0, |falls| falls[fall]);
+            terms = fall_terms(fall, &free, &solved.point, &frame);
+        }
+        let half = if place.is_some() {
+            half(&terms)
+        } else {
+            parameter.plausible(&solved.point, work.reach, work.link)
+        };
+        let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
+        let value = value + one;
+        parameters.push(Estimate {
+            name: parameter.name(),
+            unit,
+            value: value / factor,
+            interval: Some([(value - half) / factor, (value + half) / factor]),
+            identified: place.is_some(),
+        });
+    }
+    let gains: Vec<(usize, f64)> =
+        free.iter().enumerate().filter(|(_, p)| matches!(p, Parameter::Gain(_))).map(|(k, _)| (k, -1.0)).collect();
+    let value = 1.0 + solved.point.gain[last(channels)];
+    let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
+    let width = if gains.is_empty() { 0.03 } else { half(&gains) };
+    let channel = Estimate {
+        name: format!("gain_{}", letter(last(channels))),
+        unit: "",
+        value,
+        interval: Some([value - width, value + width]),
+        identified: !gains.is_empty(),
+    };
+    let common = Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
+    parameters.splice(after..after, [channel, common]);
+    let leans = leans(&mut work, &solved, &parameters);
+    work.problem.free = free;
+    let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
+    let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
+    let expected = |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
+    let weighted: f64 =
+        sum.residuals.iter().zip(&solved.scatter).map(|(r, scatter)| r.len() as f64 * expected(scatter)).sum();
+    Ok(Fit {
+        parameters,
+        falls: falls.filter(|_| iron),
+        plant: solved.point.plant,
+        current: frame.current,
+        magnet_flux: frame.magnet_flux,
+        link: work.link,
+        link_spread: work.problem.pieces.iter().map(|piece| piece.spread).fold(0.0, f64::max),
+        reach: work.reach,
+        pole,
+        leans,
+        residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
+        expected_rms: (weighted / residuals.len() as f64).sqrt(),
+        widened: sum.inflation.sqrt(),
+        readings: residuals.len(),
+        traces,
+    })
+}
+
+/// How a fall depends on the free parameters.
+fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> Vec<(usize, f64)> {
+    let mut terms = Vec::new();
+    for (k, parameter) in free.iter().enumerate() {
+        let Some(of) = parameter.fall() else { continue };
+        let at = |change: f64| {
+            let mut plant = point.plant.clone();
+            plant.saturation[of] += change;
+            Some(plant.falls(frame)?[fall])
+        };
+        if let (Some(high), Some(low)) = (at(1e-4), at(-1e-4)) {
+            terms.push((k, (high - low) / 2e-4));
+        }
+    }
+    terms
+}
+
+/// What the fixed parameters would move.
+fn leans(work: &mut Work, solved: &Solved, parameters: &[Estimate]) -> Vec<Lean> {
+    let free = solved.free.len();
+    let missing = |p: &Parameter| !solved.free.contains(p) && !p.get(&solved.point).is_nan();
+    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels).into_iter().filter(missing).collect();
+    work.problem.free = solved.free.iter().chain(&fixed).copied().collect();
+    let Some(sum) = work.problem.sum(&solved.point, &solved.scatter, true) else { return Vec::new() };
+    let edges = work.problem.free.len()..sum.information.nrows();
+    let places: Vec<usize> = (0..free).chain(edges).collect();
+    let Some(covariance) = covariance(&sum.information, &places, 1.0) else { return Vec::new() };
+    let mut leans = Vec::new();
+    for (k, parameter) in fixed.iter().enumerate() {
+        let off = parameter.plausible(&solved.point, work.reach, work.link);
+        let moves = (0..free).filter_map(|place| {
+            let shift: f64 =
+                -(0..places.len()).map(|x| covariance[(place, x)] * sum.information[(places[x], free + k)]).sum::<f64>() * off;
+            let moved = solved.free[place];
+            let name = moved.name();
+            let estimate = parameters.iter().find(|estimate| estimate.name == name)?;
+            let [low, high] = estimate.interval?;
+            let shift = shift / moved.unit().1;
+            (shift.abs() > 0.25 * (high - low)).then_some((name, shift))
+        });
+        let moves: Vec<(String, f64)> = moves.collect();
+        if !moves.is_empty() {
+            leans.push(Lean { fixed: (parameter.name(), off / parameter.unit().1), moves });
+        }
+    }
+    leans
+}
+
+fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
+    let pieces = &work.problem.pieces;
+    let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {
+        let begin = piece.rows[0].time - super::plant::MARGIN;
+        let waveform = point.plant.waveform(&work.problem.frame, piece, shifts)?;
+        let currents = waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay));
+        Some(Trace {
+            time: piece.rows.iter().map(|row| row.time).collect(),
+            measured: piece.rows.iter().map(|row| row.current).collect(),
+            simulated: currents
+                .into_iter()
+                .map(|(i, _)| std::array::from_fn(|k| (1.0 + point.gain[k]) * i[k] + point.offset[k]))
+                .collect(),
+        })
+    };
+    pieces.iter().zip(&point.shifts).map(trace).collect()
+}
