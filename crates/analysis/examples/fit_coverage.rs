@@ -17,14 +17,15 @@ fn main() {
     let noises: Vec<f64> = arguments.filter_map(|text| text.parse().ok()).collect();
     let noises = if noises.is_empty() { vec![0.5] } else { noises };
     for noise in noises {
-        table("ngspice, linear", &scope::ngspice(), Scope { noise, ..Scope::of(2.0) }, seeds);
+        table("ngspice, linear", &scope::ngspice(), Scope { noise, ..Scope::of(2.5) }, seeds);
         table("SciPy, saturated", &scope::scipy(), Scope { noise, ..Scope::of(8.0) }, seeds);
     }
 }
 
 fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
-    let start = scope::start(Some(scope::like_it()));
-    let fits: Vec<_> = (0..seeds).into_par_iter().map(|seed| pulses.found(&scope, seed, &start)).collect();
+    let start = |seed| scope::start(Some(scope::like_it()), seed);
+    let fits: Vec<_> =
+        (0..seeds).into_par_iter().map(|seed| pulses.found(&scope, seed, &start(seed))).collect();
     println!("{title}: {seeds} seeds, noise {} steps", scope.noise);
     println!("  {:20} {:>12} {:>12} {:>12} {:>10}  {}", "", "truth", "mean", "half width", "inside", "told");
     for estimate in &fits[0].parameters {

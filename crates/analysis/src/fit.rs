@@ -91,6 +91,9 @@ const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 /// wrong pole in a thousand.
 const POLE_DEVIATIONS: f64 = 3.3;
 
+/// Times that it is looked at anew what the readings tell.
+const MOST_ROUNDS: usize = 8;
+
 /// A fit at work.
 struct Work<'a> {
     problem: Problem,
@@ -194,44 +197,106 @@ impl Work<'_> {
 
     /// Solved for all parameters that the readings tell; the others stay where they are.
     fn told(&mut self, point: &Point) -> Result<Solved, FitError> {
-        self.problem.free = Parameter::all(self.problem.channels);
-        self.retell(point)
+        let all = Parameter::all(self.problem.channels);
+        self.told_of(&all, point)
     }
 
-    /// The same of the parameters that are free now.
-    fn retell(&mut self, point: &Point) -> Result<Solved, FitError> {
-        // What nothing responds to is fixed before it can wander.
-        let first = self.problem.sum(point, &self.scatter, true).ok_or(FitError::NoPlant)?;
-        self.problem.free = self.identified(&first, point);
-        loop {
-            let solved = self.solve(point, 40)?;
-            let left = self.identified(&solved.sum, &solved.point);
-            if left.len() == self.problem.free.len() {
+    /// The same of these parameters. The better the readings are understood the more they tell: what is free is looked at
+    /// anew after each solution, and at last only ever less.
+    fn told_of(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
+        let mut point = point.clone();
+        let mut solved: Option<Solved> = None;
+        for round in 0..MOST_ROUNDS {
+            let before = solved.as_ref().map(|solved| solved.free.clone());
+            self.problem.free = match &before {
+                Some(before) if round > MOST_ROUNDS / 2 => before.clone(),
+                _ => all.to_vec(),
+            };
+            let sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            self.problem.free = self.identified(&sum, &point);
+            if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);
             }
-            self.problem.free = left;
+            let next = self.solve(&point, 40)?;
+            (point, self.scatter) = (next.point.clone(), next.scatter.clone());
+            solved = Some(next);
         }
+        solved.ok_or(FitError::NoPlant)
     }
 
     /// Those of the free parameters that are told: one after the other the last is taken out whose interval is wider than
     /// what is known of it anyway.
     fn identified(&self, sum: &Sum, point: &Point) -> Vec<Parameter> {
-        let mut keep: Vec<usize> = (0..self.problem.free.len()).collect();
-        let edges = self.problem.free.len()..sum.information.nrows();
+        let free = &self.problem.free;
+        let mut keep: Vec<usize> = (0..free.len()).collect();
         loop {
-            let places: Vec<usize> = keep.iter().copied().chain(edges.clone()).collect();
-            let wide = match covariance(&sum.information, &places, sum.inflation) {
-                Some(covariance) => (0..keep.len()).rev().find(|k| {
-                    let half = TWO_SIDED_95 * covariance[(*k, *k)].sqrt();
-                    half > self.problem.free[keep[*k]].plausible(point, self.reach, self.link)
+            let fixed: Vec<usize> = (0..free.len()).filter(|k| !keep.contains(k)).collect();
+            let wide = match self.spread(sum, point, &keep, &fixed) {
+                Some(spread) => (0..keep.len()).rev().find(|k| {
+                    spread.half(&[(*k, 1.0)], free[keep[*k]]) > self.plausible(free[keep[*k]], point)
                 }),
                 None => keep.len().checked_sub(1),
             };
             match wide {
                 Some(k) => drop(keep.remove(k)),
-                None => return keep.into_iter().map(|k| self.problem.free[k]).collect(),
+                None => return keep.into_iter().map(|k| free[k]).collect(),
             }
         }
+    }
+
+    fn plausible(&self, parameter: Parameter, point: &Point) -> f64 {
+        parameter.plausible(point, self.reach, self.link)
+    }
+
+    /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.
+    fn spread(&self, sum: &Sum, point: &Point, keep: &[usize], fixed: &[usize]) -> Option<Spread> {
+        let free = self.problem.free.len();
+        let places: Vec<usize> = keep.iter().copied().chain(free..sum.information.nrows()).collect();
+        let covariance = covariance(&sum.information, &places, sum.inflation)?;
+        let n = places.len();
+        // −J⁻¹ c: what the others become if a fixed one is off by one.
+        let shifts = DMatrix::from_fn(n, fixed.len(), |x, f| {
+            let along = |y: usize| covariance[(x, y)] * sum.information[(places[y], fixed[f])];
+            -(0..n).map(along).sum::<f64>() / sum.inflation
+        });
+        let off = fixed.iter().map(|f| self.plausible(self.problem.free[*f], point)).collect();
+        let interval = self.problem.pieces.iter().flat_map(|piece| &piece.edges).map(|edge| edge.deviation);
+        let interval = interval.fold(0.0, f64::max) * 12.0_f64.sqrt();
+        Some(Spread { covariance, shifts, off, interval })
+    }
+}
+
+/// How well parameters are known.
+struct Spread {
+    /// Of the readings.
+    covariance: DMatrix<f64>,
+    /// What a fixed parameter moves, per unit: a row a parameter, a column a fixed one.
+    shifts: DMatrix<f64>,
+    /// By how much fixed parameters may be off: half the width of their 95 % intervals.
+    off: Vec<f64>,
+    /// Between two rows, in s.
+    interval: f64,
+}
+
+impl Spread {
+    /// Half the width of the 95 % interval of a sum of parameters, each with a factor; `parameter` is what it stands for.
+    fn half(&self, terms: &[(usize, f64)], parameter: Parameter) -> f64 {
+        let mut square = 0.0;
+        for (x, a) in terms {
+            for (y, b) in terms {
+                square += a * b * self.covariance[(*x, *y)];
+            }
+        }
+        let mut half = TWO_SIDED_95 * TWO_SIDED_95 * square.max(0.0);
+        for (f, off) in self.off.iter().enumerate() {
+            let shift = terms.iter().map(|(x, a)| a * self.shifts[(*x, f)]).sum::<f64>() * off;
+            half += shift * shift;
+        }
+        if parameter == Parameter::Delay {
+            // All edges may lie alike between their rows, as they do where drive and scope count by the same beat: anywhere.
+            half += (0.475 * self.interval) * (0.475 * self.interval);
+        }
+        half.sqrt()
     }
 }
 

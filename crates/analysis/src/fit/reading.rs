@@ -31,9 +31,14 @@ pub struct Scatter {
     pub step: Option<f64>,
     /// σ in A, before the converter.
     pub noise: f64,
+    /// The ends of the channel's range in A, where readings were cut off; infinite where none were.
+    pub clip: [f64; 2],
     /// Information of a reading in 1/A² over the place of the current between two codes.
     information: Vec<f64>,
 }
+
+/// A range that no reading leaves.
+pub const NO_CLIP: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
 
 /// What one reading says of the current.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,7 +70,7 @@ fn between(a: f64, b: f64) -> f64 {
 impl Scatter {
     /// Of readings of this step in A, with noise in A.
     pub fn new(step: Option<f64>, noise: f64) -> Self {
-        let mut scatter = Self { step, noise, information: Vec::new() };
+        let mut scatter = Self { step, noise, clip: NO_CLIP, information: Vec::new() };
         let Some(q) = step.filter(|q| noise < MANY_STEPS * q) else { return scatter };
         // The codes about a current that noise can reach.
         let reach = (6.0 * noise / q).ceil() + 1.0;
@@ -88,9 +93,37 @@ impl Scatter {
         scatter
     }
 
+    /// The same channel with readings cut off at the ends of this range in A.
+    pub fn clipped(self, clip: [f64; 2]) -> Self {
+        Self { clip, ..self }
+    }
+
+    /// Whether a reading was cut off.
+    pub fn is_clipped(&self, reading: f64) -> bool {
+        reading <= self.clip[0] || reading >= self.clip[1]
+    }
+
+    /// What a reading at the end of the range says: the current is there or beyond, on the side of `sign`.
+    fn beyond(&self, off: f64, sign: f64) -> Told {
+        // From the current to the edge of the last code, in deviations.
+        let z = (sign * off - 0.5 * self.step.unwrap_or(0.0)) / self.noise;
+        let p = 0.5 * erfc(z * FRAC_1_SQRT_2);
+        // φ/P, in the tail by its asymptote.
+        let hazard = if z < 30.0 { density(z) / p } else { z + 1.0 / z };
+        let likelihood = if z < 30.0 { ln(p) } else { -0.5 * z * z - ln(z * TAU.sqrt()) };
+        Told {
+            likelihood,
+            score: sign * hazard / self.noise,
+            information: (hazard * (hazard - z)).max(0.0) / (self.noise * self.noise),
+        }
+    }
+
     /// What a reading r says of a current μ, both in A.
     pub fn told(&self, reading: f64, current: f64) -> Told {
         let off = reading - current;
+        if self.is_clipped(reading) {
+            return self.beyond(off, if reading >= self.clip[1] { 1.0 } else { -1.0 });
+        }
         let white = |q: f64| {
             let variance = self.noise * self.noise + q * q / 12.0;
             Told {
@@ -126,15 +159,15 @@ impl Scatter {
         let n = residuals.len().max(1) as f64;
         let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
         let Some(q) = self.step else {
-            return Self::new(None, square.sqrt().max(1e-12));
+            return Self::new(None, square.sqrt().max(1e-12)).clipped(self.clip);
         };
         let white = (square - q * q / 12.0).max(0.0).sqrt();
         if white > MANY_STEPS * q {
-            return Self::new(self.step, white);
+            return Self::new(self.step, white).clipped(self.clip);
         }
         let likelihood = |log: f64| {
             let noise = exp(log);
-            let scatter = Self { step: Some(q), noise, information: vec![0.0; PLACES + 1] };
+            let scatter = Self { step: Some(q), noise, clip: NO_CLIP, information: vec![0.0; PLACES + 1] };
             residuals.iter().map(|r| scatter.told(*r, 0.0).likelihood).sum::<f64>()
         };
         // Golden section: ln P has one maximum over σ.
@@ -154,8 +187,23 @@ impl Scatter {
                 at_right = likelihood(right);
             }
         }
-        Self::new(self.step, exp((low + high) / 2.0))
+        Self::new(self.step, exp((low + high) / 2.0)).clipped(self.clip)
     }
+}
+
+/// The ends of a channel's range in A if readings were cut off there: far from rest, and read many times more often than
+/// what lies just inside.
+pub fn clip_of(readings: &[f64], step: Option<f64>, rest: f64) -> [f64; 2] {
+    let low = readings.iter().copied().fold(f64::INFINITY, f64::min);
+    let high = readings.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let reach = (high - rest).max(rest - low);
+    let end = |end: f64| {
+        let within = step.unwrap_or(1e-3 * reach);
+        let there = readings.iter().filter(|r| (*r - end).abs() < 0.5 * within).count();
+        let near = readings.iter().filter(|r| (*r - end).abs() < 4.5 * within).count() - there;
+        (end - rest).abs() > 0.5 * reach && there >= 4 && there > near
+    };
+    [if end(low) { low } else { f64::NEG_INFINITY }, if end(high) { high } else { f64::INFINITY }]
 }
 
 /// The step of a converter whose readings these are: all readings are whole numbers of it apart, to what their text
@@ -218,6 +266,26 @@ mod tests {
         // Far from any edge a code that does not change says nothing.
         let quiet = Scatter::new(Some(1.0), 0.05).told(0.0, 0.0);
         assert!(quiet.information < 1e-15 && quiet.score == 0.0, "{quiet:?}");
+    }
+
+    #[test]
+    fn analytic_a_reading_at_the_end_of_the_range_says_only_how_far_at_least() {
+        let scatter = Scatter::new(Some(0.1), 0.05).clipped([-1.0, 2.0]);
+        for (reading, current) in [(2.0, 1.9), (2.0, 2.05), (2.0, 3.0), (-1.0, -0.95), (2.0, 0.2)] {
+            let at = |h: f64| scatter.told(reading, current + h);
+            let (told, h) = (at(0.0), 1e-5);
+            let slope = (at(h).likelihood - at(-h).likelihood) / (2.0 * h);
+            let bend = (at(h).score - at(-h).score) / (2.0 * h);
+            assert!((slope - told.score).abs() < 1e-4 * slope.abs() + 1e-6, "{slope} {told:?}");
+            assert!((bend + told.information).abs() < 1e-3 * bend.abs() + 1e-6, "{bend} {told:?}");
+        }
+        assert!(scatter.told(2.0, 5.0).score < 1e-9, "further beyond is as good");
+        // A triangle, cut off at 0.8 or whole.
+        let triangle = |cut: f64| -> Vec<f64> {
+            (0..400).map(|k| ((f64::from(k % 200) / 100.0 - 1.0).abs().min(cut) * 100.0).round() / 100.0).collect()
+        };
+        assert_eq!(clip_of(&triangle(0.8), Some(0.01), 0.0), [f64::NEG_INFINITY, 0.8]);
+        assert_eq!(clip_of(&triangle(2.0), Some(0.01), 0.0), NO_CLIP);
     }
 
     #[test]

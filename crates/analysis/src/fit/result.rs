@@ -6,7 +6,7 @@ use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Law, Plant};
 use super::reading::Scatter;
 use super::start::falls_of;
-use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work, covariance};
+use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, Work, covariance};
 
 /// One parameter's estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -82,8 +82,10 @@ pub struct Fit {
     pub expected_rms: f64,
     /// By what factor intervals are wider because neighbouring residuals are alike.
     pub widened: f64,
-    /// Readings.
+    /// Readings that are not cut off.
     pub readings: usize,
+    /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
+    pub clipped: usize,
     /// Pulses, or trains of them, that began at rest.
     pub traces: Vec<Trace>,
 }
@@ -169,33 +171,26 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     if iron.plant.core(&work.problem.frame).is_none() {
         return Ok((Solved { point, sum, free, scatter }, pole, false));
     }
-    work.problem.free.clone_from(&free);
-    match work.retell(&iron) {
+    match work.told_of(&free, &iron) {
         Ok(solved) => Ok((solved, pole, true)),
         Err(FitError::Stopped) => Err(FitError::Stopped),
-        Err(_) => {
-            work.problem.free.clone_from(&free);
-            Ok((Solved { point, sum, free, scatter }, pole, false))
-        }
+        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, false)),
     }
 }
 
 /// With the start's falls, which these currents do not tell: the more likely pole.
 fn with_known_falls(work: &mut Work, point: &Point, falls: [f64; 3]) -> Result<(Solved, Pole, bool), FitError> {
-    let saturates = |p: &Parameter| p.fall().is_none();
-    work.problem.free.retain(saturates);
+    let all: Vec<Parameter> =
+        Parameter::all(work.problem.channels).into_iter().filter(|p| p.fall().is_none()).collect();
     let mut from = point.clone();
     (from.plant.law, from.plant.saturation) = (Law::Iron, falls);
-    let free = work.problem.free.clone();
-    let here = work.retell(&from)?;
+    let here = work.told_of(&all, &from)?;
     from.plant.angle += PI;
-    work.problem.free = free;
-    let there = work.retell(&from)?;
+    let there = work.told_of(&all, &from)?;
     let more = (here.sum.likelihood - there.sum.likelihood).abs();
     let deviations = (2.0 * more).sqrt();
     let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
-    work.problem.free.clone_from(&best.free);
     Ok((best, pole, true))
 }
 
@@ -206,17 +201,14 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     let angle = &mut solved.point.plant.angle;
     *angle -= tau * (*angle / tau).floor();
     let free = solved.free.clone();
-    work.problem.free.clone_from(&free);
     let frame = work.problem.frame.clone();
+    let missing = |p: &Parameter| !free.contains(p) && !p.get(&solved.point).is_nan();
+    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels).into_iter().filter(missing).collect();
+    work.problem.free = free.iter().chain(&fixed).copied().collect();
     let sum = work.problem.sum(&solved.point, &solved.scatter, true).ok_or(FitError::NoPlant)?;
-    let places: Vec<usize> = (0..sum.information.nrows()).collect();
-    let covariance = covariance(&sum.information, &places, sum.inflation).ok_or(FitError::NoPlant)?;
-    // An estimate that is a sum of parameters, each with a factor.
-    let half = |terms: &[(usize, f64)]| {
-        let square: f64 =
-            terms.iter().flat_map(|(x, a)| terms.iter().map(move |(y, b)| (*x, *y, a * b))).map(|(x, y, w)| w * covariance[(x, y)]).sum();
-        TWO_SIDED_95 * square.max(0.0).sqrt()
-    };
+    let kept: Vec<usize> = (0..free.len()).collect();
+    let others: Vec<usize> = (free.len()..work.problem.free.len()).collect();
+    let spread = work.spread(&sum, &solved.point, &kept, &others).ok_or(FitError::NoPlant)?;
     let falls = solved.point.plant.falls(&frame);
     let channels = work.problem.channels;
     let mut parameters = Vec::new();
@@ -230,7 +222,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             terms = fall_terms(fall, &free, &solved.point, &frame);
         }
         let half = if place.is_some() {
-            half(&terms)
+            spread.half(&terms, parameter)
         } else {
             parameter.plausible(&solved.point, work.reach, work.link)
         };
@@ -248,7 +240,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         free.iter().enumerate().filter(|(_, p)| matches!(p, Parameter::Gain(_))).map(|(k, _)| (k, -1.0)).collect();
     let value = 1.0 + solved.point.gain[last(channels)];
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
-    let width = if gains.is_empty() { 0.03 } else { half(&gains) };
+    let width = if gains.is_empty() { 0.03 } else { spread.half(&gains, Parameter::Gain(0)) };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
@@ -258,8 +250,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     };
     let common = Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
     parameters.splice(after..after, [channel, common]);
-    let leans = leans(&mut work, &solved, &parameters);
-    work.problem.free = free;
+    let leans = leans(&spread, &free, &fixed, &parameters);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
     let expected = |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
@@ -280,6 +271,13 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         widened: sum.inflation.sqrt(),
         readings: residuals.len(),
+        clipped: work
+            .problem
+            .pieces
+            .iter()
+            .flat_map(|piece| &piece.rows)
+            .map(|row| (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count())
+            .sum(),
         traces,
     })
 }
@@ -302,27 +300,14 @@ fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> 
 }
 
 /// What the fixed parameters would move.
-fn leans(work: &mut Work, solved: &Solved, parameters: &[Estimate]) -> Vec<Lean> {
-    let free = solved.free.len();
-    let missing = |p: &Parameter| !solved.free.contains(p) && !p.get(&solved.point).is_nan();
-    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels).into_iter().filter(missing).collect();
-    work.problem.free = solved.free.iter().chain(&fixed).copied().collect();
-    let Some(sum) = work.problem.sum(&solved.point, &solved.scatter, true) else { return Vec::new() };
-    let edges = work.problem.free.len()..sum.information.nrows();
-    let places: Vec<usize> = (0..free).chain(edges).collect();
-    let Some(covariance) = covariance(&sum.information, &places, 1.0) else { return Vec::new() };
+fn leans(spread: &Spread, free: &[Parameter], fixed: &[Parameter], parameters: &[Estimate]) -> Vec<Lean> {
     let mut leans = Vec::new();
-    for (k, parameter) in fixed.iter().enumerate() {
-        let off = parameter.plausible(&solved.point, work.reach, work.link);
-        let moves = (0..free).filter_map(|place| {
-            let shift: f64 =
-                -(0..places.len()).map(|x| covariance[(place, x)] * sum.information[(places[x], free + k)]).sum::<f64>() * off;
-            let moved = solved.free[place];
+    for (f, (parameter, off)) in fixed.iter().zip(&spread.off).enumerate() {
+        let moves = free.iter().enumerate().filter_map(|(k, moved)| {
             let name = moved.name();
-            let estimate = parameters.iter().find(|estimate| estimate.name == name)?;
-            let [low, high] = estimate.interval?;
-            let shift = shift / moved.unit().1;
-            (shift.abs() > 0.25 * (high - low)).then_some((name, shift))
+            let [low, high] = parameters.iter().find(|estimate| estimate.name == name)?.interval?;
+            let shift = spread.shifts[(k, f)] * off / moved.unit().1;
+            (moved.fall().is_none() && shift.abs() > 0.25 * (high - low)).then_some((name, shift))
         });
         let moves: Vec<(String, f64)> = moves.collect();
         if !moves.is_empty() {

@@ -175,7 +175,9 @@ impl Problem {
                 let mean = gain * current + point.offset[k];
                 let told = scatter[k].told(reading.current[k], mean);
                 part.likelihood += told.likelihood;
-                part.residuals[k].push(reading.current[k] - mean);
+                if !scatter[k].is_clipped(reading.current[k]) {
+                    part.residuals[k].push(reading.current[k] - mean);
+                }
                 if columns.is_empty() {
                     continue;
                 }

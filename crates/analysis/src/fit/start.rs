@@ -6,7 +6,7 @@ use super::Start;
 use super::parameters::Point;
 use super::pieces::{self, Piece, drives};
 use super::plant::{Frame, Law, Plant};
-use super::reading::{Scatter, step_of};
+use super::reading::{Scatter, clip_of, step_of};
 use super::record::{Record, Request};
 
 /// Falls along +d and −d and along q that a motor's core has at a current, if it has a core that saturates.
@@ -59,11 +59,11 @@ pub fn begin(
 ) -> Option<(Frame, Point, [Scatter; 3])> {
     let first = &records[0];
     let offset = pieces::rest_of(first).map(|rest| if rest.is_nan() { 0.0 } else { rest });
-    let steps: [Option<f64>; 3] = std::array::from_fn(|k| {
+    let readings: [Vec<f64>; 3] = std::array::from_fn(|k| {
         let readings = pieces.iter().flat_map(|piece| &piece.rows).map(|row| row.current[k]);
-        let readings: Vec<f64> = readings.filter(|i| i.is_finite()).collect();
-        if channels[k] { step_of(&readings) } else { None }
+        if channels[k] { readings.collect() } else { Vec::new() }
     });
+    let steps = readings.each_ref().map(|readings| step_of(readings));
     let mut inductances: Vec<f64> =
         pieces.iter().filter_map(|piece| glance(piece, offset, start.dead_time)).collect();
     inductances.sort_unstable_by(f64::total_cmp);
@@ -125,7 +125,9 @@ pub fn begin(
         current,
         magnet_flux,
     };
-    let scatter = steps.map(|step| Scatter::new(step, 0.05 * reach));
+    let scatter = std::array::from_fn(|k| {
+        Scatter::new(steps[k], 0.05 * reach).clipped(clip_of(&readings[k], steps[k], offset[k]))
+    });
     Some((frame, point, scatter))
 }
 

@@ -132,11 +132,18 @@ pub fn like_it() -> Motor {
     built_in("paper-5k5").expect("built in")
 }
 
-/// What the fits begin with: a drive that is known but for what it must find.
-pub fn start(motor: Option<Motor>) -> Start {
-    let devices =
-        Devices { switch_drop: 0.8, switch_resistance: 0.05, diode_drop: 0.9, diode_resistance: 0.03 };
-    Start { motor, devices, dead_time: 1.5e-6 }
+/// What the fits begin with: a drive that is known as well as a fit takes drives to be known, another one with each seed.
+pub fn start(motor: Option<Motor>, seed: u64) -> Start {
+    let mut draws = Streams::new(seed, 1).open(Purpose::GateDelay);
+    // Half the width of a 95 % interval is half of the value.
+    let mut about = |value: f64| value * (1.0 + 0.5 / 1.96 * draws.normal()).max(0.2);
+    let devices = Devices {
+        switch_drop: about(0.9),
+        switch_resistance: about(0.05),
+        diode_drop: about(1.0),
+        diode_resistance: about(0.03),
+    };
+    Start { motor, devices, dead_time: about(2e-6) }
 }
 
 impl Pulses {
