@@ -3,7 +3,9 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage [SEEDS] [NOISE IN STEPS]…
+//! cargo run --release -p standstill-analysis --example fit_coverage trace > examples/traces/six_vectors.csv
 //! ```
+//! The second writes the trace of docs/own-motor.md.
 
 #[path = "../tests/scope/mod.rs"]
 mod scope;
@@ -12,7 +14,11 @@ use rayon::prelude::*;
 use scope::{Pulses, Scope, beside};
 
 fn main() {
-    let mut arguments = std::env::args().skip(1);
+    let mut arguments = std::env::args().skip(1).peekable();
+    if arguments.peek().is_some_and(|word| word == "trace") {
+        let scope = Scope { interval: 2e-6, ..Scope::of(8.0) };
+        return print!("{}", scope::scipy().text(&scope, 1));
+    }
     let seeds: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(200);
     let noises: Vec<f64> = arguments.filter_map(|text| text.parse().ok()).collect();
     let noises = if noises.is_empty() { vec![0.5] } else { noises };
@@ -33,11 +39,14 @@ fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
         let (mut inside, mut told, mut sum, mut width) = (0_u32, 0_u32, 0.0, 0.0);
         for fit in &fits {
             let found = fit.parameters.iter().find(|one| one.name == estimate.name);
-            let Some((found, [low, high])) = found.and_then(|one| Some((one, one.interval?))) else { continue };
+            let Some((found, [low, high])) = found.and_then(|one| Some((one, one.interval?))) else {
+                continue;
+            };
             if !found.identified {
                 continue;
             }
-            let value = beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
+            let value =
+                beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
             let half = (high - low) / 2.0;
             told += 1;
             inside += u32::from((value - truth).abs() <= half);
@@ -52,7 +61,9 @@ fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
             100.0 * f64::from(inside) / n
         );
     }
-    let mean = |value: fn(&standstill_analysis::fit::Fit) -> f64| fits.iter().map(value).sum::<f64>() / fits.len() as f64;
+    let mean = |value: fn(&standstill_analysis::fit::Fit) -> f64| {
+        fits.iter().map(value).sum::<f64>() / fits.len() as f64
+    };
     println!(
         "  residual {:.4} A, expected {:.4} A, intervals widened by {:.2}; poles named in {} of {seeds}\n",
         mean(|fit| fit.residual_rms),

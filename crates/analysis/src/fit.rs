@@ -18,6 +18,7 @@ mod plant;
 mod reading;
 pub mod record;
 mod result;
+mod sheet;
 mod solve;
 mod start;
 
@@ -55,6 +56,8 @@ pub enum FitError {
     NoCurrent,
     /// No plant comes near the readings.
     NoPlant,
+    /// More rows, of all records together, than a fit takes.
+    TooManyRows(usize),
     /// An interrupt.
     Stopped,
     /// More changes of the legs than can be placed between rows so far apart.
@@ -68,10 +71,19 @@ impl fmt::Display for FitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NoCurrent => {
-                write!(f, "found no current that rises in a pulse; needed: pulses of at least ten times the channels' resolution, and currents into the motor counted positive")
+                write!(
+                    f,
+                    "found no current that rises in a pulse; needed: pulses of at least ten times the channels' resolution, and currents into the motor counted positive"
+                )
             }
             Self::NoPlant => {
-                write!(f, "no motor at standstill comes near these currents; needed: legs, currents and DC link of one inverter and motor, in these columns' units")
+                write!(
+                    f,
+                    "no motor at standstill comes near these currents; needed: legs, currents and DC link of one inverter and motor, in these columns' units"
+                )
+            }
+            Self::TooManyRows(rows) => {
+                write!(f, "found {rows} rows in all files; needed: at most {}", record::MOST_ROWS)
             }
             Self::Stopped => write!(f, "stopped"),
             Self::TooManyEdges(count) => write!(
@@ -114,9 +126,14 @@ struct Solved {
 
 /// Fits a motor to records. `did` is called before each step and says whether to stop.
 pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -> Result<Fit, FitError> {
+    let rows = records.iter().map(|record| record.rows.len()).sum();
+    if rows > record::MOST_ROWS {
+        return Err(FitError::TooManyRows(rows));
+    }
     let pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
     let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
-    let (frame, point, scatter) = start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
+    let (frame, point, scatter) =
+        start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
     let reach = start::reach(&pieces, &point);
     let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
     let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
@@ -125,11 +142,17 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
 
     // The axis, by straight cores, from several angles.
     work.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
-    work.problem.free.extend(Parameter::all(channels).into_iter().filter(|p| matches!(p, Parameter::Offset(_))));
+    work.problem
+        .free
+        .extend(Parameter::all(channels).into_iter().filter(|p| matches!(p, Parameter::Offset(_))));
     let straight = work.straight(&point)?;
 
     // All that can be told, and the edges.
-    let noise = straight.scatter.iter().map(|s| s.noise.max(s.step.unwrap_or(0.0) * 0.29)).fold(f64::INFINITY, |a, b| if b > 0.0 { a.min(b) } else { a });
+    let noise = straight
+        .scatter
+        .iter()
+        .map(|s| s.noise.max(s.step.unwrap_or(0.0) * 0.29))
+        .fold(f64::INFINITY, |a, b| if b > 0.0 { a.min(b) } else { a });
     work.problem.edges = loose_edges(&work.problem.pieces, noise, slope);
     if work.problem.edges.len() > MOST_EDGES {
         return Err(FitError::TooManyEdges(work.problem.edges.len()));

@@ -135,7 +135,9 @@ impl Parameter {
         match self {
             DAxisInductance | QAxisInductance => 1e-3 * self.get(point),
             Angle => 1e-3,
-            Resistance | DiodeResistance | SwitchResistance => 1e-3 * (0.01 * link / frame.current + point.plant.resistance),
+            Resistance | DiodeResistance | SwitchResistance => {
+                1e-3 * (0.01 * link / frame.current + point.plant.resistance)
+            }
             DeadTime => 10e-9,
             SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
             DiodeDrop | SwitchDrop => 2e-5 * link,
@@ -156,7 +158,9 @@ impl Parameter {
             Resistance => 0.5 * point.plant.resistance.max(1e-3 * link / reach),
             Delay => 2e-6,
             DeadTime => 1e-6,
-            SaturationAlong | SaturationAgainst | SaturationAcross => 0.05 * if point.plant.law == Law::Series { 0.5 } else { 1.0 },
+            SaturationAlong | SaturationAgainst | SaturationAcross => {
+                0.05 * if point.plant.law == Law::Series { 0.5 } else { 1.0 }
+            }
             DiodeDrop => 0.5 * devices.diode_drop.max(0.3),
             SwitchDrop => 0.5 * devices.switch_drop.max(0.3),
             DiodeResistance => 0.5 * devices.diode_resistance.max(0.02 * point.plant.resistance),

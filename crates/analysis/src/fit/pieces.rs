@@ -41,8 +41,12 @@ fn resting(record: &Record) -> [(f64, f64); 3] {
         let mut rest: Vec<f64> = record.rows[..before].iter().map(|row| row.current[k]).collect();
         rest.sort_unstable_by(f64::total_cmp);
         let middle = rest[rest.len() / 2];
-        let reach =
-            record.rows.iter().map(|row| (row.current[k] - middle).abs()).filter(|x| x.is_finite()).fold(0.0, f64::max);
+        let reach = record
+            .rows
+            .iter()
+            .map(|row| (row.current[k] - middle).abs())
+            .filter(|x| x.is_finite())
+            .fold(0.0, f64::max);
         (middle, 0.02 * reach)
     })
 }
@@ -56,7 +60,9 @@ pub fn rest_of(record: &Record) -> [f64; 3] {
 pub fn pieces(record: &Record) -> Vec<Piece> {
     let rest = resting(record);
     let rows = &record.rows;
-    let quiet = |row: &Row| (0..3).all(|k| row.current[k].is_nan() || (row.current[k] - rest[k].0).abs() <= rest[k].1.max(1e-12));
+    let quiet = |row: &Row| {
+        (0..3).all(|k| row.current[k].is_nan() || (row.current[k] - rest[k].0).abs() <= rest[k].1.max(1e-12))
+    };
     // Rows in a row without current and without a driven line.
     let mut still = 0_usize;
     let mut cuts = vec![0];

@@ -5,7 +5,9 @@ use standstill_interface::{
 };
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Algebraic, Core, Falls, IronBridge, MagneticCircuit, Motor, Winding};
-use standstill_sim::{Case, Ended, Event, Probe, RotorState, SensorSettings, Sensors, Snapshot, Streams, Tolerance, run};
+use standstill_sim::{
+    Case, Ended, Event, Probe, RotorState, SensorSettings, Sensors, Snapshot, Streams, Tolerance, run,
+};
 
 use super::pieces::{Edge, Piece};
 use super::record::Request;
@@ -108,9 +110,10 @@ impl Detector<f64> for Player {
     fn step(&mut self, _: &[Reading<f64>]) -> Step<f64> {
         match self.commands.next() {
             Some(command) => Step::Drive(command),
-            None => {
-                Step::Done(Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() })
-            }
+            None => Step::Done(Outcome::Failed {
+                fault: Fault::UnexpectedReadings,
+                findings: Findings::default(),
+            }),
         }
     }
 }
@@ -197,14 +200,16 @@ impl Plant {
     pub fn motor(&self, frame: &Frame) -> Option<Motor> {
         let magnetics = MagneticCircuit::new(Core::Algebraic(self.core(frame)?)).ok()?;
         let [l_d, l_q] = self.inductance;
-        let winding = Winding { mean_inductance: (l_d + l_q) / 3.0, saliency: (l_d - l_q) / 3.0, leakage: 0.0 };
+        let winding =
+            Winding { mean_inductance: (l_d + l_q) / 3.0, saliency: (l_d - l_q) / 3.0, leakage: 0.0 };
         Some(Motor { resistance: self.resistance, magnetics, winding, ..frame.motor.clone() })
     }
 
     /// The currents of a piece, its edges shifted by so much in s. None: there is no such plant.
     pub fn waveform(&self, frame: &Frame, piece: &Piece, shifts: &[f64]) -> Option<Waveform> {
         let Devices { switch_drop, switch_resistance, diode_drop, diode_resistance } = self.devices;
-        let least = [switch_drop, switch_resistance, diode_drop, diode_resistance, self.dead_time, self.resistance];
+        let least =
+            [switch_drop, switch_resistance, diode_drop, diode_resistance, self.dead_time, self.resistance];
         if !least.iter().all(|value| *value >= 0.0) {
             return None;
         }
@@ -233,7 +238,9 @@ impl Plant {
         let run = run(&case, &mut player, false, &mut waveform);
         let sane = |(_, current): &(f64, [f64; 3])| current.iter().all(|i| i.abs() < 1e3 * frame.current);
         match run.ended {
-            Ended::Outcome(_) if waveform.points.len() > 1 && waveform.points.iter().all(sane) => Some(waveform),
+            Ended::Outcome(_) if waveform.points.len() > 1 && waveform.points.iter().all(sane) => {
+                Some(waveform)
+            }
             _ => None,
         }
     }

@@ -127,7 +127,8 @@ impl Scatter {
         let white = |q: f64| {
             let variance = self.noise * self.noise + q * q / 12.0;
             Told {
-                likelihood: -0.5 * (off * off / variance + ln(TAU * variance)) + if q > 0.0 { ln(q) } else { 0.0 },
+                likelihood: -0.5 * (off * off / variance + ln(TAU * variance))
+                    + if q > 0.0 { ln(q) } else { 0.0 },
                 score: off / variance,
                 information: 1.0 / variance,
             }
@@ -282,7 +283,9 @@ mod tests {
         assert!(scatter.told(2.0, 5.0).score < 1e-9, "further beyond is as good");
         // A triangle, cut off at 0.8 or whole.
         let triangle = |cut: f64| -> Vec<f64> {
-            (0..400).map(|k| ((f64::from(k % 200) / 100.0 - 1.0).abs().min(cut) * 100.0).round() / 100.0).collect()
+            (0..400)
+                .map(|k| ((f64::from(k % 200) / 100.0 - 1.0).abs().min(cut) * 100.0).round() / 100.0)
+                .collect()
         };
         assert_eq!(clip_of(&triangle(0.8), Some(0.01), 0.0), [f64::NEG_INFINITY, 0.8]);
         assert_eq!(clip_of(&triangle(2.0), Some(0.01), 0.0), NO_CLIP);
@@ -291,9 +294,8 @@ mod tests {
     #[test]
     fn analytic_steps_are_found_through_rounded_texts() {
         let q = 0.015_625_3;
-        let readings: Vec<f64> = (0..4000)
-            .map(|k| ((f64::from(k % 230) * q - 1.7) * 1000.0).round() / 1000.0)
-            .collect();
+        let readings: Vec<f64> =
+            (0..4000).map(|k| ((f64::from(k % 230) * q - 1.7) * 1000.0).round() / 1000.0).collect();
         let found = step_of(&readings).expect("codes");
         assert!((found / q - 1.0).abs() < 1e-3, "{found}");
         let fine: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();

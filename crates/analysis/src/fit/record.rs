@@ -254,7 +254,11 @@ mod tests {
         assert_eq!(whole.rows[5].legs, [Request::High, Request::Low, Request::Off]);
         assert_eq!(whole.channels, [true; 3]);
         let other = "# scope\nleg_c,leg_b,leg_a,u_dc_V,i_b_A,i_a_A,t_s\n".to_owned()
-            + &(0..30).map(|k| format!("off,low,high,12,1,2,{k}\n").replace("high", if k == 0 { "low" } else { "high" })).collect::<String>();
+            + &(0..30)
+                .map(|k| {
+                    format!("off,low,high,12,1,2,{k}\n").replace("high", if k == 0 { "low" } else { "high" })
+                })
+                .collect::<String>();
         let two = Record::parse("p.csv", &other).expect("a record");
         assert_eq!((two.channels, two.rows[3].current[..2].to_vec()), ([true, true, false], vec![2.0, 1.0]));
         assert!(two.rows[3].current[2].is_nan());
@@ -263,11 +267,21 @@ mod tests {
     #[test]
     fn regress_mistakes_name_line_column_and_what_is_allowed() {
         for (line, from, to, message) in [
-            (4, "550", "-1", "p.csv, line 4, column u_dc_V: found `-1`; needed: a number from 0.001 to 100000"),
+            (
+                4,
+                "550",
+                "-1",
+                "p.csv, line 4, column u_dc_V: found `-1`; needed: a number from 0.001 to 100000",
+            ),
             (5, "3,0", "x", "fields; needed: 8, as in the header"),
             (9, "LOW", "down", "p.csv, line 9, column leg_b: found `down`; needed: off, low or high"),
             (6, "5e-6", "1e-6", "p.csv, line 6, column t_s: found 0.000001; needed: more than 0.000004"),
-            (2, "off,off,off", "high,low,off", "p.csv, line 2: found legs that drive a current in the first row"),
+            (
+                2,
+                "off,off,off",
+                "high,low,off",
+                "p.csv, line 2: found legs that drive a current in the first row",
+            ),
         ] {
             let found = refused(line, from, to);
             assert!(found.contains(message), "{found}");

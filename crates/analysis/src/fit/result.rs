@@ -121,7 +121,9 @@ impl Parameter {
             Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
             Self::Angle => ("deg", PI / 180.0),
             Self::Offset(_) => ("A", 1.0),
-            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => ("", 1.0),
+            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => {
+                ("", 1.0)
+            }
             Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
             Self::Delay | Self::DeadTime => ("s", 1.0),
             Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
@@ -130,7 +132,9 @@ impl Parameter {
 
     /// Place among the falls.
     fn fall(self) -> Option<usize> {
-        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross].iter().position(|p| *p == self)
+        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross]
+            .iter()
+            .position(|p| *p == self)
     }
 }
 
@@ -147,7 +151,8 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
     let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
     let places: Vec<usize> = (0..sum.information.nrows()).collect();
-    let deviation = place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
+    let deviation =
+        place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
     let deviations = deviation.map_or(0.0, |deviation| (point.plant.saturation[0] / deviation).abs());
     let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
     work.scatter.clone_from(&scatter);
@@ -179,7 +184,11 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
 }
 
 /// With the start's falls, which these currents do not tell: the more likely pole.
-fn with_known_falls(work: &mut Work, point: &Point, falls: [f64; 3]) -> Result<(Solved, Pole, bool), FitError> {
+fn with_known_falls(
+    work: &mut Work,
+    point: &Point,
+    falls: [f64; 3],
+) -> Result<(Solved, Pole, bool), FitError> {
     let all: Vec<Parameter> =
         Parameter::all(work.problem.channels).into_iter().filter(|p| p.fall().is_none()).collect();
     let mut from = point.clone();
@@ -236,8 +245,12 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             identified: place.is_some(),
         });
     }
-    let gains: Vec<(usize, f64)> =
-        free.iter().enumerate().filter(|(_, p)| matches!(p, Parameter::Gain(_))).map(|(k, _)| (k, -1.0)).collect();
+    let gains: Vec<(usize, f64)> = free
+        .iter()
+        .enumerate()
+        .filter(|(_, p)| matches!(p, Parameter::Gain(_)))
+        .map(|(k, _)| (k, -1.0))
+        .collect();
     let value = 1.0 + solved.point.gain[last(channels)];
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     let width = if gains.is_empty() { 0.03 } else { spread.half(&gains, Parameter::Gain(0)) };
@@ -248,14 +261,20 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         interval: Some([value - width, value + width]),
         identified: !gains.is_empty(),
     };
-    let common = Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
+    let common =
+        Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
     parameters.splice(after..after, [channel, common]);
     let leans = leans(&spread, &free, &fixed, &parameters);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
-    let expected = |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
-    let weighted: f64 =
-        sum.residuals.iter().zip(&solved.scatter).map(|(r, scatter)| r.len() as f64 * expected(scatter)).sum();
+    let expected =
+        |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
+    let weighted: f64 = sum
+        .residuals
+        .iter()
+        .zip(&solved.scatter)
+        .map(|(r, scatter)| r.len() as f64 * expected(scatter))
+        .sum();
     Ok(Fit {
         parameters,
         falls: falls.filter(|_| iron),
@@ -276,7 +295,9 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             .pieces
             .iter()
             .flat_map(|piece| &piece.rows)
-            .map(|row| (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count())
+            .map(|row| {
+                (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count()
+            })
             .sum(),
         traces,
     })

@@ -94,7 +94,8 @@ impl Problem {
         }
         sum.inflation = ((squares + alike) / f64::max(count, 1.0)).max(1.0);
         for (k, (piece, edge)) in self.edges.iter().enumerate() {
-            let (shift, deviation) = (point.shifts[*piece][*edge], self.pieces[*piece].edges[*edge].deviation);
+            let (shift, deviation) =
+                (point.shifts[*piece][*edge], self.pieces[*piece].edges[*edge].deviation);
             let (z, place) = (shift / deviation, self.free.len() + k);
             sum.likelihood -= 0.5 * z * z;
             sum.score[place] -= z / deviation;
@@ -121,19 +122,21 @@ impl Problem {
         };
         // ∂i/∂p of the unknowns that ask for another simulation.
         let mut columns: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
-        let mut difference = |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<([f64; 3], [f64; 3])>>| {
-            // One-sided where the other side is no plant: drops are not negative.
-            let (high, low) = (at(step), at(-step));
-            let (high, low, step) = match (high, low) {
-                (Some(high), Some(low)) => (high, low, 2.0 * step),
-                (Some(high), None) => (high, nominal.clone(), step),
-                (None, Some(low)) => (nominal.clone(), low, step),
-                (None, None) => return None,
+        let mut difference =
+            |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<([f64; 3], [f64; 3])>>| {
+                // One-sided where the other side is no plant: drops are not negative.
+                let (high, low) = (at(step), at(-step));
+                let (high, low, step) = match (high, low) {
+                    (Some(high), Some(low)) => (high, low, 2.0 * step),
+                    (Some(high), None) => (high, nominal.clone(), step),
+                    (None, Some(low)) => (nominal.clone(), low, step),
+                    (None, None) => return None,
+                };
+                let slope =
+                    high.iter().zip(&low).map(|(h, l)| std::array::from_fn(|k| (h.0[k] - l.0[k]) / step));
+                columns.push((place, slope.collect()));
+                Some(())
             };
-            let slope = high.iter().zip(&low).map(|(h, l)| std::array::from_fn(|k| (h.0[k] - l.0[k]) / step));
-            columns.push((place, slope.collect()));
-            Some(())
-        };
         if slopes {
             for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| p.is_of_plant()) {
                 let step = parameter.step(point, &self.frame, piece.link);
@@ -181,7 +184,8 @@ impl Problem {
                 if columns.is_empty() {
                     continue;
                 }
-                part.scores[k].push(told.score / told.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
+                part.scores[k]
+                    .push(told.score / told.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
                 along.clear();
                 along.extend(columns.iter().map(|(place, column)| (*place, gain * column[row][k])));
                 for (place, parameter) in self.free.iter().enumerate() {

@@ -44,7 +44,8 @@ fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
     let row = piece.rows.iter().rev().find(|row| row.time > edge.at && row.time < end)?;
     let time = row.time - edge.at - dead_time;
     let line = edge.legs.contains(&Request::Off);
-    let raised = (0..3).map(|k| (row.current[k] - offset[k]).abs()).filter(|i| i.is_finite()).fold(0.0, f64::max);
+    let raised =
+        (0..3).map(|k| (row.current[k] - offset[k]).abs()).filter(|i| i.is_finite()).fold(0.0, f64::max);
     // Across a line two phases share the voltage; with all legs on, one phase has two thirds of it.
     let share = if line { 0.5 } else { 2.0 / 3.0 };
     (time > 0.0 && raised > 0.0).then(|| share * piece.link * time / raised)
@@ -99,7 +100,13 @@ pub fn begin(
         None => {
             let longest = pieces
                 .iter()
-                .flat_map(|piece| piece.edges.windows(2).filter(|pair| drives(pair[0].legs)).map(|pair| pair[1].at - pair[0].at))
+                .flat_map(|piece| {
+                    piece
+                        .edges
+                        .windows(2)
+                        .filter(|pair| drives(pair[0].legs))
+                        .map(|pair| pair[1].at - pair[0].at)
+                })
                 .fold(0.0, f64::max);
             // Time constants of motors are tens of the pulses that raise their rated current.
             point.plant.resistance = inductance / (40.0 * longest.max(1e-6));
@@ -115,7 +122,8 @@ pub fn begin(
         None => (round(reach), round(3.0 * inductance * reach)),
     };
     let mut motor = Motor { magnet_flux, rated_current: current, ..motor };
-    motor.winding = standstill_plant::Winding { mean_inductance: inductance / 1.5, saliency: 0.0, leakage: 0.0 };
+    motor.winding =
+        standstill_plant::Winding { mean_inductance: inductance / 1.5, saliency: 0.0, leakage: 0.0 };
     let shortest = inductance / point.plant.resistance;
     let frame = Frame {
         tolerance: 1e-9 * inductance * current,
@@ -130,4 +138,3 @@ pub fn begin(
     });
     Some((frame, point, scatter))
 }
-
