@@ -5,6 +5,7 @@ mod answers;
 mod bits;
 mod campaigns;
 mod files;
+mod fits;
 mod maps;
 mod methods;
 mod mistakes;
