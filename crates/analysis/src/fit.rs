@@ -157,7 +157,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     if work.problem.edges.len() > MOST_EDGES {
         return Err(FitError::TooManyEdges(work.problem.edges.len()));
     }
-    work.scatter = straight.scatter.clone();
+    work.scatter.clone_from(&straight.scatter);
     let solved = work.either_axis(&straight.point, start)?;
     result::conclude(work, solved, start)
 }

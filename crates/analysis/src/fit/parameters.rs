@@ -38,7 +38,10 @@ pub enum Parameter {
     SwitchResistance,
 }
 
-use Parameter::*;
+use Parameter::{
+    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, Gain, Offset, QAxisInductance,
+    Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
+};
 
 /// Everything that a simulation and its channels need.
 #[derive(Clone, Debug)]
@@ -134,12 +137,11 @@ impl Parameter {
     pub fn step(self, point: &Point, frame: &Frame, link: f64) -> f64 {
         match self {
             DAxisInductance | QAxisInductance => 1e-3 * self.get(point),
-            Angle => 1e-3,
             Resistance | DiodeResistance | SwitchResistance => {
                 1e-3 * (0.01 * link / frame.current + point.plant.resistance)
             }
             DeadTime => 10e-9,
-            SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
+            Angle | SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
             DiodeDrop | SwitchDrop => 2e-5 * link,
             // Not differentiated so.
             Delay | Gain(_) | Offset(_) => 1.0,

@@ -2,6 +2,8 @@
 
 use std::f64::consts::PI;
 
+use standstill_numeric::hypot;
+
 use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Law, Plant};
 use super::reading::Scatter;
@@ -138,6 +140,17 @@ impl Parameter {
     }
 }
 
+/// Whether the law of iron holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Iron {
+    /// The readings do not show that the core saturates.
+    Unknown,
+    /// As the start has it.
+    OfStart,
+    /// They do; the falls are those of the series, which has no iron's shape. What the laws differ by is not known.
+    Seen([f64; 3]),
+}
+
 /// Turns d around: the other pole.
 fn turn(point: &mut Point) {
     point.plant.angle += PI;
@@ -145,7 +158,7 @@ fn turn(point: &mut Point) {
 }
 
 /// The pole, and with it the law of iron, if the readings or the start have one.
-fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, bool), FitError> {
+fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, Iron), FitError> {
     let Solved { mut point, sum, free, scatter } = solved;
     let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
     let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
@@ -159,7 +172,7 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     if !pole.identified {
         return match (place, known) {
             (None, Some(falls)) => with_known_falls(work, &point, falls),
-            _ => Ok((Solved { point, sum, free, scatter }, pole, false)),
+            _ => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
         };
     }
     if point.plant.saturation[0] * way < 0.0 {
@@ -170,16 +183,16 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     let falls = point.plant.falls(&work.problem.frame);
     let against = free.contains(&Parameter::SaturationAgainst);
     let Some([d, minus_d, q]) = falls else {
-        return Ok((Solved { point, sum, free, scatter }, pole, false));
+        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
     };
     iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
     if iron.plant.core(&work.problem.frame).is_none() {
-        return Ok((Solved { point, sum, free, scatter }, pole, false));
+        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
     }
     match work.told_of(&free, &iron) {
-        Ok(solved) => Ok((solved, pole, true)),
+        Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
         Err(FitError::Stopped) => Err(FitError::Stopped),
-        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, false)),
+        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
     }
 }
 
@@ -188,7 +201,7 @@ fn with_known_falls(
     work: &mut Work,
     point: &Point,
     falls: [f64; 3],
-) -> Result<(Solved, Pole, bool), FitError> {
+) -> Result<(Solved, Pole, Iron), FitError> {
     let all: Vec<Parameter> =
         Parameter::all(work.problem.channels).into_iter().filter(|p| p.fall().is_none()).collect();
     let mut from = point.clone();
@@ -200,7 +213,7 @@ fn with_known_falls(
     let deviations = (2.0 * more).sqrt();
     let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
-    Ok((best, pole, true))
+    Ok((best, pole, Iron::OfStart))
 }
 
 /// The result of what was solved.
@@ -231,7 +244,11 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             terms = fall_terms(fall, &free, &solved.point, &frame);
         }
         let half = if place.is_some() {
-            spread.half(&terms, parameter)
+            let half = spread.half(&terms, parameter);
+            match (iron, parameter.fall()) {
+                (Iron::Seen(series), Some(fall)) => hypot(half, value - series[fall]),
+                _ => half,
+            }
         } else {
             parameter.plausible(&solved.point, work.reach, work.link)
         };
@@ -277,7 +294,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .sum();
     Ok(Fit {
         parameters,
-        falls: falls.filter(|_| iron),
+        falls: falls.filter(|_| iron != Iron::Unknown),
         plant: solved.point.plant,
         current: frame.current,
         magnet_flux: frame.magnet_flux,

@@ -45,6 +45,9 @@ pub struct Sum {
 /// Neighbours whose likeness counts.
 const NEIGHBOURS: usize = 40;
 
+/// Currents in A and their slopes in A/s.
+type Sampled = ([f64; 3], [f64; 3]);
+
 /// A piece's readings at a point.
 struct Part {
     likelihood: f64,
@@ -122,21 +125,19 @@ impl Problem {
         };
         // ∂i/∂p of the unknowns that ask for another simulation.
         let mut columns: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
-        let mut difference =
-            |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<([f64; 3], [f64; 3])>>| {
-                // One-sided where the other side is no plant: drops are not negative.
-                let (high, low) = (at(step), at(-step));
-                let (high, low, step) = match (high, low) {
-                    (Some(high), Some(low)) => (high, low, 2.0 * step),
-                    (Some(high), None) => (high, nominal.clone(), step),
-                    (None, Some(low)) => (nominal.clone(), low, step),
-                    (None, None) => return None,
-                };
-                let slope =
-                    high.iter().zip(&low).map(|(h, l)| std::array::from_fn(|k| (h.0[k] - l.0[k]) / step));
-                columns.push((place, slope.collect()));
-                Some(())
+        let mut difference = |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<Sampled>>| {
+            // One-sided where the other side is no plant: drops are not negative.
+            let (high, low) = (at(step), at(-step));
+            let (high, low, step) = match (high, low) {
+                (Some(high), Some(low)) => (high, low, 2.0 * step),
+                (Some(high), None) => (high, nominal.clone(), step),
+                (None, Some(low)) => (nominal.clone(), low, step),
+                (None, None) => return None,
             };
+            let slope = high.iter().zip(&low).map(|(h, l)| std::array::from_fn(|k| (h.0[k] - l.0[k]) / step));
+            columns.push((place, slope.collect()));
+            Some(())
+        };
         if slopes {
             for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| p.is_of_plant()) {
                 let step = parameter.step(point, &self.frame, piece.link);

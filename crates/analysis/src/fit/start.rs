@@ -90,28 +90,20 @@ pub fn begin(
         return None;
     }
     let link = pieces[0].link;
-    let (motor, ratio) = match &start.motor {
-        Some(motor) => {
-            let winding = &motor.winding;
-            let [l_d, l_q] = [winding.d_axis_inductance(), winding.q_axis_inductance()];
-            point.plant.resistance = motor.resistance;
-            (motor.clone(), l_d / (0.5 * (l_d + l_q)))
-        }
-        None => {
-            let longest = pieces
-                .iter()
-                .flat_map(|piece| {
-                    piece
-                        .edges
-                        .windows(2)
-                        .filter(|pair| drives(pair[0].legs))
-                        .map(|pair| pair[1].at - pair[0].at)
-                })
-                .fold(0.0, f64::max);
-            // Time constants of motors are tens of the pulses that raise their rated current.
-            point.plant.resistance = inductance / (40.0 * longest.max(1e-6));
-            (built_in("paper-5k5")?, 0.8)
-        }
+    let (motor, ratio) = if let Some(motor) = &start.motor {
+        let winding = &motor.winding;
+        let [l_d, l_q] = [winding.d_axis_inductance(), winding.q_axis_inductance()];
+        point.plant.resistance = motor.resistance;
+        (motor.clone(), l_d / (0.5 * (l_d + l_q)))
+    } else {
+        let driven = |piece: &Piece| {
+            let pairs = piece.edges.windows(2).filter(|pair| drives(pair[0].legs));
+            pairs.map(|pair| pair[1].at - pair[0].at).fold(0.0, f64::max)
+        };
+        let longest = pieces.iter().map(driven).fold(0.0, f64::max);
+        // Time constants of motors are tens of the pulses that raise their rated current.
+        point.plant.resistance = inductance / (40.0 * longest.max(1e-6));
+        (built_in("paper-5k5")?, 0.8)
     };
     let ratio = if (0.97..1.03).contains(&ratio) { if ratio > 1.0 { 1.1 } else { 0.9 } } else { ratio };
     point.plant.inductance = [inductance * ratio, inductance * (2.0 - ratio)];

@@ -38,7 +38,8 @@ fn a_trace_becomes_a_motor_that_loads() {
     assert!(sheet.matches("source = \"measured\"").count() >= 6, "{sheet}");
     let shown = String::from_utf8(standstill(&["motors", "f/motor.toml"], at).stdout).expect("text");
     assert!(shown.lines().any(|line| line.contains("nameplate.L_d") && line.contains("measured")), "{shown}");
-    let traced = ["trace", "--motor", "f/motor.toml", "--angle", "40", "--method", "maximum-likelihood", "--out", "t"];
+    let traced =
+        ["trace", "--motor", "f/motor.toml", "--angle", "40", "--method", "maximum-likelihood", "--out", "t"];
     assert!(standstill(&traced, at).status.success());
 }
 
@@ -55,11 +56,15 @@ fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
     };
     let changed = |line: usize, from: &str, to: &str| {
         let lines = trace.lines().enumerate();
-        let change = |(k, row): (usize, &str)| if k + 1 == line { row.replacen(from, to, 1) } else { row.to_owned() };
+        let change =
+            |(k, row): (usize, &str)| if k + 1 == line { row.replacen(from, to, 1) } else { row.to_owned() };
         lines.map(change).collect::<Vec<_>>().join("\n")
     };
     let message = fail(&changed(700, "off", "open"), &[]);
-    assert!(message.contains("p.csv, line 700, column leg_a: found `open`; needed: off, low or high"), "{message}");
+    assert!(
+        message.contains("p.csv, line 700, column leg_a: found `open`; needed: off, low or high"),
+        "{message}"
+    );
     let message = fail(&trace.replace("u_dc_V", "u_V"), &[]);
     assert!(message.contains("p.csv, line 1: found a column `u_V`; needed: t_s, i_a_A"), "{message}");
     let message = fail(&trace, &["-s", "sensors.noise=1 A"]);
