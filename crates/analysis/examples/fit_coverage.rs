@@ -3,9 +3,7 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage [SEEDS] [NOISE IN STEPS]…
-//! cargo run --release -p standstill-analysis --example fit_coverage trace > examples/traces/six_vectors.csv
 //! ```
-//! The second writes the trace of docs/own-motor.md.
 
 #[path = "../tests/scope/mod.rs"]
 mod scope;
@@ -14,11 +12,7 @@ use rayon::prelude::*;
 use scope::{Pulses, Scope, beside};
 
 fn main() {
-    let mut arguments = std::env::args().skip(1).peekable();
-    if arguments.peek().is_some_and(|word| word == "trace") {
-        let scope = Scope { interval: 2e-6, ..Scope::of(8.0) };
-        return print!("{}", scope::scipy().text(&scope, 1));
-    }
+    let mut arguments = std::env::args().skip(1);
     let seeds: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(200);
     let noises: Vec<f64> = arguments.filter_map(|text| text.parse().ok()).collect();
     let noises = if noises.is_empty() { vec![0.5] } else { noises };
@@ -33,7 +27,7 @@ fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
     let fits: Vec<_> =
         (0..seeds).into_par_iter().map(|seed| pulses.found(&scope, seed, &start(seed))).collect();
     println!("{title}: {seeds} seeds, noise {} steps", scope.noise);
-    println!("  {:20} {:>12} {:>12} {:>12} {:>10}  {}", "", "truth", "mean", "half width", "inside", "told");
+    println!("  {:20} {:>12} {:>12} {:>12} {:>10}  told", "", "truth", "mean", "half width", "inside");
     for estimate in &fits[0].parameters {
         let Some(truth) = pulses.truth_of(&estimate.name, &scope) else { continue };
         let (mut inside, mut told, mut sum, mut width) = (0_u32, 0_u32, 0.0, 0.0);

@@ -150,7 +150,7 @@ impl Pulses {
     /// As a scope writes it, with the noise of a seed; its trigger and its samples lie anywhere.
     pub fn text(&self, scope: &Scope, seed: u64) -> String {
         let mut draws = Streams::new(seed, 0).open(Purpose::CurrentNoise);
-        let uniform = |draw: f64| 0.5 + 0.5 * (draw * 1e3).sin();
+        let uniform = |draw: f64| 0.5 + 0.5 * standstill_numeric::sin(draw * 1e3);
         let (phase, trigger) = (uniform(draws.normal()), draws.normal() * 1e-4);
         let offset: [f64; 3] = std::array::from_fn(|_| 0.01 * scope.range * draws.normal());
         let step = scope.range / 128.0;
@@ -165,9 +165,9 @@ impl Pulses {
             let before = (place as usize).min(self.rows.len() - 2);
             let share = place - before as f64;
             let _ = write!(text, "{:.9}", time + trigger);
-            for k in 0..3 {
+            for (k, zero) in offset.iter().enumerate() {
                 let current = self.rows[before][1 + k] * (1.0 - share) + self.rows[before + 1][1 + k] * share;
-                let read = scope.gain[k] * current + offset[k] + scope.noise * step * draws.normal();
+                let read = scope.gain[k] * current + zero + scope.noise * step * draws.normal();
                 let code = (read / step).round().clamp(-128.0, 127.0);
                 let _ = write!(text, ",{:.6}", code * step);
             }

@@ -32,7 +32,7 @@ fn read(path: &Path) -> Result<Record, Error> {
     match std::str::from_utf8(&bytes) {
         Ok(text) => Record::parse(&file, text).map_err(Error::Record),
         Err(error) => {
-            let line = bytes[..error.valid_up_to()].iter().filter(|byte| **byte == b'\n').count() + 1;
+            let line = bytes[..error.valid_up_to()].split(|byte| *byte == b'\n').count();
             let found = "bytes that are no UTF-8".to_owned();
             let needed = "a text with commas between its columns".to_owned();
             Err(Error::Record(RecordError { file, line: Some(line), column: None, found, needed }))
@@ -51,17 +51,16 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     let keys = Keys { set: options.set.clone() };
     let document = scenario::changed(Document::parse(Path::new("scenario"), "")?, &keys, shorthands)?;
     let motor = options.motor.as_ref().map(|_| document.motor()).transpose()?;
-    let drive_of = match &motor {
-        Some(motor) => motor.clone(),
+    let drive_of = if let Some(motor) = &motor {
+        motor.clone()
+    } else {
         // Devices are sized to the current.
-        None => {
-            let rows = || records.iter().flat_map(|record| &record.rows);
-            let current =
-                rows().flat_map(|row| row.current).filter(|i| i.is_finite()).fold(0.0, |a, i| i.abs().max(a));
-            let link = rows().map(|row| row.link).fold(0.0, f64::max);
-            let like = built_in("paper-5k5").ok_or_else(|| Error::UnknownMotor("paper-5k5".to_owned()))?;
-            Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
-        }
+        let rows = || records.iter().flat_map(|record| &record.rows);
+        let currents = rows().flat_map(|row| row.current).filter(|i| i.is_finite());
+        let current = currents.fold(0.0, |most, i| i.abs().max(most));
+        let link = rows().map(|row| row.link).fold(0.0, f64::max);
+        let like = built_in("paper-5k5").ok_or_else(|| Error::UnknownMotor("paper-5k5".to_owned()))?;
+        Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
     };
     let drive = document.unchecked_scenario_of(&drive_of)?.drive;
     Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds() })
