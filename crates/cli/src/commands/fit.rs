@@ -6,9 +6,9 @@ use std::path::Path;
 use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
 use standstill_analysis::fit::{Estimate, Fit, Start, fit};
-use standstill_campaign::file::Document;
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::{Scale, magnitude};
+use standstill_scenario::Document;
 
 use super::reproduce::file_list;
 use crate::Report;
