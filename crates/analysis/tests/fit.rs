@@ -36,7 +36,7 @@ fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<
             assert!(known, "{name} is not identified");
         }
         assert!(
-            fit.residual_rms < 1.1 * fit.expected_rms && fit.widened < 1.5,
+            fit.residual_rms < 1.3 * fit.expected_rms && fit.widened < 1.5,
             "{} {}",
             fit.residual_rms,
             fit.widened
