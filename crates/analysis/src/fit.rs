@@ -5,7 +5,7 @@
 //!                                                             └─► what the readings tell, and what they do not
 //! ```
 //! The legs' requests of the records are replayed on plants with other parameters; their currents, through channels with
-//! gains, offsets and a delay, are held against the readings. The information of the readings ([`reading`]) is also that of
+//! gains, offsets and a delay, are held against the readings. The information of the readings (`fit/reading.rs`) is also that of
 //! the parameters: its inverse gives the 95 % intervals, and where an interval is wider than what is known of a parameter
 //! without measuring, the parameter is fixed at its start value and said not to be identified.
 //!
