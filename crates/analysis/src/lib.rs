@@ -16,6 +16,7 @@ mod anatomy;
 pub mod bracket;
 mod budget;
 mod event;
+pub mod fit;
 pub mod limit;
 mod odds;
 pub mod require;

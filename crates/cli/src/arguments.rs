@@ -59,6 +59,8 @@ pub enum Command {
     Man(Man),
     /// A motor's inductances over current, and which pole draws more of it
     Magnetics(Magnetics),
+    /// A motor from scope traces of pulses at standstill: resistance, inductances, angle, saturation, with intervals
+    Fit(Fit),
     /// The built-in motors, a line each; of one motor each number, and where it comes from
     Motors(Motors),
 }
@@ -220,6 +222,27 @@ pub struct Magnetics {
     #[command(flatten)]
     pub temperature: Temperatures,
     /// Print JSON and write no figure
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Fit {
+    /// Traces (.csv) of one or several pulses from rest, with the columns t_s, i_a_A, i_b_A, i_c_A (one may be missing), u_dc_V,
+    /// and leg_a, leg_b, leg_c: what the legs are asked for, off, low or high
+    #[arg(required = true)]
+    pub traces: Vec<PathBuf>,
+    /// A motor like the one measured, a built-in's name or a data sheet's path (.toml): what the fit begins with, and what the
+    /// traces do not tell [default: none]
+    #[arg(long, value_name = "START")]
+    pub motor: Option<String>,
+    /// What is known of the drive, such as `inverter.dead_time="1.5 us"`; any number of times [default: error set default]
+    #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = scenario::assignment)]
+    pub set: Vec<(String, String)>,
+    /// Folder for the files; made if it does not exist
+    #[arg(long, value_name = "DIR", default_value = "standstill-out/fit")]
+    pub out: PathBuf,
+    /// Print the content of fit.json instead of text
     #[arg(long)]
     pub json: bool,
 }

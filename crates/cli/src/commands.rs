@@ -3,6 +3,7 @@
 pub mod budget;
 pub mod check;
 pub mod compare;
+pub mod fit;
 pub mod init;
 pub mod magnetics;
 pub mod merge;

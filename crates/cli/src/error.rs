@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::{Path, PathBuf};
 
+use standstill_analysis::fit::FitError;
+use standstill_analysis::fit::record::RecordError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
@@ -29,6 +31,8 @@ pub enum Error {
     Campaign(CampaignError),
     Bound(BoundError),
     Figure(FigureError),
+    Record(RecordError),
+    Fit(FitError),
     Magnetics(NoConvergence),
     Temperature(TemperatureError),
     Map(MapError),
@@ -94,6 +98,8 @@ impl fmt::Display for Error {
             }
             Self::Magnetics(error) => write!(f, "the core has no such state: {error}"),
             Self::Figure(error) => write!(f, "cannot draw: {error}"),
+            Self::Record(error) => error.fmt(f),
+            Self::Fit(error) => write!(f, "no motor fits these traces: {error}"),
         }
     }
 }

@@ -12,11 +12,13 @@ use crate::log::Entry;
 
 mod budget;
 mod comparison;
+mod fit;
 mod odds;
 mod require;
 
 pub use budget::{Bar, over_angle, shares};
 pub use comparison::comparison;
+pub use fit::fit;
 pub use odds::odds;
 pub use require::{Judged, require, tradeoff};
 

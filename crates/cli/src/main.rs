@@ -36,6 +36,7 @@ fn main() -> ExitCode {
         Command::Trace(options) => commands::trace::run(&options),
         Command::Compare(options) => commands::compare::run(&options),
         Command::Check(options) => commands::check::run(&options),
+        Command::Fit(options) => commands::fit::run(&options),
         Command::Magnetics(options) => commands::magnetics::run(&options),
         Command::Motors(options) => commands::motors::run(&options),
         Command::Run(options) => commands::run::run(&options),

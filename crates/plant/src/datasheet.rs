@@ -31,6 +31,8 @@ use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples, MapValue
 pub enum Source {
     /// Printed in the source that the data sheet names.
     Given,
+    /// Estimated from a measurement, as `standstill fit` does.
+    Measured,
     /// Computed from what is printed there.
     Inferred,
     /// Neither: chosen, for the reason stated.
@@ -41,6 +43,7 @@ impl fmt::Display for Source {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
             Self::Given => "given",
+            Self::Measured => "measured",
             Self::Inferred => "inferred",
             Self::Assumed => "assumed",
         })

@@ -37,11 +37,14 @@ trait Host<'a> {
     fn over(&mut self, lane: usize, finished: Finished);
 }
 
+/// What a detector orders after readings; `None` if it is done.
+type Orders<'d> = dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>> + 'd;
+
 /// Goes on until a step is wanted, or to the end of the run.
 fn advance<'a, V: Wide>(
     control: &mut Control<'a>,
     bank: &mut Bank<'a, V>,
-    detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    detector: &mut Orders<'_>,
     mut want: Want,
 ) -> Option<Finished> {
     loop {
@@ -86,12 +89,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     }
 
     /// Puts a run into a lane; its end, if it needs no step.
-    fn seat(
-        &mut self,
-        lane: usize,
-        control: Control<'a>,
-        detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
-    ) -> Option<Finished> {
+    fn seat(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
         let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
         if finished.is_some() {
             self.bank.live &= !(1 << lane);
@@ -198,7 +196,7 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
 /// One run, in a bank for one.
 fn alone(
     case: &Case,
-    detector: &mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    detector: &mut Orders<'_>,
     ledger: bool,
     probe: &mut dyn Probe,
     refereed: bool,
@@ -220,7 +218,7 @@ fn alone(
 
 /// The host of a single run.
 struct Only<'d> {
-    detector: &'d mut dyn FnMut(&[Reading<f64>]) -> Option<Command<f64>>,
+    detector: &'d mut Orders<'d>,
     finished: Option<Finished>,
 }
 
@@ -260,7 +258,7 @@ pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
 }
 
 /// All runs of a host, side by side.
-fn all<'a>(most: Width, host: &mut dyn Host<'a>) {
+fn all(most: Width, host: &mut dyn Host<'_>) {
     // The first decides of what kind the bank is, and has the first lane.
     if let Some(first) = host.next(0) {
         on_widest(most, Work { first, host });

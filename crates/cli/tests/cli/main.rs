@@ -5,6 +5,7 @@ mod answers;
 mod bits;
 mod campaigns;
 mod files;
+mod fits;
 mod maps;
 mod methods;
 mod mistakes;
@@ -235,7 +236,10 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
             &["reproduce", "--motor", "negative.toml"],
             &["negative.toml", "winding.resistance", "-1.2 Ω", "positive"],
         ),
-        (&["reproduce", "--motor", "unit.toml"], &["unit.toml", "line 17", "`resistance`", "`1.2 mH`", "Ω"]),
+        (
+            &["reproduce", "--motor", "unit.toml"],
+            &["unit.toml", "line 17", "`winding.resistance.value`", "`1.2 mH`", "Ω"],
+        ),
         (&["reproduce", "--motor", "poles.toml"], &["poles.toml", "winding.pole_pairs", "is 0", "1 to 200"]),
         (
             &["reproduce", "--motor", "winding.toml"],

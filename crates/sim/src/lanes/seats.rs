@@ -51,7 +51,7 @@ pub struct Seats<T: Real, D, C, F> {
     cases: C,
     done: F,
     begun: usize,
-    seats: [Option<Seat<T, D>>; MOST_LANES],
+    lanes: [Option<Seat<T, D>>; MOST_LANES],
 }
 
 /// Who has a lane: the number of the case, and its detector.
@@ -64,7 +64,7 @@ struct Seat<T: Real, D> {
 impl<T: Real, D, C, F> Seats<T, D, C, F> {
     /// For these cases; `done` gets each run with the number of its case.
     pub fn new(cases: C, done: F) -> Self {
-        Self { cases, done, begun: 0, seats: [const { None }; MOST_LANES] }
+        Self { cases, done, begun: 0, lanes: [const { None }; MOST_LANES] }
     }
 }
 
@@ -78,7 +78,7 @@ where
     fn next(&mut self, lane: usize) -> Option<Case<'a>> {
         let (case, detector) = self.cases.next()?;
         let seat =
-            self.seats[lane].get_or_insert_with(|| Seat { number: 0, detector: None, desk: Desk::new() });
+            self.lanes[lane].get_or_insert_with(|| Seat { number: 0, detector: None, desk: Desk::new() });
         seat.number = self.begun;
         seat.detector = Some(detector);
         self.begun += 1;
@@ -86,12 +86,12 @@ where
     }
 
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>> {
-        let seat = self.seats[lane].as_mut()?;
+        let seat = self.lanes[lane].as_mut()?;
         seat.desk.step(seat.detector.as_mut()?, readings)
     }
 
     fn over(&mut self, lane: usize, finished: Finished) {
-        if let Some(seat) = &mut self.seats[lane] {
+        if let Some(seat) = &mut self.lanes[lane] {
             let run = seat.desk.run(finished);
             (self.done)(seat.number, run);
         }

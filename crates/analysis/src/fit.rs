@@ -1,0 +1,348 @@
+//! From a scope trace to a motor: the parameters of the plant with which recorded pulses are the most likely.
+//!
+//! ```text
+//!   records ─► pieces from rest ─► start: the best of a grid of angles ─► scoring on the simulator's own plant
+//!                                                             └─► what the readings tell, and what they do not
+//! ```
+//! The legs' requests of the records are replayed on plants with other parameters; their currents, through channels with
+//! gains, offsets and a delay, are held against the readings. The information of the readings (`fit/reading.rs`) is also that of
+//! the parameters: its inverse gives the 95 % intervals, and where an interval is wider than what is known of a parameter
+//! without measuring, the parameter is fixed at its start value and said not to be identified.
+//!
+//! What no current at standstill tells: a gain that all channels have in common scales R, L_d, L_q and the devices' slopes
+//! alike; the flux of the magnet; and the pole but by the convention which one saturates the iron.
+
+mod parameters;
+mod pieces;
+mod plant;
+mod reading;
+pub mod record;
+mod result;
+mod sheet;
+mod solve;
+mod start;
+
+use std::f64::consts::{FRAC_PI_2, PI};
+use std::fmt;
+
+use nalgebra::DMatrix;
+use standstill_plant::Motor;
+
+use parameters::{Parameter, Point, loose_edges};
+use pieces::Piece;
+use reading::Scatter;
+use record::Record;
+use solve::{Problem, Sum};
+
+pub use plant::Plant;
+pub use result::{Estimate, Fit, Lean, Pole, Trace};
+pub use standstill_inverter::{DeviceKind, Devices};
+
+/// What a fit begins with.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// A motor like the one measured; none: nothing is known of it.
+    pub motor: Option<Motor>,
+    /// Switches and diodes.
+    pub devices: Devices,
+    /// In s.
+    pub dead_time: f64,
+}
+
+/// A fit that did not succeed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FitError {
+    /// The pulses raise no current that could be seen.
+    NoCurrent,
+    /// No plant comes near the readings.
+    NoPlant,
+    /// More rows, of all records together, than a fit takes.
+    TooManyRows(usize),
+    /// An interrupt.
+    Stopped,
+    /// More changes of the legs than can be placed between rows so far apart.
+    TooManyEdges(usize),
+}
+
+/// Changes of the legs whose places between rows can be estimated along.
+const MOST_EDGES: usize = 150;
+
+impl fmt::Display for FitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NoCurrent => {
+                write!(
+                    f,
+                    "found no current that rises in a pulse; needed: pulses of at least ten times the channels' resolution, and currents into the motor counted positive"
+                )
+            }
+            Self::NoPlant => {
+                write!(
+                    f,
+                    "no motor at standstill comes near these currents; needed: legs, currents and DC link of one inverter and motor, in these columns' units"
+                )
+            }
+            Self::TooManyRows(rows) => {
+                write!(f, "found {rows} rows in all files; needed: at most {}", record::MOST_ROWS)
+            }
+            Self::Stopped => write!(f, "stopped"),
+            Self::TooManyEdges(count) => write!(
+                f,
+                "found {count} changes of the legs between rows so far apart that their places matter; needed: at most {MOST_EDGES}, or rows closer together"
+            ),
+        }
+    }
+}
+
+impl std::error::Error for FitError {}
+
+/// 97.5 % quantile of a normal.
+const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
+
+/// Deviations by which the iron must saturate more along +d than along −d, or the other way, to tell the poles apart: a
+/// wrong pole in a thousand.
+const POLE_DEVIATIONS: f64 = 3.3;
+
+/// Times that it is looked at anew what the readings tell.
+const MOST_ROUNDS: usize = 8;
+
+/// A fit at work.
+struct Work<'a> {
+    problem: Problem,
+    scatter: [Scatter; 3],
+    reach: f64,
+    link: f64,
+    /// Called before each step; whether to stop.
+    did: &'a (dyn Fn() -> bool + Sync),
+}
+
+/// A point with its information, and what was fixed on the way.
+struct Solved {
+    point: Point,
+    sum: Sum,
+    free: Vec<Parameter>,
+    scatter: [Scatter; 3],
+}
+
+/// Fits a motor to records. `did` is called before each step and says whether to stop.
+pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -> Result<Fit, FitError> {
+    let rows = records.iter().map(|record| record.rows.len()).sum();
+    if rows > record::MOST_ROWS {
+        return Err(FitError::TooManyRows(rows));
+    }
+    let pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
+    let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
+    let (frame, point, scatter) =
+        start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
+    let reach = start::reach(&pieces, &point);
+    let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
+    let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
+    let problem = Problem { frame, pieces, channels, free: Vec::new(), edges: Vec::new() };
+    let mut work = Work { problem, scatter, reach, link, did };
+
+    // The axis, by straight cores, from several angles.
+    work.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
+    work.problem.free.extend(
+        Parameter::all(channels, start.devices.kind)
+            .into_iter()
+            .filter(|p| matches!(p, Parameter::Offset(_))),
+    );
+    let straight = work.straight(&point)?;
+
+    // All that can be told, and the edges.
+    let noise = straight
+        .scatter
+        .iter()
+        .map(|s| s.noise.max(s.step.unwrap_or(0.0) * 0.29))
+        .fold(f64::INFINITY, |a, b| if b > 0.0 { a.min(b) } else { a });
+    work.problem.edges = loose_edges(&work.problem.pieces, noise, slope);
+    if work.problem.edges.len() > MOST_EDGES {
+        return Err(FitError::TooManyEdges(work.problem.edges.len()));
+    }
+    work.scatter.clone_from(&straight.scatter);
+    let solved = work.either_axis(&straight.point, start)?;
+    result::conclude(work, solved, start)
+}
+
+impl Work<'_> {
+    fn solve(&mut self, point: &Point, most: usize) -> Result<Solved, FitError> {
+        let mut scatter = self.scatter.clone();
+        let solved = self.problem.solve(point.clone(), &mut scatter, most, self.did);
+        match solved {
+            Some((point, sum)) => Ok(Solved { point, sum, free: self.problem.free.clone(), scatter }),
+            None if (self.did)() => Err(FitError::Stopped),
+            None => Err(FitError::NoPlant),
+        }
+    }
+
+    /// The most likely straight core from starts all around.
+    fn straight(&mut self, point: &Point) -> Result<Solved, FitError> {
+        let mut best: Option<Solved> = None;
+        for k in 0..4 {
+            let mut from = point.clone();
+            from.plant.angle = PI * f64::from(k) / 4.0;
+            match self.solve(&from, 12) {
+                Ok(solved) => {
+                    if best.as_ref().is_none_or(|best| solved.sum.likelihood > best.sum.likelihood) {
+                        best = Some(solved);
+                    }
+                }
+                Err(FitError::NoPlant) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        let mut best = best.ok_or(FitError::NoPlant)?;
+        // In a straight core the axes are alike but for their inductances: d is the one that the start has.
+        let [l_d, l_q] = best.point.plant.inductance;
+        let [d, q] = point.plant.inductance;
+        if (l_d < l_q) != (d < q) {
+            swap_axes(&mut best.point);
+        }
+        Ok(best)
+    }
+
+    /// All that can be told, with d where it is and with d where q is: the axis that saturates to one side is d. Where
+    /// nothing tells, it stays.
+    fn either_axis(&mut self, point: &Point, start: &Start) -> Result<Solved, FitError> {
+        let here = self.told(point)?;
+        if start.motor.is_some() {
+            return Ok(here);
+        }
+        let mut other = point.clone();
+        swap_axes(&mut other);
+        match self.told(&other) {
+            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 => Ok(there),
+            Err(FitError::Stopped) => Err(FitError::Stopped),
+            _ => {
+                self.problem.free.clone_from(&here.free);
+                Ok(here)
+            }
+        }
+    }
+
+    /// Solved for all parameters that the readings tell; the others stay where they are.
+    fn told(&mut self, point: &Point) -> Result<Solved, FitError> {
+        let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
+        self.told_of(&all, point)
+    }
+
+    /// The same of these parameters. The better the readings are understood the more they tell: what is free is looked at
+    /// anew after each solution, and at last only ever less.
+    fn told_of(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
+        let mut point = point.clone();
+        let mut solved: Option<Solved> = None;
+        for round in 0..MOST_ROUNDS {
+            let before = solved.as_ref().map(|solved| solved.free.clone());
+            self.problem.free = match &before {
+                Some(before) if round > MOST_ROUNDS / 2 => before.clone(),
+                _ => all.to_vec(),
+            };
+            let sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            self.problem.free = self.identified(&sum, &point);
+            if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
+                return Ok(solved);
+            }
+            let next = self.solve(&point, 40)?;
+            (point, self.scatter) = (next.point.clone(), next.scatter.clone());
+            solved = Some(next);
+        }
+        solved.ok_or(FitError::NoPlant)
+    }
+
+    /// Those of the free parameters that are told: one after the other the last is taken out whose interval is wider than
+    /// what is known of it anyway.
+    fn identified(&self, sum: &Sum, point: &Point) -> Vec<Parameter> {
+        let free = &self.problem.free;
+        let mut keep: Vec<usize> = (0..free.len()).collect();
+        loop {
+            let fixed: Vec<usize> = (0..free.len()).filter(|k| !keep.contains(k)).collect();
+            let wide = match self.spread(sum, point, &keep, &fixed) {
+                Some(spread) => (0..keep.len()).rev().find(|k| {
+                    spread.half(&[(*k, 1.0)], free[keep[*k]]) > self.plausible(free[keep[*k]], point)
+                }),
+                None => keep.len().checked_sub(1),
+            };
+            match wide {
+                Some(k) => drop(keep.remove(k)),
+                None => return keep.into_iter().map(|k| free[k]).collect(),
+            }
+        }
+    }
+
+    fn plausible(&self, parameter: Parameter, point: &Point) -> f64 {
+        parameter.plausible(point, self.reach, self.link)
+    }
+
+    /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.
+    fn spread(&self, sum: &Sum, point: &Point, keep: &[usize], fixed: &[usize]) -> Option<Spread> {
+        let free = self.problem.free.len();
+        let places: Vec<usize> = keep.iter().copied().chain(free..sum.information.nrows()).collect();
+        let covariance = covariance(&sum.information, &places, sum.inflation)?;
+        let n = places.len();
+        // −J⁻¹ c: what the others become if a fixed one is off by one.
+        let shifts = DMatrix::from_fn(n, fixed.len(), |x, f| {
+            let along = |y: usize| covariance[(x, y)] * sum.information[(places[y], fixed[f])];
+            -(0..n).map(along).sum::<f64>() / sum.inflation
+        });
+        let off = fixed.iter().map(|f| self.plausible(self.problem.free[*f], point)).collect();
+        let interval = self.problem.pieces.iter().flat_map(|piece| &piece.edges).map(|edge| edge.deviation);
+        let interval = interval.fold(0.0, f64::max) * 12.0_f64.sqrt();
+        Some(Spread { covariance, shifts, off, interval })
+    }
+}
+
+/// How well parameters are known.
+struct Spread {
+    /// Of the readings.
+    covariance: DMatrix<f64>,
+    /// What a fixed parameter moves, per unit: a row a parameter, a column a fixed one.
+    shifts: DMatrix<f64>,
+    /// By how much fixed parameters may be off: half the width of their 95 % intervals.
+    off: Vec<f64>,
+    /// Between two rows, in s.
+    interval: f64,
+}
+
+impl Spread {
+    /// Half the width of the 95 % interval of a sum of parameters, each with a factor; `parameter` is what it stands for.
+    fn half(&self, terms: &[(usize, f64)], parameter: Parameter) -> f64 {
+        let mut square = 0.0;
+        for (x, a) in terms {
+            for (y, b) in terms {
+                square += a * b * self.covariance[(*x, *y)];
+            }
+        }
+        let mut half = TWO_SIDED_95 * TWO_SIDED_95 * square.max(0.0);
+        for (f, off) in self.off.iter().enumerate() {
+            let shift = terms.iter().map(|(x, a)| a * self.shifts[(*x, f)]).sum::<f64>() * off;
+            half += shift * shift;
+        }
+        if parameter == Parameter::Delay {
+            // All edges may lie alike between their rows, as they do where drive and scope count by the same beat: anywhere.
+            half += (0.475 * self.interval) * (0.475 * self.interval);
+        }
+        half.sqrt()
+    }
+}
+
+/// d where q is.
+fn swap_axes(point: &mut Point) {
+    point.plant.inductance.swap(0, 1);
+    point.plant.angle += FRAC_PI_2;
+}
+
+/// Covariance of these unknowns while the others stay: the inverse of their information. None where that is singular.
+fn covariance(information: &DMatrix<f64>, places: &[usize], inflation: f64) -> Option<DMatrix<f64>> {
+    let scale: Vec<f64> = places.iter().map(|k| information[(*k, *k)].sqrt()).collect();
+    if !scale.iter().all(|scale| *scale > 0.0) {
+        return None;
+    }
+    let n = places.len();
+    let scaled = DMatrix::from_fn(n, n, |x, y| information[(places[x], places[y])] / (scale[x] * scale[y]));
+    let smallest = scaled.clone().symmetric_eigenvalues().min();
+    if smallest < 1e-10 {
+        return None;
+    }
+    let inverse = scaled.cholesky()?.inverse();
+    Some(DMatrix::from_fn(n, n, |x, y| inflation * inverse[(x, y)] / (scale[x] * scale[y])))
+}

@@ -1,0 +1,193 @@
+//! What is estimated: names, steps of the differences, and how well each is known without any measurement.
+
+use standstill_inverter::DeviceKind;
+
+use super::pieces::Piece;
+use super::plant::{Frame, Law, Plant};
+
+/// A parameter of plant or channels, in the order in which what cannot be told is fixed: the last one first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// L_d without current, in H.
+    DAxisInductance,
+    /// L_q without current, in H.
+    QAxisInductance,
+    /// θ in rad.
+    Angle,
+    /// Offset of a phase's channel in A.
+    Offset(usize),
+    /// Gain of a phase's channel less 1; those of all channels have the mean 1.
+    Gain(usize),
+    /// R in Ω.
+    Resistance,
+    /// Time in s by which the channels are later than the legs' requests.
+    Delay,
+    /// In s.
+    DeadTime,
+    /// β, or the fall along +d.
+    SaturationAlong,
+    /// γ, or the fall along −d.
+    SaturationAgainst,
+    /// γ_q, or the fall along q.
+    SaturationAcross,
+    /// In V.
+    DiodeDrop,
+    /// In V.
+    SwitchDrop,
+    /// In Ω.
+    DiodeResistance,
+    /// In Ω.
+    SwitchResistance,
+}
+
+use Parameter::{
+    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, Gain, Offset, QAxisInductance,
+    Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
+};
+
+/// Everything that a simulation and its channels need.
+#[derive(Clone, Debug)]
+pub struct Point {
+    /// The plant.
+    pub plant: Plant,
+    /// In s.
+    pub delay: f64,
+    /// Of the channels, less 1.
+    pub gain: [f64; 3],
+    /// Of the channels, in A.
+    pub offset: [f64; 3],
+    /// Of the edges of each piece from the middle of their rows, in s.
+    pub shifts: Vec<Vec<f64>>,
+}
+
+impl Parameter {
+    /// All of a fit with these channels, the first ones never fixed before the later ones. The gain of the last channel
+    /// follows from the others'. A MOSFET's channel has no threshold.
+    pub fn all(channels: [bool; 3], kind: DeviceKind) -> Vec<Self> {
+        let present: Vec<usize> = (0..3).filter(|k| channels[*k]).collect();
+        let mut all = vec![DAxisInductance, QAxisInductance, Angle];
+        all.extend(present.iter().map(|k| Offset(*k)));
+        all.extend(present[..present.len() - 1].iter().map(|k| Gain(*k)));
+        all.extend([
+            Resistance,
+            Delay,
+            DeadTime,
+            SaturationAlong,
+            SaturationAgainst,
+            SaturationAcross,
+            DiodeDrop,
+            SwitchDrop,
+            DiodeResistance,
+            SwitchResistance,
+        ]);
+        all.retain(|parameter| kind == DeviceKind::Igbt || *parameter != SwitchDrop);
+        all
+    }
+
+    /// Whether a change asks for another simulation; else the channels' derivatives are known.
+    pub fn is_of_plant(self) -> bool {
+        !matches!(self, Delay | Gain(_) | Offset(_))
+    }
+
+    /// Its value.
+    pub fn get(self, point: &Point) -> f64 {
+        let plant = &point.plant;
+        match self {
+            DAxisInductance => plant.inductance[0],
+            QAxisInductance => plant.inductance[1],
+            Angle => plant.angle,
+            Offset(k) => point.offset[k],
+            Gain(k) => point.gain[k],
+            Resistance => plant.resistance,
+            Delay => point.delay,
+            DeadTime => plant.dead_time,
+            SaturationAlong => plant.saturation[0],
+            SaturationAgainst => plant.saturation[1],
+            SaturationAcross => plant.saturation[2],
+            DiodeDrop => plant.devices.diode_drop,
+            SwitchDrop => plant.devices.switch_drop,
+            DiodeResistance => plant.devices.diode_resistance,
+            SwitchResistance => plant.devices.switch_resistance,
+        }
+    }
+
+    /// Changes its value.
+    pub fn add(self, point: &mut Point, change: f64, channels: [bool; 3]) {
+        let plant = &mut point.plant;
+        match self {
+            DAxisInductance => plant.inductance[0] += change,
+            QAxisInductance => plant.inductance[1] += change,
+            Angle => plant.angle += change,
+            Offset(k) => point.offset[k] += change,
+            Gain(k) => {
+                point.gain[k] += change;
+                point.gain[last(channels)] -= change;
+            }
+            Resistance => plant.resistance += change,
+            Delay => point.delay += change,
+            DeadTime => plant.dead_time += change,
+            SaturationAlong => plant.saturation[0] += change,
+            SaturationAgainst => plant.saturation[1] += change,
+            SaturationAcross => plant.saturation[2] += change,
+            DiodeDrop => plant.devices.diode_drop += change,
+            SwitchDrop => plant.devices.switch_drop += change,
+            DiodeResistance => plant.devices.diode_resistance += change,
+            SwitchResistance => plant.devices.switch_resistance += change,
+        }
+    }
+
+    /// Step of its difference: large beside the integrator's error, small beside what is not linear.
+    pub fn step(self, point: &Point, frame: &Frame, link: f64) -> f64 {
+        match self {
+            DAxisInductance | QAxisInductance => 1e-3 * self.get(point),
+            Resistance | DiodeResistance | SwitchResistance => {
+                1e-3 * (0.01 * link / frame.current + point.plant.resistance)
+            }
+            DeadTime => 10e-9,
+            Angle | SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
+            DiodeDrop | SwitchDrop => 2e-5 * link,
+            // Not differentiated so.
+            Delay | Gain(_) | Offset(_) => 1.0,
+        }
+    }
+
+    /// Half the width of what is known of it without measuring anything. An estimate whose 95 % interval is wider tells
+    /// nothing. In a fit of currents up to `reach` A, on a link of so many volts.
+    pub fn plausible(self, point: &Point, reach: f64, link: f64) -> f64 {
+        let devices = &point.plant.devices;
+        match self {
+            DAxisInductance | QAxisInductance => 0.5 * self.get(point),
+            Angle => 30_f64.to_radians(),
+            Offset(_) => 0.2 * reach,
+            Gain(_) => 0.03,
+            Resistance => 0.5 * point.plant.resistance.max(1e-3 * link / reach),
+            Delay => 2e-6,
+            DeadTime => 1e-6,
+            SaturationAlong | SaturationAgainst | SaturationAcross => {
+                0.05 * if point.plant.law == Law::Series { 0.5 } else { 1.0 }
+            }
+            DiodeDrop => 0.5 * devices.diode_drop.max(0.3),
+            SwitchDrop => 0.5 * devices.switch_drop.max(0.3),
+            DiodeResistance => 0.5 * devices.diode_resistance.max(0.02 * point.plant.resistance),
+            SwitchResistance => 0.5 * devices.switch_resistance.max(0.02 * point.plant.resistance),
+        }
+    }
+}
+
+/// The last channel.
+pub fn last(channels: [bool; 3]) -> usize {
+    channels.iter().rposition(|present| *present).unwrap_or(0)
+}
+
+/// Edges whose place matters: what they may be off by, in s, drives more current than a share of the noise in A.
+pub fn loose_edges(pieces: &[Piece], noise: f64, slope: f64) -> Vec<(usize, usize)> {
+    let mut loose = Vec::new();
+    for (number, piece) in pieces.iter().enumerate() {
+        for (k, edge) in piece.edges.iter().enumerate() {
+            if edge.deviation * slope > 0.02 * noise {
+                loose.push((number, k));
+            }
+        }
+    }
+    loose
+}

@@ -1,0 +1,296 @@
+//! What an oscilloscope or a drive recorded: currents, the DC link, and what the legs were asked for.
+
+use std::fmt;
+
+/// The columns of a record, in any order.
+pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
+
+/// Rows that a record may have, and all records together: more would not tell more, and take minutes.
+pub const MOST_ROWS: usize = 500_000;
+
+/// Rows below which a record is none.
+const LEAST_ROWS: usize = 20;
+
+/// What a leg is asked for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Request {
+    /// Both switches off.
+    #[default]
+    Off,
+    /// Lower switch on.
+    Low,
+    /// Upper switch on.
+    High,
+}
+
+impl Request {
+    fn read(text: &str) -> Option<Self> {
+        [("off", Self::Off), ("low", Self::Low), ("high", Self::High)]
+            .into_iter()
+            .find_map(|(name, request)| name.eq_ignore_ascii_case(text).then_some(request))
+    }
+}
+
+/// One row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Row {
+    /// In s.
+    pub time: f64,
+    /// Phase currents in A; not a number where there is no channel.
+    pub current: [f64; 3],
+    /// DC link in V.
+    pub link: f64,
+    /// What the legs are asked for from here on.
+    pub legs: [Request; 3],
+}
+
+/// A record: one or several pulses, from rest.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Record {
+    /// Its file.
+    pub file: String,
+    /// In order of time.
+    pub rows: Vec<Row>,
+    /// Which of the phases have a channel.
+    pub channels: [bool; 3],
+}
+
+/// A record that is none.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RecordError {
+    /// Its file.
+    pub file: String,
+    /// The line, from 1, if it is about one.
+    pub line: Option<usize>,
+    /// The column, if it is about one.
+    pub column: Option<&'static str>,
+    /// What was found.
+    pub found: String,
+    /// What is allowed.
+    pub needed: String,
+}
+
+impl fmt::Display for RecordError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ", line {line}")?;
+        }
+        if let Some(column) = self.column {
+            write!(f, ", column {column}")?;
+        }
+        write!(f, ": found {}; needed: {}", self.found, self.needed)
+    }
+}
+
+impl std::error::Error for RecordError {}
+
+/// Where messages are from.
+struct Place<'a> {
+    file: &'a str,
+    line: Option<usize>,
+}
+
+impl Place<'_> {
+    fn error(
+        &self,
+        column: Option<&'static str>,
+        found: impl Into<String>,
+        needed: impl Into<String>,
+    ) -> RecordError {
+        RecordError {
+            file: self.file.to_owned(),
+            line: self.line,
+            column,
+            found: found.into(),
+            needed: needed.into(),
+        }
+    }
+}
+
+/// A field as messages show it.
+fn shown(text: &str) -> String {
+    format!("`{}`", text.chars().take(40).collect::<String>())
+}
+
+impl Record {
+    /// From a text: a header with the names of [`COLUMNS`], of which one current may be missing, then a row a line, with
+    /// commas. Blank lines and those that begin with `#` are skipped.
+    ///
+    /// # Errors
+    /// The first thing that is wrong, with its line and column.
+    pub fn parse(file: &str, text: &str) -> Result<Self, RecordError> {
+        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+        let mut lines = text
+            .lines()
+            .enumerate()
+            .map(|(k, line)| (k + 1, line.trim()))
+            .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+        let nowhere = Place { file, line: None };
+        let header = || format!("a header with the columns {}", COLUMNS.join(", "));
+        let Some((number, first)) = lines.next() else {
+            return Err(nowhere.error(None, "no line", header()));
+        };
+        let columns = columns(&Place { file, line: Some(number) }, first)?;
+        let mut rows: Vec<Row> = Vec::new();
+        for (number, line) in lines {
+            let place = Place { file, line: Some(number) };
+            if rows.len() == MOST_ROWS {
+                let needed = format!("at most {MOST_ROWS} rows; fewer samples, or fewer pulses, will do");
+                return Err(place.error(None, "one more row", needed));
+            }
+            let row = row(&place, line, &columns)?;
+            match rows.last() {
+                Some(before) if row.time <= before.time => {
+                    let needed = format!("more than {} of the row before", before.time);
+                    return Err(place.error(Some("t_s"), row.time.to_string(), needed));
+                }
+                None if row.legs.contains(&Request::High) && row.legs.contains(&Request::Low) => {
+                    let needed = "a record that begins before its first pulse, without current: all legs off, or all low";
+                    return Err(place.error(None, "legs that drive a current in the first row", needed));
+                }
+                _ => rows.push(row),
+            }
+        }
+        if rows.len() < LEAST_ROWS {
+            let found = format!("{} rows", rows.len());
+            return Err(nowhere.error(None, found, format!("at least {LEAST_ROWS}")));
+        }
+        let drives = |row: &Row| row.legs.contains(&Request::High) && row.legs.contains(&Request::Low);
+        if !rows.iter().any(drives) {
+            let needed = "a pulse: rows in which one leg is high and another low";
+            return Err(nowhere.error(None, "no such row", needed));
+        }
+        let channels = std::array::from_fn(|k| columns.contains(&(1 + k)));
+        Ok(Self { file: file.to_owned(), rows, channels })
+    }
+}
+
+/// Which of [`COLUMNS`] each field is.
+fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
+    let known = COLUMNS.join(", ");
+    let mut columns = Vec::new();
+    for name in header.split(',').map(str::trim) {
+        let Some(k) = COLUMNS.iter().position(|column| *column == name) else {
+            return Err(place.error(None, format!("a column {}", shown(name)), known));
+        };
+        if columns.contains(&k) {
+            return Err(place.error(Some(COLUMNS[k]), "the column twice", "it once"));
+        }
+        columns.push(k);
+    }
+    let missing: Vec<&str> =
+        (0..COLUMNS.len()).filter(|k| !columns.contains(k)).map(|k| COLUMNS[k]).collect();
+    // The currents sum to zero: two of them are all of them.
+    let enough = match missing[..] {
+        [] => true,
+        [one] => one.starts_with("i_"),
+        _ => false,
+    };
+    if !enough {
+        let needed = format!("all of {known}; one of the three currents may be missing");
+        return Err(place.error(None, format!("no column {}", missing.join(", ")), needed));
+    }
+    Ok(columns)
+}
+
+fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError> {
+    let fields: Vec<&str> = line.split(',').map(str::trim).collect();
+    if fields.len() != columns.len() {
+        let needed = format!("{}, as in the header", columns.len());
+        return Err(place.error(None, format!("{} fields", fields.len()), needed));
+    }
+    let mut row = Row { time: 0.0, current: [f64::NAN; 3], link: 0.0, legs: [Request::Off; 3] };
+    for (field, k) in fields.into_iter().zip(columns) {
+        let column = Some(COLUMNS[*k]);
+        if let 5..=7 = k {
+            let Some(request) = Request::read(field) else {
+                return Err(place.error(column, shown(field), "off, low or high"));
+            };
+            row.legs[k - 5] = request;
+            continue;
+        }
+        let (low, high) = match k {
+            0 => (-1e6, 1e6),
+            4 => (1e-3, 1e5),
+            _ => (-1e5, 1e5),
+        };
+        let value = field.parse::<f64>().ok().filter(|value| (low..=high).contains(value));
+        let Some(value) = value else {
+            let needed = format!("a number from {low} to {high}");
+            return Err(place.error(column, shown(field), needed));
+        };
+        match k {
+            0 => row.time = value,
+            4 => row.link = value,
+            _ => row.current[k - 1] = value,
+        }
+    }
+    Ok(row)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn text(change: impl Fn(usize, String) -> String) -> String {
+        let row = |k: usize| {
+            let legs = if (5..10).contains(&k) { "high,LOW,off" } else { "off,off,off" };
+            format!("{}e-6,0.{k},-0.{k},0,550,{legs}", k + 1)
+        };
+        let rows = (0..30).map(|k| change(k + 2, row(k)) + "\n");
+        COLUMNS.join(",") + "\n" + &rows.collect::<String>()
+    }
+
+    fn refused(line: usize, from: &str, to: &str) -> String {
+        let changed = |number: usize, row: String| if number == line { row.replace(from, to) } else { row };
+        Record::parse("p.csv", &text(changed)).expect_err("wrong").to_string()
+    }
+
+    #[test]
+    fn analytic_columns_stand_in_any_order_and_one_current_may_be_missing() {
+        let whole = Record::parse("p.csv", &text(|_, row| row)).expect("a record");
+        assert_eq!(whole.rows.len(), 30);
+        assert_eq!(whole.rows[5].legs, [Request::High, Request::Low, Request::Off]);
+        assert_eq!(whole.channels, [true; 3]);
+        let other = "# scope\nleg_c,leg_b,leg_a,u_dc_V,i_b_A,i_a_A,t_s\n".to_owned()
+            + &(0..30)
+                .map(|k| {
+                    format!("off,low,high,12,1,2,{k}\n").replace("high", if k == 0 { "low" } else { "high" })
+                })
+                .collect::<String>();
+        let two = Record::parse("p.csv", &other).expect("a record");
+        assert_eq!((two.channels, two.rows[3].current[..2].to_vec()), ([true, true, false], vec![2.0, 1.0]));
+        assert!(two.rows[3].current[2].is_nan());
+    }
+
+    #[test]
+    fn regress_mistakes_name_line_column_and_what_is_allowed() {
+        for (line, from, to, message) in [
+            (
+                4,
+                "550",
+                "-1",
+                "p.csv, line 4, column u_dc_V: found `-1`; needed: a number from 0.001 to 100000",
+            ),
+            (5, "3,0", "x", "fields; needed: 8, as in the header"),
+            (9, "LOW", "down", "p.csv, line 9, column leg_b: found `down`; needed: off, low or high"),
+            (6, "5e-6", "1e-6", "p.csv, line 6, column t_s: found 0.000001; needed: more than 0.000004"),
+            (
+                2,
+                "off,off,off",
+                "high,low,off",
+                "p.csv, line 2: found legs that drive a current in the first row",
+            ),
+        ] {
+            let found = refused(line, from, to);
+            assert!(found.contains(message), "{found}");
+        }
+        let parse = |text: &str| Record::parse("p.csv", text).expect_err("wrong").to_string();
+        assert!(parse("").contains("found no line; needed: a header with the columns t_s, "));
+        assert!(parse("t_s,i_x\n").contains("found a column `i_x`; needed: t_s, i_a_A"));
+        assert!(parse("t_s,i_a_A,u_dc_V,leg_a,leg_b,leg_c\n").contains("found no column i_b_A, i_c_A"));
+        let idle = text(|_, row| row.replace("high", "off"));
+        assert!(parse(&idle).contains("found no such row; needed: a pulse"));
+    }
+}

@@ -1,0 +1,381 @@
+//! What a fit ends with: estimates with intervals, what they lean on, and what could not be told.
+
+use std::f64::consts::PI;
+
+use standstill_numeric::hypot;
+
+use super::parameters::{Parameter, Point, last};
+use super::plant::{Frame, Law, Plant};
+use super::reading::Scatter;
+use super::start::falls_of;
+use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, Work, covariance};
+
+/// One parameter's estimate.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimate {
+    /// Its name, that of its key in a data sheet if it has one.
+    pub name: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// In its unit.
+    pub value: f64,
+    /// The ends of its 95 % interval; those of what is known beforehand where it is not identified, none where that is
+    /// nothing.
+    pub interval: Option<[f64; 2]>,
+    /// Whether the readings tell it. If not, it stayed at its start value.
+    pub identified: bool,
+}
+
+/// What a parameter that was fixed would move, if it is off by half the width of what is known of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Lean {
+    /// The fixed parameter, and by how much it may be off.
+    pub fixed: (String, f64),
+    /// Estimates that it moves by more than half of their interval's half width, and by how much.
+    pub moves: Vec<(String, f64)>,
+}
+
+/// Whether the readings tell north from south.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pole {
+    /// Deviations by which one pole's iron saturates more.
+    pub deviations: f64,
+    /// Whether that is enough.
+    pub identified: bool,
+}
+
+/// A piece, measured and simulated.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Trace {
+    /// In s, of the rows.
+    pub time: Vec<f64>,
+    /// Readings in A; not-a-number without a channel.
+    pub measured: Vec<[f64; 3]>,
+    /// What the channels would read without noise, in A.
+    pub simulated: Vec<[f64; 3]>,
+}
+
+/// The motor that was found.
+#[derive(Clone, Debug)]
+pub struct Fit {
+    /// In the order of their names above.
+    pub parameters: Vec<Estimate>,
+    /// The plant.
+    pub plant: Plant,
+    /// Falls of L_d along +d and −d and of L_q at `current`, where the iron is seen to saturate or was known to.
+    pub falls: Option<[f64; 3]>,
+    /// Rated current in A of the motor it began with, or the largest that was measured.
+    pub current: f64,
+    /// Magnet flux in Wb of the motor it began with, or a guess.
+    pub magnet_flux: f64,
+    /// Mean voltage in V of the DC link.
+    pub link: f64,
+    /// Largest deviation of the link's voltage from its mean within a pulse, as a share.
+    pub link_spread: f64,
+    /// Largest current in A that was measured.
+    pub reach: f64,
+    /// The pole.
+    pub pole: Pole,
+    /// What fixed parameters move.
+    pub leans: Vec<Lean>,
+    /// Root mean square of readings less simulation, in A.
+    pub residual_rms: f64,
+    /// The same in A as noise and converters alone would have it.
+    pub expected_rms: f64,
+    /// By what factor intervals are wider because neighbouring residuals are alike.
+    pub widened: f64,
+    /// Readings that are not cut off.
+    pub readings: usize,
+    /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
+    pub clipped: usize,
+    /// Pulses, or trains of them, that began at rest.
+    pub traces: Vec<Trace>,
+}
+
+fn letter(k: usize) -> char {
+    ['a', 'b', 'c'][k]
+}
+
+impl Parameter {
+    fn name(self) -> String {
+        match self {
+            Self::DAxisInductance => "L_d".to_owned(),
+            Self::QAxisInductance => "L_q".to_owned(),
+            Self::Angle => "angle".to_owned(),
+            Self::Offset(k) => format!("offset_{}", letter(k)),
+            Self::Gain(k) => format!("gain_{}", letter(k)),
+            Self::Resistance => "resistance".to_owned(),
+            Self::Delay => "delay".to_owned(),
+            Self::DeadTime => "dead_time".to_owned(),
+            Self::SaturationAlong => "saturation.d".to_owned(),
+            Self::SaturationAgainst => "saturation.minus_d".to_owned(),
+            Self::SaturationAcross => "saturation.q".to_owned(),
+            Self::DiodeDrop => "diode_drop".to_owned(),
+            Self::SwitchDrop => "switch_drop".to_owned(),
+            Self::DiodeResistance => "diode_resistance".to_owned(),
+            Self::SwitchResistance => "switch_resistance".to_owned(),
+        }
+    }
+
+    /// Unit, and what one of it is in the fit's unit.
+    fn unit(self) -> (&'static str, f64) {
+        match self {
+            Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
+            Self::Angle => ("deg", PI / 180.0),
+            Self::Offset(_) => ("A", 1.0),
+            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => {
+                ("", 1.0)
+            }
+            Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
+            Self::Delay | Self::DeadTime => ("s", 1.0),
+            Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
+        }
+    }
+
+    /// Place among the falls.
+    fn fall(self) -> Option<usize> {
+        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross]
+            .iter()
+            .position(|p| *p == self)
+    }
+}
+
+/// Whether the law of iron holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Iron {
+    /// The readings do not show that the core saturates.
+    Unknown,
+    /// As the start has it.
+    OfStart,
+    /// They do; the falls are those of the series, which has no iron's shape. What the laws differ by is not known.
+    Seen([f64; 3]),
+}
+
+/// Turns d around: the other pole.
+fn turn(point: &mut Point) {
+    point.plant.angle += PI;
+    point.plant.saturation[0] = -point.plant.saturation[0];
+}
+
+/// The pole, and with it the law of iron, if the readings or the start have one.
+fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, Iron), FitError> {
+    let Solved { mut point, sum, free, scatter } = solved;
+    let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
+    let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
+    let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
+    let places: Vec<usize> = (0..sum.information.nrows()).collect();
+    let deviation =
+        place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
+    let deviations = deviation.map_or(0.0, |deviation| (point.plant.saturation[0] / deviation).abs());
+    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    work.scatter.clone_from(&scatter);
+    if !pole.identified {
+        return match (place, known) {
+            (None, Some(falls)) => with_known_falls(work, &point, falls),
+            _ => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+        };
+    }
+    if point.plant.saturation[0] * way < 0.0 {
+        turn(&mut point);
+    }
+    let mut iron = point.clone();
+    iron.plant.law = Law::Iron;
+    let falls = point.plant.falls(&work.problem.frame);
+    let against = free.contains(&Parameter::SaturationAgainst);
+    let Some([d, minus_d, q]) = falls else {
+        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+    };
+    iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
+    if iron.plant.core(&work.problem.frame).is_none() {
+        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+    }
+    match work.told_of(&free, &iron) {
+        Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
+        Err(FitError::Stopped) => Err(FitError::Stopped),
+        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+    }
+}
+
+/// With the start's falls, which these currents do not tell: the more likely pole.
+fn with_known_falls(
+    work: &mut Work,
+    point: &Point,
+    falls: [f64; 3],
+) -> Result<(Solved, Pole, Iron), FitError> {
+    let all: Vec<Parameter> = Parameter::all(work.problem.channels, point.plant.devices.kind)
+        .into_iter()
+        .filter(|p| p.fall().is_none())
+        .collect();
+    let mut from = point.clone();
+    (from.plant.law, from.plant.saturation) = (Law::Iron, falls);
+    let here = work.told_of(&all, &from)?;
+    from.plant.angle += PI;
+    let there = work.told_of(&all, &from)?;
+    let more = (here.sum.likelihood - there.sum.likelihood).abs();
+    let deviations = (2.0 * more).sqrt();
+    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+    Ok((best, pole, Iron::OfStart))
+}
+
+/// The result of what was solved.
+pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<Fit, FitError> {
+    let (mut solved, pole, iron) = with_iron(&mut work, solved, start)?;
+    let tau = 2.0 * PI;
+    let angle = &mut solved.point.plant.angle;
+    *angle -= tau * (*angle / tau).floor();
+    let free = solved.free.clone();
+    let frame = work.problem.frame.clone();
+    let missing = |p: &Parameter| !free.contains(p) && !p.get(&solved.point).is_nan();
+    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels, solved.point.plant.devices.kind)
+        .into_iter()
+        .filter(missing)
+        .collect();
+    work.problem.free = free.iter().chain(&fixed).copied().collect();
+    let sum = work.problem.sum(&solved.point, &solved.scatter, true).ok_or(FitError::NoPlant)?;
+    let kept: Vec<usize> = (0..free.len()).collect();
+    let others: Vec<usize> = (free.len()..work.problem.free.len()).collect();
+    let spread = work.spread(&sum, &solved.point, &kept, &others).ok_or(FitError::NoPlant)?;
+    let falls = solved.point.plant.falls(&frame);
+    let channels = work.problem.channels;
+    let mut parameters = Vec::new();
+    for parameter in Parameter::all(channels, solved.point.plant.devices.kind) {
+        let (unit, factor) = parameter.unit();
+        let place = free.iter().position(|p| *p == parameter);
+        let mut value = parameter.get(&solved.point);
+        let mut terms: Vec<(usize, f64)> = place.map(|k| (k, 1.0)).into_iter().collect();
+        if let Some(fall) = parameter.fall() {
+            value = falls.map_or(0.0, |falls| falls[fall]);
+            terms = fall_terms(fall, &free, &solved.point, &frame);
+        }
+        let half = if place.is_some() {
+            let half = spread.half(&terms, parameter);
+            match (iron, parameter.fall()) {
+                (Iron::Seen(series), Some(fall)) => hypot(half, value - series[fall]),
+                _ => half,
+            }
+        } else {
+            parameter.plausible(&solved.point, work.reach, work.link)
+        };
+        let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
+        let value = value + one;
+        parameters.push(Estimate {
+            name: parameter.name(),
+            unit,
+            value: value / factor,
+            interval: Some([(value - half) / factor, (value + half) / factor]),
+            identified: place.is_some(),
+        });
+    }
+    let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
+    parameters.splice(after..after, last_gains(&spread, &free, &solved.point, channels));
+    let leans = leans(&spread, &free, &fixed, &parameters);
+    let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
+    let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
+    let expected =
+        |scatter: &Scatter| scatter.noise * scatter.noise + scatter.step.map_or(0.0, |q| q * q / 12.0);
+    let weighted: f64 = sum
+        .residuals
+        .iter()
+        .zip(&solved.scatter)
+        .map(|(r, scatter)| r.len() as f64 * expected(scatter))
+        .sum();
+    Ok(Fit {
+        parameters,
+        falls: falls.filter(|_| iron != Iron::Unknown),
+        plant: solved.point.plant,
+        current: frame.current,
+        magnet_flux: frame.magnet_flux,
+        link: work.link,
+        link_spread: work.problem.pieces.iter().map(|piece| piece.spread).fold(0.0, f64::max),
+        reach: work.reach,
+        pole,
+        leans,
+        residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
+        expected_rms: (weighted / residuals.len() as f64).sqrt(),
+        widened: sum.inflation.sqrt(),
+        readings: residuals.len(),
+        clipped: work
+            .problem
+            .pieces
+            .iter()
+            .flat_map(|piece| &piece.rows)
+            .map(|row| {
+                (0..3).filter(|k| channels[*k] && solved.scatter[*k].is_clipped(row.current[*k])).count()
+            })
+            .sum(),
+        traces,
+    })
+}
+
+/// The gain of the last channel, which follows from the others', and that which all channels have in common, which nothing
+/// tells.
+fn last_gains(spread: &Spread, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
+    let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
+    let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
+    let value = 1.0 + point.gain[last(channels)];
+    let half = if gains.is_empty() { 0.03 } else { spread.half(&gains, Parameter::Gain(0)) };
+    let channel = Estimate {
+        name: format!("gain_{}", letter(last(channels))),
+        unit: "",
+        value,
+        interval: Some([value - half, value + half]),
+        identified: !gains.is_empty(),
+    };
+    let common =
+        Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
+    [channel, common]
+}
+
+/// How a fall depends on the free parameters.
+fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> Vec<(usize, f64)> {
+    let mut terms = Vec::new();
+    for (k, parameter) in free.iter().enumerate() {
+        let Some(of) = parameter.fall() else { continue };
+        let at = |change: f64| {
+            let mut plant = point.plant.clone();
+            plant.saturation[of] += change;
+            Some(plant.falls(frame)?[fall])
+        };
+        if let (Some(high), Some(low)) = (at(1e-4), at(-1e-4)) {
+            terms.push((k, (high - low) / 2e-4));
+        }
+    }
+    terms
+}
+
+/// What the fixed parameters would move.
+fn leans(spread: &Spread, free: &[Parameter], fixed: &[Parameter], parameters: &[Estimate]) -> Vec<Lean> {
+    let mut leans = Vec::new();
+    for (f, (parameter, off)) in fixed.iter().zip(&spread.off).enumerate() {
+        let moves = free.iter().enumerate().filter_map(|(k, moved)| {
+            let name = moved.name();
+            let [low, high] = parameters.iter().find(|estimate| estimate.name == name)?.interval?;
+            let shift = spread.shifts[(k, f)] * off / moved.unit().1;
+            (moved.fall().is_none() && shift.abs() > 0.25 * (high - low)).then_some((name, shift))
+        });
+        let moves: Vec<(String, f64)> = moves.collect();
+        if !moves.is_empty() {
+            leans.push(Lean { fixed: (parameter.name(), off / parameter.unit().1), moves });
+        }
+    }
+    leans
+}
+
+fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
+    let pieces = &work.problem.pieces;
+    let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {
+        let begin = piece.rows[0].time - super::plant::MARGIN;
+        let waveform = point.plant.waveform(&work.problem.frame, piece, shifts)?;
+        let currents = waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay));
+        Some(Trace {
+            time: piece.rows.iter().map(|row| row.time).collect(),
+            measured: piece.rows.iter().map(|row| row.current).collect(),
+            simulated: currents
+                .into_iter()
+                .map(|(i, _)| std::array::from_fn(|k| (1.0 + point.gain[k]) * i[k] + point.offset[k]))
+                .collect(),
+        })
+    };
+    pieces.iter().zip(&point.shifts).map(trace).collect()
+}

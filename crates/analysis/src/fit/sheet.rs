@@ -1,0 +1,117 @@
+//! The data sheet of the motor that was found.
+
+use std::fmt::Write as _;
+
+use standstill_plant::Motor;
+use standstill_quantity::{Scale, magnitude};
+
+use super::Fit;
+
+/// A value with its unit, in six digits.
+fn quantity(value: f64, symbol: &str) -> String {
+    let scale = Scale::suiting(symbol, value.abs());
+    let number = scale.number(value);
+    let digits = usize::try_from(5 - magnitude(number).unwrap_or(0)).unwrap_or(0);
+    let text = format!("{number:.digits$}");
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} {}", scale.unit).trim_end().to_owned()
+}
+
+/// A share in per cent.
+fn percent(share: f64) -> String {
+    // Adding zero turns −0 into 0.
+    format!("{} %", (share * 1e4).round() / 100.0 + 0.0)
+}
+
+/// A value with the way a number is written there.
+type Written = fn(f64, &str) -> String;
+
+impl Fit {
+    /// What the readings tell of this parameter, as a data sheet's value; none if they do not.
+    fn measured(&self, name: &str, symbol: &str, write: Written) -> Option<String> {
+        let estimate =
+            self.parameters.iter().find(|estimate| estimate.name == name && estimate.identified)?;
+        let [low, high] = estimate.interval?;
+        Some(format!(
+            "{{ value = \"{}\", source = \"measured\", reason = \"95 % interval {} to {}\" }}",
+            write(estimate.value, symbol),
+            write(low, symbol),
+            write(high, symbol)
+        ))
+    }
+
+    /// The motor as a data sheet: what was measured, and what was not with where it is from. `files` are those of the
+    /// records, `start` is the motor that the fit began with.
+    ///
+    /// Saturation is left out where the readings do not tell it and no start had it: then nothing is known of the pole.
+    pub fn sheet(&self, files: &str, start: Option<&Motor>) -> String {
+        let clean = |text: &str| text.replace(['"', '\\', '\n', '\r'], " ");
+        let mut text = format!(
+            "title = \"A motor fitted to {}\"\nnotes = \"\"\"\n\
+             Measured by channels whose common gain counts as 1: resistance and inductances are in proportion to its inverse. The\n\
+             magnet's flux, pole pairs and friction do not show in currents at standstill.\"\"\"\n\n[nameplate]\n",
+            clean(files)
+        );
+        let assumed = |value: String, reason: &str| {
+            format!("{{ value = \"{value}\", source = \"assumed\", reason = \"{}\" }}", clean(reason))
+        };
+        let name = start.map(|motor| motor.name.clone());
+        let of_start = name.map(|name| format!("as of {name}, which the fit began with"));
+        let or = |guess: &str| of_start.clone().unwrap_or_else(|| guess.to_owned());
+        let pole_pairs = start.map_or(4, |motor| motor.pole_pairs);
+        let mut line = |key: &str, value: String| {
+            let _ = writeln!(text, "{key} = {value}");
+        };
+        line(
+            "pole_pairs",
+            assumed(pole_pairs.to_string(), &or("a guess; only matters where the rotor can move")),
+        );
+        for (key, symbol, value) in [
+            ("resistance", "Ω", self.plant.resistance),
+            ("L_d", "H", self.plant.inductance[0]),
+            ("L_q", "H", self.plant.inductance[1]),
+        ] {
+            let fixed = || assumed(quantity(value, symbol), &or("a guess: these pulses do not tell it"));
+            line(key, self.measured(key, symbol, quantity).unwrap_or_else(fixed));
+        }
+        let guess = "a guess, three times what the largest current makes: no current at standstill tells it";
+        line("magnet_flux", assumed(quantity(self.magnet_flux, "Wb"), &or(guess)));
+        line("rated_current", assumed(quantity(self.current, "A"), &or("the largest current of the pulses")));
+        let link = quantity((self.link * 100.0).round() / 100.0, "V");
+        line(
+            "dc_link",
+            format!(
+                "{{ value = \"{link}\", source = \"measured\", reason = \"mean while the pulses drove\" }}"
+            ),
+        );
+        if let Some(falls) = self.falls {
+            text += "\n[nameplate.saturation]\n";
+            let keys = [("d", "saturation.d"), ("minus_d", "saturation.minus_d"), ("q", "saturation.q")];
+            for ((key, name), fall) in keys.into_iter().zip(falls) {
+                let share = |value: f64, _: &str| percent(value);
+                // What noise makes negative is none.
+                let fall = if key == "q" { fall.max(0.0) } else { fall };
+                let kept = self.measured(name, "", share).filter(|_| key != "q" || fall > 0.0);
+                let fixed = || of_start.as_ref().map(|reason| assumed(percent(fall), reason));
+                // Without a start, what is left out follows from d.
+                if let Some(value) = kept.or_else(fixed) {
+                    let _ = writeln!(text, "{key} = {value}");
+                }
+            }
+        }
+        if let Some(motor) = start {
+            let reason = or("");
+            let rotor = &motor.rotor;
+            text += "\n[rotor]\n";
+            for (key, value, unit) in [
+                ("inertia", rotor.inertia, "kg m²"),
+                ("stiction", rotor.friction.stiction, "N m"),
+                ("coulomb", rotor.friction.coulomb, "N m"),
+                ("viscous", rotor.friction.viscous, "N m s"),
+            ] {
+                let _ = writeln!(text, "{key} = {}", assumed(format!("{value} {unit}"), &reason));
+            }
+        }
+        text
+    }
+}

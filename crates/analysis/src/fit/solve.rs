@@ -1,0 +1,275 @@
+//! The most likely parameters: Fisher's scoring, damped after Levenberg and Marquardt.
+//!
+//! Each step solves `(J + λ diag J) δ = s` with the score s and the information J of all readings
+//! ([`Scatter::told`]), as Gauss and Newton's method does with residuals and their squares, to which it comes down where
+//! the converter is fine. A library for least squares (`levenberg-marquardt` 0.15) takes residuals, of which a reading of a
+//! coarse converter has none, and brings a second version of nalgebra.
+
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+
+use super::parameters::{Parameter, Point};
+use super::pieces::Piece;
+use super::plant::Frame;
+use super::reading::Scatter;
+
+/// What is fitted, and to what.
+#[derive(Clone, Debug)]
+pub struct Problem {
+    /// What stays.
+    pub frame: Frame,
+    /// The data.
+    pub pieces: Vec<Piece>,
+    /// Which phases have a channel.
+    pub channels: [bool; 3],
+    /// Parameters that are free.
+    pub free: Vec<Parameter>,
+    /// Edges whose places are: piece, and number there.
+    pub edges: Vec<(usize, usize)>,
+}
+
+/// Score and information of all readings, free parameters first, then edges.
+pub struct Sum {
+    /// ln of the probability of all readings, and of the edges' places.
+    pub likelihood: f64,
+    /// s.
+    pub score: DVector<f64>,
+    /// J.
+    pub information: DMatrix<f64>,
+    /// Readings less currents, in A, of each channel.
+    pub residuals: [Vec<f64>; 3],
+    /// By how much the scores vary more than J says, because neighbours are alike; at least 1.
+    pub inflation: f64,
+}
+
+/// Neighbours whose likeness counts.
+const NEIGHBOURS: usize = 40;
+
+/// Currents in A and their slopes in A/s.
+type Sampled = ([f64; 3], [f64; 3]);
+
+/// A piece's readings at a point.
+struct Part {
+    likelihood: f64,
+    score: DVector<f64>,
+    information: DMatrix<f64>,
+    residuals: [Vec<f64>; 3],
+    /// Scores over their deviation, in order of time, of each channel.
+    scores: [Vec<f64>; 3],
+}
+
+impl Problem {
+    /// Unknowns.
+    fn count(&self) -> usize {
+        self.free.len() + self.edges.len()
+    }
+
+    /// All readings at a point. None: there is no such plant.
+    pub fn sum(&self, point: &Point, scatter: &[Scatter; 3], slopes: bool) -> Option<Sum> {
+        let parts: Option<Vec<Part>> = (0..self.pieces.len())
+            .into_par_iter()
+            .map(|number| self.part(number, point, scatter, slopes))
+            .collect();
+        let n = self.count();
+        let mut sum = Sum {
+            likelihood: 0.0,
+            score: DVector::zeros(n),
+            information: DMatrix::zeros(n, n),
+            residuals: [const { Vec::new() }; 3],
+            inflation: 1.0,
+        };
+        let (mut squares, mut alike, mut count) = (0.0, 0.0, 0.0);
+        for part in parts? {
+            sum.likelihood += part.likelihood;
+            sum.score += part.score;
+            sum.information += part.information;
+            for (all, own) in sum.residuals.iter_mut().zip(part.residuals) {
+                all.extend(own);
+            }
+            for scores in &part.scores {
+                count += scores.len() as f64;
+                squares += scores.iter().map(|z| z * z).sum::<f64>();
+                for lag in 1..=NEIGHBOURS.min(scores.len().saturating_sub(1)) {
+                    let weight = 2.0 * (1.0 - lag as f64 / (NEIGHBOURS as f64 + 1.0));
+                    alike += weight * scores.iter().zip(&scores[lag..]).map(|(a, b)| a * b).sum::<f64>();
+                }
+            }
+        }
+        sum.inflation = ((squares + alike) / f64::max(count, 1.0)).max(1.0);
+        for (k, (piece, edge)) in self.edges.iter().enumerate() {
+            let (shift, deviation) =
+                (point.shifts[*piece][*edge], self.pieces[*piece].edges[*edge].deviation);
+            let (z, place) = (shift / deviation, self.free.len() + k);
+            sum.likelihood -= 0.5 * z * z;
+            sum.score[place] -= z / deviation;
+            sum.information[(place, place)] += 1.0 / (deviation * deviation);
+        }
+        Some(sum)
+    }
+
+    fn part(&self, number: usize, point: &Point, scatter: &[Scatter; 3], slopes: bool) -> Option<Part> {
+        let (piece, shifts) = (&self.pieces[number], &point.shifts[number]);
+        let begin = piece.rows[0].time - super::plant::MARGIN;
+        let sampled = |point: &Point, shifts: &[f64]| {
+            let waveform = point.plant.waveform(&self.frame, piece, shifts)?;
+            Some(waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay)))
+        };
+        let nominal = sampled(point, shifts)?;
+        let n = self.count();
+        let mut part = Part {
+            likelihood: 0.0,
+            score: DVector::zeros(n),
+            information: DMatrix::zeros(n, n),
+            residuals: [const { Vec::new() }; 3],
+            scores: [const { Vec::new() }; 3],
+        };
+        // ∂i/∂p of the unknowns that ask for another simulation.
+        let mut columns: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
+        let mut difference = |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<Sampled>>| {
+            // One-sided where the other side is no plant: drops are not negative.
+            let (high, low) = (at(step), at(-step));
+            let (high, low, step) = match (high, low) {
+                (Some(high), Some(low)) => (high, low, 2.0 * step),
+                (Some(high), None) => (high, nominal.clone(), step),
+                (None, Some(low)) => (nominal.clone(), low, step),
+                (None, None) => return None,
+            };
+            let slope = high.iter().zip(&low).map(|(h, l)| std::array::from_fn(|k| (h.0[k] - l.0[k]) / step));
+            columns.push((place, slope.collect()));
+            Some(())
+        };
+        if slopes {
+            for (place, parameter) in self.free.iter().enumerate().filter(|(_, p)| p.is_of_plant()) {
+                let step = parameter.step(point, &self.frame, piece.link);
+                difference(place, step, &|change| {
+                    let mut point = point.clone();
+                    parameter.add(&mut point, change, self.channels);
+                    sampled(&point, shifts)
+                })?;
+            }
+            for (k, (_, edge)) in self.edges.iter().enumerate().filter(|(_, (piece, _))| *piece == number) {
+                let deviation = piece.edges[*edge].deviation;
+                difference(self.free.len() + k, (0.2 * deviation).max(2e-9), &|change| {
+                    let mut shifts = shifts.clone();
+                    shifts[*edge] += change;
+                    sampled(point, &shifts)
+                })?;
+            }
+        }
+        self.read(piece, point, scatter, &nominal, &columns, &mut part);
+        Some(part)
+    }
+
+    /// Adds up what the rows say.
+    fn read(
+        &self,
+        piece: &Piece,
+        point: &Point,
+        scatter: &[Scatter; 3],
+        nominal: &[([f64; 3], [f64; 3])],
+        columns: &[(usize, Vec<[f64; 3]>)],
+        part: &mut Part,
+    ) {
+        let last = super::parameters::last(self.channels);
+        let mut along: Vec<(usize, f64)> = Vec::new();
+        for (row, reading) in piece.rows.iter().enumerate() {
+            for k in (0..3).filter(|k| self.channels[*k]) {
+                let gain = 1.0 + point.gain[k];
+                let (current, slope) = (nominal[row].0[k], nominal[row].1[k]);
+                let mean = gain * current + point.offset[k];
+                let told = scatter[k].told(reading.current[k], mean);
+                part.likelihood += told.likelihood;
+                if !scatter[k].is_clipped(reading.current[k]) {
+                    part.residuals[k].push(reading.current[k] - mean);
+                }
+                if columns.is_empty() {
+                    continue;
+                }
+                part.scores[k]
+                    .push(told.score / told.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
+                along.clear();
+                along.extend(columns.iter().map(|(place, column)| (*place, gain * column[row][k])));
+                for (place, parameter) in self.free.iter().enumerate() {
+                    let value = match parameter {
+                        Parameter::Delay => -gain * slope,
+                        Parameter::Offset(own) if *own == k => 1.0,
+                        Parameter::Gain(own) if *own == k => current,
+                        Parameter::Gain(_) if k == last => -current,
+                        _ => continue,
+                    };
+                    along.push((place, value));
+                }
+                for (x, a) in &along {
+                    part.score[*x] += a * told.score;
+                    let weighted = a * told.information;
+                    for (y, b) in &along {
+                        part.information[(*x, *y)] += weighted * b;
+                    }
+                }
+            }
+        }
+    }
+
+    /// The point moved by a step.
+    fn moved(&self, point: &Point, step: &DVector<f64>) -> Point {
+        let mut moved = point.clone();
+        for (parameter, change) in self.free.iter().zip(step.iter()) {
+            parameter.add(&mut moved, *change, self.channels);
+        }
+        for ((piece, edge), change) in self.edges.iter().zip(step.iter().skip(self.free.len())) {
+            moved.shifts[*piece][*edge] += change;
+        }
+        moved
+    }
+
+    /// Goes to the most likely point, with the noise that is most likely there. Ends where a step would change no
+    /// parameter by more than a hundredth of its deviation, or after `most` steps.
+    pub fn solve(
+        &self,
+        mut point: Point,
+        scatter: &mut [Scatter; 3],
+        most: usize,
+        did: &(dyn Fn() -> bool + Sync),
+    ) -> Option<(Point, Sum)> {
+        let mut damping = 1e-3;
+        let mut here = self.sum(&point, scatter, false)?;
+        for _ in 0..most {
+            if did() {
+                return None;
+            }
+            for (scatter, residuals) in scatter.iter_mut().zip(&here.residuals) {
+                if !residuals.is_empty() {
+                    *scatter = scatter.fitted(residuals);
+                }
+            }
+            let sum = self.sum(&point, scatter, true)?;
+            let mut accepted = None;
+            while damping < 1e8 {
+                let mut damped = sum.information.clone();
+                for k in 0..damped.nrows() {
+                    damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + f64::MIN_POSITIVE;
+                }
+                if let Some(factor) = damped.cholesky() {
+                    let step = factor.solve(&sum.score);
+                    let next = self.moved(&point, &step);
+                    let there = self.sum(&next, scatter, false);
+                    if let Some(there) = there.filter(|there| there.likelihood >= sum.likelihood) {
+                        // In deviations: δᵀ J δ.
+                        let length = (step.transpose() * &sum.information * &step)[(0, 0)];
+                        accepted = Some((next, there, length));
+                        damping = (damping * 0.1).max(1e-9);
+                        break;
+                    }
+                }
+                damping *= 10.0;
+            }
+            let Some((next, there, length)) = accepted else { break };
+            (point, here) = (next, there);
+            if length < 1e-4 {
+                break;
+            }
+        }
+        let sum = self.sum(&point, scatter, true)?;
+        Some((point, sum))
+    }
+}

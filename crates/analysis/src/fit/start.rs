@@ -1,0 +1,132 @@
+//! Where a fit begins: what the data say at a glance, and what a motor like it has.
+
+use standstill_plant::{Motor, built_in};
+
+use super::Start;
+use super::parameters::Point;
+use super::pieces::{self, Piece, drives};
+use super::plant::{Frame, Law, Plant};
+use super::reading::{Scatter, clip_of, step_of};
+use super::record::{Record, Request};
+
+/// Falls along +d and −d and along q that a motor's core has at a current, if it has a core that saturates.
+pub fn falls_of(motor: &Motor, current: f64) -> Option<[f64; 3]> {
+    if !motor.saturation_is_known() {
+        return None;
+    }
+    let heading = standstill_numeric::Heading::ZERO;
+    let at = |d: f64, q: f64| {
+        let flux = motor.magnetics.flux_at(standstill_interface::Dq::new(d, q), heading).ok()?;
+        Some(motor.magnetics.state(flux, heading).inverse_inductance.inverse())
+    };
+    let rest = at(0.0, 0.0)?;
+    let share = |l: f64, rest: f64| 1.0 - l / rest;
+    Some([
+        share(at(current, 0.0)?.xx, rest.xx),
+        share(at(-current, 0.0)?.xx, rest.xx),
+        share(at(0.0, current)?.yy, rest.yy),
+    ])
+}
+
+/// The largest current in A that a channel reads, beside its offset.
+pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
+    let rows = pieces.iter().flat_map(|piece| &piece.rows);
+    rows.flat_map(|row| (0..3).map(|k| (row.current[k] - point.offset[k]).abs()))
+        .filter(|i| i.is_finite())
+        .fold(0.0, f64::max)
+}
+
+/// The mean inductance in H of a phase that each piece's first pulse shows, what it took in V s and raised in A.
+fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
+    let from = piece.edges.iter().position(|edge| drives(edge.legs))?;
+    let edge = piece.edges[from];
+    let end = piece.edges.get(from + 1).map_or(f64::INFINITY, |next| next.at);
+    let row = piece.rows.iter().rev().find(|row| row.time > edge.at && row.time < end)?;
+    let time = row.time - edge.at - dead_time;
+    let line = edge.legs.contains(&Request::Off);
+    let raised =
+        (0..3).map(|k| (row.current[k] - offset[k]).abs()).filter(|i| i.is_finite()).fold(0.0, f64::max);
+    // Across a line two phases share the voltage; with all legs on, one phase has two thirds of it.
+    let share = if line { 0.5 } else { 2.0 / 3.0 };
+    (time > 0.0 && raised > 0.0).then(|| share * piece.link * time / raised)
+}
+
+/// The frame, the point and the channels that a fit begins with.
+pub fn begin(
+    records: &[Record],
+    pieces: &[Piece],
+    channels: [bool; 3],
+    start: &Start,
+) -> Option<(Frame, Point, [Scatter; 3])> {
+    let first = &records[0];
+    let offset = pieces::rest_of(first).map(|rest| if rest.is_nan() { 0.0 } else { rest });
+    let readings: [Vec<f64>; 3] = std::array::from_fn(|k| {
+        let readings = pieces.iter().flat_map(|piece| &piece.rows).map(|row| row.current[k]);
+        if channels[k] { readings.collect() } else { Vec::new() }
+    });
+    let steps = readings.each_ref().map(|readings| step_of(readings));
+    let mut inductances: Vec<f64> =
+        pieces.iter().filter_map(|piece| glance(piece, offset, start.dead_time)).collect();
+    inductances.sort_unstable_by(f64::total_cmp);
+    let inductance = *inductances.get(inductances.len() / 2)?;
+    let mut point = Point {
+        plant: Plant {
+            resistance: 0.0,
+            inductance: [inductance; 2],
+            angle: 0.0,
+            law: Law::Series,
+            saturation: [0.0; 3],
+            devices: start.devices,
+            dead_time: start.dead_time,
+        },
+        delay: 0.0,
+        gain: [0.0; 3],
+        offset,
+        shifts: pieces.iter().map(|piece| vec![0.0; piece.edges.len()]).collect(),
+    };
+    let reach = reach(pieces, &point);
+    let resolved = steps.iter().flatten().fold(0.0_f64, |most, step| most.max(*step));
+    if reach.is_nan() || reach <= 10.0 * resolved || reach == 0.0 {
+        return None;
+    }
+    let link = pieces[0].link;
+    let (motor, ratio) = if let Some(motor) = &start.motor {
+        let winding = &motor.winding;
+        let [l_d, l_q] = [winding.d_axis_inductance(), winding.q_axis_inductance()];
+        point.plant.resistance = motor.resistance;
+        (motor.clone(), l_d / (0.5 * (l_d + l_q)))
+    } else {
+        let driven = |piece: &Piece| {
+            let pairs = piece.edges.windows(2).filter(|pair| drives(pair[0].legs));
+            pairs.map(|pair| pair[1].at - pair[0].at).fold(0.0, f64::max)
+        };
+        let longest = pieces.iter().map(driven).fold(0.0, f64::max);
+        // Time constants of motors are tens of the pulses that raise their rated current.
+        point.plant.resistance = inductance / (40.0 * longest.max(1e-6));
+        (built_in("paper-5k5")?, 0.8)
+    };
+    let ratio = if (0.97..1.03).contains(&ratio) { if ratio > 1.0 { 1.1 } else { 0.9 } } else { ratio };
+    point.plant.inductance = [inductance * ratio, inductance * (2.0 - ratio)];
+    // To two digits: people will read it in a data sheet.
+    let round = |value: f64| format!("{value:.1e}").parse::<f64>().unwrap_or(value);
+    let (current, magnet_flux) = match &start.motor {
+        Some(motor) => (motor.rated_current, motor.magnet_flux),
+        None => (round(reach), round(3.0 * inductance * reach)),
+    };
+    let mut motor = Motor { magnet_flux, rated_current: current, ..motor };
+    motor.winding =
+        standstill_plant::Winding { mean_inductance: inductance / 1.5, saliency: 0.0, leakage: 0.0 };
+    let shortest = inductance / point.plant.resistance;
+    let frame = Frame {
+        tolerance: 1e-9 * inductance * current,
+        // A straight line is off by r²/8 of the bend U R/L²: 1e-5 of the current of a pulse.
+        resolution: (8e-5 * shortest * (reach * inductance / link)).sqrt().max(1e-7),
+        motor,
+        current,
+        magnet_flux,
+    };
+    let scatter = std::array::from_fn(|k| {
+        Scatter::new(steps[k], 0.05 * reach).clipped(clip_of(&readings[k], steps[k], offset[k]))
+    });
+    Some((frame, point, scatter))
+}

@@ -1,0 +1,113 @@
+//! Motors from scope traces: pulses that ngspice and SciPy computed, read with eight bits, noise and a trigger anywhere.
+//! `examples/fit_coverage.rs` does the same over hundreds of seeds.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
+
+mod scope;
+
+use scope::{Pulses, Scope, beside};
+use standstill_analysis::fit::Fit;
+
+/// How many truths are inside of their intervals, of how many.
+fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
+    let mut count = [0; 2];
+    for estimate in fit.parameters.iter().filter(|estimate| estimate.identified) {
+        let Some((truth, [low, high])) = pulses.truth_of(&estimate.name, scope).zip(estimate.interval) else {
+            continue;
+        };
+        let turn = if fit.pole.identified { 360.0 } else { 180.0 };
+        let value = beside(estimate.value, truth, estimate.unit, turn);
+        let off = (value - truth).abs() / ((high - low) / 2.0);
+        assert!(off < 2.5, "{} is {value}, not {truth}: {off} half widths", estimate.name);
+        count[0] += usize::from(off <= 1.0);
+        count[1] += 1;
+    }
+    count
+}
+
+/// Fits of some seeds: what all of them must identify, and that nine of ten intervals hold.
+fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<Fit> {
+    let fits: Vec<Fit> = (0..seeds)
+        .map(|seed| pulses.found(scope, seed, &scope::start(Some(scope::like_it()), seed)))
+        .collect();
+    let mut count = [0; 2];
+    for fit in &fits {
+        for name in identified {
+            let known = fit.parameters.iter().any(|estimate| estimate.name == *name && estimate.identified);
+            assert!(known, "{name} is not identified");
+        }
+        assert!(
+            fit.residual_rms < 1.3 * fit.expected_rms && fit.widened < 1.5,
+            "{} {}",
+            fit.residual_rms,
+            fit.widened
+        );
+        let [held, all] = inside(pulses, scope, fit);
+        count = [count[0] + held, count[1] + all];
+    }
+    assert!(10 * count[0] >= 9 * count[1], "{count:?}");
+    fits
+}
+
+const ALWAYS: [&str; 8] = ["resistance", "L_d", "L_q", "angle", "dead_time", "delay", "gain_a", "gain_c"];
+
+#[test]
+fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
+    for fit in held(&scope::ngspice(), &Scope::of(2.5), 3, &ALWAYS) {
+        // A core that does not saturate has no pole, and nobody may say that it has.
+        assert!(!fit.pole.identified && fit.falls.is_none(), "{:?}", fit.pole);
+        assert_eq!(fit.clipped, 0);
+        let common = fit.parameters.iter().find(|estimate| estimate.name == "common_gain").expect("named");
+        assert!(!common.identified && common.interval.is_none());
+    }
+}
+
+#[test]
+fn cross_scipy_a_saturated_motor_is_found_with_its_pole() {
+    let known = [&ALWAYS[..], &["saturation.d", "saturation.minus_d", "saturation.q"]].concat();
+    for fit in held(&scope::scipy(), &Scope::of(8.0), 3, &known) {
+        assert!(fit.pole.identified && fit.falls.is_some(), "{:?}", fit.pole);
+    }
+}
+
+#[test]
+fn cross_intervals_hold_where_a_converter_is_coarser_than_the_noise() {
+    // A tenth of a step: neighbouring readings err alike.
+    let scope = Scope { noise: 0.1, ..Scope::of(2.5) };
+    held(&scope::ngspice(), &scope, 2, &["L_d", "L_q", "angle"]);
+}
+
+#[test]
+fn cross_readings_that_are_cut_off_are_no_currents() {
+    // Pulses across b and c reach 2.3 A.
+    let scope = Scope::of(2.0);
+    let fits = held(&scope::ngspice(), &scope, 1, &["L_d", "L_q", "angle"]);
+    assert!(fits[0].clipped > 20, "{}", fits[0].clipped);
+}
+
+#[test]
+fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
+    let (pulses, scope) = (scope::scipy(), Scope { gain: [1.0; 3], ..Scope::of(8.0) });
+    let text: String = pulses
+        .text(&scope, 5)
+        .lines()
+        .map(|line| {
+            let fields: Vec<&str> = line.split(',').collect();
+            [&fields[..3], &fields[4..]].concat().join(",") + "\n"
+        })
+        .collect();
+    let record = standstill_analysis::fit::record::Record::parse("two.csv", &text).expect("a record");
+    let fit = standstill_analysis::fit::fit(&[record], &scope::start(None, 5), &|| false).expect("a motor");
+    // Saturation is stated at another current than the truth's.
+    for name in ["resistance", "L_d", "L_q", "angle"] {
+        let estimate = fit.parameters.iter().find(|estimate| estimate.name == name).expect("named");
+        let (truth, [low, high]) = pulses.truth_of(name, &scope).zip(estimate.interval).expect("known");
+        let off = (estimate.value - truth).abs() / ((high - low) / 2.0);
+        assert!(estimate.identified && off < 1.5, "{name}: {estimate:?}, not {truth}");
+    }
+    assert!(fit.pole.identified, "{:?}", fit.pole);
+    assert!(fit.traces[0].measured[0][2].is_nan());
+    let sheet = fit.sheet("two.csv", None);
+    let motor = standstill_plant::DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor());
+    let motor = motor.expect("a sheet that loads");
+    assert!((motor.resistance / fit.plant.resistance - 1.0).abs() < 1e-4 && motor.saturation_is_known());
+}

@@ -1,0 +1,206 @@
+//! An oscilloscope of eight bits, on pulses that ngspice and SciPy computed (`tests/cross`).
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+
+use standstill_analysis::fit::record::Record;
+use standstill_analysis::fit::{DeviceKind, Devices, Fit, Start, fit};
+use standstill_plant::{Algebraic, Magnetics, Motor, built_in};
+use standstill_sim::{Purpose, Streams};
+
+/// Pulses without any channel's error.
+pub struct Pulses {
+    /// Time in s, from one row to the next alike, and phase currents in A.
+    rows: Vec<[f64; 4]>,
+    /// When the legs are asked for something else, in s, and for what.
+    legs: Vec<(f64, [&'static str; 3])>,
+    /// What the fit must find.
+    pub truth: Vec<(&'static str, f64)>,
+}
+
+/// The channels of a scope.
+#[derive(Clone, Copy, Debug)]
+pub struct Scope {
+    /// From one sample to the next, in s.
+    pub interval: f64,
+    /// Full scale of the currents in A, either way.
+    pub range: f64,
+    /// Noise before the converter, in steps of it.
+    pub noise: f64,
+    /// Gains of the channels.
+    pub gain: [f64; 3],
+    /// Time in s by which the channels are late.
+    pub delay: f64,
+}
+
+impl Scope {
+    /// Eight bits, half a step of noise, gains that differ by percents.
+    pub const fn of(range: f64) -> Self {
+        Self { interval: 1e-6, range, noise: 0.5, gain: [1.008, 0.995, 0.997], delay: 0.7e-6 }
+    }
+}
+
+fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/cross")
+}
+
+fn rows(file: &str) -> Vec<[f64; 4]> {
+    let text = std::fs::read_to_string(folder().join(file)).expect("a reference");
+    let row = |line: &str| {
+        let mut numbers = line.split(',').map(|field| field.parse::<f64>().expect("a number"));
+        std::array::from_fn(|_| numbers.next().expect("four"))
+    };
+    text.lines().skip(1).map(row).collect()
+}
+
+fn word(letter: &str) -> &'static str {
+    match letter {
+        "H" => "high",
+        "L" => "low",
+        _ => "off",
+    }
+}
+
+/// A linear motor with drops, by ngspice: line pulses both ways.
+pub fn ngspice() -> Pulses {
+    let cases = std::fs::read_to_string(folder().join("ngspice/cases.txt")).expect("the cases");
+    let sequence = cases.split("sequence pulses ").nth(1).expect("the sequence");
+    let (mut legs, mut time) = (Vec::new(), 0.0);
+    for line in sequence.lines().skip(1).take_while(|line| !line.trim().is_empty()) {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        for stage in words.chunks(4) {
+            legs.push((time, [word(stage[1]), word(stage[2]), word(stage[3])]));
+            time += stage[0].parse::<f64>().expect("µs") * 1e-6;
+        }
+    }
+    // L_A 9.2 mH, L_B −2.1 mH, leakage 1 µH; 2.1 mV of each junction are the model's, not the drops'.
+    let truth = vec![
+        ("resistance", 1.0),
+        ("L_d", 1.5 * (9.2e-3 - 2.1e-3) + 1e-6),
+        ("L_q", 1.5 * (9.2e-3 + 2.1e-3) + 1e-6),
+        ("angle", 70.0),
+        ("saturation.d", 0.0),
+        ("saturation.q", 0.0),
+        ("switch_drop", 0.9021),
+        ("diode_drop", 1.0021),
+        ("dead_time", 2e-6),
+    ];
+    Pulses { rows: rows("ngspice/pulses_070_drops.csv"), legs, truth }
+}
+
+/// A saturated core, by SciPy: voltage vectors up to rated current.
+pub fn scipy() -> Pulses {
+    let vectors = ["HLL", "LHH", "LHL", "HLH", "LLH", "HHL"];
+    let mut legs = vec![(0.0, ["off"; 3])];
+    for (k, vector) in vectors.iter().enumerate() {
+        let start = 20e-6 + 550e-6 * k as f64;
+        legs.push((start, std::array::from_fn(|leg| word(&vector[leg..=leg]))));
+        legs.push((start + 230e-6, ["off"; 3]));
+    }
+    let core = Algebraic {
+        d: 89.14,
+        dd: 43.0,
+        d_exponent: 5,
+        q: 59.0,
+        qq: 40.0,
+        q_exponent: 2,
+        magnet_current: 40.47,
+        ..Algebraic::default()
+    };
+    let l = |d: f64, q: f64| {
+        let flux = core.flux_at(standstill_interface::Dq::new(d, q)).expect("convex");
+        core.current_and_inverse_inductance(flux).1.inverse()
+    };
+    let rest = l(0.0, 0.0);
+    let truth = vec![
+        ("resistance", 1.2),
+        ("L_d", rest.xx),
+        ("L_q", rest.yy),
+        ("angle", 40.0),
+        ("saturation.d", 1.0 - l(8.0, 0.0).xx / rest.xx),
+        ("saturation.minus_d", 1.0 - l(-8.0, 0.0).xx / rest.xx),
+        ("saturation.q", 1.0 - l(0.0, 8.0).yy / rest.yy),
+        ("switch_drop", 0.9),
+        ("diode_drop", 1.0),
+        ("dead_time", 2e-6),
+    ];
+    Pulses { rows: rows("scipy_pulses.csv"), legs, truth }
+}
+
+/// The paper's motor with inductances and resistance that are wrong by a few per cent.
+pub fn like_it() -> Motor {
+    built_in("paper-5k5").expect("built in")
+}
+
+/// What the fits begin with: a drive that is known as well as a fit takes drives to be known, another one with each seed.
+pub fn start(motor: Option<Motor>, seed: u64) -> Start {
+    let mut draws = Streams::new(seed, 1).open(Purpose::GateDelay);
+    // Half the width of a 95 % interval is half of the value.
+    let mut about = |value: f64| value * (1.0 + 0.5 / 1.96 * draws.normal()).max(0.2);
+    let devices = Devices {
+        kind: DeviceKind::Igbt,
+        switch_drop: about(0.9),
+        switch_resistance: about(0.05),
+        diode_drop: about(1.0),
+        diode_resistance: about(0.03),
+    };
+    Start { motor, devices, dead_time: about(2e-6) }
+}
+
+impl Pulses {
+    /// As a scope writes it, with the noise of a seed; its trigger and its samples lie anywhere.
+    pub fn text(&self, scope: &Scope, seed: u64) -> String {
+        let mut draws = Streams::new(seed, 0).open(Purpose::CurrentNoise);
+        let uniform = |draw: f64| 0.5 + 0.5 * standstill_numeric::sin(draw * 1e3);
+        let (phase, trigger) = (uniform(draws.normal()), draws.normal() * 1e-4);
+        let offset: [f64; 3] = std::array::from_fn(|_| 0.01 * scope.range * draws.normal());
+        let step = scope.range / 128.0;
+        let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,u_dc_V,leg_a,leg_b,leg_c\n");
+        let (first, last) = (self.rows[0][0], self.rows[self.rows.len() - 1][0]);
+        let clean = self.rows[1][0] - first;
+        let mut time = first + phase * scope.interval;
+        while time < last {
+            let legs = self.legs.iter().rev().find(|(from, _)| *from <= time).expect("a state").1;
+            let place = ((time - scope.delay).max(first) - first) / clean;
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let before = (place as usize).min(self.rows.len() - 2);
+            let share = place - before as f64;
+            let _ = write!(text, "{:.9}", time + trigger);
+            for (k, zero) in offset.iter().enumerate() {
+                let current = self.rows[before][1 + k] * (1.0 - share) + self.rows[before + 1][1 + k] * share;
+                let read = scope.gain[k] * current + zero + scope.noise * step * draws.normal();
+                let code = (read / step).round().clamp(-128.0, 127.0);
+                let _ = write!(text, ",{:.6}", code * step);
+            }
+            let link = 550.0 + 0.3 * draws.normal();
+            let _ = writeln!(text, ",{link:.1},{},{},{}", legs[0], legs[1], legs[2]);
+            time += scope.interval;
+        }
+        text
+    }
+
+    /// What is found in one such trace.
+    pub fn found(&self, scope: &Scope, seed: u64, start: &Start) -> Fit {
+        let record = Record::parse("pulses.csv", &self.text(scope, seed)).expect("a record");
+        fit(&[record], start, &|| false).expect("a motor")
+    }
+
+    /// The truth of an estimate as its channels tell it: their common gain makes inductances smaller.
+    pub fn truth_of(&self, name: &str, scope: &Scope) -> Option<f64> {
+        let mean = scope.gain.iter().sum::<f64>() / 3.0;
+        let gains = [("gain_a", 0), ("gain_b", 1), ("gain_c", 2)];
+        if let Some((_, k)) = gains.iter().find(|(gain, _)| *gain == name) {
+            return Some(scope.gain[*k] / mean);
+        }
+        if name == "delay" {
+            return Some(scope.delay);
+        }
+        let truth = self.truth.iter().find(|(known, _)| *known == name)?.1;
+        Some(if ["resistance", "L_d", "L_q"].contains(&name) { truth / mean } else { truth })
+    }
+}
+
+/// The estimate of an angle or its half turn, whichever is nearer.
+pub fn beside(value: f64, truth: f64, unit: &str, turn: f64) -> f64 {
+    if unit == "deg" { value - turn * ((value - truth) / turn).round() } else { value }
+}

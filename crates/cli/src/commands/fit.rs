@@ -1,0 +1,242 @@
+//! `standstill fit`: from scope traces to a motor.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde_json::json;
+use standstill_analysis::fit::record::{Record, RecordError};
+use standstill_analysis::fit::{Estimate, Fit, Start, fit};
+use standstill_plant::{DataSheet, Files, Motor, built_in};
+use standstill_quantity::{Scale, magnitude};
+use standstill_scenario::Document;
+
+use super::reproduce::file_list;
+use crate::Report;
+use crate::arguments::{Fit as Options, Keys};
+use crate::error::Error;
+use crate::figures;
+use crate::interrupt;
+use crate::output::Output;
+use crate::progress;
+use crate::scenario::{self, Shorthands};
+use crate::text::{fill, table};
+
+const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
+
+/// Widening of the intervals beyond which the simulation does not describe the readings.
+const MISFIT: f64 = 2.0;
+
+fn read(path: &Path) -> Result<Record, Error> {
+    let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let file = path.display().to_string();
+    match std::str::from_utf8(&bytes) {
+        Ok(text) => Record::parse(&file, text).map_err(Error::Record),
+        Err(error) => {
+            let line = bytes[..error.valid_up_to()].split(|byte| *byte == b'\n').count();
+            let found = "bytes that are no UTF-8".to_owned();
+            let needed = "a text with commas between its columns".to_owned();
+            Err(Error::Record(RecordError { file, line: Some(line), column: None, found, needed }))
+        }
+    }
+}
+
+/// The motor and the drive that the fit begins with.
+fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
+    if let Some((key, _)) = options.set.iter().find(|(key, _)| !key.starts_with("inverter.")) {
+        return Err(Error::Arguments(format!(
+            "-s {key}: needed a key of the drive, such as inverter.dead_time or inverter.switch_drop"
+        )));
+    }
+    let shorthands = Shorthands::default().with("--motor", "motor", options.motor.as_deref());
+    let keys = Keys { set: options.set.clone() };
+    let document = scenario::changed(Document::parse(Path::new("scenario"), "")?, &keys, shorthands)?;
+    let motor = options.motor.as_ref().map(|_| document.motor()).transpose()?;
+    let drive_of = if let Some(motor) = &motor {
+        motor.clone()
+    } else {
+        // Devices are sized to the current.
+        let rows = || records.iter().flat_map(|record| &record.rows);
+        let currents = rows().flat_map(|row| row.current).filter(|i| i.is_finite());
+        let current = currents.fold(0.0, |most, i| i.abs().max(most));
+        let link = rows().map(|row| row.link).fold(0.0, f64::max);
+        let like = built_in("paper-5k5").ok_or_else(|| Error::UnknownMotor("paper-5k5".to_owned()))?;
+        Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
+    };
+    let drive = document.unchecked_scenario_of(&drive_of)?.drive;
+    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds() })
+}
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    interrupt::at_once();
+    let records = options.traces.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
+    let start = start(options, &records)?;
+    let mut output = Output::create(&options.out, &FILES)?;
+    let spinner = progress::spinner("fitting");
+    let fitted = fit(&records, &start, &|| {
+        spinner.inc(1);
+        false
+    });
+    spinner.finish_and_clear();
+    let fitted = fitted.map_err(Error::Fit)?;
+    let names: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
+    let sheet = fitted.sheet(&names.join(", "), start.motor.as_ref());
+    // A sheet that does not load is none.
+    DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor()).map_err(Error::Motor)?;
+    let json = json_of(&fitted, &names, options);
+    output.file("motor.toml", sheet.as_bytes())?;
+    output.file("fit.json", format!("{json:#}\n").as_bytes())?;
+    let figure = figures::fit(&fitted, &names.join(", "), subtitle(&fitted));
+    output.file("fit.svg", figure.svg()?.as_bytes())?;
+    output.file("fit.png", &figure.png()?)?;
+    let files = output.finish()?;
+    if options.json {
+        return Ok(Report { text: format!("{json:#}\n"), code: 0 });
+    }
+    let text = text_of(&fitted, &records) + "\n" + &file_list(&options.out, &files);
+    Ok(Report { text, code: 0 })
+}
+
+fn subtitle(fit: &Fit) -> String {
+    let scale = Scale::suiting("A", fit.residual_rms);
+    format!(
+        "residual {:.3} {} rms; lines: 95 % of noise and converter",
+        scale.number(fit.residual_rms),
+        scale.unit
+    )
+}
+
+fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value {
+    json!({
+        "files": files,
+        "start": options.motor,
+        "parameters": fit.parameters.iter().map(|estimate| json!({
+            "name": estimate.name,
+            "unit": estimate.unit,
+            "value": estimate.value,
+            "low": estimate.interval.map(|[low, _]| low),
+            "high": estimate.interval.map(|[_, high]| high),
+            "identified": estimate.identified,
+        })).collect::<Vec<_>>(),
+        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations },
+        "leans_on": fit.leans.iter().map(|lean| json!({
+            "fixed": lean.fixed.0,
+            "off_by": lean.fixed.1,
+            "moves": lean.moves.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "residual_rms_A": fit.residual_rms,
+        "expected_rms_A": fit.expected_rms,
+        "intervals_widened": fit.widened,
+        "describes": fit.widened < MISFIT,
+        "readings": fit.readings,
+        "clipped_readings": fit.clipped,
+        "pulses": fit.traces.len(),
+        "largest_current_A": fit.reach,
+        "saturation_at_A": fit.current,
+        "dc_link_V": fit.link,
+        "dc_link_spread": fit.link_spread,
+    })
+}
+
+/// A value and its interval in one unit, with digits that the interval leaves a meaning.
+fn cells(estimate: &Estimate) -> [String; 2] {
+    let share = estimate.name.starts_with("saturation");
+    let [low, high] = estimate.interval.unwrap_or([estimate.value; 2]);
+    let scale = if share {
+        Scale::percent()
+    } else {
+        Scale::suiting(estimate.unit, estimate.value.abs().max(high - low))
+    };
+    let half = scale.number((high - low).abs() / 2.0);
+    let digits = magnitude(half).map_or(3, |magnitude| usize::try_from(1 - magnitude).unwrap_or(0));
+    // Adding zero turns −0 into 0.
+    let number = |value: f64| format!("{:.digits$}", scale.number(value) + 0.0);
+    let unit = scale.unit.replace("ohm", "Ω");
+    let value = format!("{} {unit}", number(estimate.value)).trim_end().to_owned();
+    let interval = match estimate.interval {
+        Some(_) if estimate.identified => format!("{} … {}", number(low), number(high)),
+        Some(_) => format!("± {} assumed", number((high - low) / 2.0)),
+        None => "–".to_owned(),
+    };
+    [value, interval]
+}
+
+fn text_of(fit: &Fit, records: &[Record]) -> String {
+    let rows: usize = records.iter().map(|record| record.rows.len()).sum();
+    let mut text = format!(
+        "{rows} rows, {} from rest, up to {} A on {} V\n\n",
+        if fit.traces.len() == 1 {
+            "one pulse or train".to_owned()
+        } else {
+            format!("{} pulses or trains", fit.traces.len())
+        },
+        standstill_quantity::number(2, fit.reach),
+        standstill_quantity::number(1, fit.link)
+    );
+    let rows = fit.parameters.iter().map(|estimate| {
+        let [value, interval] = cells(estimate);
+        let told = if estimate.identified { "measured" } else { "not told: fixed" };
+        vec![estimate.name.clone(), value, interval, told.to_owned()]
+    });
+    text += &table(&["parameter", "value", "95 % interval", ""], rows, true);
+    text += "\n";
+    for sentence in sentences(fit) {
+        text += &fill(&format!("– {sentence}"), 110, "  ");
+    }
+    text
+}
+
+/// What the numbers mean, and what they do not.
+fn sentences(fit: &Fit) -> Vec<String> {
+    let ampere = |value: f64| {
+        let scale = Scale::suiting("A", value);
+        format!("{:.3} {}", scale.number(value), scale.unit)
+    };
+    let mut said = vec![format!(
+        "Residual {} rms, noise and converter {}.",
+        ampere(fit.residual_rms),
+        ampere(fit.expected_rms)
+    )];
+    if fit.widened >= MISFIT {
+        said.push(format!(
+            "The simulation does NOT describe these currents: residuals follow each other, and intervals are {:.1} times as wide for it. Look at fit.png: wrong legs or units, a rotor that moved, a DC link that was not read, or a motor with more than this model has.",
+            fit.widened
+        ));
+    }
+    if fit.clipped > 0 {
+        said.push(format!(
+            "{} readings lie at the ends of their channels' ranges: they count as currents of at least that.",
+            fit.clipped
+        ));
+    }
+    if fit.link_spread > 0.02 {
+        said.push(format!(
+            "The DC link moves by {:.1} % within a pulse; its mean is what is simulated.",
+            100.0 * fit.link_spread
+        ));
+    }
+    said.push(if fit.pole.identified {
+        format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
+    } else {
+        "The angle's half turn is not told: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
+    });
+    said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
+    for lean in &fit.leans {
+        let of = |name: &str, value: f64| {
+            let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
+            let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
+            format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω"))
+                .trim_end()
+                .to_owned()
+        };
+        let mut moves = String::new();
+        for (k, (name, by)) in lean.moves.iter().enumerate() {
+            let _ = write!(moves, "{}{name} by {}", if k == 0 { "" } else { ", " }, of(name, *by));
+        }
+        said.push(format!(
+            "{} is not told; {} of it would move {moves}, which their intervals contain.",
+            lean.fixed.0,
+            of(&lean.fixed.0, lean.fixed.1)
+        ));
+    }
+    said
+}

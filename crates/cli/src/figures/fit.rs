@@ -1,0 +1,114 @@
+//! Simulation over measurement, and what is left.
+
+use standstill_analysis::fit::{Fit, Trace};
+use standstill_interface::Phase;
+use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
+
+use super::WIDTH;
+
+/// Points of a channel that are drawn at most; more would only make the file larger.
+const MOST_POINTS: usize = 4000;
+
+/// Rows of some traces, one after the other: where in time, measured, simulated.
+struct Rows<'a> {
+    traces: &'a [Trace],
+    unit: f64,
+}
+
+impl Rows<'_> {
+    /// Times of all rows: traces of other files follow each other.
+    fn times(&self) -> Vec<f64> {
+        let mut times: Vec<f64> = Vec::new();
+        let (mut origin, mut before) = (None, f64::NEG_INFINITY);
+        for trace in self.traces {
+            let first = trace.time.first().copied().unwrap_or_default();
+            if first < before || origin.is_none() {
+                origin = Some(first - times.last().copied().unwrap_or_default() * self.unit);
+            }
+            let origin = origin.unwrap_or_default();
+            times.extend(trace.time.iter().map(|time| (time - origin) / self.unit));
+            before = trace.time.last().copied().unwrap_or(before);
+        }
+        times
+    }
+
+    /// A channel's values, and a gap after each trace.
+    fn channel(&self, k: usize, value: impl Fn(&Trace, usize) -> [f64; 3], thin: bool) -> Vec<(f64, f64)> {
+        let times = self.times();
+        let every = if thin { times.len().div_ceil(MOST_POINTS) } else { 1 };
+        let mut points = Vec::new();
+        let mut row = 0;
+        for trace in self.traces {
+            for n in 0..trace.time.len() {
+                if row % every == 0 {
+                    points.push((times[row], value(trace, n)[k]));
+                }
+                row += 1;
+            }
+            points.push((f64::NAN, f64::NAN));
+        }
+        points
+    }
+
+    fn panels(&self, label: &str, expected: f64) -> [Panel; 2] {
+        let axis = || {
+            let unit = if self.unit < 1e-4 { "µs" } else { "ms" };
+            Axis::new(format!("{label} ({unit})"))
+        };
+        let mut currents = Panel { weight: 1.5, ..Panel::new(axis(), Axis::new("current (A)")) };
+        let mut left = Panel { weight: 0.8, legend: false, ..Panel::new(axis(), Axis::new("residual (A)")) };
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            let measured = self.channel(k, |trace, n| trace.measured[n], true);
+            if measured.iter().all(|(_, i)| i.is_nan()) {
+                continue;
+            }
+            let style = [Style::Blue, Style::Vermilion, Style::Green][k];
+            currents =
+                currents.with(Layer::points(&format!("i_{} measured", phase.letter()), style, measured));
+            let residual = |trace: &Trace, n: usize| {
+                std::array::from_fn(|k| trace.measured[n][k] - trace.simulated[n][k])
+            };
+            left = left.with(Layer::points("", style, self.channel(k, residual, true)));
+        }
+        for k in 0..3 {
+            let simulated = self.channel(k, |trace, n| trace.simulated[n], false);
+            let shown = self.traces.iter().flat_map(|trace| &trace.measured).any(|i| !i[k].is_nan());
+            if shown {
+                currents = currents.with(Layer::line("simulated", Style::Black, simulated));
+            }
+        }
+        left = left
+            .with(Layer::level("+1.96 σ", 1.96 * expected))
+            .with(Layer::level("−1.96 σ", -1.96 * expected));
+        [currents, left]
+    }
+}
+
+/// All pulses, and the one with the largest current close up.
+pub fn fit(fit: &Fit, title: &str, subtitle: String) -> Figure {
+    let largest = |trace: &Trace| trace.simulated.iter().flatten().map(|i| i.abs()).fold(0.0, f64::max);
+    let close = fit
+        .traces
+        .iter()
+        .enumerate()
+        .max_by(|a, b| largest(a.1).total_cmp(&largest(b.1)))
+        .map_or(0, |(k, _)| k);
+    let span = |traces: &[Trace]| {
+        let spans = traces.iter().filter_map(|trace| Some(trace.time.last()? - trace.time.first()?));
+        if spans.sum::<f64>() < 2e-3 { 1e-6 } else { 1e-3 }
+    };
+    let all = Rows { traces: &fit.traces, unit: span(&fit.traces) };
+    let one = &fit.traces[close..=close];
+    let near = Rows { traces: one, unit: span(one) };
+    let mut panels = all.panels("time", fit.expected_rms).to_vec();
+    if fit.traces.len() > 1 {
+        panels.extend(near.panels("time within the pulse of the largest current", fit.expected_rms));
+    }
+    Figure {
+        title: format!("Simulation over measurement: {title}"),
+        subtitle: Some(subtitle),
+        width: WIDTH,
+        height: if panels.len() > 2 { 960 } else { 560 },
+        panels,
+    }
+}

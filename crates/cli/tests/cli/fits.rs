@@ -1,0 +1,89 @@
+//! `standstill fit`: its files, and what it says to traces that are none.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::{folder, mistake, names, standstill};
+
+const TRACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/traces/six_vectors.csv");
+
+#[test]
+fn a_trace_becomes_a_motor_that_loads() {
+    let folder = folder();
+    let at = folder.path();
+    let output = standstill(&["fit", TRACE, "--motor", "paper-5k5", "--out", "f", "--json"], at);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(&at.join("f")), ["fit.json", "fit.png", "fit.svg", "motor.toml"]);
+    let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let kept: Value =
+        serde_json::from_str(&fs::read_to_string(at.join("f/fit.json")).expect("written")).expect("JSON");
+    assert_eq!(said, kept);
+    let get = |name: &str| {
+        let all = said["parameters"].as_array().expect("a list");
+        all.iter().find(|one| one["name"] == name).unwrap_or_else(|| panic!("no {name}"))
+    };
+    // The core of tests/cross/scipy_pulses.py, by channels with a common gain of 1.
+    for (name, truth) in [("L_d", 10.6495e-3), ("L_q", 16.9492e-3), ("angle", 40.0), ("resistance", 1.2)] {
+        let one = get(name);
+        let [low, high] = ["low", "high"].map(|end| one[end].as_f64().expect("a number"));
+        assert!(one["identified"] == true && low < high, "{one}");
+        let half = (high - low) / 2.0;
+        assert!((truth - low.midpoint(high)).abs() < 1.5 * half, "{one}");
+    }
+    assert_eq!(get("common_gain")["identified"], false);
+    assert_eq!(said["pole"]["identified"], true);
+    assert!(said["residual_rms_A"].as_f64().is_some_and(|rms| rms > 0.02 && rms < 0.06));
+    let sheet = fs::read_to_string(at.join("f/motor.toml")).expect("written");
+    assert!(sheet.matches("source = \"measured\"").count() >= 6, "{sheet}");
+    let shown = String::from_utf8(standstill(&["motors", "f/motor.toml"], at).stdout).expect("text");
+    assert!(shown.lines().any(|line| line.contains("nameplate.L_d") && line.contains("measured")), "{shown}");
+    let traced =
+        ["trace", "--motor", "f/motor.toml", "--angle", "40", "--method", "maximum-likelihood", "--out", "t"];
+    assert!(standstill(&traced, at).status.success());
+}
+
+#[test]
+fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    let trace = fs::read_to_string(TRACE).expect("the trace");
+    let fail = |text: &str, more: &[&str]| {
+        fs::write(at.join("p.csv"), text).expect("written");
+        let message = mistake(&[&["fit", "p.csv"], more].concat(), at);
+        assert_eq!(names(at), ["p.csv"], "{message}");
+        message
+    };
+    let changed = |line: usize, from: &str, to: &str| {
+        let lines = trace.lines().enumerate();
+        let change =
+            |(k, row): (usize, &str)| if k + 1 == line { row.replacen(from, to, 1) } else { row.to_owned() };
+        lines.map(change).collect::<Vec<_>>().join("\n")
+    };
+    let message = fail(&changed(700, "off", "open"), &[]);
+    assert!(
+        message.contains("p.csv, line 700, column leg_a: found `open`; needed: off, low or high"),
+        "{message}"
+    );
+    let message = fail(&trace.replace("u_dc_V", "u_V"), &[]);
+    assert!(message.contains("p.csv, line 1: found a column `u_V`; needed: t_s, i_a_A"), "{message}");
+    let message = fail(&trace, &["-s", "sensors.noise=1 A"]);
+    assert!(message.contains("-s sensors.noise: needed a key of the drive"), "{message}");
+    let message = fail(&trace.replace("high", "off"), &[]);
+    assert!(message.contains("needed: a pulse"), "{message}");
+    let still: String = trace
+        .lines()
+        .enumerate()
+        .map(|(k, row)| {
+            let mut fields: Vec<&str> = row.split(',').collect();
+            if k > 0 {
+                fields[1..4].fill("0");
+            }
+            fields.join(",") + "\n"
+        })
+        .collect();
+    let message = fail(&still, &[]);
+    assert!(message.contains("found no current that rises in a pulse"), "{message}");
+    assert!(mistake(&["fit", "none.csv"], at).contains("cannot read none.csv"));
+    assert!(mistake(&["fit", "p.csv", "--motor", "nosuch"], at).contains("nosuch"));
+}
