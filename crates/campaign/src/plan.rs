@@ -13,7 +13,6 @@ impl Trials for Plan {
         self.scenario(number)
     }
 
-    /// Side by side, unless each has a machine of its own.
     fn run(
         &self,
         point: &Self::Point,
@@ -21,16 +20,7 @@ impl Trials for Plan {
         trials: &mut dyn Iterator<Item = u64>,
         done: &mut dyn FnMut(Record),
     ) -> Result<(), TrialError<FileError>> {
-        if !self.has_tolerances() {
-            let settings =
-                |TrialError { trial, error }| TrialError { trial, error: FileError::settings(&error) };
-            return point.trials(trials, done).map_err(settings);
-        }
-        for trial in trials {
-            let failed = |error| TrialError { trial, error };
-            done(self.trial(number, point, trial).map_err(failed)?);
-        }
-        Ok(())
+        self.trials(number, point, trials, done)
     }
 }
 

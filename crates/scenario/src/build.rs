@@ -278,7 +278,7 @@ impl SensorsTable {
             of.decay = in_range("sensors.pick_up_decay", decay, [1e-9, 1e-4], needed)?;
         }
         if let Some(frequency) = self.pick_up_frequency {
-            let needed = "from 0 to 1 GHz: samples are taken in whole nanoseconds";
+            let needed = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
             of.frequency = in_range("sensors.pick_up_frequency", frequency, [0.0, 1e9], needed)?;
         }
         Ok((of.amplitude > 0.0).then_some(of))

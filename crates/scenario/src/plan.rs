@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use indexmap::IndexMap;
-use standstill_detect::Method;
+use standstill_detect::{Method, Settings};
 use standstill_plant::{Digest, Motor};
 use standstill_sim::{Streams, Tape};
 use toml::Value;
@@ -13,7 +13,8 @@ use super::axes::{Point, points};
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
-use crate::{Record, Scenario};
+use crate::scenario::side_by_side;
+use crate::{Record, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
@@ -27,6 +28,9 @@ pub struct Plan {
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
 }
+
+/// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
+const AT_A_TIME: usize = 64;
 
 /// Trials whose draws are looked at beforehand.
 const MOST_TRIED: u64 = 10_000_000;
@@ -227,6 +231,42 @@ impl Plan {
         if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
     }
 
+    /// Trials at a point whose scenario is `scenario`, side by side in this thread, until there are no more or one cannot be
+    /// run; those that are under way come to their ends. `done` gets each record, in any order.
+    ///
+    /// # Errors
+    /// A trial for which no machine or no detector can be made.
+    pub fn trials(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        let failed = |trial| move |error| TrialError { trial, error };
+        if !self.has_tolerances() {
+            return scenario
+                .trials(trials, done)
+                .map_err(|TrialError { trial, error }| failed(trial)(FileError::settings(&error)));
+        }
+        loop {
+            let numbers: Vec<u64> = trials.take(AT_A_TIME).collect();
+            let drawn =
+                numbers.iter().map(|trial| self.drawn(point, Some(scenario), *trial).map_err(failed(*trial)));
+            let drawn = all_until_error(drawn);
+            let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
+                let detector = scenario.detector.detector();
+                let detector = detector.map_err(|error| failed(*trial)(FileError::settings(&error)))?;
+                Ok((scenario.case(*trial), detector))
+            });
+            side_by_side(cases, |number, run| done(Record { trial: numbers[number], run }))?;
+            drawn.ended?;
+            if numbers.len() < AT_A_TIME {
+                return Ok(());
+            }
+        }
+    }
+
     /// The trial at a point that a tape gives, with its tolerances.
     ///
     /// # Errors
@@ -275,11 +315,31 @@ impl Plan {
         if !self.has_tolerances() {
             return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
         }
-        for (number, tape) in tapes.iter().enumerate() {
-            done(number, self.trial_taped(point, scenario, tape)?);
+        for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
+            let drawn = all_until_error(tapes.iter().map(|tape| self.scenario_taped(point, scenario, tape)));
+            let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
+                let detector = scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
+                Ok((scenario.case_taped(tape), detector))
+            });
+            side_by_side(cases, |number, run| {
+                done(block * AT_A_TIME + number, Record { trial: tapes[number].index(), run });
+            })?;
+            drawn.ended?;
         }
         Ok(())
     }
+}
+
+/// What could be made before the first error, and that error.
+struct Made<T, E> {
+    all: Vec<T>,
+    ended: Result<(), E>,
+}
+
+fn all_until_error<T, E>(made: impl Iterator<Item = Result<T, E>>) -> Made<T, E> {
+    let mut ended = Ok(());
+    let all = made.map_while(|one| one.map_err(|error| ended = Err(error)).ok()).collect();
+    Made { all, ended }
 }
 
 impl ScenarioFile {

@@ -10,7 +10,7 @@ use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
 use standstill_sim::{
-    Case, NoProbe, Play, Purpose, RotorState, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
+    Case, NoProbe, Play, Purpose, RotorState, Run, SensorSettings, Sensors, Streams, Tape, Tolerance, run,
     run_side_by_side,
 };
 
@@ -263,22 +263,12 @@ impl<S: Settings<f64>> Scenario<S> {
         mut done: impl FnMut(Record),
     ) -> Result<(), TrialError<SettingsError>> {
         let numbers = RefCell::new(Vec::new());
-        let mut failed = None;
-        let cases = trials.into_iter().map_while(|trial| match self.detector.detector() {
-            Ok(detector) => {
-                numbers.borrow_mut().push(trial);
-                Some((self.case(trial), detector))
-            }
-            Err(error) => {
-                failed = Some(TrialError { trial, error });
-                None
-            }
+        let cases = trials.into_iter().map(|trial| {
+            numbers.borrow_mut().push(trial);
+            let detector = self.detector.detector().map_err(|error| TrialError { trial, error })?;
+            Ok((self.case(trial), detector))
         });
-        // Fused: other lanes must not go on behind it.
-        run_side_by_side(cases.fuse(), |number, run| {
-            done(Record { trial: numbers.borrow()[number], run });
-        });
-        failed.map_or(Ok(()), Err)
+        side_by_side(cases, |number, run| done(Record { trial: numbers.borrow()[number], run }))
     }
 
     /// A trial whose draws are on a tape, with the scenario's own detector. Its number is that of the tape.
@@ -316,22 +306,25 @@ impl<S: Settings<f64>> Scenario<S> {
         tapes: &[Tape],
         mut done: impl FnMut(usize, Record),
     ) -> Result<(), SettingsError> {
-        let mut failed = None;
-        let cases = tapes.iter().map_while(|tape| match self.detector.detector() {
-            Ok(detector) => Some((self.case_taped(tape), detector)),
-            Err(error) => {
-                failed = Some(error);
-                None
-            }
-        });
-        run_side_by_side(cases.fuse(), |number, run| {
-            done(number, Record { trial: tapes[number].index(), run });
-        });
-        failed.map_or(Ok(()), Err)
+        let cases = tapes.iter().map(|tape| Ok((self.case_taped(tape), self.detector.detector()?)));
+        side_by_side(cases, |number, run| done(number, Record { trial: tapes[number].index(), run }))
     }
 
     /// A trial with any detector.
     pub fn trial_with(&self, trial: u64, detector: &mut dyn Detector<f64>) -> Record {
         Record { trial, run: run(&self.case(trial), detector, false, &mut NoProbe) }
     }
+}
+
+/// Cases with their detectors side by side in this thread, until there are no more or one cannot be made; those that are
+/// under way come to their ends. `done` gets each run with the number of its case.
+pub(crate) fn side_by_side<'a, D: Detector<f64>, E>(
+    cases: impl Iterator<Item = Result<(Case<'a>, D), E>>,
+    done: impl FnMut(usize, Run<f64>),
+) -> Result<(), E> {
+    let mut failed = None;
+    let cases = cases.map_while(|case| case.map_err(|error| failed = Some(error)).ok());
+    // Fused: other lanes must not go on behind it.
+    run_side_by_side(cases.fuse(), done);
+    failed.map_or(Ok(()), Err)
 }

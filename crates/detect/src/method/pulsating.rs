@@ -77,7 +77,10 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / mean;
         let variance = spread * spread * T::of(4.0 / 3.0) / samples + doubt;
-        let evidence = current.q.hypot(current.d - inductive) / inductive;
+        // More inductance makes less of this current only where it exceeds the resistance: Im 1/(R + jωL) has its extreme at
+        // R = ωL, and beyond that the d-axis would be taken for the q-axis.
+        let telling = (T::one() - resistive * resistive).max(T::zero());
+        let evidence = telling * current.q.hypot(current.d - inductive) / inductive;
         significance::check(ratio.min(evidence), variance, s.least_saliency)?;
         // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
         findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));

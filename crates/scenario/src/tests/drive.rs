@@ -48,7 +48,10 @@ fn law_keys_of_the_other_kind_of_switch_are_refused() {
         ("[sensors]\nbandwidth_tolerance = \"95 %\"", ["line 2", "`sensors.bandwidth_tolerance`", "0.9"]),
         ("[sensors]\nskew = \"1 ms\"", ["line 2", "`sensors.skew`", "100 us"]),
         ("[sensors]\npick_up_decay = \"1 ms\"", ["line 2", "`sensors.pick_up_decay`", "100 us"]),
-        ("[sensors]\npick_up_frequency = \"2 GHz\"", ["line 2", "`sensors.pick_up_frequency`", "1 GHz"]),
+        (
+            "[sensors]\npick_up_frequency = \"2000 MHz\"",
+            ["line 2", "`sensors.pick_up_frequency`", "1000 MHz"],
+        ),
     ] {
         let message = error(text);
         for part in parts {
