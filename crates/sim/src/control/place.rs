@@ -26,9 +26,8 @@ impl<'a> Control<'a> {
         let scale = motor.winding.mean_inductance * motor.rated_current;
         put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
         put(&mut accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
-        put(&mut accuracy.flux_scale, scale);
         put(&mut accuracy.per_flux_scale, 1.0 / scale);
-        put(&mut accuracy.filtered, f64::from(u8::from(self.filters.is_some())));
+        put(&mut accuracy.filtered, if self.filters.is_some() { motor.winding.mean_inductance } else { 0.0 });
         put(&mut bank.hint, self.longest_step());
         put(&mut bank.longest, self.longest_step());
         for counted in

@@ -72,7 +72,7 @@ pub struct Served {
     pub carried_out: [u32; 3],
 }
 
-/// What ends where only rounding made a margin negative.
+/// No mode has ended: a margin was negative by rounding only.
 pub const NOTHING: usize = ENDS;
 
 /// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
@@ -82,8 +82,8 @@ const MOST_REFUSED: f64 = 200.0;
 const HALF: f64 = 0.5;
 /// See [`HALF`].
 const LONGER_AT_MOST: f64 = 4.0;
-/// A step that is tried again is this share of the one before at most, and at least: the error's order is not reached where it
-/// is large, and 0.7 is what a fourth power makes of four times the tolerance.
+/// A step that is tried again is at most this share of the one before, 0.7 being what a fourth power makes of four times the
+/// tolerance, and at least a tenth of it: the error's order is not reached where the error is large.
 const SHORTER_AT_LEAST: f64 = 0.7;
 /// See [`SHORTER_AT_LEAST`].
 const SHORTER_AT_MOST: f64 = 0.1;
@@ -115,8 +115,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         };
         let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
-        let accuracy =
-            Accuracy { per_flux: one, per_angle: one, flux_scale: one, per_flux_scale: one, filtered: zero };
+        let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, filtered: zero };
         let tried = Tried::none(&here, machine.legs.at(zero, zero));
         Self {
             machine,

@@ -62,7 +62,7 @@ pub(super) fn error<V: Wide>(
     let loop_resistance = resistance.xx + resistance.yy;
     let quadrature = loop_resistance * h * fourth * QUADRATURE;
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
-    // Between the ends the currents are off by h⁴ i⁗/384; a filter shall see less than a tenth of a microampere of it.
-    let between = accuracy.filtered * fourth * (accuracy.flux_scale * FILTERED);
+    // Between the ends the currents are off by h⁴ i⁗/384; what a filter sees of it counts as the flux that belongs to it.
+    let between = accuracy.filtered * fourth * FILTERED;
     (quadrature + nonlinear + between) * accuracy.per_flux
 }

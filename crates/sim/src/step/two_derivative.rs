@@ -76,11 +76,9 @@ pub struct Accuracy<V: Wide> {
     pub per_flux: V,
     /// The same for the angle in rad.
     pub per_angle: V,
-    /// A flux in Wb by which saturation changes much, and 1 over it.
-    pub flux_scale: V,
-    /// See `flux_scale`.
+    /// 1 over a flux in Wb by which saturation changes much.
     pub per_flux_scale: V,
-    /// 1 where the currents between the ends matter too, as for filters, else 0.
+    /// The winding's inductance in H where the currents between the ends matter too, as for filters, else 0.
     pub filtered: V,
 }
 
