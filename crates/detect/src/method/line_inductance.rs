@@ -259,21 +259,22 @@ impl<T: Real> LineInductance<T> {
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);
-        significance::check(saliency.ratio(), self.variance(&saliency), self.settings.least_saliency)?;
+        significance::check(saliency.ratio(), self.needed(&saliency), self.settings.least_saliency)?;
         Ok(saliency)
     }
 
-    /// Variance of each component of |L_B|/L_A e^{j2θ}: noise as the pulses show it, the gain of the one sensor that reads a
+    /// Square of |L_B|/L_A that must be exceeded: noise as the pulses show it, the gain of the one sensor that reads a
     /// line, and the delays of the legs.
-    fn variance(&self, saliency: &Saliency<T>) -> T {
+    fn needed(&self, saliency: &Saliency<T>) -> T {
         let s = &self.settings;
         let count = T::of(f64::from(s.pulses));
         let line = T::of(3.0) * saliency.mean;
-        let freedom = T::of(3.0) * (count - T::one()).max(T::one());
+        let freedom = T::of(3.0) * (count - T::one());
         let noise = self.scatter / (freedom * count * line * line);
         let [dead, pulse] = [s.dead_time, s.pulse].map(|time| T::of(time.seconds()));
         let timing = significance::of_timing(dead, pulse);
-        significance::of_lines(noise + s.gain_tolerance * s.gain_tolerance + timing)
+        significance::scattered(significance::of_lines(noise), freedom)
+            + significance::known(significance::of_lines(s.gain_tolerance * s.gain_tolerance + timing))
     }
 }
 

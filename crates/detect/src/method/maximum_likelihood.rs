@@ -172,7 +172,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
         let spread = T::of(4.0) * plain.ratio() * plain.ratio() * variance + gains;
         let moved = self.combined.check_movement(plain.axis, variance, s.saliency);
-        moved.or_else(|fault| s.check_saliency(&plain, spread, &self.train.settings).and(Err(fault)))?;
+        moved.or_else(|fault| s.check_saliency(&plain, significance::known(spread), &self.train.settings).and(Err(fault)))?;
         self.combined.add(&Said {
             lines: fit.inductance,
             variance,
@@ -229,7 +229,7 @@ impl<T: Real> MaximumLikelihood<T> {
         Ok((
             s.pole(&saliency, &c.pointer()),
             deviation,
-            s.check_saliency(&saliency, spread * spread, &self.train.settings),
+            s.check_saliency(&saliency, significance::known(spread * spread), &self.train.settings),
         ))
     }
 
