@@ -172,7 +172,9 @@ impl<T: Real> MaximumLikelihood<T> {
         let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
         let spread = T::of(4.0) * plain.ratio() * plain.ratio() * variance + gains;
         let moved = self.combined.check_movement(plain.axis, variance, s.saliency);
-        moved.or_else(|fault| s.check_saliency(&plain, significance::known(spread), &self.train.settings).and(Err(fault)))?;
+        moved.or_else(|fault| {
+            s.check_saliency(&plain, significance::known(spread), &self.train.settings).and(Err(fault))
+        })?;
         self.combined.add(&Said {
             lines: fit.inductance,
             variance,

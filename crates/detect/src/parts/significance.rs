@@ -120,8 +120,9 @@ mod tests {
     #[test]
     fn law_what_may_be_wrong_alone_is_hardly_ever_a_saliency() {
         let mut noise = Noise::new(11);
-        let found =
-            (0..20_000).filter(|_| check(noise.gauss().hypot(noise.gauss()), known(1.0), 0.0).is_ok()).count();
+        let found = (0..20_000)
+            .filter(|_| check(noise.gauss().hypot(noise.gauss()), known(1.0), 0.0).is_ok())
+            .count();
         // e^−8 of 20,000 are 6.7.
         assert!((1..=15).contains(&found), "{found}");
         assert!(check(0.02, known(1e-5), 0.005).is_ok());
