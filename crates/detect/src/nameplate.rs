@@ -4,7 +4,7 @@ use standstill_interface::{Nanos, Real};
 
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
-use crate::parts::train::LINES;
+use crate::parts::train::{Derived, LINES};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// How the current sensors and their converter work, as their data sheets state it.
@@ -61,10 +61,13 @@ impl<T: Real> Sensing<T> {
     }
 
     /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
-    /// a straight line between the two samples, so is their mean.
-    pub(crate) fn late(&self, line: usize) -> T {
+    /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
+    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
+    /// direction: their mean is the same.
+    pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
-        T::of((self.skew * (from as u64 + to as u64)).seconds() / 2.0)
+        let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
+        T::of((self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64)).seconds() / 2.0)
     }
 
     /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left.
@@ -219,6 +222,8 @@ impl<T: Real> Nameplate<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use standstill_interface::Phase;
+
     use crate::testing::PLATE;
 
     #[test]
@@ -233,6 +238,21 @@ mod tests {
         assert_eq!(PLATE.cast::<f32>().line_pulse(0.5), Nanos::from_micros(180));
         assert_eq!(PLATE.saliency(), SaliencySign::Negative);
         assert_eq!(Nameplate { q_axis_inductance: 9e-3, ..PLATE }.saliency(), SaliencySign::Positive);
+    }
+
+    #[test]
+    fn analytic_a_derived_phase_is_as_late_as_the_one_that_it_is_derived_from() {
+        let sensing = Sensing { skew: Nanos(1000), ..PLATE.sensing };
+        let late = |derived| [0, 1, 2].map(|line| sensing.late(line, derived) * 1e6);
+        for (derived, expected) in [
+            (Derived::None, [0.5, 1.5, 1.0]),
+            (Derived::One(Phase::C), [0.5, 1.0, 0.0]),
+            (Derived::One(Phase::A), [1.0, 1.5, 2.0]),
+            (Derived::Several, [0.5, 1.5, 1.0]),
+        ] {
+            let found = late(derived);
+            assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{derived:?}: {found:?}");
+        }
     }
 
     #[test]

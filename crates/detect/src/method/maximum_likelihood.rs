@@ -125,7 +125,7 @@ impl<T: Real> MaximumLikelihood<T> {
                 slope: T::zero(),
                 delay,
                 lag,
-                late: self.settings.sensing.late(k),
+                late: self.settings.sensing.late(k, self.train.derived),
             }
         });
         let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
