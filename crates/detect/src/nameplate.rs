@@ -12,9 +12,7 @@ use crate::settings::{SettingsError, require, require_positive, require_zero_or_
 pub struct Sensing<T> {
     /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
     pub bandwidth: Option<T>,
-    /// By what share at most a drive's corner frequencies are off in common.
-    pub bandwidth_tolerance: T,
-    /// By what share at most each phase's is off beside that.
+    /// By what share at most each phase's corner frequency is off beside what all are off in common, which is fitted.
     pub bandwidth_mismatch: T,
     /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
     /// after the end of its command. The DC link is taken together with phase a.
@@ -27,13 +25,7 @@ pub struct Sensing<T> {
 impl<T: Real> Default for Sensing<T> {
     /// Sensors without filters, all converted at once, without pick-up.
     fn default() -> Self {
-        Self {
-            bandwidth: None,
-            bandwidth_tolerance: T::zero(),
-            bandwidth_mismatch: T::zero(),
-            skew: Nanos::ZERO,
-            pick_up: [T::zero(); 2],
-        }
+        Self { bandwidth: None, bandwidth_mismatch: T::zero(), skew: Nanos::ZERO, pick_up: [T::zero(); 2] }
     }
 }
 
@@ -43,7 +35,6 @@ impl<T: Real> Sensing<T> {
         let cast = |value: T| U::of(value.to_double());
         Sensing {
             bandwidth: self.bandwidth.map(cast),
-            bandwidth_tolerance: cast(self.bandwidth_tolerance),
             bandwidth_mismatch: cast(self.bandwidth_mismatch),
             skew: self.skew,
             pick_up: self.pick_up.map(cast),
@@ -89,9 +80,9 @@ impl<T: Real> Sensing<T> {
         if let Some(bandwidth) = self.bandwidth {
             require_positive(bandwidth, "sensing.bandwidth")?;
         }
-        for share in [self.bandwidth_tolerance, self.bandwidth_mismatch] {
-            require(share >= T::zero() && share < T::one(), "sensing.bandwidth_tolerance", "below 1")?;
-        }
+        let mismatch = self.bandwidth_mismatch;
+        let is_share = mismatch >= T::zero() && mismatch < T::one();
+        require(is_share, "sensing.bandwidth_mismatch", "from 0 to below 1")?;
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
