@@ -89,9 +89,9 @@ fn law_adaptive_pulses_stay_within_the_rated_current() {
 #[test]
 fn law_the_pole_is_named_behind_slow_sensors_and_the_axis_is_as_good() {
     for method in [MaximumLikelihood, MaximumLikelihoodAdaptive] {
-        for (bandwidth, most) in [("20 kHz", 0.3), ("50 kHz", 0.15), ("200 kHz", 0.15)] {
+        for (bandwidth, most) in [("20 kHz", 0.3), ("50 kHz", 0.15), ("200 kHz", 0.15), ("1 MHz", 0.15)] {
             let text = format!(
-                "motor = \"paper-5k5\"\ndetector.method = \"{method}\"\ndetector.bandwidth = \"{bandwidth}\"\n[sensors]\nbandwidth = \"{bandwidth}\""
+                "motor = \"paper-5k5\"\ndetector.method = \"{method}\"\ndetector.bandwidth = \"{bandwidth}\"\n[sensors]\nbandwidth = \"{bandwidth}\"\nbandwidth_mismatch = \"3 %\""
             );
             let document = Document::parse(Path::new("scenario"), &text).expect("TOML");
             let motor = built_in("paper-5k5").expect("built in");

@@ -4,7 +4,7 @@ use standstill_interface::{Nanos, Real};
 
 use crate::parts::lines::SaliencySign;
 use crate::parts::polarity::Signature;
-use crate::parts::train::LINES;
+use crate::parts::train::{Derived, LINES};
 use crate::settings::{SettingsError, require, require_positive, require_zero_or_more};
 
 /// How the current sensors and their converter work, as their data sheets state it.
@@ -12,9 +12,7 @@ use crate::settings::{SettingsError, require, require_positive, require_zero_or_
 pub struct Sensing<T> {
     /// Nominal corner frequency in Hz of the current sensors' first-order filters: they lag by 1/(2π f). None: no filter.
     pub bandwidth: Option<T>,
-    /// By what share at most a drive's corner frequencies are off in common.
-    pub bandwidth_tolerance: T,
-    /// By what share at most each phase's is off beside that.
+    /// By what share at most each phase's corner frequency is off beside what all are off in common, which is fitted.
     pub bandwidth_mismatch: T,
     /// The converter takes phases a, b and c (0, 1 and 2) one after the other: k this much times k after the trigger, but none
     /// after the end of its command. The DC link is taken together with phase a.
@@ -27,13 +25,7 @@ pub struct Sensing<T> {
 impl<T: Real> Default for Sensing<T> {
     /// Sensors without filters, all converted at once, without pick-up.
     fn default() -> Self {
-        Self {
-            bandwidth: None,
-            bandwidth_tolerance: T::zero(),
-            bandwidth_mismatch: T::zero(),
-            skew: Nanos::ZERO,
-            pick_up: [T::zero(); 2],
-        }
+        Self { bandwidth: None, bandwidth_mismatch: T::zero(), skew: Nanos::ZERO, pick_up: [T::zero(); 2] }
     }
 }
 
@@ -43,7 +35,6 @@ impl<T: Real> Sensing<T> {
         let cast = |value: T| U::of(value.to_double());
         Sensing {
             bandwidth: self.bandwidth.map(cast),
-            bandwidth_tolerance: cast(self.bandwidth_tolerance),
             bandwidth_mismatch: cast(self.bandwidth_mismatch),
             skew: self.skew,
             pick_up: self.pick_up.map(cast),
@@ -61,10 +52,13 @@ impl<T: Real> Sensing<T> {
     }
 
     /// How much later in s than its trigger a line's current is sampled: the mean of its two phases. While the current is
-    /// a straight line between the two samples, so is their mean.
-    pub(crate) fn late(&self, line: usize) -> T {
+    /// a straight line between the two samples, so is their mean. A phase without sensor is as late as the one that carries
+    /// the line's current with it, because the third has none. Of shunts below the legs it is the one or the other by
+    /// direction: their mean is the same.
+    pub(crate) fn late(&self, line: usize, derived: Derived) -> T {
         let (from, to) = LINES[line];
-        T::of((self.skew * (from as u64 + to as u64)).seconds() / 2.0)
+        let sampled = |phase, other| if derived == Derived::One(phase) { other } else { phase };
+        T::of((self.skew * (sampled(from, to) as u64 + sampled(to, from) as u64)).seconds() / 2.0)
     }
 
     /// How long in s after an edge samples are spoilt: until 0.7 % of its pick-up is left.
@@ -86,9 +80,9 @@ impl<T: Real> Sensing<T> {
         if let Some(bandwidth) = self.bandwidth {
             require_positive(bandwidth, "sensing.bandwidth")?;
         }
-        for share in [self.bandwidth_tolerance, self.bandwidth_mismatch] {
-            require(share >= T::zero() && share < T::one(), "sensing.bandwidth_tolerance", "below 1")?;
-        }
+        let mismatch = self.bandwidth_mismatch;
+        let is_share = mismatch >= T::zero() && mismatch < T::one();
+        require(is_share, "sensing.bandwidth_mismatch", "from 0 to below 1")?;
         require(self.skew <= Nanos::from_micros(100), "sensing.skew", "at most 100 us")?;
         let [amplitude, decay] = self.pick_up;
         require_zero_or_more(amplitude, "sensing.pick_up")?;
@@ -219,6 +213,8 @@ impl<T: Real> Nameplate<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use standstill_interface::Phase;
+
     use crate::testing::PLATE;
 
     #[test]
@@ -233,6 +229,21 @@ mod tests {
         assert_eq!(PLATE.cast::<f32>().line_pulse(0.5), Nanos::from_micros(180));
         assert_eq!(PLATE.saliency(), SaliencySign::Negative);
         assert_eq!(Nameplate { q_axis_inductance: 9e-3, ..PLATE }.saliency(), SaliencySign::Positive);
+    }
+
+    #[test]
+    fn analytic_a_derived_phase_is_as_late_as_the_one_that_it_is_derived_from() {
+        let sensing = Sensing { skew: Nanos(1000), ..PLATE.sensing };
+        let late = |derived| [0, 1, 2].map(|line| sensing.late(line, derived) * 1e6);
+        for (derived, expected) in [
+            (Derived::None, [0.5, 1.5, 1.0]),
+            (Derived::One(Phase::C), [0.5, 1.0, 0.0]),
+            (Derived::One(Phase::A), [1.0, 1.5, 2.0]),
+            (Derived::Several, [0.5, 1.5, 1.0]),
+        ] {
+            let found = late(derived);
+            assert!((0..3).all(|k| (found[k] - expected[k]).abs() < 1e-12), "{derived:?}: {found:?}");
+        }
     }
 
     #[test]

@@ -31,13 +31,7 @@ pub(crate) const PLATE: Nameplate<f64> = Nameplate {
     switch_drop: [1.0, 0.01],
     diode_drop: [1.0, 0.01],
     reverse_drop: [1.0, 0.01],
-    sensing: Sensing {
-        bandwidth: None,
-        bandwidth_tolerance: 0.0,
-        bandwidth_mismatch: 0.0,
-        skew: Nanos::ZERO,
-        pick_up: [0.0; 2],
-    },
+    sensing: Sensing { bandwidth: None, bandwidth_mismatch: 0.0, skew: Nanos::ZERO, pick_up: [0.0; 2] },
 };
 
 /// Normally distributed numbers, the same each time.

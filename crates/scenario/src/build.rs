@@ -249,7 +249,8 @@ impl SensorsTable {
             dc_link_noise => sensors.dc_link.noise, at_least_zero;
         );
         if let Some(bandwidth) = self.bandwidth {
-            sensors.bandwidth = Some(positive("sensors.bandwidth", bandwidth)?);
+            let corner = at_least_zero("sensors.bandwidth", bandwidth)?;
+            sensors.bandwidth = (corner > 0.0).then_some(corner);
         }
         sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
@@ -280,6 +281,16 @@ impl SensorsTable {
         if let Some(frequency) = self.pick_up_frequency {
             let needed = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
             of.frequency = in_range("sensors.pick_up_frequency", frequency, [0.0, 1e9], needed)?;
+        }
+        let only = [
+            ("sensors.pick_up_decay", self.pick_up_decay.map(|value| value.to_string())),
+            ("sensors.pick_up_frequency", self.pick_up_frequency.map(|value| value.to_string())),
+        ];
+        for (key, value) in only {
+            if let (Some(value), None, None) = (value, self.pick_up, pick_up) {
+                let needed = "`sensors.pick_up` beside it, or `errors` \"field\": nothing is picked up here";
+                return Err(FileError::key(key, &value, needed));
+            }
         }
         Ok((of.amplitude > 0.0).then_some(of))
     }

@@ -116,7 +116,6 @@ pub(crate) fn nameplate(motor: &Motor, drive: &DriveSettings, sensors: &SensorSe
         gain_tolerance: sensors.gain_error,
         sensing: Sensing {
             bandwidth: sensors.bandwidth,
-            bandwidth_tolerance: sensors.bandwidth_tolerance,
             bandwidth_mismatch: sensors.bandwidth_mismatch,
             skew: sensors.skew,
             pick_up: sensors.pick_up.map_or([0.0; 2], |of| [of.amplitude, of.decay]),

@@ -128,9 +128,10 @@ impl<T: Real> Bipolar<T> {
         let derived = self.train.derived;
         let (_, saliency) = s.saliency(lines, ratios, derived, &mut self.findings);
         // Variance of a mean over n pulses' relative inductances, pooled.
-        let freedom = (n - T::one()).max(T::one()) * T::of(6.0);
+        let freedom = (n - T::one()) * T::of(6.0);
         let one = scatter / freedom / n;
-        s.check_saliency(&saliency, significance::of_lines(one * half), &s.train)?;
+        let needed = significance::scattered(significance::of_lines(one * half), freedom);
+        s.check_saliency(&saliency, needed, &s.train)?;
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         self.findings.angle_deviation =
             Some((one * half).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());

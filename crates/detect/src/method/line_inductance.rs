@@ -141,6 +141,8 @@ pub struct LineInductance<T> {
     resistance: Abc<T>,
     /// Sum over the lines of the squares of L in H² that their pulses are away from the line's mean.
     scatter: T,
+    /// Sum over the pulses of 2/(i2 − i1)² in 1/A²: the variance that the noise of single readings gives L, relative.
+    by_readings: T,
     findings: Findings<T>,
 }
 
@@ -160,6 +162,7 @@ impl<T: Real> LineInductance<T> {
             inductance: zero,
             resistance: zero,
             scatter: T::zero(),
+            by_readings: T::zero(),
             findings: Findings::default(),
         })
     }
@@ -222,6 +225,7 @@ impl<T: Real> LineInductance<T> {
         if inductance <= T::zero() {
             return Err(Fault::NotInductive(phase));
         }
+        self.by_readings = self.by_readings + T::of(2.0) / ((i2 - i1) * (i2 - i1));
         let before = T::of(f64::from(pulse));
         if pulse > 0 {
             let apart = inductance - self.inductance[phase] / before;
@@ -259,21 +263,30 @@ impl<T: Real> LineInductance<T> {
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);
-        significance::check(saliency.ratio(), self.variance(&saliency), self.settings.least_saliency)?;
+        significance::check(saliency.ratio(), self.needed(&saliency), self.settings.least_saliency)?;
         Ok(saliency)
     }
 
-    /// Variance of each component of |L_B|/L_A e^{j2θ}: noise as the pulses show it, the gain of the one sensor that reads a
-    /// line, and the delays of the legs.
-    fn variance(&self, saliency: &Saliency<T>) -> T {
+    /// Square of |L_B|/L_A that must be exceeded: noise as the pulses show it, or a single one by the readings without
+    /// current before it, the gain of the one sensor that reads a line, and the delays of the legs.
+    fn needed(&self, saliency: &Saliency<T>) -> T {
         let s = &self.settings;
         let count = T::of(f64::from(s.pulses));
         let line = T::of(3.0) * saliency.mean;
-        let freedom = T::of(3.0) * (count - T::one()).max(T::one());
-        let noise = self.scatter / (freedom * count * line * line);
+        let lines =
+            |variance: T, freedom: T| significance::scattered(significance::of_lines(variance), freedom);
+        let noise = if s.pulses > 1 {
+            let freedom = T::of(3.0) * (count - T::one());
+            lines(self.scatter / (freedom * count * line * line), freedom)
+        } else {
+            let noise = &self.settler.noise;
+            let readings = self.by_readings / T::of(3.0) * noise.deviation() * noise.deviation();
+            let (link, links) = noise.of_link();
+            lines(readings, noise.freedom()) + lines(link, links)
+        };
         let [dead, pulse] = [s.dead_time, s.pulse].map(|time| T::of(time.seconds()));
         let timing = significance::of_timing(dead, pulse);
-        significance::of_lines(noise + s.gain_tolerance * s.gain_tolerance + timing)
+        noise + significance::known(significance::of_lines(s.gain_tolerance * s.gain_tolerance + timing))
     }
 }
 

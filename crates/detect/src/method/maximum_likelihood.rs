@@ -125,7 +125,7 @@ impl<T: Real> MaximumLikelihood<T> {
                 slope: T::zero(),
                 delay,
                 lag,
-                late: self.settings.sensing.late(k),
+                late: self.settings.sensing.late(k, self.train.derived),
             }
         });
         let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
@@ -143,15 +143,12 @@ impl<T: Real> MaximumLikelihood<T> {
         let (ratios, ratio_noise) = self.gains.measured(fit.variance * rounds * two);
 
         let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
-        let slopes = plain.slopes(s.saliency);
-        let mut variance = T::zero();
-        for k in 0..3 {
-            for l in 0..3 {
-                variance = variance + slopes[k] * slopes[l] * fit.inductance_covariance[k][l];
-            }
-            let apart = slopes[k] * fit.lag_slope[k] * self.settings.sensing.lag_deviation();
-            variance = variance + apart * apart;
+        let shift = fit.lag_slope.map(|slope| slope * self.settings.sensing.lag_deviation());
+        let mut covariance = fit.inductance_covariance;
+        for (k, shift) in shift.into_iter().enumerate() {
+            covariance[k][k] = covariance[k][k] + shift * shift;
         }
+        let variance = plain.axis_variance(&covariance, s.saliency);
         // What a slope makes of the inductance at the peak of the pulse.
         let pulse = T::of(self.train.settings.pulse.seconds());
         let relative = self.dc_link * pulse / (plain.mean * plain.mean * T::of(9.0));
@@ -170,12 +167,16 @@ impl<T: Real> MaximumLikelihood<T> {
 
         // What is no axis may point anywhere: each line is read by two sensors.
         let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
-        let spread = T::of(4.0) * plain.ratio() * plain.ratio() * variance + gains;
+        let spread = plain.most_variance(&covariance) + gains;
         let moved = self.combined.check_movement(plain.axis, variance, s.saliency);
-        moved.or_else(|fault| s.check_saliency(&plain, spread, &self.train.settings).and(Err(fault)))?;
+        moved.or_else(|fault| {
+            s.check_saliency(&plain, significance::known(spread), &self.train.settings).and(Err(fault))
+        })?;
         self.combined.add(&Said {
             lines: fit.inductance,
             variance,
+            covariance: fit.inductance_covariance,
+            shift,
             ratios,
             ratio_noise,
             direction: pointer,
@@ -213,23 +214,25 @@ impl<T: Real> MaximumLikelihood<T> {
         let derived = self.train.derived;
         let (ratios, variances) = c.ratios(s.gain_tolerance);
         let (lines, saliency) = s.saliency(c.lines, ratios, derived, &mut self.findings);
-        let slopes = saliency.slopes(s.saliency);
-        let mut variance = c.variance();
+        let mut covariance = c.covariance();
         for (k, of_ratio) in variances.into_iter().enumerate() {
             let gain = GainComparison::line_gain_slopes(k, derived);
-            let change = (0..3).fold(T::zero(), |sum, l| sum + slopes[l] * lines[l] * gain[l]);
-            variance = variance + change * change * of_ratio;
+            let change: [T; 3] = core::array::from_fn(|l| lines[l] * gain[l]);
+            for (row, a) in covariance.iter_mut().zip(change) {
+                for (entry, b) in row.iter_mut().zip(change) {
+                    *entry = *entry + a * b * of_ratio;
+                }
+            }
         }
-        let deviation = variance.sqrt();
+        let deviation = saliency.axis_variance(&covariance, s.saliency).max(T::zero()).sqrt();
         self.findings.angle_deviation = Some(deviation);
         let ratio = saliency.ratio();
         significance::check(ratio, T::zero(), s.least_saliency)?;
-        // σ_θ = σ/(2|z|).
-        let spread = T::of(2.0) * ratio * deviation;
+        let spread = saliency.most_variance(&covariance);
         Ok((
             s.pole(&saliency, &c.pointer()),
             deviation,
-            s.check_saliency(&saliency, spread * spread, &self.train.settings),
+            s.check_saliency(&saliency, significance::known(spread), &self.train.settings),
         ))
     }
 

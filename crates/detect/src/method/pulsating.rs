@@ -81,7 +81,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         // R = ωL, and beyond that the d-axis would be taken for the q-axis.
         let telling = (T::one() - resistive * resistive).max(T::zero());
         let evidence = telling * current.q.hypot(current.d - inductive) / inductive;
-        significance::check(ratio.min(evidence), variance, s.least_saliency)?;
+        significance::check(ratio.min(evidence), significance::known(variance), s.least_saliency)?;
         // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
         findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));
         let ahead = sine.atan2(cosine) / T::of(2.0);

@@ -80,7 +80,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
         let spread = noise / positive;
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
-        significance::check(ratio, variance, s.least_saliency)?;
+        significance::check(ratio, significance::known(variance), s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
     }

@@ -174,11 +174,13 @@ impl<T: Real> Subdivision<T> {
         let mean = self.first.iter().fold(T::zero(), |sum, answer| sum + *answer) / T::of(FIRST as f64);
         // (1/L_d − 1/L_q)/(1/L_d + 1/L_q) = |L_B|/L_A.
         // The fourth and the fifth harmonic stand for what else may be in the second: noise has as much of each, and neither
-        // saliency nor the poles have any.
-        let others = [4.0, 5.0].map(|order| self.harmonic(order) * (T::one() / mean));
-        let noise = others.iter().fold(T::zero(), |sum, other| sum + other.dot(*other)) / T::of(4.0);
-        let variance = significance::of_phases(self.settings.gain_tolerance) + noise;
-        significance::check(self.harmonic(2.0).norm() / mean, variance, self.settings.least_saliency)
+        // saliency nor the poles have any. So does the sixth, a single number with twice the variance.
+        let [fourth, fifth, sixth] = [4.0, 5.0, 6.0].map(|order| self.harmonic(order) * (T::one() / mean));
+        let squares = fourth.dot(fourth) + fifth.dot(fifth) + sixth.alpha * sixth.alpha / T::of(2.0);
+        let freedom = T::of(5.0);
+        let needed = significance::known(significance::of_phases(self.settings.gain_tolerance))
+            + significance::scattered(squares / freedom, freedom);
+        significance::check(self.harmonic(2.0).norm() / mean, needed, self.settings.least_saliency)
     }
 
     fn settle(&mut self) -> Command<T> {

@@ -78,17 +78,17 @@ impl<T: Real> BothWaysSettings<T> {
         (lines, saliency)
     }
 
-    /// Whether that is enough for an axis, where noise and gains leave each component of |L_B|/L_A e^{j2θ} this variance and
-    /// the last pulses were those of `train`.
+    /// Whether that is enough for an axis, where noise and gains ask for this square of |L_B|/L_A and the last pulses were
+    /// those of `train`.
     pub(crate) fn check_saliency(
         &self,
         saliency: &Saliency<T>,
-        variance: T,
+        square: T,
         train: &PulseTrainSettings<T>,
     ) -> Result<(), Fault<T>> {
         let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
         let timing = significance::of_lines(significance::of_timing(dead, pulse));
-        significance::check(saliency.ratio(), variance + timing, self.least_saliency)
+        significance::check(saliency.ratio(), square + significance::known(timing), self.least_saliency)
     }
 
     /// The pole, from what points along the magnet.

@@ -119,6 +119,35 @@ impl<T: Real> Saliency<T> {
         })
     }
 
+    /// The largest variance that this covariance of the lines in H² gives |L_B|/L_A e^{j2θ} in any direction: the larger
+    /// eigenvalue of its own covariance. Noise is not alike in all directions, nor need it be largest where z points.
+    pub(crate) fn most_variance(&self, covariance: &[[T; 3]; 3]) -> T {
+        let columns: [Complex<T>; 3] = core::array::from_fn(|k| {
+            let mut one = [T::zero(); 3];
+            one[k] = T::one();
+            reflection(Abc(one)).0.scale(T::one() / self.mean)
+        });
+        let zero = T::zero();
+        let (mut xx, mut xy, mut yy) = (zero, zero, zero);
+        for (row, a) in covariance.iter().zip(columns) {
+            for (entry, b) in row.iter().zip(columns) {
+                xx = xx + a.re * b.re * *entry;
+                xy = xy + a.re * b.im * *entry;
+                yy = yy + a.im * b.im * *entry;
+            }
+        }
+        let two = T::of(2.0);
+        (xx + yy) / two + ((xx - yy) / two).hypot(xy)
+    }
+
+    /// Variance in rad² that this covariance of the lines in H² gives the axis.
+    pub(crate) fn axis_variance(&self, covariance: &[[T; 3]; 3], sign: SaliencySign) -> T {
+        let slopes = self.slopes(sign);
+        covariance.iter().zip(slopes).fold(T::zero(), |sum, (row, a)| {
+            row.iter().zip(slopes).fold(sum, |sum, (entry, b)| sum + a * b * *entry)
+        })
+    }
+
     /// |L_B| / L_A.
     pub fn ratio(&self) -> T {
         (self.amplitude / self.mean).abs()
@@ -192,5 +221,43 @@ mod tests {
             let error = found.axis.radians() - twice / 2.0;
             assert!(error.sin().abs() < 1e-12, "{degree}");
         }
+    }
+
+    #[test]
+    fn law_a_covariance_of_lines_gives_the_axis_and_the_saliency_their_variances() {
+        use crate::testing::Noise;
+        // One line is far noisier than the others: z errs most along that line's direction.
+        let deviations = [0.2e-3, 0.01e-3, 0.05e-3];
+        let mut covariance = [[0.0; 3]; 3];
+        for (k, row) in covariance.iter_mut().enumerate() {
+            row[k] = deviations[k] * deviations[k];
+        }
+        let mut noise = Noise::new(9);
+        let nominal = [33.0e-3, 27.0e-3, 26.0e-3];
+        let sign = SaliencySign::Negative;
+        let plain = Saliency::from_lines(Abc(nominal), sign);
+        let (centre, _) = reflection(Abc(nominal));
+        let (mut axis, mut square) = (0.0, [0.0; 36]);
+        for _ in 0..20_000 {
+            let lines = Abc(core::array::from_fn(|k| nominal[k] + deviations[k] * noise.gauss()));
+            let off = Saliency::from_lines(lines, sign).axis.radians() - plain.axis.radians();
+            axis += off.sin().powi(2) / 20_000.0;
+            let z = (reflection(lines).0 - centre).scale(1.0 / plain.mean);
+            for (k, square) in square.iter_mut().enumerate() {
+                let (sin, cos) = (5.0 * k as f64).to_radians().sin_cos();
+                *square += (z.re * cos + z.im * sin).powi(2) / 20_000.0;
+            }
+        }
+        assert!((axis / plain.axis_variance(&covariance, sign) - 1.0).abs() < 0.05, "{axis}");
+        let most = square.into_iter().fold(0.0, f64::max);
+        assert!((most / plain.most_variance(&covariance) - 1.0).abs() < 0.05, "{most}");
+        // Along the saliency it is more than across it, which is all that the axis feels.
+        let across = 4.0 * plain.ratio().powi(2) * axis;
+        assert!(most > 1.5 * across, "{most} {across}");
+        // Alike in all lines it is alike in all directions: `of_lines`.
+        let alike = core::array::from_fn(|k| core::array::from_fn(|l| if k == l { 1e-8 } else { 0.0 }));
+        let line = 3.0 * plain.mean;
+        let stated = crate::parts::significance::of_lines(1e-8 / (line * line));
+        assert!((plain.most_variance(&alike) / stated - 1.0).abs() < 1e-9);
     }
 }

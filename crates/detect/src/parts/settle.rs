@@ -165,16 +165,23 @@ impl<T: Real> Settler<T> {
 pub(crate) struct Noise<T> {
     squares: T,
     pairs: T,
+    /// The same of the DC link, relative to its voltage.
+    link_squares: T,
+    links: T,
 }
 
 impl<T: Real> Noise<T> {
     fn new() -> Self {
-        Self { squares: T::zero(), pairs: T::zero() }
+        let zero = T::zero();
+        Self { squares: zero, pairs: zero, link_squares: zero, links: zero }
     }
 
     /// Adds two readings of the same currents; their differences are noise alone, whatever the offsets.
     fn add(&mut self, readings: &[Reading<T>]) {
         let [first, second] = readings else { return };
+        let link = (second.dc_link - first.dc_link) / second.dc_link;
+        self.link_squares = self.link_squares + link * link;
+        self.links = self.links + T::one();
         for phase in Phase::ALL {
             if first.sensed[phase] == Sensed::Hidden || second.sensed[phase] == Sensed::Hidden {
                 continue;
@@ -188,5 +195,15 @@ impl<T: Real> Noise<T> {
     /// Standard deviation of one reading in A.
     pub fn deviation(&self) -> T {
         (self.squares / (self.pairs + self.pairs).max(T::one())).sqrt()
+    }
+
+    /// Degrees of freedom of that.
+    pub fn freedom(&self) -> T {
+        self.pairs
+    }
+
+    /// Variance of one reading of the DC link, relative, and its degrees of freedom. Ripple counts as noise.
+    pub fn of_link(&self) -> (T, T) {
+        (self.link_squares / (self.links + self.links).max(T::one()), self.links)
     }
 }

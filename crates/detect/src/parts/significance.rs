@@ -3,7 +3,14 @@
 //! A method measures `z = |L_B|/L_A e^{j2θ}`. Without any saliency there is still what errs, as likely in one direction
 //! as in any other: where each component of z has the standard error σ, |z| exceeds k σ with the probability
 //! `e^{−k²/2}`, 1.1 % for k = 3 and 0.03 % for [`SIGNIFICANT`]. The angle's standard error is `σ_θ = σ/(2|z|)`: a saliency is significant
-//! where the angle is known to 7°. What σ² consists of:
+//! where the angle is known to 7°.
+//!
+//! A variance estimated from few samples may by chance be far too small. With ν degrees of freedom |z| exceeds k σ̂ with the
+//! probability `(1 + k²/ν)^(−ν/2)`, for k = 4 and ν = 6 that is 2 %: so `k² = ν (p^(−2/ν) − 1)`, see [`scattered`]. Parts of
+//! σ² that are known and parts that are estimated add up, each multiplied by its own k². With `ln(1 + f x) ≥ f ln(1 + x)` for a share f
+//! of σ², p is not exceeded whatever the shares are.
+//!
+//! What σ² consists of:
 //!
 //! * **Line inductances** whose relative errors have the variance ε²: z is 2/3 of their mean with the weights e^{j2φ_k}
 //!   beside their mean, equations (5) and (6), so `σ² = 2 ε²/3` and `σ_θ = 0.408 ε/(|L_B|/L_A)`: [`of_lines`]. ε² is
@@ -19,6 +26,9 @@ use standstill_interface::{Fault, Real};
 
 /// Standard errors that a saliency must exceed.
 pub(crate) const SIGNIFICANT: f64 = 4.0;
+
+/// Probability with which an estimate from few samples may be so small that what errs passes for a saliency.
+const CHANCE: f64 = 1e-3;
 
 /// Standard deviation of a leg's delay that a drive is trusted to have, as a share of its dead time: 100 ns of 2 µs.
 const DELAY: f64 = 0.05;
@@ -49,12 +59,25 @@ pub(crate) fn of_modulation<T: Real>(lost: T, voltage: T) -> T {
     share * share
 }
 
-/// Whether a saliency |z| of this size is one, where each component of z has this variance.
+/// [`SIGNIFICANT`]² times a variance of each component of z that is known, or estimated from a hundred samples and more.
+pub(crate) fn known<T: Real>(variance: T) -> T {
+    T::of(SIGNIFICANT * SIGNIFICANT) * variance
+}
+
+/// k² times such a variance where it is estimated with so many degrees of freedom.
+pub(crate) fn scattered<T: Real>(variance: T, freedom: T) -> T {
+    if freedom < T::one() {
+        return T::infinity();
+    }
+    variance * freedom * (T::of(CHANCE).powf(-T::of(2.0) / freedom) - T::one())
+}
+
+/// Whether a saliency |z| of this size is one, where its square must exceed the sum of [`known`] and [`scattered`] parts.
 ///
 /// # Errors
 /// No saliency found: it is less than `least`, or no more than what may be wrong with it.
-pub(crate) fn check<T: Real>(ratio: T, variance: T, least: T) -> Result<(), Fault<T>> {
-    let needed = least.max(T::of(SIGNIFICANT) * variance.sqrt());
+pub(crate) fn check<T: Real>(ratio: T, square: T, least: T) -> Result<(), Fault<T>> {
+    let needed = least.max(square.sqrt());
     if ratio >= needed && ratio.is_finite() { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
 }
 
@@ -97,11 +120,12 @@ mod tests {
     #[test]
     fn law_what_may_be_wrong_alone_is_hardly_ever_a_saliency() {
         let mut noise = Noise::new(11);
-        let found =
-            (0..20_000).filter(|_| check(noise.gauss().hypot(noise.gauss()), 1.0, 0.0).is_ok()).count();
+        let found = (0..20_000)
+            .filter(|_| check(noise.gauss().hypot(noise.gauss()), known(1.0), 0.0).is_ok())
+            .count();
         // e^−8 of 20,000 are 6.7.
         assert!((1..=15).contains(&found), "{found}");
-        assert!(check(0.02, 1e-5, 0.005).is_ok());
+        assert!(check(0.02, known(1e-5), 0.005).is_ok());
         for (ratio, variance, least) in [
             (0.02, 1e-5, 0.03),
             (0.02, 1e-4, 0.0),
@@ -109,7 +133,31 @@ mod tests {
             (f64::INFINITY, 0.0, 0.0),
             (0.02, f64::INFINITY, 0.0),
         ] {
-            assert!(check(ratio, variance, least).is_err(), "{ratio} {variance} {least}");
+            assert!(check(ratio, known(variance), least).is_err(), "{ratio} {variance} {least}");
         }
+    }
+
+    #[test]
+    fn law_a_variance_from_few_samples_finds_no_more_saliency_by_chance() {
+        let mut noise = Noise::new(5);
+        for freedom in [4_u32, 5, 6, 12] {
+            // Shares of the whole variance that are estimated.
+            for share in [1.0, 0.5] {
+                let trials = 20_000;
+                let found = (0..trials).filter(|_| {
+                    let squares: f64 = (0..freedom).map(|_| noise.gauss().powi(2)).sum();
+                    let estimate = share * squares / f64::from(freedom);
+                    let needed = known(1.0 - share) + scattered(estimate, f64::from(freedom));
+                    check(noise.gauss().hypot(noise.gauss()), needed, 0.0).is_ok()
+                });
+                let found = found.count();
+                // Of 20 expected.
+                assert!(found <= 36, "{freedom} {share}: {found}");
+                assert!(share < 1.0 || found >= 6, "{freedom}: {found}");
+            }
+        }
+        assert!((scattered(1.0_f64, 6.0) - 54.0).abs() < 1e-9);
+        assert!((scattered(1.0_f64, 1e6) - 2.0 * 1e3_f64.ln()).abs() < 1e-3);
+        assert!(scattered(0.0_f64, 0.0) == f64::INFINITY);
     }
 }

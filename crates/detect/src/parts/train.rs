@@ -27,7 +27,7 @@ pub(crate) const LINES: [(Phase, Phase); 3] =
     [(Phase::A, Phase::B), (Phase::B, Phase::C), (Phase::C, Phase::A)];
 
 /// From one sample to the next before the first pulse, at most.
-const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
+pub(crate) const ZEROING_INTERVAL: Nanos = Nanos::from_micros(10);
 
 /// Settings of a train.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -52,6 +52,19 @@ fn law_keys_of_the_other_kind_of_switch_are_refused() {
             "[sensors]\npick_up_frequency = \"2000 MHz\"",
             ["line 2", "`sensors.pick_up_frequency`", "1000 MHz"],
         ),
+        ("[sensors]\npick_up_decay = \"1 us\"", ["line 2", "`sensors.pick_up_decay`", "`sensors.pick_up`"]),
+        (
+            "[sensors]\npick_up_frequency = \"1 MHz\"",
+            ["line 2", "`sensors.pick_up_frequency`", "`sensors.pick_up`"],
+        ),
+        (
+            "detector.method = \"maximum-likelihood\"\n[sensors]\nskew = \"5 us\"",
+            ["sensors.skew", "half of the interval", ""],
+        ),
+        (
+            "detector.method = \"maximum-likelihood\"\n[sensors]\npick_up = \"0.2 A\"\npick_up_decay = \"100 us\"",
+            ["sensors.pick_up_decay", "a tenth of the shortest pulse", ""],
+        ),
     ] {
         let message = error(text);
         for part in parts {
@@ -75,6 +88,8 @@ fn law_sensors_of_the_field_and_their_keys() {
     assert_eq!(keys.sensors, field.sensors);
     let quiet = scenario("errors = \"field\"\nsensors.pick_up = 0");
     assert_eq!(quiet.sensors.pick_up, None);
+    let quick = scenario("errors = \"field\"\nsensors.bandwidth = 0");
+    assert_eq!((quick.sensors.bandwidth, quick.nameplate().sensing.bandwidth), (None, None));
     // The amplitude is a share of the sensors' range.
     let small = scenario("motor = \"gimbal\"\nerrors = \"field\"");
     assert!((small.sensors.pick_up.expect("some").amplitude - 0.2 * 0.6 / 8.0).abs() < 1e-12);

@@ -21,6 +21,10 @@ pub(super) struct Said<T> {
     /// Line inductances in H, and the variance in rad² that they give the axis.
     pub lines: [T; 3],
     pub variance: T,
+    /// What noise has in that: the covariance of the lines in H².
+    pub covariance: [[T; 3]; 3],
+    /// The rest of it in H, the standard deviation that a specimen's own lag gives each line: the same in all trains.
+    pub shift: [T; 3],
     /// r of each line, see [`GainComparison`], and the variance that noise gives it.
     pub ratios: [T; 3],
     pub ratio_noise: [T; 3],
@@ -38,6 +42,8 @@ pub(super) struct Combined<T> {
     pub trains: u8,
     /// Weighted means.
     pub lines: [T; 3],
+    covariance: [[T; 3]; 3],
+    shift: [T; 3],
     ratios: [T; 3],
     /// Inverse variances.
     weight: T,
@@ -57,6 +63,8 @@ impl<T: Real> Combined<T> {
         Self {
             trains: 0,
             lines: [zero; 3],
+            covariance: [[zero; 3]; 3],
+            shift: [zero; 3],
             ratios: [zero; 3],
             weight: zero,
             ratio_weights: [zero; 3],
@@ -68,9 +76,17 @@ impl<T: Real> Combined<T> {
         let least = T::of(LEAST_DEVIATION * LEAST_DEVIATION);
         let its = said.variance.max(least).recip();
         let before = self.weight;
+        let share = its / (before + its);
+        let rest = T::one() - share;
         for k in 0..3 {
             let mut weight = before;
             approach(&mut self.lines[k], &mut weight, said.lines[k], its);
+            // Of independent means the variances add up with the squares of the weights, of what is common the deviations.
+            self.shift[k] = self.shift[k] * rest + said.shift[k] * share;
+            for l in 0..3 {
+                self.covariance[k][l] =
+                    self.covariance[k][l] * (rest * rest) + said.covariance[k][l] * (share * share);
+            }
             let noise = said.ratio_noise[k].max(least).recip();
             // Sensors that showed nothing have no weight.
             if noise > T::zero() {
@@ -82,9 +98,13 @@ impl<T: Real> Combined<T> {
         self.trains = self.trains.saturating_add(1);
     }
 
-    /// Variance of the axis in rad² by what the lines leave uncertain.
-    pub fn variance(&self) -> T {
-        self.weight.recip()
+    /// Covariance of the lines in H²: noise, which averages out, and the specimen's lag, which does not.
+    pub fn covariance(&self) -> [[T; 3]; 3] {
+        let mut all = self.covariance;
+        for (k, shift) in self.shift.into_iter().enumerate() {
+            all[k][k] = all[k][k] + shift * shift;
+        }
+        all
     }
 
     /// r of each line and its variance, when the gains themselves are known to this standard deviation. That counts once,
@@ -103,11 +123,12 @@ impl<T: Real> Combined<T> {
         if self.trains == 0 {
             return Ok(());
         }
-        let before = Saliency::from_lines(Abc(self.lines), sign).axis;
+        let before = Saliency::from_lines(Abc(self.lines), sign);
         let two = T::of(2.0);
         let twice = |angle: Angle<T>| Angle::from_radians(two * angle.radians());
-        let angle = (twice(axis).difference(twice(before)) / two).abs();
-        let allowed = T::of(MOST_MOVEMENT) + T::of(4.0) * (variance + self.variance()).sqrt();
+        let angle = (twice(axis).difference(twice(before.axis)) / two).abs();
+        let allowed = T::of(MOST_MOVEMENT)
+            + T::of(4.0) * (variance + before.axis_variance(&self.covariance(), sign)).sqrt();
         if angle <= allowed { Ok(()) } else { Err(Fault::RotorMoves { angle, allowed }) }
     }
 }

@@ -7,7 +7,7 @@ use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::nameplate::{Nameplate, Sensing};
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::polarity::Signature;
-use crate::parts::train::{PulseTrainSettings, rest_after};
+use crate::parts::train::{PulseTrainSettings, ZEROING_INTERVAL, rest_after};
 use crate::settings::{Settings, SettingsError, require, require_positive};
 
 /// When to stop lengthening the pulses.
@@ -94,6 +94,16 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
         self.sensing.check()?;
+        // Samples of a zeroing may follow each other faster than those of a pulse.
+        let interval = train.interval.min(ZEROING_INTERVAL);
+        let needed =
+            "such that all phases are converted before the next sample: less than half of the interval";
+        require(self.sensing.skew * 2 < interval, "sensors.skew", needed)?;
+        // The rise of the current after one edge and its fall after the other must leave samples.
+        let blank = Nanos::from_seconds(self.sensing.blank().to_double());
+        let needed =
+            "such that a pulse leaves samples that no edge spoils: at most a tenth of the shortest pulse";
+        require(blank * 2 <= train.pulse, "sensors.pick_up_decay", needed)?;
         self.pulses.check()
     }
 }

@@ -324,12 +324,14 @@ fn analytic_what_the_comparison_leaves_uncertain_is_in_the_deviation() {
     let mut motor = LineMotor { deviation: 0.03, ..LineMotor::at(40.0) };
     let detector = after(settings, &mut motor);
     let (ratios, variances) = detector.combined.ratios(0.1);
-    let axis = |ratios: [f64; 3]| {
+    let saliency = |ratios: [f64; 3]| {
         let gains = GainComparison::line_gains(ratios, detector.train.derived);
         let lines = core::array::from_fn(|k| detector.combined.lines[k] * gains[k].exp());
-        Saliency::from_lines(Abc(lines), settings.pulses.saliency).axis
+        Saliency::from_lines(Abc(lines), settings.pulses.saliency)
     };
-    let mut expected = detector.combined.variance();
+    let axis = |ratios| saliency(ratios).axis;
+    let of_lines = saliency(ratios).axis_variance(&detector.combined.covariance(), settings.pulses.saliency);
+    let mut expected = of_lines;
     for k in 0..3 {
         let mut moved = ratios;
         moved[k] += 1e-6;
@@ -337,7 +339,7 @@ fn analytic_what_the_comparison_leaves_uncertain_is_in_the_deviation() {
     }
     let stated = detector.findings.angle_deviation.expect("stated");
     assert!((stated * stated / expected - 1.0).abs() < 1e-4);
-    assert!(expected > 1.02 * detector.combined.variance());
+    assert!(expected > 1.02 * of_lines);
 }
 
 #[test]
