@@ -211,7 +211,8 @@ impl Work<'_> {
         let mut other = point.clone();
         swap_axes(&mut other);
         match self.told(&other) {
-            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 => Ok(there),
+            // Where neighbouring residuals are alike, so many readings tell less.
+            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.inflation => Ok(there),
             Err(FitError::Stopped) => Err(FitError::Stopped),
             _ => {
                 self.problem.free.clone_from(&here.free);

@@ -111,3 +111,24 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
     let motor = motor.expect("a sheet that loads");
     assert!((motor.resistance / fit.plant.resistance - 1.0).abs() < 1e-4 && motor.saturation_is_known());
 }
+
+const LOW: [&str; 3] = ["low"; 3];
+const A: [&str; 3] = ["high", "low", "low"];
+
+#[test]
+fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
+    // A core that saturates alike to both sides.
+    let one_way = [
+        (50e-6, LOW),
+        (200e-6, A),
+        (400e-6, LOW),
+        (100e-6, ["high", "high", "low"]),
+        (300e-6, LOW),
+        (100e-6, ["high", "low", "high"]),
+        (300e-6, LOW),
+    ];
+    for motor in [Some(scope::like_it()), None] {
+        let fit = scope::ideal(10.0, 0.15, &one_way).found(&Scope::of(32.0), 1, &scope::start(motor, 1));
+        assert!(!fit.pole.identified && !fit.pole.both_ways, "{:?}", fit.pole);
+    }
+}

@@ -7,8 +7,9 @@ use standstill_numeric::hypot;
 use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Law, Plant};
 use super::reading::Scatter;
+use super::solve::Sum;
 use super::start::falls_of;
-use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, Work, covariance};
+use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, TWO_SIDED_95, Work};
 
 /// One parameter's estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,6 +43,9 @@ pub struct Pole {
     pub deviations: f64,
     /// Whether that is enough.
     pub identified: bool,
+    /// Whether the pulses drive currents along +d and along −d. With one of them alone, iron that saturates alike to both
+    /// sides looks like iron that does not.
+    pub both_ways: bool,
 }
 
 /// A piece, measured and simulated.
@@ -163,11 +167,16 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
     let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
     let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
-    let places: Vec<usize> = (0..sum.information.nrows()).collect();
-    let deviation =
-        place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
-    let deviations = deviation.map_or(0.0, |deviation| (point.plant.saturation[0] / deviation).abs());
-    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    let both_ways = work.drives_both_ways(&point);
+    let deviations = match place {
+        Some(k) => {
+            let known = work.known(&point, &free, &scatter)?;
+            let half = known.spread.half(&[(k, 1.0)], Parameter::SaturationAlong);
+            (point.plant.saturation[0] / half).abs() * TWO_SIDED_95
+        }
+        None => 0.0,
+    };
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     work.scatter.clone_from(&scatter);
     if !pole.identified {
         return match (place, known) {
@@ -212,10 +221,52 @@ fn with_known_falls(
     from.plant.angle += PI;
     let there = work.told_of(&all, &from)?;
     let more = (here.sum.likelihood - there.sum.likelihood).abs();
-    let deviations = (2.0 * more).sqrt();
-    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+    // Where neighbouring residuals are alike, so many readings tell less.
+    let deviations = (2.0 * more / best.sum.inflation).sqrt();
+    let both_ways = work.drives_both_ways(&best.point);
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     Ok((best, pole, Iron::OfStart))
+}
+
+/// How well everything is known at a point.
+struct Known {
+    sum: Sum,
+    spread: Spread,
+    /// Parameters that are not free.
+    fixed: Vec<Parameter>,
+}
+
+/// The smaller current along d, of those to either side, as a share of the larger one, from which both sides count.
+const BOTH_WAYS: f64 = 0.3;
+
+impl Work<'_> {
+    /// How well the free parameters are known, with what the fixed ones may be off by.
+    fn known(&mut self, point: &Point, free: &[Parameter], scatter: &[Scatter; 3]) -> Result<Known, FitError> {
+        let missing = |p: &Parameter| !free.contains(p) && !p.get(point).is_nan();
+        let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
+        let fixed: Vec<Parameter> = all.into_iter().filter(missing).collect();
+        self.problem.free = free.iter().chain(&fixed).copied().collect();
+        let sum = self.problem.sum(point, scatter, true).ok_or(FitError::NoPlant)?;
+        let kept: Vec<usize> = (0..free.len()).collect();
+        let others: Vec<usize> = (free.len()..self.problem.free.len()).collect();
+        let spread = self.spread(&sum, point, &kept, &others).ok_or(FitError::NoPlant)?;
+        Ok(Known { sum, spread, fixed })
+    }
+
+    /// Whether the simulated currents reach to both sides of the magnet.
+    fn drives_both_ways(&self, point: &Point) -> bool {
+        let axis = |k: usize| standstill_numeric::cos(point.plant.angle - 2.0 * PI / 3.0 * k as f64);
+        let axes = [axis(0), axis(1), axis(2)];
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        for trace in traces(self, point).unwrap_or_default() {
+            for current in &trace.simulated {
+                let along = (0..3).map(|k| (current[k] - point.offset[k]) * axes[k]).sum::<f64>();
+                (low, high) = (low.min(along), high.max(along));
+            }
+        }
+        high.min(-low) > BOTH_WAYS * high.max(-low)
+    }
 }
 
 /// The result of what was solved.
@@ -226,16 +277,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     *angle -= tau * (*angle / tau).floor();
     let free = solved.free.clone();
     let frame = work.problem.frame.clone();
-    let missing = |p: &Parameter| !free.contains(p) && !p.get(&solved.point).is_nan();
-    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels, solved.point.plant.devices.kind)
-        .into_iter()
-        .filter(missing)
-        .collect();
-    work.problem.free = free.iter().chain(&fixed).copied().collect();
-    let sum = work.problem.sum(&solved.point, &solved.scatter, true).ok_or(FitError::NoPlant)?;
-    let kept: Vec<usize> = (0..free.len()).collect();
-    let others: Vec<usize> = (free.len()..work.problem.free.len()).collect();
-    let spread = work.spread(&sum, &solved.point, &kept, &others).ok_or(FitError::NoPlant)?;
+    let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
     let channels = work.problem.channels;
     let mut parameters = Vec::new();

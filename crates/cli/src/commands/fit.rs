@@ -117,7 +117,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
             "high": estimate.interval.map(|[_, high]| high),
             "identified": estimate.identified,
         })).collect::<Vec<_>>(),
-        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations },
+        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
         "leans_on": fit.leans.iter().map(|lean| json!({
             "fixed": lean.fixed.0,
             "off_by": lean.fixed.1,
@@ -216,6 +216,8 @@ fn sentences(fit: &Fit) -> Vec<String> {
     }
     said.push(if fit.pole.identified {
         format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
+    } else if !fit.pole.both_ways {
+        "The angle's half turn is not told: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()
     } else {
         "The angle's half turn is not told: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
