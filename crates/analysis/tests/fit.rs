@@ -132,3 +132,22 @@ fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
         assert!(!fit.pole.identified && !fit.pole.both_ways, "{:?}", fit.pole);
     }
 }
+
+#[test]
+fn law_pulses_across_one_line_say_what_they_tell() {
+    let line: String = scope::ngspice()
+        .text(&Scope::of(2.5), 1)
+        .lines()
+        .scan(false, |begun, line| {
+            *begun |= line.ends_with("off,high,low");
+            Some((!*begun).then(|| line.to_owned() + "\n"))
+        })
+        .flatten()
+        .collect();
+    let record = standstill_analysis::fit::record::Record::parse("line.csv", &line).expect("a record");
+    let fit = standstill_analysis::fit::fit(&[record], &scope::start(None, 1), &|| false).expect("a motor");
+    let known = |name: &str| fit.parameters.iter().any(|one| one.name == name && one.identified);
+    assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
+    assert!(known("offset_b"));
+    assert!(fit.residual_rms < 1.3 * fit.expected_rms, "{} {}", fit.residual_rms, fit.expected_rms);
+}
