@@ -122,6 +122,8 @@ struct Solved {
     sum: Sum,
     free: Vec<Parameter>,
     scatter: [Scatter; 3],
+    /// Whether no point nearby is more likely.
+    converged: bool,
 }
 
 /// Fits a motor to records. `did` is called before each step and says whether to stop.
@@ -169,7 +171,9 @@ impl Work<'_> {
         let mut scatter = self.scatter.clone();
         let solved = self.problem.solve(point.clone(), &mut scatter, most, self.did);
         match solved {
-            Some((point, sum)) => Ok(Solved { point, sum, free: self.problem.free.clone(), scatter }),
+            Some((point, sum, converged)) => {
+                Ok(Solved { point, sum, free: self.problem.free.clone(), scatter, converged })
+            }
             None if (self.did)() => Err(FitError::Stopped),
             None => Err(FitError::NoPlant),
         }

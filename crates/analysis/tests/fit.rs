@@ -31,6 +31,7 @@ fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<
         .collect();
     let mut count = [0; 2];
     for fit in &fits {
+        assert!(fit.converged);
         for name in identified {
             let known = fit.parameters.iter().any(|estimate| estimate.name == *name && estimate.identified);
             assert!(known, "{name} is not identified");
@@ -115,6 +116,10 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
 const LOW: [&str; 3] = ["low"; 3];
 const A: [&str; 3] = ["high", "low", "low"];
 
+const B: [&str; 3] = ["low", "high", "low"];
+const NOT_B: [&str; 3] = ["high", "low", "high"];
+const NOT_A: [&str; 3] = ["low", "high", "high"];
+
 #[test]
 fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
     // A core that saturates alike to both sides.
@@ -150,4 +155,18 @@ fn law_pulses_across_one_line_say_what_they_tell() {
     assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
     assert!(known("offset_b"));
     assert!(fit.residual_rms < 1.3 * fit.expected_rms, "{} {}", fit.residual_rms, fit.expected_rms);
+}
+
+#[test]
+fn law_a_drive_without_dead_time_and_drops_is_found_from_one_that_has_them() {
+    let both = [LOW, A, NOT_A, A, LOW, B, NOT_B, B, LOW].into_iter();
+    let times = [50e-6, 150e-6, 300e-6, 150e-6, 200e-6, 150e-6, 300e-6, 150e-6, 500e-6];
+    let stages: Vec<scope::Stage> = times.into_iter().zip(both).collect();
+    let (pulses, scope) =
+        (scope::ideal(35.0, 0.0, &stages), Scope { gain: [1.0; 3], delay: 0.0, ..Scope::of(12.0) });
+    for seed in 0..3 {
+        let fit = pulses.found(&scope, seed, &scope::start(None, seed));
+        assert!(fit.converged && fit.residual_rms < 1.1 * fit.expected_rms, "{fit:?}");
+        inside(&pulses, &scope, &fit);
+    }
 }

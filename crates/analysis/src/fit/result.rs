@@ -88,6 +88,8 @@ pub struct Fit {
     pub expected_rms: f64,
     /// By what factor intervals are wider because neighbouring residuals are alike.
     pub widened: f64,
+    /// Whether the most likely parameters were reached; if not, their intervals are not to be believed.
+    pub converged: bool,
     /// Readings that are not cut off.
     pub readings: usize,
     /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
@@ -163,7 +165,7 @@ fn turn(point: &mut Point) {
 
 /// The pole, and with it the law of iron, if the readings or the start have one.
 fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, Iron), FitError> {
-    let Solved { mut point, sum, free, scatter } = solved;
+    let Solved { mut point, sum, free, scatter, converged } = solved;
     let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
     let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
     let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
@@ -181,7 +183,7 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     if !pole.identified {
         return match (place, known) {
             (None, Some(falls)) => with_known_falls(work, &point, falls),
-            _ => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+            _ => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
         };
     }
     if point.plant.saturation[0] * way < 0.0 {
@@ -192,16 +194,16 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     let falls = point.plant.falls(&work.problem.frame);
     let against = free.contains(&Parameter::SaturationAgainst);
     let Some([d, minus_d, q]) = falls else {
-        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
     iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
     if iron.plant.core(&work.problem.frame).is_none() {
-        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
     match work.told_of(&free, &iron) {
         Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
         Err(FitError::Stopped) => Err(FitError::Stopped),
-        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+        Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
     }
 }
 
@@ -242,7 +244,12 @@ const BOTH_WAYS: f64 = 0.3;
 
 impl Work<'_> {
     /// How well the free parameters are known, with what the fixed ones may be off by.
-    fn known(&mut self, point: &Point, free: &[Parameter], scatter: &[Scatter; 3]) -> Result<Known, FitError> {
+    fn known(
+        &mut self,
+        point: &Point,
+        free: &[Parameter],
+        scatter: &[Scatter; 3],
+    ) -> Result<Known, FitError> {
         let missing = |p: &Parameter| !free.contains(p) && !p.get(point).is_nan();
         let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
         let fixed: Vec<Parameter> = all.into_iter().filter(missing).collect();
@@ -336,6 +343,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         widened: sum.inflation.sqrt(),
+        converged: solved.converged,
         readings: residuals.len(),
         clipped: work
             .problem

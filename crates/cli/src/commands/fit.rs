@@ -126,6 +126,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
         "residual_rms_A": fit.residual_rms,
         "expected_rms_A": fit.expected_rms,
         "intervals_widened": fit.widened,
+        "converged": fit.converged,
         "describes": fit.widened < MISFIT,
         "readings": fit.readings,
         "clipped_readings": fit.clipped,
@@ -201,6 +202,9 @@ fn sentences(fit: &Fit) -> Vec<String> {
             "The simulation does NOT describe these currents: residuals follow each other, and intervals are {:.1} times as wide for it. Look at fit.png: wrong legs or units, a rotor that moved, a DC link that was not read, or a motor with more than this model has.",
             fit.widened
         ));
+    }
+    if !fit.converged {
+        said.push("The search for the most likely parameters did NOT end at them: do not believe the intervals. Begin nearer, with --motor or -s inverter.dead_time and the like.".to_owned());
     }
     if fit.clipped > 0 {
         said.push(format!(
