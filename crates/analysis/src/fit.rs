@@ -35,7 +35,7 @@ use record::Record;
 use solve::{Problem, Sum};
 
 pub use plant::Plant;
-pub use result::{Estimate, Fit, Lean, Pole, Trace};
+pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
 pub use standstill_inverter::{DeviceKind, Devices};
 
 /// What a fit begins with.

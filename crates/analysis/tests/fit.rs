@@ -5,7 +5,7 @@
 mod scope;
 
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::Fit;
+use standstill_analysis::fit::{Fit, Weak};
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
@@ -154,6 +154,10 @@ fn law_pulses_across_one_line_say_what_they_tell() {
     let known = |name: &str| fit.parameters.iter().any(|one| one.name == name && one.identified);
     assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
     assert!(known("offset_b"));
+    // A line shows one inductance: L_q and the angle make it together.
+    let together =
+        |weak: &Weak| ["angle", "L_q"].iter().all(|name| weak.parts.iter().any(|(part, _)| part == name));
+    assert!(fit.weak.iter().any(|weak| weak.told < 0.1 && together(weak)), "{:?}", fit.weak);
     assert!(fit.residual_rms < 1.3 * fit.expected_rms, "{} {}", fit.residual_rms, fit.expected_rms);
 }
 

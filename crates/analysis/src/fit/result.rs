@@ -2,6 +2,7 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::DMatrix;
 use standstill_numeric::hypot;
 
 use super::parameters::{Parameter, Point, last};
@@ -34,6 +35,16 @@ pub struct Lean {
     pub fixed: (String, f64),
     /// Estimates that it moves by more than half of their interval's half width, and by how much.
     pub moves: Vec<(String, f64)>,
+}
+
+/// A combination of parameters of which the readings tell less than is known without measuring.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weak {
+    /// What the readings tell of it: their information as a share of that which is known beforehand, 0 to 1.
+    pub told: f64,
+    /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
+    /// units, if the combination is off by what it may be off by beforehand.
+    pub parts: Vec<(String, f64)>,
 }
 
 /// Whether the readings tell north from south.
@@ -82,6 +93,8 @@ pub struct Fit {
     pub pole: Pole,
     /// What fixed parameters move.
     pub leans: Vec<Lean>,
+    /// What the readings hardly tell, the least first.
+    pub weak: Vec<Weak>,
     /// Root mean square of readings less simulation, in A.
     pub residual_rms: f64,
     /// The same in A as noise and converters alone would have it.
@@ -261,6 +274,38 @@ impl Work<'_> {
         Ok(Known { sum, spread, fixed })
     }
 
+    /// Combinations of all parameters that the readings tell less of than is known beforehand: eigenvectors of the
+    /// information in units of what is known, with edges anywhere they may be.
+    fn weak(&self, sum: &Sum, point: &Point) -> Vec<Weak> {
+        let (n, all) = (self.problem.free.len(), sum.information.nrows());
+        let edges = sum.information.view((n, n), (all - n, all - n)).into_owned();
+        let cross = sum.information.view((0, n), (n, all - n)).into_owned();
+        let mut told = sum.information.view((0, 0), (n, n)).into_owned();
+        if let Some(factor) = edges.cholesky() {
+            told -= &cross * factor.solve(&cross.transpose());
+        }
+        let known: Vec<f64> = self.problem.free.iter().map(|p| self.plausible(*p, point)).collect();
+        let unit = TWO_SIDED_95 * TWO_SIDED_95 * sum.inflation;
+        let scaled = DMatrix::from_fn(n, n, |x, y| told[(x, y)] * known[x] * known[y] / unit);
+        let eigen = scaled.symmetric_eigen();
+        let mut weak = Vec::new();
+        for (direction, told) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            if *told >= 1.0 {
+                continue;
+            }
+            let most = direction.amax();
+            let mut parts: Vec<usize> = (0..n).filter(|k| direction[*k].abs() >= 0.3 * most).collect();
+            parts.sort_by(|x, y| direction[*y].abs().total_cmp(&direction[*x].abs()));
+            let part = |k: usize| {
+                let parameter = self.problem.free[k];
+                (parameter.name(), direction[k] * known[k] / parameter.unit().1)
+            };
+            weak.push(Weak { told: told.max(0.0), parts: parts.into_iter().map(part).collect() });
+        }
+        weak.sort_by(|a, b| a.told.total_cmp(&b.told));
+        weak
+    }
+
     /// Whether the simulated currents reach to both sides of the magnet.
     fn drives_both_ways(&self, point: &Point) -> bool {
         let axis = |k: usize| standstill_numeric::cos(point.plant.angle - 2.0 * PI / 3.0 * k as f64);
@@ -319,6 +364,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     parameters.splice(after..after, last_gains(&spread, &free, &solved.point, channels));
     let leans = leans(&spread, &free, &fixed, &parameters);
+    let weak = work.weak(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
     let expected =
@@ -340,6 +386,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         reach: work.reach,
         pole,
         leans,
+        weak,
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         widened: sum.inflation.sqrt(),
@@ -364,13 +411,15 @@ fn last_gains(spread: &Spread, free: &[Parameter], point: &Point, channels: [boo
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
     let value = 1.0 + point.gain[last(channels)];
-    let half = if gains.is_empty() { 0.03 } else { spread.half(&gains, Parameter::Gain(0)) };
+    // It follows from the others' only if all of them are told.
+    let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
+    let half = if told { spread.half(&gains, Parameter::Gain(0)) } else { 0.03 };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
         interval: Some([value - half, value + half]),
-        identified: !gains.is_empty(),
+        identified: told,
     };
     let common =
         Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
