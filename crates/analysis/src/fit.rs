@@ -103,6 +103,9 @@ const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 /// wrong pole in a thousand.
 const POLE_DEVIATIONS: f64 = 3.3;
 
+/// Widening of the intervals from which on the simulation does not describe the readings.
+pub const MISFIT: f64 = 2.0;
+
 /// Times that it is looked at anew what the readings tell.
 const MOST_ROUNDS: usize = 8;
 

@@ -111,6 +111,11 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
     let motor = standstill_plant::DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor());
     let motor = motor.expect("a sheet that loads");
     assert!((motor.resistance / fit.plant.resistance - 1.0).abs() < 1e-4 && motor.saturation_is_known());
+    // A sheet of currents that the simulation does not describe says so.
+    assert!(!sheet.contains("WARNING"));
+    let misfit = Fit { widened: 2.5, ..fit }.sheet("two.csv", None);
+    assert!(misfit.contains("WARNING: the simulation does not describe"), "{misfit}");
+    standstill_plant::DataSheet::parse("motor.toml", &misfit).expect("a sheet that loads");
 }
 
 const LOW: [&str; 3] = ["low"; 3];

@@ -206,10 +206,12 @@ pub fn beside(value: f64, truth: f64, unit: &str, turn: f64) -> f64 {
 }
 
 /// A stage of an ideal drive: for how long in s, and what the legs are.
+#[allow(dead_code, reason = "the example has no use for it")]
 pub type Stage = (f64, [&'static str; 3]);
 
 /// A motor of 1 Ω, 10 mH and 16 mH at 550 V whose legs have no drops and no dead time, all legs on at all times:
 /// dψ/dt = u − R i with `i_d` = ψ/L (1 + γ (ψ/(8 A · L))²), by Runge and Kutta's method of fourth order.
+#[allow(dead_code, clippy::disallowed_methods, reason = "the example has no use for it")]
 pub fn ideal(angle: f64, gamma: f64, stages: &[Stage]) -> Pulses {
     const DT: f64 = 2e-7;
     let (l_d, l_q, resistance) = (10e-3, 16e-3, 1.0);

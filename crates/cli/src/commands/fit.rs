@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
-use standstill_analysis::fit::{Estimate, Fit, Start, Weak, fit};
+use standstill_analysis::fit::{Estimate, Fit, MISFIT, Start, Weak, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::{Scale, magnitude};
 use standstill_scenario::Document;
@@ -38,9 +38,6 @@ const DRIVE_KEYS: [&str; 6] = [
     "inverter.diode_drop",
     "inverter.diode_resistance",
 ];
-
-/// Widening of the intervals beyond which the simulation does not describe the readings.
-const MISFIT: f64 = 2.0;
 
 fn read(path: &Path) -> Result<Record, Error> {
     let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
