@@ -35,7 +35,7 @@ use record::Record;
 use solve::{Problem, Sum};
 
 pub use plant::Plant;
-pub use result::{Estimate, Fit, Lean, Pole, Trace};
+pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
 pub use standstill_inverter::{DeviceKind, Devices};
 
 /// What a fit begins with.
@@ -103,6 +103,9 @@ const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
 /// wrong pole in a thousand.
 const POLE_DEVIATIONS: f64 = 3.3;
 
+/// Widening of the intervals from which on the simulation does not describe the readings.
+pub const MISFIT: f64 = 2.0;
+
 /// Times that it is looked at anew what the readings tell.
 const MOST_ROUNDS: usize = 8;
 
@@ -122,6 +125,8 @@ struct Solved {
     sum: Sum,
     free: Vec<Parameter>,
     scatter: [Scatter; 3],
+    /// Whether no point nearby is more likely.
+    converged: bool,
 }
 
 /// Fits a motor to records. `did` is called before each step and says whether to stop.
@@ -169,7 +174,9 @@ impl Work<'_> {
         let mut scatter = self.scatter.clone();
         let solved = self.problem.solve(point.clone(), &mut scatter, most, self.did);
         match solved {
-            Some((point, sum)) => Ok(Solved { point, sum, free: self.problem.free.clone(), scatter }),
+            Some((point, sum, converged)) => {
+                Ok(Solved { point, sum, free: self.problem.free.clone(), scatter, converged })
+            }
             None if (self.did)() => Err(FitError::Stopped),
             None => Err(FitError::NoPlant),
         }
@@ -211,7 +218,8 @@ impl Work<'_> {
         let mut other = point.clone();
         swap_axes(&mut other);
         match self.told(&other) {
-            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 => Ok(there),
+            // Where neighbouring residuals are alike, so many readings tell less.
+            Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.inflation => Ok(there),
             Err(FitError::Stopped) => Err(FitError::Stopped),
             _ => {
                 self.problem.free.clone_from(&here.free);
@@ -260,7 +268,7 @@ impl Work<'_> {
                 Some(spread) => (0..keep.len()).rev().find(|k| {
                     spread.half(&[(*k, 1.0)], free[keep[*k]]) > self.plausible(free[keep[*k]], point)
                 }),
-                None => keep.len().checked_sub(1),
+                None => self.least_told(sum, &keep),
             };
             match wide {
                 Some(k) => drop(keep.remove(k)),
@@ -269,14 +277,31 @@ impl Work<'_> {
         }
     }
 
+    /// Of free parameters whose information is singular, the last one that has a part in what is not told.
+    fn least_told(&self, sum: &Sum, keep: &[usize]) -> Option<usize> {
+        let places = self.places(sum, keep);
+        let scale = scale_of(&sum.information, &places);
+        if let Some(k) = (0..keep.len()).rev().find(|k| scale[*k].is_nan() || scale[*k] <= 0.0) {
+            return Some(k);
+        }
+        let eigen = scaled(&sum.information, &places, &scale).symmetric_eigen();
+        let direction = eigen.eigenvectors.column(eigen.eigenvalues.imin());
+        let most = direction.rows(0, keep.len()).amax();
+        (0..keep.len()).rev().find(|k| direction[*k].abs() >= 0.3 * most)
+    }
+
+    /// Places of these free parameters, and of all edges.
+    fn places(&self, sum: &Sum, keep: &[usize]) -> Vec<usize> {
+        keep.iter().copied().chain(self.problem.free.len()..sum.information.nrows()).collect()
+    }
+
     fn plausible(&self, parameter: Parameter, point: &Point) -> f64 {
         parameter.plausible(point, self.reach, self.link)
     }
 
     /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.
     fn spread(&self, sum: &Sum, point: &Point, keep: &[usize], fixed: &[usize]) -> Option<Spread> {
-        let free = self.problem.free.len();
-        let places: Vec<usize> = keep.iter().copied().chain(free..sum.information.nrows()).collect();
+        let places = self.places(sum, keep);
         let covariance = covariance(&sum.information, &places, sum.inflation)?;
         let n = places.len();
         // −J⁻¹ c: what the others become if a fixed one is off by one.
@@ -331,16 +356,29 @@ fn swap_axes(point: &mut Point) {
     point.plant.angle += FRAC_PI_2;
 }
 
+/// The root of each of these unknowns' information.
+fn scale_of(information: &DMatrix<f64>, places: &[usize]) -> Vec<f64> {
+    places.iter().map(|k| information[(*k, *k)].sqrt()).collect()
+}
+
+/// Their information in units of these scales.
+fn scaled(information: &DMatrix<f64>, places: &[usize], scale: &[f64]) -> DMatrix<f64> {
+    let n = places.len();
+    DMatrix::from_fn(n, n, |x, y| information[(places[x], places[y])] / (scale[x] * scale[y]))
+}
+
 /// Covariance of these unknowns while the others stay: the inverse of their information. None where that is singular.
 fn covariance(information: &DMatrix<f64>, places: &[usize], inflation: f64) -> Option<DMatrix<f64>> {
-    let scale: Vec<f64> = places.iter().map(|k| information[(*k, *k)].sqrt()).collect();
+    let scale = scale_of(information, places);
+    let n = places.len();
+    if n == 0 {
+        return Some(DMatrix::zeros(0, 0));
+    }
     if !scale.iter().all(|scale| *scale > 0.0) {
         return None;
     }
-    let n = places.len();
-    let scaled = DMatrix::from_fn(n, n, |x, y| information[(places[x], places[y])] / (scale[x] * scale[y]));
-    let smallest = scaled.clone().symmetric_eigenvalues().min();
-    if smallest < 1e-10 {
+    let scaled = scaled(information, places, &scale);
+    if scaled.clone().symmetric_eigenvalues().min() < 1e-10 {
         return None;
     }
     let inverse = scaled.cholesky()?.inverse();

@@ -5,7 +5,7 @@
 mod scope;
 
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::Fit;
+use standstill_analysis::fit::{Fit, Weak};
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
@@ -31,6 +31,7 @@ fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<
         .collect();
     let mut count = [0; 2];
     for fit in &fits {
+        assert!(fit.converged);
         for name in identified {
             let known = fit.parameters.iter().any(|estimate| estimate.name == *name && estimate.identified);
             assert!(known, "{name} is not identified");
@@ -110,4 +111,71 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
     let motor = standstill_plant::DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor());
     let motor = motor.expect("a sheet that loads");
     assert!((motor.resistance / fit.plant.resistance - 1.0).abs() < 1e-4 && motor.saturation_is_known());
+    // A sheet of currents that the simulation does not describe says so.
+    assert!(!sheet.contains("WARNING"));
+    let misfit = Fit { widened: 2.5, ..fit }.sheet("two.csv", None);
+    assert!(misfit.contains("WARNING: the simulation does not describe"), "{misfit}");
+    standstill_plant::DataSheet::parse("motor.toml", &misfit).expect("a sheet that loads");
+}
+
+const LOW: [&str; 3] = ["low"; 3];
+const A: [&str; 3] = ["high", "low", "low"];
+
+const B: [&str; 3] = ["low", "high", "low"];
+const NOT_B: [&str; 3] = ["high", "low", "high"];
+const NOT_A: [&str; 3] = ["low", "high", "high"];
+
+#[test]
+fn law_pulses_to_one_side_of_the_magnet_name_no_pole() {
+    // A core that saturates alike to both sides.
+    let one_way = [
+        (50e-6, LOW),
+        (200e-6, A),
+        (400e-6, LOW),
+        (100e-6, ["high", "high", "low"]),
+        (300e-6, LOW),
+        (100e-6, ["high", "low", "high"]),
+        (300e-6, LOW),
+    ];
+    for motor in [Some(scope::like_it()), None] {
+        let fit = scope::ideal(10.0, 0.15, &one_way).found(&Scope::of(32.0), 1, &scope::start(motor, 1));
+        assert!(!fit.pole.identified && !fit.pole.both_ways, "{:?}", fit.pole);
+    }
+}
+
+#[test]
+fn law_pulses_across_one_line_say_what_they_tell() {
+    let line: String = scope::ngspice()
+        .text(&Scope::of(2.5), 1)
+        .lines()
+        .scan(false, |begun, line| {
+            *begun |= line.ends_with("off,high,low");
+            Some((!*begun).then(|| line.to_owned() + "\n"))
+        })
+        .flatten()
+        .collect();
+    let record = standstill_analysis::fit::record::Record::parse("line.csv", &line).expect("a record");
+    let fit = standstill_analysis::fit::fit(&[record], &scope::start(None, 1), &|| false).expect("a motor");
+    let known = |name: &str| fit.parameters.iter().any(|one| one.name == name && one.identified);
+    assert!(!known("angle") || !known("L_q"), "{:?}", fit.parameters);
+    assert!(known("offset_b"));
+    // A line shows one inductance: L_q and the angle make it together.
+    let together =
+        |weak: &Weak| ["angle", "L_q"].iter().all(|name| weak.parts.iter().any(|(part, _)| part == name));
+    assert!(fit.weak.iter().any(|weak| weak.told < 0.1 && together(weak)), "{:?}", fit.weak);
+    assert!(fit.residual_rms < 1.3 * fit.expected_rms, "{} {}", fit.residual_rms, fit.expected_rms);
+}
+
+#[test]
+fn law_a_drive_without_dead_time_and_drops_is_found_from_one_that_has_them() {
+    let both = [LOW, A, NOT_A, A, LOW, B, NOT_B, B, LOW].into_iter();
+    let times = [50e-6, 150e-6, 300e-6, 150e-6, 200e-6, 150e-6, 300e-6, 150e-6, 500e-6];
+    let stages: Vec<scope::Stage> = times.into_iter().zip(both).collect();
+    let (pulses, scope) =
+        (scope::ideal(35.0, 0.0, &stages), Scope { gain: [1.0; 3], delay: 0.0, ..Scope::of(12.0) });
+    for seed in 0..3 {
+        let fit = pulses.found(&scope, seed, &scope::start(None, seed));
+        assert!(fit.converged && fit.residual_rms < 1.1 * fit.expected_rms, "{fit:?}");
+        inside(&pulses, &scope, &fit);
+    }
 }

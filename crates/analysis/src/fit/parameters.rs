@@ -89,6 +89,11 @@ impl Parameter {
         !matches!(self, Delay | Gain(_) | Offset(_))
     }
 
+    /// Whether 0 is the least that it can be.
+    pub fn is_never_negative(self) -> bool {
+        matches!(self, Resistance | DeadTime | DiodeDrop | SwitchDrop | DiodeResistance | SwitchResistance)
+    }
+
     /// Its value.
     pub fn get(self, point: &Point) -> f64 {
         let plant = &point.plant;

@@ -34,44 +34,72 @@ pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)
 }
 
-/// Current in A below which a channel shows none: a hundredth of what it shows at most.
-fn resting(record: &Record) -> [(f64, f64); 3] {
+/// What a channel reads without current.
+#[derive(Clone, Copy)]
+struct Rest {
+    /// In A.
+    mean: f64,
+    /// Standard deviation of one reading in A.
+    noise: f64,
+    /// Largest reading beside the mean, in A.
+    reach: f64,
+}
+
+/// Of each channel, by the rows before the first pulse.
+fn resting(record: &Record) -> [Rest; 3] {
     let before = record.rows.iter().position(|row| drives(row.legs)).unwrap_or(1).max(1);
     std::array::from_fn(|k| {
-        let mut rest: Vec<f64> = record.rows[..before].iter().map(|row| row.current[k]).collect();
-        rest.sort_unstable_by(f64::total_cmp);
-        let middle = rest[rest.len() / 2];
-        let reach = record
-            .rows
-            .iter()
-            .map(|row| (row.current[k] - middle).abs())
-            .filter(|x| x.is_finite())
-            .fold(0.0, f64::max);
-        (middle, 0.02 * reach)
+        let rest = || record.rows[..before].iter().map(|row| row.current[k]);
+        let mean = rest().sum::<f64>() / before as f64;
+        let noise = (rest().map(|i| (i - mean) * (i - mean)).sum::<f64>() / before as f64).sqrt();
+        let off = record.rows.iter().map(|row| (row.current[k] - mean).abs());
+        Rest { mean, noise, reach: off.filter(|x| x.is_finite()).fold(0.0, f64::max) }
     })
 }
 
 /// Mean of each channel before the first pulse, in A.
 pub fn rest_of(record: &Record) -> [f64; 3] {
-    resting(record).map(|(middle, _)| middle)
+    resting(record).map(|rest| rest.mean)
 }
 
-/// The pieces of a record: it is cut where a pulse begins while the currents have been gone for a while.
+/// Rows in which no current may be seen, before a record is cut.
+const LEAST_STILL: usize = 8;
+
+/// A current as a share of the largest that a reading at rest may show.
+const STILL_SHARE: f64 = 0.02;
+
+/// A current as a share of the largest that the mean of many readings at rest may show, beside their noise.
+const MEAN_SHARE: f64 = 0.005;
+
+/// The pieces of a record: it is cut where a pulse begins after all legs were off and no current flowed for a while. Legs
+/// that are on let a current decay with the winding's time constant, and it never ends.
 pub fn pieces(record: &Record) -> Vec<Piece> {
     let rest = resting(record);
     let rows = &record.rows;
     let quiet = |row: &Row| {
-        (0..3).all(|k| row.current[k].is_nan() || (row.current[k] - rest[k].0).abs() <= rest[k].1.max(1e-12))
+        let is_quiet = |k: usize| {
+            let most = (STILL_SHARE * rest[k].reach).max(5.0 * rest[k].noise).max(1e-12);
+            row.current[k].is_nan() || (row.current[k] - rest[k].mean).abs() <= most
+        };
+        row.legs == [Request::Off; 3] && (0..3).all(is_quiet)
+    };
+    // The mean of the rows, too, is that of rest.
+    let at_rest = |rows: &[Row]| {
+        (0..3).all(|k| {
+            let mean = rows.iter().map(|row| row.current[k]).sum::<f64>() / rows.len() as f64;
+            let most = MEAN_SHARE * rest[k].reach + 5.0 * rest[k].noise / (rows.len() as f64).sqrt();
+            mean.is_nan() || (mean - rest[k].mean).abs() <= most
+        })
     };
     // Rows in a row without current and without a driven line.
     let mut still = 0_usize;
     let mut cuts = vec![0];
     let mut driven = false;
     for k in 1..rows.len() {
-        still = if quiet(&rows[k - 1]) && !drives(rows[k - 1].legs) { still + 1 } else { 0 };
+        still = if quiet(&rows[k - 1]) { still + 1 } else { 0 };
         driven |= drives(rows[k - 1].legs);
         let begins = drives(rows[k].legs) && !drives(rows[k - 1].legs);
-        if begins && driven && still >= 8 {
+        if begins && driven && still >= LEAST_STILL && at_rest(&rows[k - still / 2..k]) {
             // Half of the rest belongs to the pulse that comes.
             cuts.push(k - still / 2);
             driven = false;
@@ -97,4 +125,35 @@ fn piece(rows: &[Row]) -> Piece {
     let link = links.iter().sum::<f64>() / links.len().max(1) as f64;
     let spread = links.iter().map(|u| (u - link).abs()).fold(0.0, f64::max) / link;
     Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, spread }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two pulses; between them legs in one state while a current decays.
+    fn record(between: Request, current: impl Fn(f64) -> f64) -> Record {
+        let pulse = [Request::High, Request::Low, Request::Low];
+        let rows = (0..300_u32).map(|k| {
+            let after = f64::from(k) - 60.0;
+            let (i, legs) = match k {
+                0..20 => (0.0, [Request::Off; 3]),
+                20..60 => (f64::from(k - 20), pulse),
+                60..200 => (current(after), [between; 3]),
+                _ => (f64::from(k - 200), pulse),
+            };
+            Row { time: f64::from(k) * 1e-6, current: [i, -0.5 * i, -0.5 * i], link: 12.0, legs }
+        });
+        Record { file: String::new(), rows: rows.collect(), channels: [true; 3] }
+    }
+
+    #[test]
+    fn law_a_record_is_cut_only_where_no_current_flows() {
+        let gone = |after: f64| (40.0 - 4.0 * after).max(0.0);
+        assert_eq!(pieces(&record(Request::Off, gone)).len(), 2);
+        // All legs low: what is below a fiftieth still flows.
+        let decays = |after: f64| 40.0 * (-after / 25.0_f64).exp();
+        assert_eq!(pieces(&record(Request::Low, decays)).len(), 1);
+        assert_eq!(pieces(&record(Request::Off, |after| (40.0 - 4.0 * after).max(0.6))).len(), 1);
+    }
 }

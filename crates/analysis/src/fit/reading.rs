@@ -33,6 +33,8 @@ pub struct Scatter {
     pub noise: f64,
     /// The ends of the channel's range in A, where readings were cut off; infinite where none were.
     pub clip: [f64; 2],
+    /// The least noise in A that is believed of readings without steps.
+    pub least: f64,
     /// Information of a reading in 1/A² over the place of the current between two codes.
     information: Vec<f64>,
 }
@@ -70,7 +72,7 @@ fn between(a: f64, b: f64) -> f64 {
 impl Scatter {
     /// Of readings of this step in A, with noise in A.
     pub fn new(step: Option<f64>, noise: f64) -> Self {
-        let mut scatter = Self { step, noise, clip: NO_CLIP, information: Vec::new() };
+        let mut scatter = Self { step, noise, clip: NO_CLIP, least: 1e-12, information: Vec::new() };
         let Some(q) = step.filter(|q| noise < MANY_STEPS * q) else { return scatter };
         // The codes about a current that noise can reach.
         let reach = (6.0 * noise / q).ceil() + 1.0;
@@ -96,6 +98,11 @@ impl Scatter {
     /// The same channel with readings cut off at the ends of this range in A.
     pub fn clipped(self, clip: [f64; 2]) -> Self {
         Self { clip, ..self }
+    }
+
+    /// The same channel, of which no less noise than this in A is believed.
+    pub fn at_least(self, least: f64) -> Self {
+        Self { least, ..self }
     }
 
     /// Whether a reading was cut off.
@@ -160,7 +167,7 @@ impl Scatter {
         let n = residuals.len().max(1) as f64;
         let square = residuals.iter().map(|r| r * r).sum::<f64>() / n;
         let Some(q) = self.step else {
-            return Self::new(None, square.sqrt().max(1e-12)).clipped(self.clip);
+            return Self { noise: square.sqrt().max(self.least), ..self.clone() };
         };
         let white = (square - q * q / 12.0).max(0.0).sqrt();
         if white > MANY_STEPS * q {
@@ -168,7 +175,8 @@ impl Scatter {
         }
         let likelihood = |log: f64| {
             let noise = exp(log);
-            let scatter = Self { step: Some(q), noise, clip: NO_CLIP, information: vec![0.0; PLACES + 1] };
+            let information = vec![0.0; PLACES + 1];
+            let scatter = Self { step: Some(q), noise, clip: NO_CLIP, least: self.least, information };
             residuals.iter().map(|r| scatter.told(*r, 0.0).likelihood).sum::<f64>()
         };
         // Golden section: ln P has one maximum over σ.
@@ -205,6 +213,19 @@ pub fn clip_of(readings: &[f64], step: Option<f64>, rest: f64) -> [f64; 2] {
         (end - rest).abs() > 0.5 * reach && there >= 4 && there > near
     };
     [if end(low) { low } else { f64::NEG_INFINITY }, if end(high) { high } else { f64::INFINITY }]
+}
+
+/// The steps of channels with these readings. A channel that reads one or two codes has the largest step of the others:
+/// it does not show its own.
+pub fn steps_of(readings: &[Vec<f64>; 3]) -> [Option<f64>; 3] {
+    let own = readings.each_ref().map(|readings| step_of(readings));
+    let largest = own.iter().flatten().copied().reduce(f64::max);
+    std::array::from_fn(|k| {
+        let first = readings[k].first();
+        let second = readings[k].iter().find(|r| Some(*r) != first);
+        let few = readings[k].iter().all(|r| Some(r) == first || Some(r) == second);
+        if few { largest } else { own[k] }
+    })
 }
 
 /// The step of a converter whose readings these are: all readings are whole numbers of it apart, to what their text
@@ -300,6 +321,16 @@ mod tests {
         assert!((found / q - 1.0).abs() < 1e-3, "{found}");
         let fine: Vec<f64> = (0..4000).map(|k| (f64::from(k) * 0.37).sin()).collect();
         assert_eq!(step_of(&fine), None);
+    }
+
+    #[test]
+    fn law_a_channel_that_reads_one_code_is_not_infinitely_exact() {
+        let wave = |step: f64| -> Vec<f64> { (0..400).map(|k| f64::from(k % 40) * step).collect() };
+        let still = vec![0.25; 400];
+        assert_eq!(steps_of(&[wave(0.25), still.clone(), wave(0.5)])[1], Some(0.5));
+        let smooth: Vec<f64> = (0..400).map(|k| (f64::from(k) * 0.37).sin()).collect();
+        assert_eq!(steps_of(&[smooth.clone(), still, smooth])[1], None);
+        assert!(Scatter::new(None, 1.0).at_least(1e-6).fitted(&[0.0; 50]).noise >= 1e-6);
     }
 
     #[test]

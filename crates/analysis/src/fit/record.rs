@@ -8,7 +8,7 @@ pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg
 /// Rows that a record may have, and all records together: more would not tell more, and take minutes.
 pub const MOST_ROWS: usize = 500_000;
 
-/// Rows below which a record is none.
+/// Rows that a record must have.
 const LEAST_ROWS: usize = 20;
 
 /// What a leg is asked for.
@@ -55,7 +55,7 @@ pub struct Record {
     pub channels: [bool; 3],
 }
 
-/// A record that is none.
+/// A text that cannot be read as a record.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RecordError {
     /// Its file.

@@ -2,13 +2,15 @@
 
 use std::f64::consts::PI;
 
+use nalgebra::DMatrix;
 use standstill_numeric::hypot;
 
 use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Law, Plant};
 use super::reading::Scatter;
+use super::solve::Sum;
 use super::start::falls_of;
-use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, Work, covariance};
+use super::{FitError, POLE_DEVIATIONS, Solved, Spread, Start, TWO_SIDED_95, Work};
 
 /// One parameter's estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +37,16 @@ pub struct Lean {
     pub moves: Vec<(String, f64)>,
 }
 
+/// A combination of parameters of which the readings tell less than is known without measuring.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weak {
+    /// What the readings tell of it: their information as a share of that which is known beforehand, 0 to 1.
+    pub told: f64,
+    /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
+    /// units, if the combination is off by what it may be off by beforehand.
+    pub parts: Vec<(String, f64)>,
+}
+
 /// Whether the readings tell north from south.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pole {
@@ -42,6 +54,9 @@ pub struct Pole {
     pub deviations: f64,
     /// Whether that is enough.
     pub identified: bool,
+    /// Whether the pulses drive currents along +d and along −d. With one of them alone, iron that saturates alike to both
+    /// sides looks like iron that does not.
+    pub both_ways: bool,
 }
 
 /// A piece, measured and simulated.
@@ -78,12 +93,16 @@ pub struct Fit {
     pub pole: Pole,
     /// What fixed parameters move.
     pub leans: Vec<Lean>,
+    /// What the readings hardly tell, the least first.
+    pub weak: Vec<Weak>,
     /// Root mean square of readings less simulation, in A.
     pub residual_rms: f64,
     /// The same in A as noise and converters alone would have it.
     pub expected_rms: f64,
     /// By what factor intervals are wider because neighbouring residuals are alike.
     pub widened: f64,
+    /// Whether the most likely parameters were reached; if not, their intervals are not to be believed.
+    pub converged: bool,
     /// Readings that are not cut off.
     pub readings: usize,
     /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
@@ -159,20 +178,25 @@ fn turn(point: &mut Point) {
 
 /// The pole, and with it the law of iron, if the readings or the start have one.
 fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, Pole, Iron), FitError> {
-    let Solved { mut point, sum, free, scatter } = solved;
+    let Solved { mut point, sum, free, scatter, converged } = solved;
     let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
     let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
     let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
-    let places: Vec<usize> = (0..sum.information.nrows()).collect();
-    let deviation =
-        place.and_then(|k| Some(covariance(&sum.information, &places, sum.inflation)?[(k, k)].sqrt()));
-    let deviations = deviation.map_or(0.0, |deviation| (point.plant.saturation[0] / deviation).abs());
-    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
+    let both_ways = work.drives_both_ways(&point);
+    let deviations = match place {
+        Some(k) => {
+            let known = work.known(&point, &free, &scatter)?;
+            let half = known.spread.half(&[(k, 1.0)], Parameter::SaturationAlong);
+            (point.plant.saturation[0] / half).abs() * TWO_SIDED_95
+        }
+        None => 0.0,
+    };
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     work.scatter.clone_from(&scatter);
     if !pole.identified {
         return match (place, known) {
             (None, Some(falls)) => with_known_falls(work, &point, falls),
-            _ => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+            _ => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
         };
     }
     if point.plant.saturation[0] * way < 0.0 {
@@ -183,16 +207,16 @@ fn with_iron(work: &mut Work, solved: Solved, start: &Start) -> Result<(Solved, 
     let falls = point.plant.falls(&work.problem.frame);
     let against = free.contains(&Parameter::SaturationAgainst);
     let Some([d, minus_d, q]) = falls else {
-        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
     iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
     if iron.plant.core(&work.problem.frame).is_none() {
-        return Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown));
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
     match work.told_of(&free, &iron) {
         Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
         Err(FitError::Stopped) => Err(FitError::Stopped),
-        Err(_) => Ok((Solved { point, sum, free, scatter }, pole, Iron::Unknown)),
+        Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
     }
 }
 
@@ -212,10 +236,89 @@ fn with_known_falls(
     from.plant.angle += PI;
     let there = work.told_of(&all, &from)?;
     let more = (here.sum.likelihood - there.sum.likelihood).abs();
-    let deviations = (2.0 * more).sqrt();
-    let pole = Pole { deviations, identified: deviations > POLE_DEVIATIONS };
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+    // Where neighbouring residuals are alike, so many readings tell less.
+    let deviations = (2.0 * more / best.sum.inflation).sqrt();
+    let both_ways = work.drives_both_ways(&best.point);
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     Ok((best, pole, Iron::OfStart))
+}
+
+/// How well everything is known at a point.
+struct Known {
+    sum: Sum,
+    spread: Spread,
+    /// Parameters that are not free.
+    fixed: Vec<Parameter>,
+}
+
+/// The smaller current along d, of those to either side, as a share of the larger one, from which both sides count.
+const BOTH_WAYS: f64 = 0.3;
+
+impl Work<'_> {
+    /// How well the free parameters are known, with what the fixed ones may be off by.
+    fn known(
+        &mut self,
+        point: &Point,
+        free: &[Parameter],
+        scatter: &[Scatter; 3],
+    ) -> Result<Known, FitError> {
+        let missing = |p: &Parameter| !free.contains(p) && !p.get(point).is_nan();
+        let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
+        let fixed: Vec<Parameter> = all.into_iter().filter(missing).collect();
+        self.problem.free = free.iter().chain(&fixed).copied().collect();
+        let sum = self.problem.sum(point, scatter, true).ok_or(FitError::NoPlant)?;
+        let kept: Vec<usize> = (0..free.len()).collect();
+        let others: Vec<usize> = (free.len()..self.problem.free.len()).collect();
+        let spread = self.spread(&sum, point, &kept, &others).ok_or(FitError::NoPlant)?;
+        Ok(Known { sum, spread, fixed })
+    }
+
+    /// Combinations of all parameters that the readings tell less of than is known beforehand: eigenvectors of the
+    /// information in units of what is known, with edges anywhere they may be.
+    fn weak(&self, sum: &Sum, point: &Point) -> Vec<Weak> {
+        let (n, all) = (self.problem.free.len(), sum.information.nrows());
+        let edges = sum.information.view((n, n), (all - n, all - n)).into_owned();
+        let cross = sum.information.view((0, n), (n, all - n)).into_owned();
+        let mut told = sum.information.view((0, 0), (n, n)).into_owned();
+        if let Some(factor) = edges.cholesky() {
+            told -= &cross * factor.solve(&cross.transpose());
+        }
+        let known: Vec<f64> = self.problem.free.iter().map(|p| self.plausible(*p, point)).collect();
+        let unit = TWO_SIDED_95 * TWO_SIDED_95 * sum.inflation;
+        let scaled = DMatrix::from_fn(n, n, |x, y| told[(x, y)] * known[x] * known[y] / unit);
+        let eigen = scaled.symmetric_eigen();
+        let mut weak = Vec::new();
+        for (direction, told) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
+            if *told >= 1.0 {
+                continue;
+            }
+            let most = direction.amax();
+            let mut parts: Vec<usize> = (0..n).filter(|k| direction[*k].abs() >= 0.3 * most).collect();
+            parts.sort_by(|x, y| direction[*y].abs().total_cmp(&direction[*x].abs()));
+            let part = |k: usize| {
+                let parameter = self.problem.free[k];
+                (parameter.name(), direction[k] * known[k] / parameter.unit().1)
+            };
+            weak.push(Weak { told: told.max(0.0), parts: parts.into_iter().map(part).collect() });
+        }
+        weak.sort_by(|a, b| a.told.total_cmp(&b.told));
+        weak
+    }
+
+    /// Whether the simulated currents reach to both sides of the magnet.
+    fn drives_both_ways(&self, point: &Point) -> bool {
+        let axis = |k: usize| standstill_numeric::cos(point.plant.angle - 2.0 * PI / 3.0 * k as f64);
+        let axes = [axis(0), axis(1), axis(2)];
+        let (mut low, mut high) = (0.0_f64, 0.0_f64);
+        for trace in traces(self, point).unwrap_or_default() {
+            for current in &trace.simulated {
+                let along = (0..3).map(|k| (current[k] - point.offset[k]) * axes[k]).sum::<f64>();
+                (low, high) = (low.min(along), high.max(along));
+            }
+        }
+        high.min(-low) > BOTH_WAYS * high.max(-low)
+    }
 }
 
 /// The result of what was solved.
@@ -226,16 +329,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     *angle -= tau * (*angle / tau).floor();
     let free = solved.free.clone();
     let frame = work.problem.frame.clone();
-    let missing = |p: &Parameter| !free.contains(p) && !p.get(&solved.point).is_nan();
-    let fixed: Vec<Parameter> = Parameter::all(work.problem.channels, solved.point.plant.devices.kind)
-        .into_iter()
-        .filter(missing)
-        .collect();
-    work.problem.free = free.iter().chain(&fixed).copied().collect();
-    let sum = work.problem.sum(&solved.point, &solved.scatter, true).ok_or(FitError::NoPlant)?;
-    let kept: Vec<usize> = (0..free.len()).collect();
-    let others: Vec<usize> = (free.len()..work.problem.free.len()).collect();
-    let spread = work.spread(&sum, &solved.point, &kept, &others).ok_or(FitError::NoPlant)?;
+    let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
     let channels = work.problem.channels;
     let mut parameters = Vec::new();
@@ -270,6 +364,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     parameters.splice(after..after, last_gains(&spread, &free, &solved.point, channels));
     let leans = leans(&spread, &free, &fixed, &parameters);
+    let weak = work.weak(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
     let residuals: Vec<f64> = sum.residuals.iter().flatten().copied().collect();
     let expected =
@@ -291,9 +386,11 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         reach: work.reach,
         pole,
         leans,
+        weak,
         residual_rms: (residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len() as f64).sqrt(),
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         widened: sum.inflation.sqrt(),
+        converged: solved.converged,
         readings: residuals.len(),
         clipped: work
             .problem
@@ -314,13 +411,15 @@ fn last_gains(spread: &Spread, free: &[Parameter], point: &Point, channels: [boo
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
     let value = 1.0 + point.gain[last(channels)];
-    let half = if gains.is_empty() { 0.03 } else { spread.half(&gains, Parameter::Gain(0)) };
+    // It follows from the others' only if all of them are told.
+    let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
+    let half = if told { spread.half(&gains, Parameter::Gain(0)) } else { 0.03 };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
         interval: Some([value - half, value + half]),
-        identified: !gains.is_empty(),
+        identified: told,
     };
     let common =
         Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use standstill_plant::Motor;
 use standstill_quantity::{Scale, magnitude};
 
-use super::Fit;
+use super::{Fit, MISFIT};
 
 /// A value with its unit, in six digits.
 fn quantity(value: f64, symbol: &str) -> String {
@@ -52,6 +52,11 @@ impl Fit {
              magnet's flux, pole pairs and friction do not show in currents at standstill.\"\"\"\n\n[nameplate]\n",
             clean(files)
         );
+        if self.widened >= MISFIT || !self.converged {
+            let why = "WARNING: the simulation does not describe these currents, or the search did not end at the most likely\n\
+                       parameters. What is called measured here is not to be relied on.\n\"\"\"\n\n[nameplate]";
+            text = text.replacen("\"\"\"\n\n[nameplate]", &format!("\n{why}"), 1);
+        }
         let assumed = |value: String, reason: &str| {
             format!("{{ value = \"{value}\", source = \"assumed\", reason = \"{}\" }}", clean(reason))
         };

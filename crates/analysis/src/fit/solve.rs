@@ -45,6 +45,10 @@ pub struct Sum {
 /// Neighbours whose likeness counts.
 const NEIGHBOURS: usize = 40;
 
+/// Square of the way left, in deviations of all unknowns together, at which no step need be more likely any more:
+/// waveforms are straight between their points and edges whole nanoseconds, which moves ln P by some tenths.
+const INTEGRATORS_ERROR: f64 = 1.0;
+
 /// Currents in A and their slopes in A/s.
 type Sampled = ([f64; 3], [f64; 3]);
 
@@ -210,6 +214,48 @@ impl Problem {
         }
     }
 
+    /// The damped step from a point, that of parameters which it would make negative ending at 0: the others go where
+    /// that leaves them to go.
+    fn step(&self, point: &Point, sum: &Sum, damping: f64) -> Option<DVector<f64>> {
+        let n = sum.score.len();
+        let mut damped = sum.information.clone();
+        for k in 0..n {
+            damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + f64::MIN_POSITIVE;
+        }
+        let mut step = DVector::zeros(n);
+        let mut go: Vec<usize> = (0..n).collect();
+        loop {
+            for k in &go {
+                step[*k] = 0.0;
+            }
+            let score = &sum.score - &damped * &step;
+            let matrix = DMatrix::from_fn(go.len(), go.len(), |x, y| damped[(go[x], go[y])]);
+            let solved = matrix.cholesky()?.solve(&DVector::from_fn(go.len(), |x, _| score[go[x]]));
+            for (k, change) in go.iter().zip(solved.iter()) {
+                step[*k] = *change;
+            }
+            let before = go.len();
+            go.retain(|k| {
+                let Some(bounded) = self.free.get(*k).filter(|p| p.is_never_negative()) else { return true };
+                let least = -bounded.get(point);
+                let stays = step[*k] >= least;
+                if !stays {
+                    step[*k] = least;
+                }
+                stays
+            });
+            if go.len() == before {
+                return Some(step);
+            }
+        }
+    }
+
+    /// Square of a step's length in deviations, δᵀ J δ; infinite where there is none.
+    fn length(&self, point: &Point, sum: &Sum, damping: f64) -> f64 {
+        self.step(point, sum, damping)
+            .map_or(f64::INFINITY, |step| (step.transpose() * &sum.information * &step)[(0, 0)])
+    }
+
     /// The point moved by a step.
     fn moved(&self, point: &Point, step: &DVector<f64>) -> Point {
         let mut moved = point.clone();
@@ -222,17 +268,18 @@ impl Problem {
         moved
     }
 
-    /// Goes to the most likely point, with the noise that is most likely there. Ends where a step would change no
-    /// parameter by more than a hundredth of its deviation, or after `most` steps.
+    /// Goes to the most likely point, with the noise that is most likely there. Ends where a step without damping would
+    /// change no parameter by more than a hundredth of its deviation, which is said, or after `most` steps.
     pub fn solve(
         &self,
         mut point: Point,
         scatter: &mut [Scatter; 3],
         most: usize,
         did: &(dyn Fn() -> bool + Sync),
-    ) -> Option<(Point, Sum)> {
+    ) -> Option<(Point, Sum, bool)> {
         let mut damping = 1e-3;
         let mut here = self.sum(&point, scatter, false)?;
+        let mut converged = false;
         for _ in 0..most {
             if did() {
                 return None;
@@ -243,33 +290,32 @@ impl Problem {
                 }
             }
             let sum = self.sum(&point, scatter, true)?;
+            // What is left to go without any damping: a small step that large damping made says nothing.
+            let left = self.length(&point, &sum, 1e-9);
+            if left < 1e-4 {
+                converged = true;
+                break;
+            }
             let mut accepted = None;
             while damping < 1e8 {
-                let mut damped = sum.information.clone();
-                for k in 0..damped.nrows() {
-                    damped[(k, k)] = damped[(k, k)] * (1.0 + damping) + f64::MIN_POSITIVE;
-                }
-                if let Some(factor) = damped.cholesky() {
-                    let step = factor.solve(&sum.score);
+                if let Some(step) = self.step(&point, &sum, damping) {
                     let next = self.moved(&point, &step);
                     let there = self.sum(&next, scatter, false);
                     if let Some(there) = there.filter(|there| there.likelihood >= sum.likelihood) {
-                        // In deviations: δᵀ J δ.
-                        let length = (step.transpose() * &sum.information * &step)[(0, 0)];
-                        accepted = Some((next, there, length));
+                        accepted = Some((next, there));
                         damping = (damping * 0.1).max(1e-9);
                         break;
                     }
                 }
                 damping *= 10.0;
             }
-            let Some((next, there, length)) = accepted else { break };
-            (point, here) = (next, there);
-            if length < 1e-4 {
+            let Some(next) = accepted else {
+                converged = left < INTEGRATORS_ERROR;
                 break;
-            }
+            };
+            (point, here) = next;
         }
         let sum = self.sum(&point, scatter, true)?;
-        Some((point, sum))
+        Some((point, sum, converged))
     }
 }

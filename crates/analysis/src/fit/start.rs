@@ -6,7 +6,7 @@ use super::Start;
 use super::parameters::Point;
 use super::pieces::{self, Piece, drives};
 use super::plant::{Frame, Law, Plant};
-use super::reading::{Scatter, clip_of, step_of};
+use super::reading::{Scatter, clip_of, steps_of};
 use super::record::{Record, Request};
 
 /// Falls along +d and −d and along q that a motor's core has at a current, if it has a core that saturates.
@@ -64,7 +64,7 @@ pub fn begin(
         let readings = pieces.iter().flat_map(|piece| &piece.rows).map(|row| row.current[k]);
         if channels[k] { readings.collect() } else { Vec::new() }
     });
-    let steps = readings.each_ref().map(|readings| step_of(readings));
+    let steps = steps_of(&readings);
     let mut inductances: Vec<f64> =
         pieces.iter().filter_map(|piece| glance(piece, offset, start.dead_time)).collect();
     inductances.sort_unstable_by(f64::total_cmp);
@@ -126,7 +126,8 @@ pub fn begin(
         magnet_flux,
     };
     let scatter = std::array::from_fn(|k| {
-        Scatter::new(steps[k], 0.05 * reach).clipped(clip_of(&readings[k], steps[k], offset[k]))
+        let clip = clip_of(&readings[k], steps[k], offset[k]);
+        Scatter::new(steps[k], 0.05 * reach).clipped(clip).at_least(1e-6 * reach)
     });
     Some((frame, point, scatter))
 }

@@ -204,3 +204,54 @@ impl Pulses {
 pub fn beside(value: f64, truth: f64, unit: &str, turn: f64) -> f64 {
     if unit == "deg" { value - turn * ((value - truth) / turn).round() } else { value }
 }
+
+/// A stage of an ideal drive: for how long in s, and what the legs are.
+#[allow(dead_code, reason = "the example has no use for it")]
+pub type Stage = (f64, [&'static str; 3]);
+
+/// A motor of 1 Ω, 10 mH and 16 mH at 550 V whose legs have no drops and no dead time, all legs on at all times:
+/// dψ/dt = u − R i with `i_d` = ψ/L (1 + γ (ψ/(8 A · L))²), by Runge and Kutta's method of fourth order.
+#[allow(dead_code, clippy::disallowed_methods, reason = "the example has no use for it")]
+pub fn ideal(angle: f64, gamma: f64, stages: &[Stage]) -> Pulses {
+    const DT: f64 = 2e-7;
+    let (l_d, l_q, resistance) = (10e-3, 16e-3, 1.0);
+    let current = |psi: [f64; 2]| {
+        let x = psi[0] / (8.0 * l_d);
+        [psi[0] / l_d * (1.0 + gamma * x * x), psi[1] / l_q]
+    };
+    let axis = |k: usize| (angle - 120.0 * k as f64).to_radians();
+    let (mut legs, mut rows, mut psi, mut time) = (Vec::new(), Vec::new(), [0.0; 2], 0.0);
+    for (duration, stage) in stages {
+        legs.push((time, *stage));
+        let on = stage.map(|leg| if leg == "high" { 550.0 } else { 0.0 });
+        let along = |wave: fn(f64) -> f64| 2.0 / 3.0 * (0..3).map(|k| on[k] * wave(axis(k))).sum::<f64>();
+        let voltage = [along(f64::cos), -along(f64::sin)];
+        let slope = |psi: [f64; 2]| {
+            let i = current(psi);
+            [voltage[0] - resistance * i[0], voltage[1] - resistance * i[1]]
+        };
+        let ahead = |psi: [f64; 2], k: [f64; 2], h: f64| [psi[0] + h * k[0], psi[1] + h * k[1]];
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        for _ in 0..(duration / DT).round() as usize {
+            let i = current(psi);
+            let phase = |k: usize| i[0] * axis(k).cos() - i[1] * axis(k).sin();
+            rows.push([time, phase(0), phase(1), phase(2)]);
+            let a = slope(psi);
+            let b = slope(ahead(psi, a, DT / 2.0));
+            let c = slope(ahead(psi, b, DT / 2.0));
+            let d = slope(ahead(psi, c, DT));
+            psi = std::array::from_fn(|n| psi[n] + DT / 6.0 * (a[n] + 2.0 * b[n] + 2.0 * c[n] + d[n]));
+            time += DT;
+        }
+    }
+    let truth = vec![
+        ("resistance", resistance),
+        ("L_d", l_d),
+        ("L_q", l_q),
+        ("angle", angle),
+        ("switch_drop", 0.0),
+        ("diode_drop", 0.0),
+        ("dead_time", 0.0),
+    ];
+    Pulses { rows, legs, truth }
+}

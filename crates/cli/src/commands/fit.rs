@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
-use standstill_analysis::fit::{Estimate, Fit, Start, fit};
+use standstill_analysis::fit::{Estimate, Fit, MISFIT, Start, Weak, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::{Scale, magnitude};
 use standstill_scenario::Document;
@@ -23,8 +23,21 @@ use crate::text::{fill, table};
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 
-/// Widening of the intervals beyond which the simulation does not describe the readings.
-const MISFIT: f64 = 2.0;
+/// Of a weak direction, what the readings tell as a share of what is known beforehand, below which it is named.
+const HARDLY_TOLD: f64 = 0.1;
+
+/// Parameters whose weak directions the text names; fit.json has all.
+const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
+
+/// Keys of a scenario that a fit begins with; it uses no others.
+const DRIVE_KEYS: [&str; 6] = [
+    "inverter.devices",
+    "inverter.dead_time",
+    "inverter.switch_drop",
+    "inverter.switch_resistance",
+    "inverter.diode_drop",
+    "inverter.diode_resistance",
+];
 
 fn read(path: &Path) -> Result<Record, Error> {
     let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
@@ -42,9 +55,10 @@ fn read(path: &Path) -> Result<Record, Error> {
 
 /// The motor and the drive that the fit begins with.
 fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
-    if let Some((key, _)) = options.set.iter().find(|(key, _)| !key.starts_with("inverter.")) {
+    if let Some((key, _)) = options.set.iter().find(|(key, _)| !DRIVE_KEYS.contains(&key.as_str())) {
+        let known = DRIVE_KEYS.join(", ");
         return Err(Error::Arguments(format!(
-            "-s {key}: needed a key of the drive, such as inverter.dead_time or inverter.switch_drop"
+            "-s {key}: needed a key of the drive that a fit uses: {known}"
         )));
     }
     let shorthands = Shorthands::default().with("--motor", "motor", options.motor.as_deref());
@@ -66,8 +80,36 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
     Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds() })
 }
 
+/// Whether both paths lead to one file that exists.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
+/// No file is read twice, and none that is read is written.
+fn distinct(options: &Options) -> Result<(), Error> {
+    for (k, trace) in options.traces.iter().enumerate() {
+        if options.traces[..k].iter().any(|before| same_file(before, trace)) {
+            let path = trace.display();
+            return Err(Error::Arguments(format!(
+                "{path}: found the same file twice; needed: each trace once"
+            )));
+        }
+    }
+    let motor = options.motor.as_ref().map(Path::new);
+    for input in options.traces.iter().map(std::path::PathBuf::as_path).chain(motor) {
+        if let Some(name) = FILES.iter().find(|name| same_file(input, &options.out.join(name))) {
+            let (out, input) = (options.out.display(), input.display());
+            return Err(Error::Arguments(format!(
+                "--out {out}: {name} there is {input}, which is read; needed: another folder"
+            )));
+        }
+    }
+    Ok(())
+}
+
 pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
+    distinct(options)?;
     let records = options.traces.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let start = start(options, &records)?;
     let mut output = Output::create(&options.out, &FILES)?;
@@ -80,7 +122,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let fitted = fitted.map_err(Error::Fit)?;
     let names: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
     let sheet = fitted.sheet(&names.join(", "), start.motor.as_ref());
-    // A sheet that does not load is none.
+    // The sheet must load.
     DataSheet::parse("motor.toml", &sheet).and_then(|sheet| sheet.motor()).map_err(Error::Motor)?;
     let json = json_of(&fitted, &names, options);
     output.file("motor.toml", sheet.as_bytes())?;
@@ -117,7 +159,11 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
             "high": estimate.interval.map(|[_, high]| high),
             "identified": estimate.identified,
         })).collect::<Vec<_>>(),
-        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations },
+        "weak_directions": fit.weak.iter().map(|weak| json!({
+            "told": weak.told,
+            "moves": weak.parts.iter().map(|(name, by)| json!({ "name": name, "by": by })).collect::<Vec<_>>(),
+        })).collect::<Vec<_>>(),
+        "pole": { "identified": fit.pole.identified, "deviations": fit.pole.deviations, "both_ways": fit.pole.both_ways },
         "leans_on": fit.leans.iter().map(|lean| json!({
             "fixed": lean.fixed.0,
             "off_by": lean.fixed.1,
@@ -126,6 +172,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
         "residual_rms_A": fit.residual_rms,
         "expected_rms_A": fit.expected_rms,
         "intervals_widened": fit.widened,
+        "converged": fit.converged,
         "describes": fit.widened < MISFIT,
         "readings": fit.readings,
         "clipped_readings": fit.clipped,
@@ -202,6 +249,9 @@ fn sentences(fit: &Fit) -> Vec<String> {
             fit.widened
         ));
     }
+    if !fit.converged {
+        said.push("The search for the most likely parameters did NOT end at them: do not believe the intervals. Begin nearer, with --motor or -s inverter.dead_time and the like.".to_owned());
+    }
     if fit.clipped > 0 {
         said.push(format!(
             "{} readings lie at the ends of their channels' ranges: they count as currents of at least that.",
@@ -216,18 +266,31 @@ fn sentences(fit: &Fit) -> Vec<String> {
     }
     said.push(if fit.pole.identified {
         format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
+    } else if !fit.pole.both_ways {
+        "The angle's half turn is not told: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()
     } else {
         "The angle's half turn is not told: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
-    for lean in &fit.leans {
-        let of = |name: &str, value: f64| {
-            let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
-            let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
-            format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω"))
-                .trim_end()
-                .to_owned()
+    let of = |name: &str, value: f64| {
+        let estimate = fit.parameters.iter().find(|estimate| estimate.name == name);
+        let scale = Scale::suiting(estimate.map_or("", |estimate| estimate.unit), value.abs());
+        format!("{:.2} {}", scale.number(value.abs()), scale.unit.replace("ohm", "Ω")).trim_end().to_owned()
+    };
+    let named = |weak: &&Weak| {
+        weak.told < HARDLY_TOLD && weak.parts.len() > 1 && OF_THE_WINDING.contains(&weak.parts[0].0.as_str())
+    };
+    for weak in fit.weak.iter().filter(named) {
+        let first = weak.parts[0].1;
+        let part = |(name, by): &(String, f64)| {
+            format!("{name} by {}{}", if by * first < 0.0 { "−" } else { "" }, of(name, *by))
         };
+        said.push(format!(
+            "These readings hardly tell one combination of parameters: to move {} hardly changes them.",
+            weak.parts.iter().map(part).collect::<Vec<_>>().join(" together with ")
+        ));
+    }
+    for lean in &fit.leans {
         let mut moves = String::new();
         for (k, (name, by)) in lean.moves.iter().enumerate() {
             let _ = write!(moves, "{}{name} by {}", if k == 0 { "" } else { ", " }, of(name, *by));

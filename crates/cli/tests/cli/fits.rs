@@ -69,6 +69,10 @@ fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
     assert!(message.contains("p.csv, line 1: found a column `u_V`; needed: t_s, i_a_A"), "{message}");
     let message = fail(&trace, &["-s", "sensors.noise=1 A"]);
     assert!(message.contains("-s sensors.noise: needed a key of the drive"), "{message}");
+    let message = fail(&trace, &["-s", "inverter.carrier_period=100 us"]);
+    assert!(message.contains("needed a key of the drive that a fit uses: inverter.devices"), "{message}");
+    assert!(fail(&trace, &["p.csv"]).contains("found the same file twice"));
+    assert!(fail(&trace, &["./p.csv"]).contains("found the same file twice"));
     let message = fail(&trace.replace("high", "off"), &[]);
     assert!(message.contains("needed: a pulse"), "{message}");
     let still: String = trace
@@ -86,4 +90,15 @@ fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
     assert!(message.contains("found no current that rises in a pulse"), "{message}");
     assert!(mistake(&["fit", "none.csv"], at).contains("cannot read none.csv"));
     assert!(mistake(&["fit", "p.csv", "--motor", "nosuch"], at).contains("nosuch"));
+}
+
+#[test]
+fn no_file_that_is_read_is_overwritten() {
+    let folder = folder();
+    let at = folder.path();
+    let sheet = "[nameplate]\n";
+    fs::write(at.join("motor.toml"), sheet).expect("written");
+    let message = mistake(&["fit", TRACE, "--motor", "motor.toml", "--out", "."], at);
+    assert!(message.contains("motor.toml there is motor.toml, which is read"), "{message}");
+    assert_eq!(fs::read_to_string(at.join("motor.toml")).expect("still there"), sheet);
 }
