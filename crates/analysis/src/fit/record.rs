@@ -2,11 +2,17 @@
 
 use std::fmt;
 
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::Second;
+
 /// The columns of a record, in any order.
 pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
 
 /// Rows that a record may have, and all records together: more would not tell more, and take minutes.
 pub const MOST_ROWS: usize = 500_000;
+
+/// The longest time between two rows, in medians of the times between rows.
+const LONGEST_GAP: f64 = 1000.0;
 
 /// Rows that a record must have.
 const LEAST_ROWS: usize = 20;
@@ -133,6 +139,7 @@ impl Record {
         };
         let columns = columns(&Place { file, line: Some(number) }, first)?;
         let mut rows: Vec<Row> = Vec::new();
+        let mut numbers = Vec::new();
         for (number, line) in lines {
             let place = Place { file, line: Some(number) };
             if rows.len() == MOST_ROWS {
@@ -140,6 +147,7 @@ impl Record {
                 return Err(place.error(None, "one more row", needed));
             }
             let row = row(&place, line, &columns)?;
+            numbers.push(number);
             match rows.last() {
                 Some(before) if row.time <= before.time => {
                     let needed = format!("more than {} of the row before", before.time);
@@ -156,6 +164,18 @@ impl Record {
             let found = format!("{} rows", rows.len());
             return Err(nowhere.error(None, found, format!("at least {LEAST_ROWS}")));
         }
+        if let Some((k, gap, most)) = gap(&rows) {
+            let place = Place { file, line: Some(numbers[k]) };
+            let needed = format!(
+                "at most {}, {LONGEST_GAP} times the usual interval; what lies apart belongs in files of its own",
+                Quantity::<Second>::si(most)
+            );
+            return Err(place.error(
+                Some("t_s"),
+                format!("{} after the row before", Quantity::<Second>::si(gap)),
+                needed,
+            ));
+        }
         let drives = |row: &Row| row.legs.contains(&Request::High) && row.legs.contains(&Request::Low);
         if !rows.iter().any(drives) {
             let needed = "a pulse: rows in which one leg is high and another low";
@@ -164,6 +184,16 @@ impl Record {
         let channels = std::array::from_fn(|k| columns.contains(&(1 + k)));
         Ok(Self { file: file.to_owned(), rows, channels })
     }
+}
+
+/// The first row that comes too late, how long after the row before and how long is allowed, in s: what lies between would be
+/// simulated with the resolution of the rows.
+fn gap(rows: &[Row]) -> Option<(usize, f64, f64)> {
+    let interval = |k: usize| rows[k].time - rows[k - 1].time;
+    let mut intervals: Vec<f64> = (1..rows.len()).map(interval).collect();
+    intervals.sort_unstable_by(f64::total_cmp);
+    let most = LONGEST_GAP * intervals[intervals.len() / 2];
+    (1..rows.len()).find(|k| interval(*k) > most).map(|k| (k, interval(k), most))
 }
 
 /// Which of [`COLUMNS`] each field is.
@@ -286,7 +316,10 @@ mod tests {
             let found = refused(line, from, to);
             assert!(found.contains(message), "{found}");
         }
+        let late = text(|number, row| if number == 31 { row.replace("30e-6", "30e-3") } else { row });
         let parse = |text: &str| Record::parse("p.csv", text).expect_err("wrong").to_string();
+        let found = parse(&late);
+        assert!(found.contains("p.csv, line 31, column t_s: found 29971 µs after the row before"), "{found}");
         assert!(parse("").contains("found no line; needed: a header with the columns t_s, "));
         assert!(parse("t_s,i_x\n").contains("found a column `i_x`; needed: t_s, i_a_A"));
         assert!(parse("t_s,i_a_A,u_dc_V,leg_a,leg_b,leg_c\n").contains("found no column i_b_A, i_c_A"));
