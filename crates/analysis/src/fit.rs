@@ -15,6 +15,7 @@
 mod parameters;
 mod pieces;
 mod plant;
+mod pole;
 mod reading;
 pub mod record;
 mod result;

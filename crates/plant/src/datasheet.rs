@@ -4,10 +4,10 @@ mod check;
 mod entries;
 mod extras;
 mod nameplate;
+mod place;
 mod sourced;
 
 use std::fmt;
-use std::ops::Range;
 use std::path::Path;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
@@ -17,12 +17,12 @@ use standstill_quantity::unit::{
     Second, Volt, Watt, Weber,
 };
 use standstill_quantity::{Number, Quantity, Unit};
-use toml::de::{DeTable, DeValue};
 use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
 use self::nameplate::NameplateTable;
+pub use self::place::{key_span, line_of};
 use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples, MapValues};
 
 /// Where a number comes from.
@@ -259,42 +259,6 @@ impl fmt::Display for MotorError {
 }
 
 impl std::error::Error for MotorError {}
-
-/// Where in a text of TOML the longest known part of a key's path stands, in bytes.
-///
-/// ```
-/// use standstill_plant::key_span;
-///
-/// let text = "[winding]\nresistance = 1.2\n";
-/// assert_eq!(key_span(text, "winding.resistance"), Some(10..20));
-/// assert_eq!(key_span(text, "winding.leakage"), Some(1..8));
-/// assert_eq!(key_span(text, "rotor"), None);
-/// ```
-pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
-    let root = DeTable::parse(text).ok()?;
-    let mut table = root.get_ref();
-    let mut found = None;
-    let mut rest = key;
-    while !rest.is_empty() {
-        // Some keys have dots in them.
-        let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
-        let heads = std::iter::successors(Some(rest), |head| head.rsplit_once('.').map(|(head, _)| head));
-        let Some((head, (name, value))) = heads.into_iter().find_map(|head| Some((head, named(head)?)))
-        else {
-            break;
-        };
-        rest = rest[head.len()..].trim_start_matches('.');
-        found = Some(name.span());
-        let DeValue::Table(below) = value.get_ref() else { break };
-        table = below;
-    }
-    found
-}
-
-/// The number of the line, from 1, in which this byte of a text stands.
-pub fn line_of(text: &str, position: usize) -> usize {
-    text.bytes().take(position).filter(|byte| *byte == b'\n').count() + 1
-}
 
 /// What is wrong with a table, and with which of its keys.
 pub struct TableError {

@@ -1,0 +1,98 @@
+//! Which pole the readings name, and whether the core saturates as iron does.
+
+use std::f64::consts::PI;
+
+use super::parameters::{Parameter, Point};
+use super::plant::Law;
+use super::result::Pole;
+use super::start::falls_of;
+use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
+
+/// Whether the law of iron holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Iron {
+    /// The readings do not show that the core saturates.
+    Unknown,
+    /// As the start has it.
+    OfStart,
+    /// They do; the falls are those of the series, which has no iron's shape. What the laws differ by is not known.
+    Seen([f64; 3]),
+}
+
+/// Turns d around: the other pole.
+fn turn(point: &mut Point) {
+    point.plant.angle += PI;
+    point.plant.saturation[0] = -point.plant.saturation[0];
+}
+
+/// The pole, and with it the law of iron, if the readings or the start have one.
+pub(super) fn with_iron(
+    work: &mut Work,
+    solved: Solved,
+    start: &Start,
+) -> Result<(Solved, Pole, Iron), FitError> {
+    let Solved { mut point, sum, free, scatter, converged } = solved;
+    let known = start.motor.as_ref().and_then(|motor| falls_of(motor, work.problem.frame.current));
+    let way = if known.is_some_and(|[d, minus_d, _]| d < minus_d) { -1.0 } else { 1.0 };
+    let place = free.iter().position(|p| *p == Parameter::SaturationAlong);
+    let both_ways = work.drives_both_ways(&point);
+    let deviations = match place {
+        Some(k) => {
+            let known = work.known(&point, &free, &scatter)?;
+            let half = known.spread.half(&[(k, 1.0)], Parameter::SaturationAlong);
+            (point.plant.saturation[0] / half).abs() * TWO_SIDED_95
+        }
+        None => 0.0,
+    };
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
+    work.scatter.clone_from(&scatter);
+    if !pole.identified {
+        return match (place, known) {
+            (None, Some(falls)) => with_known_falls(work, &point, falls),
+            _ => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
+        };
+    }
+    if point.plant.saturation[0] * way < 0.0 {
+        turn(&mut point);
+    }
+    let mut iron = point.clone();
+    iron.plant.law = Law::Iron;
+    let falls = point.plant.falls(&work.problem.frame);
+    let against = free.contains(&Parameter::SaturationAgainst);
+    let Some([d, minus_d, q]) = falls else {
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
+    };
+    iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
+    if iron.plant.core(&work.problem.frame).is_none() {
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
+    }
+    match work.told_of(&free, &iron) {
+        Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
+        Err(FitError::Stopped) => Err(FitError::Stopped),
+        Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
+    }
+}
+
+/// With the start's falls, which these currents do not tell: the more likely pole.
+fn with_known_falls(
+    work: &mut Work,
+    point: &Point,
+    falls: [f64; 3],
+) -> Result<(Solved, Pole, Iron), FitError> {
+    let all: Vec<Parameter> = Parameter::all(work.problem.channels, point.plant.devices.kind)
+        .into_iter()
+        .filter(|p| p.fall().is_none())
+        .collect();
+    let mut from = point.clone();
+    (from.plant.law, from.plant.saturation) = (Law::Iron, falls);
+    let here = work.told_of(&all, &from)?;
+    from.plant.angle += PI;
+    let there = work.told_of(&all, &from)?;
+    let more = (here.sum.likelihood - there.sum.likelihood).abs();
+    let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
+    // Where neighbouring residuals are alike, so many readings tell less.
+    let deviations = (2.0 * more / best.sum.inflation).sqrt();
+    let both_ways = work.drives_both_ways(&best.point);
+    let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
+    Ok((best, pole, Iron::OfStart))
+}
