@@ -29,6 +29,7 @@ mod tables;
 #[cfg(test)]
 mod tests;
 mod tolerances;
+mod typed;
 mod units;
 
 pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};

@@ -1,18 +1,17 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
 use std::collections::BTreeMap;
-use std::fmt::Write as _;
 
-use indexmap::IndexMap;
 use standstill_detect::{Method, Settings};
 use standstill_plant::{Digest, Motor};
 use standstill_sim::{Streams, Tape};
 use toml::Value;
 
-use super::axes::{Point, points};
+use super::axes::Point;
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
+use super::typed::Typed;
 use crate::scenario::side_by_side;
 use crate::{Record, Scenario, TrialError};
 
@@ -27,10 +26,15 @@ pub struct Plan {
     file: ScenarioFile,
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
+    /// What sets them without the document, if that is the same.
+    pub(super) typed: Option<Typed>,
 }
 
 /// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
 const AT_A_TIME: usize = 64;
+
+/// Points at which setters are compared with the document; with more, each trial reads the document.
+const MOST_TYPED: usize = 200;
 
 /// Trials whose draws are looked at beforehand.
 const MOST_TRIED: u64 = 10_000_000;
@@ -82,11 +86,12 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let mut plan = Self { document, resolved, motor, file, points, tolerances };
+        let mut plan = Self { document, resolved, motor, file, points, tolerances, typed: None };
         for number in 0..plan.points.len() {
             plan.scenario(number)?;
         }
-        plan.check_draws()?;
+        let tried = plan.check_draws()?;
+        plan.typed = plan.setters(tried)?;
         plan.document.seal();
         plan.resolved.seal();
         Ok(plan)
@@ -139,7 +144,27 @@ impl Plan {
         told: Option<&Scenario<Method<f64>>>,
         streams: Streams,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        self.with_drawn(point, told, &self.draws(streams))
+        let typed = self.typed.as_ref().zip(told);
+        match typed.and_then(|(typed, told)| typed.drawn(&self.tolerances, told, streams)) {
+            Some(scenario) => Ok(scenario),
+            None => self.with_drawn(point, told, &self.draws(streams)),
+        }
+    }
+
+    /// Setters of all tolerances, if they make at every point what the document makes.
+    fn setters(&self, tried: Vec<[f64; 2]>) -> Result<Option<Typed>, FileError> {
+        if !self.has_tolerances() || self.points.len() > MOST_TYPED {
+            return Ok(None);
+        }
+        let Some(typed) = Typed::new(&self.tolerances, tried) else { return Ok(None) };
+        for point in 0..self.points.len() {
+            let told = self.scenario(point)?;
+            let document = |streams: Streams| self.with_drawn(point, Some(&told), &self.draws(streams));
+            if !typed.agrees(&self.tolerances, &told, document) {
+                return Ok(None);
+            }
+        }
+        Ok(Some(typed))
     }
 
     /// What a trial draws: keys and values.
@@ -166,7 +191,8 @@ impl Plan {
     }
 
     /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
-    fn check_draws(&self) -> Result<(), FileError> {
+    fn check_draws(&self) -> Result<Vec<[f64; 2]>, FileError> {
+        let mut tried = Vec::new();
         for drawn in &self.tolerances {
             let draws = (0..self.file.trials.min(MOST_TRIED))
                 .map(|trial| drawn.number(Streams::new(self.file.seed, trial)));
@@ -176,8 +202,9 @@ impl Plan {
                 let value = (drawn.key().to_owned(), drawn.value(value));
                 self.with_drawn(0, None, &[value])?;
             }
+            tried.push([low, high]);
         }
-        Ok(())
+        Ok(tried)
     }
 
     /// The tables of the file with the values of a point.
@@ -340,36 +367,6 @@ fn all_until_error<T, E>(made: impl Iterator<Item = Result<T, E>>) -> Made<T, E>
     let mut ended = Ok(());
     let all = made.map_while(|one| one.map_err(|error| ended = Err(error)).ok()).collect();
     Made { all, ended }
-}
-
-impl ScenarioFile {
-    /// As a file would say it. Axes stay in their order, which is that of the points: tables of their own would be moved
-    /// behind plain values.
-    ///
-    /// # Errors
-    /// Values that TOML does not have.
-    pub fn text(&self) -> Result<String, FileError> {
-        let wrong =
-            |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
-        let mut text = toml::to_string(&Self { axes: IndexMap::new(), ..self.clone() }).map_err(wrong)?;
-        if !self.axes.is_empty() {
-            text += "\n[axes]\n";
-        }
-        for (key, axis) in &self.axes {
-            let [key, axis] = [Value::try_from(key).map_err(wrong)?, Value::try_from(axis).map_err(wrong)?];
-            let _ = writeln!(text, "{key} = {axis}");
-        }
-        Ok(text)
-    }
-
-    /// The points of its axes.
-    ///
-    /// # Errors
-    /// Axes or a design that make none.
-    pub fn points(&self) -> Result<Vec<Point>, FileError> {
-        let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
-        points(&axes, self.design, self.seed)
-    }
 }
 
 /// The value of a key: of the scenario, or for a motor's that of its data sheet.

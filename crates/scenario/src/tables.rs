@@ -1,5 +1,7 @@
 //! The tables of a scenario file. What is left out is as the error set has it, or as the method suits the motor.
 
+use std::fmt::Write as _;
+
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -9,9 +11,11 @@ use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Farad, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt,
 };
 use standstill_sim::Arrangement;
+use toml::Value;
 
-use super::axes::{AxisSpec, DesignTable};
+use super::axes::{AxisSpec, DesignTable, Point, points};
 use super::detector::DetectorTable;
+use super::document::FileError;
 use super::motor::MotorSpec;
 use super::named::Named;
 use super::tolerances::Tolerance;
@@ -243,4 +247,34 @@ pub struct SensorsTable {
     /// Standard deviation of the resolver that stands for "measured angle" in traces.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub resolver_error: Option<Quantity<Degree>>,
+}
+
+impl ScenarioFile {
+    /// As a file would say it. Axes stay in their order, which is that of the points: tables of their own would be moved
+    /// behind plain values.
+    ///
+    /// # Errors
+    /// Values that TOML does not have.
+    pub fn text(&self) -> Result<String, FileError> {
+        let wrong =
+            |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
+        let mut text = toml::to_string(&Self { axes: IndexMap::new(), ..self.clone() }).map_err(wrong)?;
+        if !self.axes.is_empty() {
+            text += "\n[axes]\n";
+        }
+        for (key, axis) in &self.axes {
+            let [key, axis] = [Value::try_from(key).map_err(wrong)?, Value::try_from(axis).map_err(wrong)?];
+            let _ = writeln!(text, "{key} = {axis}");
+        }
+        Ok(text)
+    }
+
+    /// The points of its axes.
+    ///
+    /// # Errors
+    /// Axes or a design that make none.
+    pub fn points(&self) -> Result<Vec<Point>, FileError> {
+        let axes: Vec<_> = self.axes.iter().map(|(key, spec)| (key.clone(), spec.clone())).collect();
+        points(&axes, self.design, self.seed)
+    }
 }
