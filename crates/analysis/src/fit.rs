@@ -9,8 +9,8 @@
 //! the parameters: its inverse gives the 95 % intervals, and where an interval is wider than what is known of a parameter
 //! without measuring, the parameter is fixed at its start value and said not to be identified.
 //!
-//! What no current at standstill tells: a gain that all channels have in common scales R, L_d, L_q and the devices' slopes
-//! alike; the flux of the magnet; and the pole but by the convention which one saturates the iron.
+//! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
+//! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
 
 mod parameters;
 mod pieces;
@@ -39,7 +39,7 @@ pub use plant::Plant;
 pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
 pub use standstill_inverter::{DeviceKind, Devices};
 
-/// What a fit begins with.
+/// The start values of a fit.
 #[derive(Clone, Debug)]
 pub struct Start {
     /// A motor like the one measured; none: nothing is known of it.
@@ -219,7 +219,7 @@ impl Work<'_> {
         let mut other = point.clone();
         swap_axes(&mut other);
         match self.told(&other) {
-            // Where neighbouring residuals are alike, so many readings tell less.
+            // Readings whose neighbours have similar residuals count as fewer readings.
             Ok(there) if there.sum.likelihood > here.sum.likelihood + 8.0 * there.sum.inflation => Ok(there),
             Err(FitError::Stopped) => Err(FitError::Stopped),
             _ => {
@@ -278,7 +278,7 @@ impl Work<'_> {
         }
     }
 
-    /// Of free parameters whose information is singular, the last one that has a part in what is not told.
+    /// If the information matrix of the free parameters is singular: the last parameter that takes part in its null direction.
     fn least_told(&self, sum: &Sum, keep: &[usize]) -> Option<usize> {
         let places = self.places(sum, keep);
         let scale = scale_of(&sum.information, &places);
@@ -319,9 +319,9 @@ impl Work<'_> {
 
 /// How well parameters are known.
 struct Spread {
-    /// Of the readings.
+    /// The covariance that follows from the readings' noise.
     covariance: DMatrix<f64>,
-    /// What a fixed parameter moves, per unit: a row a parameter, a column a fixed one.
+    /// By how much each free parameter (row) moves when a fixed one (column) changes by 1.
     shifts: DMatrix<f64>,
     /// By how much fixed parameters may be off: half the width of their 95 % intervals.
     off: Vec<f64>,

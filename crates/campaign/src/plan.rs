@@ -41,7 +41,7 @@ mod tests {
     fn law_a_trial_alone_is_that_of_the_campaign() {
         let with = plan(
             r#"
-            trials = 20
+            trials = 150
             [rotor]
             state = "free"
             [axes]
@@ -55,9 +55,10 @@ mod tests {
         for (plan, point) in [(&with, 0), (&with, 3), (&without, 0)] {
             let scenario = plan.scenario(point).expect("valid");
             let mut records = Vec::new();
-            plan.run(&scenario, point, &mut (0..20), &mut |record| records.push(record)).expect("runs");
+            plan.run(&scenario, point, &mut (0..150), &mut |record| records.push(record)).expect("runs");
+            assert_eq!(records.len(), 150);
             records.sort_unstable_by_key(|record| record.trial);
-            for trial in [0, 7, 19] {
+            for trial in [0, 7, 63, 64, 149] {
                 let single = plan.single(point, trial).expect("valid");
                 let record = single.scenario.trial(single.trial).expect("runs");
                 let expected = records[usize::try_from(trial).expect("small")];

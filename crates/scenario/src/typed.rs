@@ -89,6 +89,8 @@ const TRIED: u64 = 4;
 
 #[cfg(test)]
 mod tests {
+    use standstill_sim::{Purpose, Tape};
+
     use crate::tests::plan;
 
     #[test]
@@ -112,6 +114,15 @@ mod tests {
             assert_ne!(drawn(&typed, 0), drawn(&typed, 1));
             assert_ne!(drawn(&typed, 0), told);
         }
+        // Values beyond those that were tried are for the document to judge: a winding has no negative resistance.
+        let wide = plan("trials = 3\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"40 %\" }");
+        assert!(wide.typed.is_some());
+        let told = wide.scenario(0).expect("valid");
+        let mut tape = Tape::new(told.seed, 0);
+        wide.scenario_taped(0, &told, &tape).expect("tried");
+        tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] = -4.0;
+        let refused = wide.scenario_taped(0, &told, &tape).expect_err("negative").to_string();
+        assert!(refused.contains("winding.resistance"), "{refused}");
         // Where a winding is hot, or a key has no setter, the document says what follows.
         let hot = "[rotor]\nwinding_temperature = \"90 °C\"\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"5 %\" }";
         assert!(plan(hot).typed.is_none());

@@ -144,11 +144,11 @@ pub enum Ended<T> {
     Error(RunError),
 }
 
-/// The result of one run.
+/// What a run was, with how it ended as `E`.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Run<T> {
+pub struct RunOf<E> {
     /// How it ended.
-    pub ended: Ended<T>,
+    pub ended: E,
     /// How long the detection took.
     pub duration: Nanos,
     /// Electrical angle in rad at the start.
@@ -169,27 +169,16 @@ pub struct Run<T> {
     pub work: Work,
 }
 
-/// A run that is over, but for its detector's outcome.
-#[derive(Clone, Copy, Debug)]
-pub struct Finished {
-    /// Why it could not go on; none if the detector was done.
-    pub error: Option<RunError>,
-    /// See [`Run::duration`], and so on.
-    pub duration: Nanos,
-    pub start_angle: f64,
-    pub end_angle: f64,
-    pub has_pole: bool,
-    pub resolver_angle: f64,
-    pub moved: f64,
-    pub peak_current: f64,
-    pub ledger: Option<Ledger>,
-    pub work: Work,
-}
+/// The result of one run.
+pub type Run<T> = RunOf<Ended<T>>;
+
+/// A run that is over, but for its detector's outcome: why it could not go on; none if the detector was done.
+pub(crate) type Finished = RunOf<Option<RunError>>;
 
 impl Finished {
     /// With how it ended.
-    pub fn run<T>(self, ended: Ended<T>) -> Run<T> {
-        let Self { error: _, duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
+    pub(crate) fn run<T>(self, ended: Ended<T>) -> Run<T> {
+        let Self { duration, start_angle, end_angle, has_pole, resolver_angle, moved, .. } = self;
         let Self { peak_current, ledger, work, .. } = self;
         Run {
             ended,

@@ -25,7 +25,7 @@ mod step;
 mod streams;
 mod trace;
 
-pub use case::{Case, Ended, Play, RotorState, Run, RunError, Tolerance, Work};
+pub use case::{Case, Ended, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
 pub use lanes::{referee, run, run_side_by_side, run_side_by_side_in};
 pub use ledger::Ledger;
 pub use physics::motion::Motion;

@@ -90,7 +90,7 @@ fn with_known_falls(
     let there = work.told_of(&all, &from)?;
     let more = (here.sum.likelihood - there.sum.likelihood).abs();
     let best = if here.sum.likelihood >= there.sum.likelihood { here } else { there };
-    // Where neighbouring residuals are alike, so many readings tell less.
+    // Readings whose neighbours have similar residuals count as fewer readings.
     let deviations = (2.0 * more / best.sum.inflation).sqrt();
     let both_ways = work.drives_both_ways(&best.point);
     let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };

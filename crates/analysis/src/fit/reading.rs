@@ -148,7 +148,7 @@ impl Scatter {
         let p = between(a, b);
         let place = (-off / q - (-off / q).floor()) * PLACES as f64;
         // Between 0 and the last place but one.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a place in the table")]
         let before = (place as usize).min(PLACES - 1);
         let share = place - before as f64;
         let information = self.information[before] * (1.0 - share) + self.information[before + 1] * share;

@@ -162,7 +162,7 @@ impl Pulses {
         while time < last {
             let legs = self.legs.iter().rev().find(|(from, _)| *from <= time).expect("a state").1;
             let place = ((time - scope.delay).max(first) - first) / clean;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "the number of a row")]
             let before = (place as usize).min(self.rows.len() - 2);
             let share = place - before as f64;
             let _ = write!(text, "{:.9}", time + trigger);
@@ -231,7 +231,7 @@ pub fn ideal(angle: f64, gamma: f64, stages: &[Stage]) -> Pulses {
             [voltage[0] - resistance * i[0], voltage[1] - resistance * i[1]]
         };
         let ahead = |psi: [f64; 2], k: [f64; 2], h: f64| [psi[0] + h * k[0], psi[1] + h * k[1]];
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
         for _ in 0..(duration / DT).round() as usize {
             let i = current(psi);
             let phase = |k: usize| i[0] * axis(k).cos() - i[1] * axis(k).sin();

@@ -48,6 +48,9 @@ pub struct MaximumLikelihood<T> {
     findings: Findings<T>,
 }
 
+/// The pole, the standard deviation of the angle in rad, and whether there is a saliency, which later trains may still show.
+type Answer<T> = (Pole<T>, T, Result<(), Fault<T>>);
+
 impl<T: Real> MaximumLikelihood<T> {
     /// A detector, ready for its first step.
     ///
@@ -205,10 +208,7 @@ impl<T: Real> MaximumLikelihood<T> {
     }
 
     /// From all trains so far.
-    ///
-    /// Pole, standard deviation of the angle in rad, and whether there is a saliency, which the trains to come may show.
-    #[allow(clippy::type_complexity)]
-    fn answer(&mut self) -> Result<(Pole<T>, T, Result<(), Fault<T>>), Fault<T>> {
+    fn answer(&mut self) -> Result<Answer<T>, Fault<T>> {
         let s = &self.settings.pulses;
         let c = &self.combined;
         let derived = self.train.derived;

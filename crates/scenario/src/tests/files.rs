@@ -20,9 +20,9 @@ fn law_what_a_run_reads_is_read_through_one_door() {
         for path in sources(&folder) {
             let text = std::fs::read_to_string(&path).expect("readable");
             let name = path.strip_prefix(&folder).expect("below").display().to_string();
-            // Journals are what a run writes, and this file reads the sources.
+            // Journals are what a run writes; tests read what they like.
             let reads = ["fs::read(", "read_to_string(", "File::open(", "OpenOptions"];
-            if reads.iter().any(|call| text.contains(call)) && name != "tests/files.rs" {
+            if reads.iter().any(|call| text.contains(call)) && !name.contains("tests") {
                 doors.push(name);
             }
         }

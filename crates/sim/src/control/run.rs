@@ -341,7 +341,7 @@ impl<'a> Control<'a> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = |pack: &V| pack.get(lane) as u64;
         Finished {
-            error,
+            ended: error,
             duration,
             start_angle: self.case.start_angle,
             end_angle,

@@ -37,7 +37,7 @@ impl<T: Real> Desk<T> {
 
     /// The whole of a run that is over. The next one may begin.
     pub fn run(&mut self, finished: Finished) -> Run<T> {
-        let ended = match (finished.error, self.outcome.take()) {
+        let ended = match (finished.ended, self.outcome.take()) {
             (None, Some(outcome)) => Ended::Outcome(outcome),
             (Some(error), _) => Ended::Error(error),
             (None, None) => unreachable!("a run ends by an error or because its detector is done"),

@@ -320,9 +320,11 @@ struct Inverse<T> {
     lag: [T; 3],
 }
 
-/// The step of (L, c) for each line, that of t_s and τ, and the inverse, in scaled parameters.
-#[allow(clippy::type_complexity)]
-fn solve<T: Real>(n: &Normal<T>, damping: T) -> Option<([[T; 2]; 3], [T; 2], Inverse<T>)> {
+/// A step of (L, c) for each line, one of t_s and τ, and the inverse of the normal equations, in scaled parameters.
+type Solution<T> = ([[T; 2]; 3], [T; 2], Inverse<T>);
+
+/// Solves the normal equations.
+fn solve<T: Real>(n: &Normal<T>, damping: T) -> Option<Solution<T>> {
     let zero = T::zero();
     let grown = T::one() + damping;
     // Per line: the inverse of its block, and that times the couplings and the right side.

@@ -5,7 +5,7 @@ use standstill_quantity::Unit;
 use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
 use toml::{Table, Value};
 
-use super::super::{MotorError, Sourced};
+use super::super::{MotorError, Sourced, key_span, line_of};
 use super::SharesTable;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
 use crate::Algebraic;
@@ -67,14 +67,10 @@ struct Reader<'a> {
 impl Reader<'_> {
     /// Where a key stands, in words that a message begins with.
     fn place(&self, key: &str) -> String {
-        let begins = |line: &str| {
-            let rest = line.trim_start().strip_prefix(key);
-            rest.is_some_and(|rest| rest.trim_start().starts_with(['=', '.']))
-        };
-        let line = self.text.and_then(|text| {
-            let table = text.lines().position(|line| line.trim_start().starts_with("[nameplate]"))?;
-            Some(table + 2 + text.lines().skip(table + 1).position(begins)?)
-        });
+        let first = key.split('.').next().unwrap_or_default();
+        let text = self.text.filter(|_| self.table.contains_key(first));
+        let line =
+            text.and_then(|text| Some(line_of(text, key_span(text, &format!("nameplate.{key}"))?.start)));
         line.map_or_else(|| format!("`{key}` "), |line| format!("line {line}, `{key}`: "))
     }
 

@@ -1,0 +1,124 @@
+//! What a journal keeps, and what becomes of one that is damaged.
+
+use std::collections::BTreeMap;
+
+use super::super::walk::tests::row;
+use super::*;
+use standstill_scenario::StopTable;
+
+fn identity() -> Identity {
+    Identity {
+        version: "1".to_owned(),
+        numerics: 1,
+        seed: 1,
+        points: 1,
+        trials: 100,
+        stop_at: StopTable::default(),
+        shard: Shard::WHOLE,
+        scenario: "seed = 1\ntrials = 100\n".to_owned(),
+        files: BTreeMap::new(),
+    }
+}
+
+fn all(path: &Path) -> Vec<Row> {
+    let mut rows = Rows::open(path).expect("a journal");
+    let blocks = std::iter::from_fn(|| rows.block().expect("readable"));
+    blocks.flatten().map(|(_, row)| row).collect()
+}
+
+fn resume(path: &Path) -> Result<Journal, JournalError> {
+    Journal::resume(path, &identity(), |_, _| {})
+}
+
+#[test]
+fn law_what_is_written_is_read_and_a_torn_block_is_cut_off_at_every_byte() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    let mut journal = Journal::create(&path, &identity()).expect("writable");
+    let rows: Vec<Row> = (0..12).map(|trial| row(trial, 0.1)).collect();
+    let header = std::fs::metadata(&path).expect("there").len();
+    journal.append(&rows[..5]).expect("written");
+    journal.sync().expect("written");
+    let first = std::fs::metadata(&path).expect("there").len();
+    journal.append(&rows[5..]).expect("written");
+    drop(journal);
+    assert_eq!(all(&path), rows);
+    let bytes = std::fs::read(&path).expect("there");
+    // From a file of no bytes on: a process may be killed while it writes the header.
+    for cut in 0..bytes.len() {
+        std::fs::write(&path, &bytes[..cut]).expect("written");
+        let mut seen = 0;
+        let mut journal =
+            Journal::resume(&path, &identity(), |_, row| seen += 1 + row.trial).expect("the same run");
+        let there = if (cut as u64) < first { 0 } else { 5 };
+        assert_eq!((journal.walk().left(), seen), (100 - there, there * (there + 1) / 2), "{cut}");
+        if there == 0 {
+            journal.append(&rows[..5]).expect("written");
+        }
+        journal.append(&rows[5..]).expect("written");
+        drop(journal);
+        assert_eq!(std::fs::read(&path).expect("there"), bytes, "{cut}");
+    }
+    // A block with a flipped bit is none, nor is what follows it, nor are zeros that a power cut left.
+    for place in [header, first] {
+        let place = usize::try_from(place).expect("small");
+        let mut damaged = bytes.clone();
+        damaged[place + 20] ^= 1;
+        let zeros = [&bytes[..place], &[0; 64]].concat();
+        for damaged in [damaged, zeros] {
+            std::fs::write(&path, damaged).expect("written");
+            assert_eq!(all(&path), rows[..if place as u64 == header { 0 } else { 5 }]);
+        }
+    }
+    // What is damaged and not only cut off is put aside, not thrown away.
+    let mut damaged = bytes.clone();
+    damaged[usize::try_from(header).expect("small") + 20] ^= 1;
+    std::fs::write(&path, &damaged).expect("written");
+    let journal = resume(&path).expect("the same run");
+    let aside = journal.damaged().expect("put aside").to_owned();
+    assert_eq!(journal.walk().left(), 100);
+    assert_eq!(std::fs::read(aside).expect("there"), damaged[usize::try_from(header).expect("small")..]);
+}
+
+#[test]
+fn law_the_journal_of_another_run_is_refused_with_the_difference() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    drop(Journal::create(&path, &identity()).expect("writable"));
+    let other = [
+        (Identity { seed: 2, ..identity() }, "the seed is 1 there and 2 here"),
+        (Identity { version: "2".to_owned(), ..identity() }, "version is 1 there and 2 here"),
+        (Identity { numerics: 2, ..identity() }, "numerics is 1 there and 2 here"),
+        (Identity { trials: 50, ..identity() }, "trials is 100 there and 50 here"),
+        (Identity { shard: Shard { index: 1, count: 2 }, ..identity() }, "shard is 1/1 there and 1/2 here"),
+        (
+            Identity { scenario: "seed = 1\ntrials = 100\nx = 1\n".to_owned(), ..identity() },
+            "says more than the other",
+        ),
+        (
+            Identity { scenario: "seed = 1\ntrials = 101\n".to_owned(), ..identity() },
+            "is `trials = 100` there and `trials = 101` here",
+        ),
+    ];
+    for (identity, part) in other {
+        let error = Journal::resume(&path, &identity, |_, _| {}).expect_err("another run").to_string();
+        assert!(error.contains(part), "{error}");
+    }
+    std::fs::write(&path, "something else").expect("written");
+    assert!(matches!(resume(&path), Err(JournalError::Foreign(_))));
+}
+
+#[test]
+fn law_a_journal_has_one_writer() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    let mut journal = Journal::create(&path, &identity()).expect("writable");
+    journal.append(&[row(0, 0.1)]).expect("written");
+    assert!(matches!(resume(&path), Err(JournalError::Busy(_))));
+    assert!(matches!(Journal::create(&path, &identity()), Err(JournalError::Busy(_))));
+    // Rows out of order are refused before they are written.
+    assert!(journal.append(&[row(2, 0.1)]).is_err());
+    drop(journal);
+    assert_eq!(all(&path).len(), 1);
+    resume(&path).expect("free again");
+}
