@@ -7,7 +7,7 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_detect::{Method, MethodName, Signature};
-use standstill_plant::PolarityPoint;
+use standstill_plant::{PolarityPoint, PoleKnowledge};
 
 use crate::bound::{Bound, BoundError};
 use crate::{Campaign, CampaignError, Statistics, Summary};
@@ -69,9 +69,9 @@ pub struct Suitability {
     pub limit: Option<Bound>,
     /// Whether the motor has poles to tell apart.
     pub has_magnet: bool,
-    /// Whether anything is known of the core's saturation. If not, the poles cannot be judged, and no method is blamed for
-    /// leaving them open.
-    pub saturation_is_known: bool,
+    /// What is known of which pole draws more current. Where that is too little, the poles cannot be judged, and no method is
+    /// blamed for what it says of them.
+    pub pole: PoleKnowledge,
     /// Which pole draws more current: near rated current, and in pulses of half of it.
     pub signature: [Signature; 2],
     /// By what share, near rated current.
@@ -177,7 +177,7 @@ impl Suitability {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
             limit: if tried.check().is_ok() { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
             has_magnet: motor.has_magnet(),
-            saturation_is_known: motor.saturation_is_known(),
+            pole: motor.pole_knowledge(),
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
             // Where a map ends before, nothing is known.
@@ -189,7 +189,7 @@ impl Suitability {
 
     /// Whether there are poles to tell apart of which too little is known to judge it.
     pub fn pole_is_open(&self) -> bool {
-        self.has_magnet && !self.saturation_is_known
+        self.has_magnet && self.pole.is_open()
     }
 
     /// The method to be recommended: of those without objection the one with the largest margin.
@@ -213,7 +213,7 @@ impl Candidate {
             let objections = vec![format!("it cannot be set up: {error}")];
             return Ok(Self { method, settings, locked: none.clone(), free: none, objections, margin: 0.0 });
         }
-        let has_pole = free.motor.has_magnet() && free.motor.saturation_is_known();
+        let has_pole = free.motor.has_magnet() && !free.motor.pole_knowledge().is_open();
         let (locked, free) = (summary(locked, method)?, summary(free, method)?);
         let objections = objections(&locked, &free, demands, has_pole);
         let worst = locked.p95_deg.value.max(free.p95_deg.value);
@@ -259,7 +259,7 @@ fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: boo
                 summary.p95_deg.value, demands.error_deg
             ));
         }
-        if summary.wrong_poles > 0 {
+        if has_pole && summary.wrong_poles > 0 {
             objections.push(format!("{} wrong poles in {all}, rotor {state}", summary.wrong_poles));
         }
         if has_pole && summary.undetermined as f64 > demands.without_angle * all {

@@ -213,6 +213,9 @@ pub struct Magnetics {
     /// What the columns of a flux map as text are, in place of its header, `-` for others: `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`
     #[arg(long, value_name = "NAMES")]
     pub columns: Option<String>,
+    /// Continue a flux map that has one side of the d-axis only as cores do that are fitted to it (`fitted`)
+    #[arg(long, value_name = "HOW", value_parser = ["fitted"])]
+    pub beyond: Option<String>,
     /// Largest current in A [default: the rated current, or what the map covers]
     #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
     pub current: Option<f64>,

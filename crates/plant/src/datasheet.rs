@@ -145,13 +145,38 @@ struct RotorTable {
     cogging_periods: Option<Sourced<One>>,
 }
 
+/// The name of a file, which may have a source.
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "must be a file's name, or a table { value = …, source = …, reason = … }")]
+enum SourcedFile {
+    Plain(String),
+    Whole(WholeFile),
+}
+
 /// The name of a file, with its source.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct SourcedFile {
+struct WholeFile {
     value: String,
     source: Source,
     reason: String,
+}
+
+impl SourcedFile {
+    fn name(&self) -> &str {
+        match self {
+            Self::Plain(name) => name,
+            Self::Whole(file) => &file.value,
+        }
+    }
+
+    fn entry(&self, key: &str) -> Entry {
+        let (source, reason) = match self {
+            Self::Plain(_) => (Source::Given, sourced::PLAIN),
+            Self::Whole(file) => (file.source, file.reason.trim()),
+        };
+        Entry { key: key.to_owned(), value: self.name().to_owned(), source, reason: reason.to_owned() }
+    }
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -162,6 +187,16 @@ struct MapTable {
     values: Option<MapValues>,
     /// The columns of a text in place of its header.
     columns: Option<String>,
+    /// What is done where the file has one side of the d-axis only; without it, nothing.
+    beyond: Option<Beyond>,
+}
+
+/// How a map goes on where its file has no data.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+enum Beyond {
+    /// As algebraic cores do that were fitted to it.
+    Fitted,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
@@ -207,7 +242,9 @@ pub struct DataSheet {
     #[serde(skip)]
     assumed: Vec<Entry>,
     name: String,
+    #[serde(default = "untitled")]
     title: String,
+    #[serde(default)]
     notes: String,
     rating: RatingTable,
     winding: WindingTable,
@@ -219,6 +256,10 @@ pub struct DataSheet {
     eddy: Option<EddyTable>,
     thermal: Option<ThermalTable>,
     rotor: RotorTable,
+}
+
+fn untitled() -> String {
+    "A motor by its data sheet".to_owned()
 }
 
 /// A data sheet that is not a motor.
@@ -367,6 +408,11 @@ impl DataSheet {
         let Some(table) = &self.map else { return Ok(None) };
         let folder = Path::new(&self.file).parent().unwrap_or_else(|| Path::new(""));
         let layout = MapLayout { values: table.values, columns: table.columns.clone() };
-        FluxMap::new(&MapSamples::read_as(&folder.join(&table.file.value), &self.files, &layout)?).map(Some)
+        let samples = MapSamples::read_as(&folder.join(table.file.name()), &self.files, &layout)?;
+        match table.beyond {
+            Some(Beyond::Fitted) => FluxMap::continued(&samples),
+            None => FluxMap::new(&samples),
+        }
+        .map(Some)
     }
 }

@@ -11,6 +11,7 @@
 //! the nearest map that cannot; how far it is from the data is part of the [`MapReport`].
 
 mod banded;
+mod beyond;
 mod co_energy;
 mod convex;
 mod errors;
@@ -22,11 +23,13 @@ mod surface;
 mod tests;
 
 use std::fmt;
+use std::sync::Arc;
 
 use standstill_interface::Dq;
 
 use crate::import::{MapError, MapSamples};
 
+pub use beyond::{Continuation, FittedCore, PoleKnowledge, PoleSpread};
 use co_energy::CoEnergy;
 pub use errors::InductanceErrors;
 pub use surface::FluxMap;
@@ -84,6 +87,8 @@ pub struct MapReport {
     pub off_axis: f64,
     /// Whether the map was continued to negative i_d, i_q by its symmetry.
     pub mirrored: [bool; 2],
+    /// How a side was continued that the file does not have, where that was asked for and one is missing.
+    pub continued: Option<Arc<Continuation>>,
     /// rms of ∂ψ_d/∂i_q − ∂ψ_q/∂i_d over the rms of their mean, of the data; zero where there is no cross-coupling.
     pub reciprocity_error: f64,
     /// rms of that mean in H.
@@ -139,8 +144,20 @@ fn convex(
 impl FluxMap {
     /// The map that the samples of a file make.
     pub fn new(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
+        Self::made(samples, false)
+    }
+
+    /// The same, continued by algebraic cores that were fitted to it where its file has one side of the d-axis only.
+    pub fn continued(samples: &MapSamples) -> Result<(Self, MapReport), MapError> {
+        Self::made(samples, true)
+    }
+
+    fn made(samples: &MapSamples, continued: bool) -> Result<(Self, MapReport), MapError> {
         let (grid, axes, mirrored) = grid::Grid::assemble(samples)?;
         grid.check(&samples.file, axes)?;
+        let more = if continued { Continuation::of(&grid, &samples.file)? } else { None };
+        let (grid, continued) =
+            more.map_or((grid, None), |(whole, continuation)| (whole, Some(Arc::new(continuation))));
         let numbers = || {
             let needed = "currents and fluxes of one order of magnitude along each axis".to_owned();
             MapError::new(&samples.file, None, "fluxes that no splines fit".to_owned(), needed)
@@ -187,6 +204,7 @@ impl FluxMap {
         };
         let [curl, cross, own] = fit.reciprocity();
         let (map, evaluation_error) = surface.map_err(not_convex)?;
+        let map = map.continued_by(continued.clone());
         let report = MapReport {
             file: samples.file.clone(),
             points: samples.points.len(),
@@ -195,6 +213,7 @@ impl FluxMap {
             axes,
             off_axis: if axes == MapAxes::NoMagnet { 0.0 } else { grid.off_axis() },
             mirrored,
+            continued,
             // Below a ten-thousandth of the axes' own inductances it is the last digits of the file.
             reciprocity_error: if cross < 1e-4 * own { 0.0 } else { curl / cross },
             cross_inductance: cross,

@@ -39,6 +39,8 @@ pub enum Place {
     Cell(usize, usize),
     /// Element of a vector, from 1.
     Element(usize),
+    /// Nowhere: the map was continued there.
+    Continued,
 }
 
 impl fmt::Display for Place {
@@ -47,6 +49,7 @@ impl fmt::Display for Place {
             Self::Line(line) => write!(f, "line {line}"),
             Self::Cell(row, column) => write!(f, "row {row}, column {column}"),
             Self::Element(element) => write!(f, "element {element}"),
+            Self::Continued => f.write_str("where the map was continued"),
         }
     }
 }

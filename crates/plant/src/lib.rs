@@ -29,7 +29,9 @@ mod winding;
 
 pub use datasheet::{DataSheet, Entry, MotorError, Source, TableError, key_span, line_of};
 pub use files::{Digest, Files};
-pub use fluxmap::{FluxMap, InductanceErrors, MapAxes, MapReport};
+pub use fluxmap::{
+    Continuation, FittedCore, FluxMap, InductanceErrors, MapAxes, MapReport, PoleKnowledge, PoleSpread,
+};
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{

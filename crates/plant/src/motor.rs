@@ -3,7 +3,7 @@
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_numeric::{Heading, Lane};
 
-use crate::{Core, Linear, MagneticCircuit, Rotor, Thermal, Winding};
+use crate::{Core, Linear, MagneticCircuit, PoleKnowledge, Rotor, Thermal, Winding};
 
 /// A permanent-magnet synchronous motor. SI units; currents and fluxes are peak values of a phase, and their d and q
 /// amplitude-invariant. Made by [`crate::DataSheet::motor`], which checks that the
@@ -52,6 +52,14 @@ impl Motor {
     /// stated not to saturate is known.
     pub fn saturation_is_known(&self) -> bool {
         !matches!(self.magnetics.core(), Core::Linear(_))
+    }
+
+    /// What is known of which pole draws more current; of a map that was continued along d, only what all cores say that fit it.
+    pub fn pole_knowledge(&self) -> PoleKnowledge {
+        if !self.saturation_is_known() {
+            return PoleKnowledge::NotGiven;
+        }
+        self.magnetics.map().map_or(PoleKnowledge::Known, |map| map.pole(self.rated_current))
     }
 
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the

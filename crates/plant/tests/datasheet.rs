@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_interface::Dq;
-use standstill_plant::{DataSheet, Magnetics, built_in};
+use standstill_plant::{DataSheet, Magnetics, PoleKnowledge, Source, built_in};
 
 /// The text of a built-in data sheet.
 fn built_in_text(name: &str) -> &'static str {
@@ -75,6 +75,14 @@ fn regress_a_map_that_ends_before_a_detection_does_is_refused() {
     motor([-8.4, 8.4], [-9.0, 8.4]).expect("a motor");
     // Half of i_q is continued by symmetry, half of i_d is not.
     motor([-8.4, 8.4], [0.0, 8.4]).expect("a motor");
+    // Unless it is asked for, which the message says where it would help.
+    let error = motor([-12.0, 0.0], [-12.0, 12.0]).expect_err("must be refused").to_string();
+    assert!(error.contains("or beyond = \"fitted\" in [map]"), "{error}");
+    let error = motor([-8.0, 8.0], [-12.0, 12.0]).expect_err("must be refused").to_string();
+    assert!(!error.contains("beyond"), "{error}");
+    let text = on_a_map(folder.path(), "paper-5k5", 1.0, 0.0, &axis(-12.0, 0.0), &axis(0.0, 12.0));
+    let fitted = DataSheet::parse(&at, &text.replace("[map]", "[map]\nbeyond = \"fitted\"")).expect("keys");
+    assert_eq!(fitted.motor().expect("a motor").pole_knowledge(), PoleKnowledge::Assumed);
     for (d, q, found) in [
         ([-12.0, 0.0], [-12.0, 12.0], "i_d from -12 to 0 A, i_q from -12 to 12 A"),
         ([-8.0, 8.0], [-12.0, 12.0], "i_d from -8 to 8 A"),
@@ -139,4 +147,32 @@ fn regress_the_flux_of_a_small_motor_must_agree_as_well() {
     assert!(error.contains("winding.magnet_flux") && error.contains("8.5200e-5 Wb"), "{error}");
     let good = DataSheet::parse("own.toml", &text.replacen("\"0.45 Wb\"", "\"0.0852 mWb\"", 1));
     good.and_then(|sheet| sheet.motor()).expect("a motor");
+}
+
+#[test]
+fn law_a_plain_number_is_given_without_a_reason() {
+    let whole = include_str!("../motors/paper-5k5.toml");
+    let line = whole.lines().find(|line| line.starts_with("resistance = ")).expect("a resistance");
+    let value = line.split('"').nth(1).expect("a quantity");
+    let sheet = |line_of: &str| {
+        DataSheet::parse("own.toml", &whole.replace(line, line_of)).expect("its keys are right")
+    };
+    let expected = sheet(line).motor().expect("a motor");
+    for plain in [format!("resistance = \"{value}\""), format!("resistance = {}", expected.resistance)] {
+        let sheet = sheet(&plain);
+        assert_eq!(sheet.motor().expect("a motor"), expected, "{plain}");
+        let entries = sheet.entries();
+        let entry = entries.iter().find(|entry| entry.key == "winding.resistance").expect("an entry");
+        assert_eq!(
+            (entry.source, entry.reason.as_str()),
+            (Source::Given, "in the data sheet, without a reason")
+        );
+    }
+    let error =
+        DataSheet::parse("own.toml", &whole.replace(line, "resistance = true")).expect_err("no number");
+    assert!(error.to_string().contains("a number with its unit"), "{error}");
+    // Neither title nor notes are needed.
+    let bare = "name = \"bare\"\n".to_owned() + &whole[whole.find("[rating]").expect("a table")..];
+    let sheet = DataSheet::parse("own.toml", &bare).expect("its keys are right");
+    assert_eq!((sheet.title(), sheet.notes()), ("A motor by its data sheet", ""));
 }

@@ -187,6 +187,9 @@ fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {
     Ok(sheet.with_files(files))
 }
 
+/// Keys of `[map]` that are words about its file, not facts with a source.
+const WORDS: [&str; 3] = ["values", "columns", "beyond"];
+
 /// Lays `changes` over `sheet`; a plain number takes the place of the value of a number with its source.
 fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
     for (key, value) in changes {
@@ -206,7 +209,7 @@ fn lay_over(sheet: &mut Table, changes: &Table, depth: usize) {
             (_, Value::Table(_)) => {
                 sheet.insert(key.clone(), value.clone());
             }
-            (_, value) if depth > 0 => {
+            (_, value) if depth > 0 && !WORDS.contains(&key.as_str()) => {
                 let sourced = [
                     ("value", value.clone()),
                     ("source", "assumed".into()),

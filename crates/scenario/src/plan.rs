@@ -26,6 +26,8 @@ pub struct Plan {
     file: ScenarioFile,
     points: Vec<Point>,
     tolerances: Vec<Drawn>,
+    /// What is said of poles that the motors' data do not tell.
+    pole_notes: Vec<&'static str>,
     /// What sets them without the document, if that is the same.
     pub(super) typed: Option<Typed>,
 }
@@ -86,10 +88,17 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let mut plan = Self { document, resolved, motor, file, points, tolerances, typed: None };
+        let pole_notes = Vec::new();
+        let mut plan = Self { document, resolved, motor, file, points, tolerances, pole_notes, typed: None };
         for number in 0..plan.points.len() {
-            plan.scenario(number)?;
+            let motor = plan.scenario(number)?.motor;
+            // One motor for all points is looked at once.
+            if motor.has_magnet() && (number == 0 || plan.motor.is_none()) {
+                plan.pole_notes.extend(motor.pole_knowledge().note());
+            }
         }
+        plan.pole_notes.sort_unstable();
+        plan.pole_notes.dedup();
         let tried = plan.check_draws()?;
         plan.typed = plan.setters(tried)?;
         plan.document.seal();
@@ -115,6 +124,11 @@ impl Plan {
     /// All files that its trials read, by their paths from the scenario's folder.
     pub fn files(&self) -> BTreeMap<String, Digest> {
         self.document.files().digests()
+    }
+
+    /// What must be said of wrong poles where the motors' data do not tell which pole draws more current.
+    pub fn pole_note(&self) -> Option<String> {
+        (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
     }
 
     /// Whether each trial draws values of its own.

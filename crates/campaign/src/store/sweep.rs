@@ -72,6 +72,7 @@ impl Sweep<'_> {
             stop_at: file.stop_at,
             shard: self.shard,
             scenario: self.plan.text()?,
+            pole_note: self.plan.pole_note(),
             files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
         })
     }

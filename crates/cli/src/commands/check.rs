@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
-use standstill_plant::DataSheet;
+use standstill_plant::{DataSheet, PoleKnowledge};
 use standstill_scenario::Document;
 use standstill_scenario::ErrorSet;
 
@@ -63,11 +63,9 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         return Ok(Report { text: format!("{json:#}\n"), code });
     }
     let verdict = if recommended.is_some() { "suited" } else { "NOT suited" };
-    let [what, open] = if suitability.pole_is_open() {
-        ["rotor's axis", "; saturation is not given: the pole cannot be judged"]
-    } else {
-        ["rotor position", ""]
-    };
+    let what = if suitability.pole_is_open() { "rotor's axis" } else { "rotor position" };
+    let note = suitability.pole.note().filter(|_| suitability.has_magnet);
+    let open = note.map_or_else(String::new, |note| format!("; {note}"));
     let mut text = format!(
         "{}: {verdict} to detection of the {what} at standstill (error set {}){open}\n\n",
         motor.name,
@@ -160,6 +158,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     let floor = SequentialSettings::<f64>::new(difference).floor;
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
+    } else if suitability.pole == PoleKnowledge::NotDetermined {
+        "Poles: not determined by this map: it has one side of the d-axis only, and cores that fit it do not agree about the other. Points of both sides would tell; `standstill magnetics` shows what each core says.".to_owned()
     } else if suitability.pole_is_open() {
         "Poles: saturation is not given: the pole cannot be judged. By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].".to_owned()
     } else if rated == Signature::None && pulses == Signature::None {
@@ -169,7 +169,12 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         )
     } else {
         format!(
-            "Poles: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
+            "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
+            if suitability.pole == PoleKnowledge::Assumed {
+                " (assumed: the map has one side of the d-axis only)"
+            } else {
+                ""
+            },
             rated.in_words(),
             100.0 * difference,
             factor(difference / floor),
@@ -243,6 +248,7 @@ fn json(
         "errors": errors.name(),
         "suited": recommended.is_some(),
         "pole_judged": !suitability.pole_is_open(),
+        "pole": suitability.pole,
         "reasons": reasons,
         "demands": { "error_deg": demands.error_deg, "movement_deg": demands.movement_deg, "without_angle": demands.without_angle },
         "saliency_ratio": suitability.saliency_ratio,

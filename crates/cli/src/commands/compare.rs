@@ -210,6 +210,9 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     let lines = (0..rows.len()).map(|k| rows[k].cells(k.checked_sub(1).map(|before| &rows[before]), digits));
     text += &wide_table(&HEADER, lines);
     text += LEGEND;
+    if let Some(note) = motor.pole_knowledge().note().filter(|_| motor.has_magnet()) {
+        let _ = writeln!(text, "wrong, undet.: {note}.");
+    }
     for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
         let _ = writeln!(text, "  {}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons);
     }

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_plant::{
-    Core, Files, FluxMap, MagneticCircuit, MapAxes, MapLayout, MapReport, MapSamples, OperatingPoint,
-    PolaritySignature, Survey,
+    Continuation, Core, Files, FluxMap, MagneticCircuit, MapAxes, MapLayout, MapReport, MapSamples,
+    OperatingPoint, PolaritySignature, PoleKnowledge, Survey,
 };
 use standstill_quantity::{decimals, number};
 
@@ -29,7 +29,7 @@ struct Subject {
     reach: f64,
     pole_pairs: Option<u32>,
     resistance: Option<f64>,
-    map: Option<MapReport>,
+    map: Option<(FluxMap, MapReport)>,
 }
 
 impl Subject {
@@ -44,13 +44,14 @@ impl Subject {
                 "--pole-pairs and --resistance are for flux maps; a data sheet states them itself".to_owned();
             return Err(Error::Arguments(message));
         }
-        if options.values.is_some() || options.columns.is_some() {
+        if options.values.is_some() || options.columns.is_some() || options.beyond.is_some() {
             let message =
-                "--values and --columns are for flux maps; a data sheet states them in [map]".to_owned();
+                "--values, --columns and --beyond are for flux maps; a data sheet states them in [map]"
+                    .to_owned();
             return Err(Error::Arguments(message));
         }
         let sheet = super::sheet(&options.motor)?;
-        let map = sheet.map().map_err(Error::Map)?.map(|(_, report)| report);
+        let map = sheet.map().map_err(Error::Map)?;
         let motor = sheet.motor().map_err(Error::Motor)?.at_temperature(options.temperature.into())?;
         let covered = motor.magnetics.range().map_or(f64::INFINITY, covered);
         Ok(Self {
@@ -73,23 +74,29 @@ impl Subject {
         }
         let layout = MapLayout { values: options.values, columns: options.columns.clone() };
         let samples = MapSamples::read_as(path, &Files::default(), &layout).map_err(Error::Map)?;
-        let (map, report) = FluxMap::new(&samples).map_err(Error::Map)?;
+        let made = if options.beyond.is_some() { FluxMap::continued } else { FluxMap::new };
+        let (map, report) = made(&samples).map_err(Error::Map)?;
         let reach = covered(report.range);
         if reach <= 0.0 {
             let [[d_low, d_high], [q_low, q_high]] = report.range;
             let message = format!(
-                "{}: found i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to both sides of zero along d and q, as a detection drives it",
-                report.file
+                "{}: found i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to both sides of zero along d and q, as a detection drives it{}",
+                report.file,
+                if options.beyond.is_none() && q_high.min(-q_low) > 0.0 {
+                    "; or --beyond fitted (in a data sheet: beyond = \"fitted\" in [map]), which continues it along d"
+                } else {
+                    ""
+                }
             );
             return Err(Error::Arguments(message));
         }
         Ok(Self {
             name: path.file_stem().unwrap_or_default().to_string_lossy().into_owned(),
-            magnetics: MagneticCircuit::new(Core::Map(map)).map_err(Error::Magnetics)?,
+            magnetics: MagneticCircuit::new(Core::Map(map.clone())).map_err(Error::Magnetics)?,
             reach,
             pole_pairs: options.pole_pairs.or(samples.pole_pairs),
             resistance: options.resistance.or(samples.resistance),
-            map: Some(report),
+            map: Some((map, report)),
         })
     }
 }
@@ -103,7 +110,7 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     interrupt::at_once();
     let subject = Subject::read(options)?;
     let reach = options.current.unwrap_or(subject.reach);
-    if let (Some(map), Some(range)) = (&subject.map, subject.magnetics.range()) {
+    if let (Some((_, map)), Some(range)) = (&subject.map, subject.magnetics.range()) {
         let most = covered(range);
         if reach > most * (1.0 + 1e-9) {
             let [[d_low, d_high], [q_low, q_high]] = range;
@@ -114,9 +121,9 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
             return Err(Error::Arguments(message));
         }
     }
-    let uncertainty = subject.map.as_ref().map_or(0.0, |map| map.distance[0]);
+    let uncertainty = subject.map.as_ref().map_or(0.0, |(_, map)| map.distance[0]);
     let mut survey = Survey::of(&subject.magnetics, reach, STEPS, uncertainty).map_err(Error::Magnetics)?;
-    if let Some(map) = &subject.map {
+    if let Some((_, map)) = &subject.map {
         // Of the data, not of what was made of them.
         survey.reciprocity_error = map.reciprocity_error;
         if map.axes == MapAxes::NoMagnet {
@@ -177,7 +184,35 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
         "inductance_4_mH": subject.magnetics.harmonics().inductance_4 * 1e3,
         "short_pulse_l_d_mH": short_pulse(subject, survey).map(|l| l[0] * 1e3),
         "short_pulse_l_q_mH": short_pulse(subject, survey).map(|l| l[1] * 1e3),
-        "map": subject.map.as_ref().map(|map| json!({
+        "map": subject.map.as_ref().map(|(surface, map)| map_json(surface, map, survey)),
+        "polarity": survey.polarity.iter().map(|p| json!({
+            "current_A": p.current,
+            "l_north_mH": p.north * 1e3,
+            "l_south_mH": p.south * 1e3,
+            "difference_rel": p.difference(),
+        })).collect::<Vec<_>>(),
+        "points": survey.along_d.iter().chain(&survey.along_q).map(|p| json!({
+            "i_d_A": p.i_d,
+            "i_q_A": p.i_q,
+            "psi_d_Wb": p.psi_d,
+            "psi_q_Wb": p.psi_q,
+            "l_dd_mH": p.l_dd * 1e3,
+            "l_dq_mH": p.l_dq * 1e3,
+            "l_qq_mH": p.l_qq * 1e3,
+            "errors_mH": standard_errors(subject, [p.i_d, p.i_q]).map(|errors| errors.map(|e| e * 1e3)),
+        })).collect::<Vec<_>>(),
+    })
+}
+
+fn map_json(surface: &FluxMap, map: &MapReport, survey: &Survey) -> serde_json::Value {
+    let continued = map.continued.as_ref().map(|continued| {
+        json!({
+            "measured_i_d_A": continued.measured,
+            "pole": surface.pole(reach(survey)),
+            "cores": continued.spread(surface, reach(survey)),
+        })
+    });
+    json!({
             "file": map.file,
             "points": map.points,
             "grid": map.size,
@@ -198,23 +233,7 @@ fn json_of(subject: &Subject, survey: &Survey) -> serde_json::Value {
             "free_parameters": map.free,
             "coarseness_rel": map.errors.coarseness(),
             "too_coarse": map.errors.too_coarse(),
-        })),
-        "polarity": survey.polarity.iter().map(|p| json!({
-            "current_A": p.current,
-            "l_north_mH": p.north * 1e3,
-            "l_south_mH": p.south * 1e3,
-            "difference_rel": p.difference(),
-        })).collect::<Vec<_>>(),
-        "points": survey.along_d.iter().chain(&survey.along_q).map(|p| json!({
-            "i_d_A": p.i_d,
-            "i_q_A": p.i_q,
-            "psi_d_Wb": p.psi_d,
-            "psi_q_Wb": p.psi_q,
-            "l_dd_mH": p.l_dd * 1e3,
-            "l_dq_mH": p.l_dq * 1e3,
-            "l_qq_mH": p.l_qq * 1e3,
-            "errors_mH": standard_errors(subject, [p.i_d, p.i_q]).map(|errors| errors.map(|e| e * 1e3)),
-        })).collect::<Vec<_>>(),
+            "continued": continued,
     })
 }
 
@@ -223,7 +242,7 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
     let _ = writeln!(
         text,
         "{}: open-circuit flux {} Wb, L_d {} mH, L_q {} mH without current{}\n\
-         polarity signature up to {} A: {}: {}\nreciprocity error {:.1e}, {}\n",
+         polarity signature up to {} A{}: {}: {}\nreciprocity error {:.1e}, {}\n",
         subject.name,
         number(6, survey.open_circuit_flux),
         number(3, survey.l_dd * 1e3),
@@ -231,14 +250,22 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
         standard_errors(subject, [0.0; 2]).map_or_else(String::new, |[d, _, q]| {
             format!(" (standard errors {} and {} mH)", number(2, d * 1e3), number(2, q * 1e3))
         }),
-        survey.polarity.last().map_or(0.0, |point| point.current),
+        reach(survey),
+        if subject.map.as_ref().is_some_and(|(map, _)| map.pole(reach(survey)) != PoleKnowledge::Known) {
+            " of what is simulated, which the file does not tell"
+        } else {
+            ""
+        },
         name(survey.signature),
         meaning(survey.signature),
         survey.reciprocity_error,
         if survey.convex { "inductances positive definite" } else { "inductances NOT positive definite" }
     );
-    if let Some(map) = &subject.map {
+    if let Some((surface, map)) = &subject.map {
         text += &map_text(map);
+        if let Some(continued) = &map.continued {
+            text += &continued_text(surface, continued, reach(survey));
+        }
     }
     if let Some(r) = subject.resistance {
         let [d, q] = [survey.l_dd, survey.l_qq].map(|l| number(3, l / r * 1e3));
@@ -284,7 +311,9 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
                 .map(|(value, digits)| format!("{:.digits$}", value + 0.0))
                 .collect();
         let errors = standard_errors(subject, [p.i_d, p.i_q]).into_iter().flatten();
-        row.extend(errors.map(|error| format!("{:.inductance$}", error * 1e3)));
+        row.extend(errors.map(|error| {
+            if error.is_nan() { "–".to_owned() } else { format!("{:.inductance$}", error * 1e3) }
+        }));
         row
     });
     let mut header = vec![
@@ -322,7 +351,42 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
 /// Of L_dd, L_dq and L_qq in H, if they come from a map; `current` is i_d and i_q in A on one of the axes. A magnet's
 /// temperature changes where on the map a motor is, not how well the map is known.
 fn standard_errors(subject: &Subject, current: [f64; 2]) -> Option<[f64; 3]> {
-    Some(subject.map.as_ref()?.errors.at(current))
+    let (_, map) = subject.map.as_ref()?;
+    // Of what was continued nobody knows.
+    let beyond =
+        |continued: &Continuation| current[0] < continued.measured[0] || current[0] > continued.measured[1];
+    if map.continued.as_deref().is_some_and(beyond) {
+        return Some([f64::NAN; 3]);
+    }
+    Some(map.errors.at(current))
+}
+
+/// The largest current in A that was surveyed.
+fn reach(survey: &Survey) -> f64 {
+    survey.polarity.last().map_or(0.0, |point| point.current)
+}
+
+/// What each kind of core says of the side that the file does not have.
+fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
+    let [low, high] = continued.measured;
+    let mut text =
+        format!("beyond i_d from {low} to {high} A, which the file has, continued by cores that fit it:\n");
+    for spread in continued.spread(map, reach) {
+        let kind = if spread.bridged { "with iron bridges" } else { "without iron bridges" };
+        let [least, most] = spread.difference.map(|difference| 100.0 * difference);
+        let _ = writeln!(
+            text,
+            "  {} {kind}, the best within {} % of the largest current: north draws more by {least:+.2} to {most:+.2} %",
+            spread.cores,
+            number(2, 100.0 * spread.distance)
+        );
+    }
+    let _ = writeln!(
+        text,
+        "  {}",
+        map.pole(reach).note().unwrap_or("the pole is known: the file has both sides up to this current")
+    );
+    text
 }
 
 /// L_d and L_q in H that an infinitely short pulse meets, where eddy currents make a difference.

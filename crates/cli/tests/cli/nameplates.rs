@@ -201,13 +201,17 @@ fn motors_lists_a_line_each() {
 
 const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-motor.md");
 
-const TRACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/traces/six_vectors.csv");
+/// Files that the page works on.
+const FILES: [&str; 3] = ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv"];
 
 /// The page with what its commands say. In a block whose first line begins with `$ standstill` stand a command and what it
 /// prints; a block of `toml` whose first line is a comment with a name is the file of that name.
 fn as_printed(page: &str) -> String {
     let folder = folder();
-    fs::copy(TRACE, folder.path().join("six_vectors.csv")).expect("the trace");
+    for file in FILES {
+        let from = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(file);
+        fs::copy(&from, folder.path().join(from.file_name().expect("a name"))).expect("copied");
+    }
     let mut out = String::new();
     let mut blocks = page.split("```");
     out += blocks.next().unwrap_or_default();

@@ -95,11 +95,15 @@ impl DataSheet {
         let rated = check.positive("rating.current", &self.rating.current)?;
         let least = MAP_REACH * rated;
         if (-d_low).min(d_high).min(-q_low).min(q_high) < least * (1.0 - 1e-6) {
-            let file = self.map.as_ref().map_or("", |table| &table.file.value);
+            let file = self.map.as_ref().map_or("", |table| table.file.name());
             let found = format!("{file} with i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A");
-            let needed = format!(
+            let mut needed = format!(
                 "a map of at least ±{least:.4} A along d and q, {MAP_REACH} times rating.current: a polarity test goes there"
             );
+            let beyond = self.map.as_ref().is_some_and(|table| table.beyond.is_some());
+            if !beyond && d_high.max(-d_low) >= least && q_high.min(-q_low) >= least {
+                needed += "; or beyond = \"fitted\" in [map], which continues it along d, so that its poles are assumed";
+            }
             return Err(check.value("map.file", &found, &needed));
         }
         let (winding, magnet_flux) = Winding::of_map(&map);

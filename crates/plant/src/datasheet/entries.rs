@@ -35,12 +35,7 @@ impl DataSheet {
         if self.nameplate.is_none() {
             self.winding_entries(&mut entries);
         }
-        entries.extend(self.map.as_ref().map(|map| Entry {
-            key: "map.file".to_owned(),
-            value: map.file.value.clone(),
-            source: map.file.source,
-            reason: map.file.reason.trim().to_owned(),
-        }));
+        entries.extend(self.map.as_ref().map(|map| map.file.entry("map.file")));
         if let Some(s) = &self.saturation {
             let exponents = [("s", &s.s), ("t", &s.t), ("u", &s.u), ("v", &s.v)];
             let factors = [

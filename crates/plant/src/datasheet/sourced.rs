@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use serde::de::{Error, MapAccess, Visitor};
+use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use standstill_quantity::Number;
 
@@ -25,11 +25,30 @@ enum Field {
 
 struct Table(Number);
 
+/// What is said of a number that stands by itself.
+pub const PLAIN: &str = "in the data sheet, without a reason";
+
+fn plain(value: f64) -> (f64, Source, String) {
+    (value, Source::Given, PLAIN.to_owned())
+}
+
 impl<'de> Visitor<'de> for Table {
     type Value = (f64, Source, String);
 
     fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-        f.write_str("a table { value = …, source = …, reason = … }")
+        f.write_str("a number with its unit as text, a plain number, or a table { value = …, source = …, reason = … }")
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
+        Ok(plain(self.0.deserialize(text.into_deserializer())?))
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
+        Ok(plain(self.0.deserialize(value.into_deserializer())?))
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Self::Value, E> {
+        Ok(plain(self.0.deserialize(value.into_deserializer())?))
     }
 
     fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Self::Value, A::Error> {

@@ -182,6 +182,38 @@ impl Grid {
         })
     }
 
+    /// With these values of i_d besides, all on one side of those there are; `flux` is told the indices of i_d in `side` and of i_q.
+    pub(super) fn with_side(
+        &self,
+        side: &[f64],
+        flux: impl Fn(usize, usize) -> Dq<f64>,
+        place: &Place,
+    ) -> Self {
+        let mut order: Vec<(f64, Result<usize, usize>)> = self
+            .d
+            .iter()
+            .copied()
+            .zip((0..).map(Ok))
+            .chain(side.iter().copied().zip((0..).map(Err)))
+            .collect();
+        order.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let at = |a: usize, b: usize| match order[a].1 {
+            Ok(own) => Dq::new(self.psi_d[(own, b)], self.psi_q[(own, b)]),
+            Err(new) => flux(new, b),
+        };
+        let places = order.iter().flat_map(|(_, row)| {
+            (0..self.q.len()).map(|b| row.map_or_else(|_| place.clone(), |own| self.place(own, b).clone()))
+        });
+        let size = (order.len(), self.q.len());
+        Self {
+            d: order.iter().map(|(i_d, _)| *i_d).collect(),
+            q: self.q.clone(),
+            psi_d: DMatrix::from_fn(size.0, size.1, |a, b| at(a, b).d),
+            psi_q: DMatrix::from_fn(size.0, size.1, |a, b| at(a, b).q),
+            places: places.collect(),
+        }
+    }
+
     /// Flux in Wb without current, between the points next to it.
     fn at_rest(&self) -> Dq<f64> {
         let ((a, x), (b, y)) = (bracket(&self.d), bracket(&self.q));

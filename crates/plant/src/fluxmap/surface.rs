@@ -12,6 +12,7 @@ use standstill_interface::Dq;
 use standstill_numeric::Symmetric;
 
 use super::banded::Banded;
+use super::beyond::{Continuation, PoleKnowledge};
 use super::co_energy::{CoEnergy, Sample};
 use super::grid::Grid;
 use super::project::spread;
@@ -40,6 +41,8 @@ pub struct FluxMap {
     range: [[f64; 2]; 2],
     rest: Dq<f64>,
     magnet: bool,
+    /// How it goes on beyond its file, if it does.
+    continuation: Option<Arc<Continuation>>,
 }
 
 /// The six uniform B-splines of degree 5 that differ from zero in a cell, at place `t` (0 to 1) in it, with their first
@@ -136,6 +139,7 @@ impl FluxMap {
             range,
             rest: Dq::new((d[0] + d[1]) / 2.0, (q[0] + q[1]) / 2.0),
             magnet: false,
+            continuation: None,
         }
     }
 
@@ -245,6 +249,15 @@ impl FluxMap {
     /// the measurement.
     pub const fn has_magnet(&self) -> bool {
         self.magnet
+    }
+
+    pub(super) fn continued_by(self, continuation: Option<Arc<Continuation>>) -> Self {
+        Self { continuation, ..self }
+    }
+
+    /// What it tells of which pole draws more current, up to a current in A along d.
+    pub fn pole(&self, current: f64) -> PoleKnowledge {
+        self.continuation.as_ref().map_or(PoleKnowledge::Known, |beyond| beyond.pole(self, current))
     }
 
     /// The largest current in A on its axes.

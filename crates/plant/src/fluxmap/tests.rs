@@ -1,6 +1,7 @@
 mod convexity;
 mod inversion;
 mod noise;
+mod one_sided;
 mod sizes;
 
 use standstill_interface::Dq;

@@ -12,6 +12,7 @@ use standstill_numeric::{Heading, Lane, Symmetric, cos, sin_cos};
 
 use super::harmonics::Distortion;
 use super::{Core, EddyBranch, Harmonics, Magnetics, NoConvergence};
+use crate::FluxMap;
 
 /// The magnetics at one flux and one rotor angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -241,6 +242,15 @@ impl MagneticCircuit {
         let Core::Map(map) = &self.core else { return None };
         let [d, q] = map.range();
         Some([d.map(|end| end - self.magnet.d), q.map(|end| end - self.magnet.q)])
+    }
+
+    /// Its map, if its core is one, also behind a change of its inductances.
+    pub fn map(&self) -> Option<&FluxMap> {
+        match &self.core {
+            Core::Map(map) => Some(map),
+            Core::Series(series) => series.map(),
+            Core::Linear(_) | Core::Algebraic(_) => None,
+        }
     }
 
     /// How far the core is from the end of the currents it is known for, in A; negative beyond. What counts is the

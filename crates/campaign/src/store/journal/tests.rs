@@ -16,6 +16,7 @@ fn identity() -> Identity {
         stop_at: StopTable::default(),
         shard: Shard::WHOLE,
         scenario: "seed = 1\ntrials = 100\n".to_owned(),
+        pole_note: None,
         files: BTreeMap::new(),
     }
 }

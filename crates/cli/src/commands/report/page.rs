@@ -54,7 +54,7 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     } else if !summary.points.is_empty() {
         // A sweep goes where the method fails: that is what it is for.
         Tone::Neutral
-    } else if silent > OFTEN || unsure || s.beyond_limit.value > OFTEN {
+    } else if summary.run.pole_note.is_some() || silent > OFTEN || unsure || s.beyond_limit.value > OFTEN {
         Tone::Warning
     } else {
         Tone::Good
@@ -83,6 +83,9 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
             percent(s.beyond_limit.value)
         ),
     ];
+    if let Some(note) = &summary.run.pole_note {
+        details.push(format!("Poles: {note}"));
+    }
     if s.errors > 0 {
         details.push(format!("{} trials could not be simulated", s.errors));
     }

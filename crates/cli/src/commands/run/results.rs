@@ -1,5 +1,6 @@
 //! The files of a finished run: `trials.csv` or `trials.parquet`, and `summary.json`.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -184,6 +185,9 @@ impl Results {
             text += &points_text(&file.points);
             text += "\nAll points together\n";
             text += &summary::text(&file.summary);
+        }
+        if let Some(note) = &file.run.pole_note {
+            let _ = writeln!(text, "\nPoles: {note}.");
         }
         text += "\n";
         text += &file_list(&options.out, &files);

@@ -2,6 +2,8 @@
 
 use toml::{Table, Value};
 
+use super::super::sourced::PLAIN;
+
 /// Tables that a sheet with a `[nameplate]` may have beside it.
 pub(super) const BESIDE: [&str; 4] = ["rotor", "harmonics", "eddy", "thermal"];
 
@@ -15,7 +17,7 @@ pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Va
 pub(super) fn with_source(value: &Value) -> Value {
     match value {
         Value::Table(_) => value.clone(),
-        plain => sourced(plain.clone(), "given", "in the data sheet, without a reason"),
+        plain => sourced(plain.clone(), "given", PLAIN),
     }
 }
 

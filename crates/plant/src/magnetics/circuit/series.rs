@@ -9,6 +9,7 @@ use standstill_interface::Dq;
 use standstill_numeric::Symmetric;
 
 use super::MagneticCircuit;
+use crate::FluxMap;
 use crate::magnetics::{Core, Magnetics};
 
 /// A core behind a constant inductance.
@@ -59,6 +60,17 @@ impl Series {
             inner = at(next);
         }
         inner
+    }
+}
+
+impl Series {
+    /// The map behind the inductance, if its core is one.
+    pub(super) fn map(&self) -> Option<&FluxMap> {
+        match &self.core {
+            Core::Map(map) => Some(map),
+            Core::Series(series) => series.map(),
+            Core::Linear(_) | Core::Algebraic(_) => None,
+        }
     }
 }
 
