@@ -236,7 +236,7 @@ mod tests {
         ] {
             assert!(text.contains(part), "{part}\n{text}");
         }
-        assert!(sheet.assumed().iter().any(|entry| entry.key.contains("dc_link")));
+        assert!(text.contains("dc_link = { value = \"43.2 V\", source = \"assumed\""), "{text}");
         assert!(
             said.contains("saturation")
                 && said.contains("-s inverter.carrier=\"15000 Hz\" -s inverter.dead_time=\"0.12 us\"")
