@@ -103,11 +103,19 @@ impl Bound {
         angles: usize,
         threads: Option<usize>,
     ) -> Result<Option<Self>, BoundError> {
+        let bounds = Bounds { threads, ..Bounds::of_method(scenario) };
+        Ok(bounds.over(angles)?.map(|bounds| Self::rms(&bounds)))
+    }
+}
+
+impl<'a> Bounds<'a, Method<f64>> {
+    /// The bounds of a method's own question: of one with line pulses these alone count, for the polarity test comes when its
+    /// axis is known.
+    pub fn of_method(scenario: &'a Scenario<Method<f64>>) -> Self {
         let counted = if scenario.detector.has_line_pulses() { Counted::BeforePwm } else { Counted::All };
         // Without noise it would stop too early.
         let noise = scenario.detector.is_adaptive().then_some(0);
-        let bounds = Bounds { counted, noise, threads, ..Bounds::new(scenario) };
-        Ok(bounds.over(angles)?.map(|bounds| Self::rms(&bounds)))
+        Bounds { counted, noise, ..Bounds::new(scenario) }
     }
 }
 

@@ -4,9 +4,13 @@
 //! large angle error but another kind of failure. All intervals are at 95 %.
 
 mod binomial;
+mod merge;
 mod quantiles;
 mod rms;
 mod student;
+mod sum;
+#[cfg(test)]
+mod tests;
 
 use std::collections::BTreeMap;
 
@@ -15,6 +19,7 @@ use serde::{Deserialize, Deserializer, Serialize};
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::student::student;
+use self::sum::Sum;
 use crate::store::Row;
 use standstill_scenario::{Record, Verdict};
 
@@ -71,8 +76,8 @@ pub fn clustered_interval(count: u64, total: u64, points: u64) -> Estimate {
     Estimate { value: count as f64 / total as f64, low, high }
 }
 
-/// Collects records, in memory that does not grow with their number.
-#[derive(Clone, Debug)]
+/// Collects records, in memory that does not grow with their number. Sums are exact: the order of the records changes no bit.
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Statistics {
     limit_deg: f64,
     /// See [`Statistics::of_points`].
@@ -85,10 +90,10 @@ pub struct Statistics {
     wrong_poles: u64,
     beyond_limit: u64,
     moved: f64,
-    duration: f64,
+    duration: Sum,
     peak_current: f64,
     /// Sums of the errors' first, second, fourth and sixth powers.
-    powers: [f64; 4],
+    powers: [Sum; 4],
     magnitudes: Magnitudes,
 }
 
@@ -170,9 +175,9 @@ impl Statistics {
             wrong_poles: 0,
             beyond_limit: 0,
             moved: 0.0,
-            duration: 0.0,
+            duration: Sum::default(),
             peak_current: 0.0,
-            powers: [0.0; 4],
+            powers: [const { Sum::new() }; 4],
             magnitudes: Magnitudes::default(),
         }
     }
@@ -193,7 +198,7 @@ impl Statistics {
     pub fn add_row(&mut self, row: &Row) {
         self.trials += 1;
         self.moved = self.moved.max(row.rotor_moved_deg);
-        self.duration += row.duration_s;
+        self.duration.add(row.duration_s);
         self.peak_current = self.peak_current.max(row.peak_current_a);
         match row.verdict {
             Verdict::Found => {}
@@ -211,7 +216,7 @@ impl Statistics {
             for (sum, power) in
                 self.powers.iter_mut().zip([error, square, square * square, square * square * square])
             {
-                *sum += power;
+                sum.add(power);
             }
             self.magnitudes.add(error.abs());
         }
@@ -224,13 +229,13 @@ impl Statistics {
 
     /// Root mean square of the axis error so far, in degrees.
     pub fn running_rms(&self) -> f64 {
-        (self.powers[1] / self.magnitudes.count() as f64).sqrt()
+        (self.powers[1].value() / self.magnitudes.count() as f64).sqrt()
     }
 
     /// Mean and rms of the axis error in degrees.
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
-        let [mean, square, fourth, sixth] = self.powers.map(|sum| sum / n);
+        let [mean, square, fourth, sixth] = self.powers.each_ref().map(|sum| sum.value() / n);
         let known = n / self.points as f64;
         let mean_half = student(known - 1.0) * ((square - mean * mean).max(0.0) / (known - 1.0)).sqrt();
         let rms = root_mean_square([square, fourth, sixth], known);
@@ -284,7 +289,7 @@ impl Statistics {
             undetermined_probability: probability(self.undetermined),
             failed_probability: probability(self.failed),
             max_moved_deg: self.moved,
-            mean_duration_s: self.duration / self.trials as f64,
+            mean_duration_s: self.duration.value() / self.trials as f64,
             peak_current_a: self.peak_current,
         }
     }
@@ -307,94 +312,4 @@ fn quantile(values: &Magnitudes, p: f64, points: u64) -> Estimate {
     let ranks = [Some(middle), below(0.025).checked_sub(1).map(rank), Some(rank(below(0.975)))];
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
     Estimate { value, low, high }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn analytic_clopper_pearson() {
-        // Known values: 0 of n has the upper end 1 − 0.025^(1/n); 5 of 100 gives 1.643 % to 11.284 %.
-        let none = binomial_interval(0, 10_000);
-        assert_eq!(none.low, 0.0);
-        assert!((none.high - (1.0 - 0.025_f64.powf(1e-4))).abs() < 1e-9);
-        let five = binomial_interval(5, 100);
-        assert!((five.low - 0.016_432).abs() < 1e-5 && (five.high - 0.112_835).abs() < 1e-5, "{five:?}");
-        assert_eq!(binomial_interval(7, 7).high, 1.0);
-    }
-
-    fn ramp(count: u32) -> Magnitudes {
-        let mut ramp = Magnitudes::default();
-        (0..count).for_each(|value| ramp.add(f64::from(value)));
-        ramp
-    }
-
-    #[test]
-    fn analytic_quantile_of_a_ramp() {
-        let ramp = ramp(1000);
-        let q = quantile(&ramp, 0.95, 1);
-        assert_eq!(q.value, 950.0);
-        // Normal approximation of the ranks: 950 ± 1.96 √(1000 · 0.95 · 0.05) = 950 ± 13.5.
-        assert!((q.low - 936.0).abs() <= 1.0 && (q.high - 963.0).abs() <= 1.0, "{q:?}");
-    }
-
-    #[test]
-    fn law_small_samples_have_no_bounds_that_they_cannot_give() {
-        // Of 20 values the largest is below the 95 % quantile with a probability of 0.95^20 = 36 %.
-        assert!(quantile(&ramp(20), 0.95, 1).high.is_nan());
-        assert!(quantile(&ramp(1), 0.95, 1).low.is_nan());
-        // From 73 values on, the largest is an upper bound: 0.95^73 < 2.5 %.
-        assert_eq!(quantile(&ramp(74), 0.95, 1).high, 73.0);
-    }
-
-    #[test]
-    fn regress_a_summary_of_ten_million_errors() {
-        // The sums of that many errors of ±1° and of one of 3°, without adding them one by one.
-        let mut statistics = Statistics::default();
-        (statistics.trials, statistics.powers) = (10_000_000, [3.0, 1e7 + 8.0, 1e7 + 80.0, 1e7 + 728.0]);
-        for k in 0..200_000 {
-            statistics.magnitudes.add(1.0 + f64::from(k) * 1e-9);
-        }
-        let summary = statistics.summary();
-        assert!((summary.wrong_pole_probability.high * 1e7 - 3.688_879).abs() < 1e-5);
-    }
-
-    #[test]
-    fn law_points_of_the_same_random_numbers_are_known_as_one() {
-        let row = |error: f64| crate::store::test_row(1, error);
-        let errors: Vec<f64> = (0..200).map(|k| (f64::from(k) * 0.7).sin()).collect();
-        let mut one = Statistics::default();
-        for error in &errors {
-            one.add_row(&row(*error));
-        }
-        // The same trials at ten points tell no more.
-        let mut ten = Statistics::default().of_points(10);
-        for _ in 0..10 {
-            for error in &errors {
-                ten.add_row(&row(*error));
-            }
-        }
-        let (one, ten) = (one.summary(), ten.summary());
-        for (a, b) in [
-            (one.rms_deg, ten.rms_deg),
-            (one.bias_deg, ten.bias_deg),
-            (one.p95_deg, ten.p95_deg),
-            (one.wrong_pole_probability, ten.wrong_pole_probability),
-            (one.undetermined_probability, ten.undetermined_probability),
-        ] {
-            for (a, b) in [(a.value, b.value), (a.low, b.low), (a.high, b.high)] {
-                assert!((a - b).abs() < 1e-9, "{a} {b}");
-            }
-        }
-    }
-
-    #[test]
-    fn law_no_trials_is_not_a_number_and_not_a_panic() {
-        let summary = Statistics::default().summary();
-        assert!(summary.rms_deg.value.is_nan() && summary.p95_deg.value.is_nan());
-        let text = serde_json::to_string(&summary).expect("serialisable");
-        let read: Summary = serde_json::from_str(&text).expect("readable");
-        assert!(read.rms_deg.low.is_nan() && read.trials == 0);
-    }
 }

@@ -5,20 +5,24 @@
 //!                        │ killed, resumed: cut off after the last whole block
 //! ```
 //! The files are made from the journal alone. So they are the same however often the run was interrupted, and those of
-//! shards that were merged are those of a single run.
+//! shards that were merged are those of a single run. A run may keep statistics alone ([`Tally`]), which add up exactly.
 
 mod identity;
 mod journal;
 mod row;
 mod shards;
+mod survey;
 mod sweep;
+mod tally;
 mod walk;
 
 pub use identity::{Identity, Shard};
-pub use journal::{Journal, JournalError, Rows};
+pub use journal::{Journal, JournalError, Keep, Rows};
 pub use row::Row;
 pub use shards::{Shards, ShardsError};
+pub use survey::{State, Survey, Surveyed};
 pub use sweep::{Sweep, SweepError};
+pub use tally::{Tallied, Tally};
 pub use walk::Walk;
 
 #[cfg(test)]

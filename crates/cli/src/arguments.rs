@@ -13,7 +13,8 @@ use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
-    Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
+    Bounds, Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results,
+    Rows, Run, Slurm, Status, Sweep,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -47,6 +48,12 @@ pub enum Command {
     Require(Require),
     /// The shards of a run, put together
     Merge(Merge),
+    /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
+    Slurm(Slurm),
+    /// Which shards of a run are done, and which to submit again
+    Status(Status),
+    /// What no method can do better with the same pulses: the Cramér–Rao limit over the rotor's angle
+    Bounds(Bounds),
     /// A finished run as one HTML file, and its figures
     Report(Report),
     /// An example of a scenario file, with every key, or a motor's data sheet to fill in
@@ -118,6 +125,9 @@ pub struct Trace {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Format of the files of the waveform and the events
+    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
+    pub format: FormatName,
     /// Repeat the run by another method, a thousand times tighter, and print the numerical error
     #[arg(long)]
     pub verify: bool,
@@ -254,6 +264,9 @@ pub struct Fit {
 pub struct Motors {
     /// Only this one: a built-in motor's name, or a data sheet's path (.toml)
     pub name: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
 }
 
 fn map_values(text: &str) -> Result<MapValues, String> {

@@ -1,10 +1,11 @@
 //! The files' columns.
 
+pub mod traces;
+
 use std::io::Write;
 
 use serde::Serialize;
 use standstill_campaign::store::Row;
-use standstill_inverter::Conduction;
 use standstill_quantity::si_value;
 use standstill_report::table::{Column, Kind, Value};
 use standstill_scenario::Point;
@@ -125,12 +126,7 @@ pub fn waveform(trace: &Trace, to: &mut impl Write) -> std::io::Result<()> {
     )?;
     for s in &trace.snapshots {
         let Snapshot { time, potential: [va, vb, vc], modes: [ma, mb, mc], .. } = s;
-        // A blocked leg carries no current; what the integrator leaves of it is not one.
-        let [ia, ib, ic] = std::array::from_fn(|k| {
-            let digits = (s.current[k] * 1e9).round() / 1e9;
-            // Adding zero turns −0 into 0, which would otherwise print as a negative current.
-            if s.modes[k] == Conduction::Blocked { 0.0 } else { digits + 0.0 }
-        });
+        let [ia, ib, ic] = traces::currents(s);
         let theta = s.angle.to_degrees();
         writeln!(
             to,

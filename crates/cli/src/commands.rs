@@ -1,5 +1,6 @@
 //! The subcommands.
 
+pub mod bounds;
 pub mod budget;
 pub mod check;
 pub mod compare;
@@ -15,6 +16,8 @@ pub mod reproduce;
 pub mod require;
 pub mod run;
 pub mod shell;
+pub mod slurm;
+pub mod status;
 pub mod trace;
 
 use std::path::Path;

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use crate::output;
+use crate::{host, output};
 
 /// Code of a process ended by an interrupt: 128 + SIGINT.
 pub const INTERRUPTED: u8 = 130;
@@ -11,6 +11,9 @@ pub const INTERRUPTED: u8 = 130;
 /// A flag that the first interrupt sets, for work that can be stopped and kept. The second one ends the process at
 /// once and removes what is in the making.
 pub fn flag() -> Arc<AtomicBool> {
+    if let Some(host) = host::current() {
+        return host.flag();
+    }
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);
     handle(move || seen.swap(true, Ordering::SeqCst));
@@ -23,6 +26,10 @@ pub fn at_once() {
 }
 
 fn handle(ends: impl Fn() -> bool + Send + 'static) {
+    // Interrupts are its own.
+    if host::current().is_some() {
+        return;
+    }
     // Without a handler an interrupt ends the process at once, which loses no finished file either.
     let _ = ctrlc::set_handler(move || {
         if ends() {

@@ -6,11 +6,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use standstill_analysis::Watch;
 
-use crate::interrupt;
+use crate::{host, interrupt};
 
 /// A bar for this many trials, on standard error.
 pub fn bar(trials: u64) -> ProgressBar {
-    let bar = ProgressBar::new(trials);
+    let bar = new(trials);
     let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
@@ -18,6 +18,15 @@ pub fn bar(trials: u64) -> ProgressBar {
         let _ = write!(to, "{:.0}", state.per_sec());
     };
     bar.set_style(style.with_key("rate", rate));
+    bar
+}
+
+/// A bar of this length, which a host watches.
+fn new(length: u64) -> ProgressBar {
+    let bar = ProgressBar::new(length);
+    if let Some(host) = host::current() {
+        host.watch(&bar);
+    }
     bar
 }
 
@@ -50,7 +59,7 @@ impl Watch for Watched {
 
 /// A bar for this many rows that are written, at most.
 pub fn writing(rows: u64) -> ProgressBar {
-    let bar = ProgressBar::new(rows);
+    let bar = new(rows);
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows written, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -58,7 +67,7 @@ pub fn writing(rows: u64) -> ProgressBar {
 
 /// A bar for this many rows that are read.
 pub fn reading(rows: u64) -> ProgressBar {
-    let bar = ProgressBar::new(rows);
+    let bar = new(rows);
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows read, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -66,7 +75,7 @@ pub fn reading(rows: u64) -> ProgressBar {
 
 /// A bar for this many steps of unequal length, on standard error.
 pub fn steps(count: u64) -> ProgressBar {
-    let bar = ProgressBar::new(count);
+    let bar = new(count);
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} {msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -77,5 +86,8 @@ pub fn spinner(what: &'static str) -> ProgressBar {
     let spinner = ProgressBar::new_spinner();
     let style = ProgressStyle::with_template("{spinner} {msg}: step {pos}");
     spinner.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+    if let Some(host) = host::current() {
+        host.watch(&spinner);
+    }
     spinner.with_message(what)
 }

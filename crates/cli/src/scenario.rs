@@ -10,6 +10,7 @@ use toml::Value;
 
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
 use crate::error::Error;
+use crate::host;
 
 /// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
 const PAPER: &str = include_str!("../../../examples/scenarios/reproduce.toml");
@@ -103,6 +104,11 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
 
 /// The document of a scenario file.
 pub fn read(path: &Path) -> Result<Document, Error> {
+    if let Some(host) = host::current()
+        && let Some(text) = host.text(path)
+    {
+        return Ok(Document::parse(path, text)?);
+    }
     Ok(Document::read(path)?)
 }
 

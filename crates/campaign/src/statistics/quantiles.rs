@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use serde::{Deserialize, Serialize};
+
 /// Values kept as they are; with more of them, only how many fall into each bin.
 const EXACT: usize = 100_000;
 
@@ -9,7 +11,7 @@ const EXACT: usize = 100_000;
 const COARSE: u32 = 38;
 
 /// Positive values, to be asked for order statistics: exact up to a hundred thousand values, then to four digits.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub(super) struct Magnitudes {
     exact: Vec<f64>,
     /// Counts by the leading bits, which order positive doubles as their values do.
@@ -25,11 +27,29 @@ impl Magnitudes {
         if self.bins.is_empty() {
             self.exact.push(value);
             if self.exact.len() > EXACT {
-                for value in std::mem::take(&mut self.exact) {
-                    self.put(value);
-                }
+                self.coarsen();
             }
         } else {
+            self.put(value);
+        }
+    }
+
+    /// Adds all values of another.
+    pub(super) fn merge(&mut self, other: &Self) {
+        if !other.bins.is_empty() {
+            self.coarsen();
+            for (bin, count) in &other.bins {
+                *self.bins.entry(*bin).or_default() += count;
+            }
+            self.count += other.count;
+            self.largest = self.largest.into_iter().chain(other.largest).reduce(f64::max);
+        }
+        other.exact.iter().for_each(|value| self.add(*value));
+    }
+
+    /// From now on only counts.
+    fn coarsen(&mut self) {
+        for value in std::mem::take(&mut self.exact) {
             self.put(value);
         }
     }

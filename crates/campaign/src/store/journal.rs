@@ -17,7 +17,11 @@ use super::identity::{Identity, Shard};
 use super::row::Row;
 use super::walk::Walk;
 
-const MAGIC: &[u8; 8] = b"stdstil1";
+/// What a journal of rows begins with.
+const ROWS: [u8; 8] = *b"stdstil1";
+
+/// What a journal of statistics begins with, see [`super::Tally`].
+pub(super) const TALLY: [u8; 8] = *b"stdstilS";
 
 /// A journal that cannot be used.
 #[derive(Debug)]
@@ -55,6 +59,24 @@ impl fmt::Display for JournalError {
 
 impl std::error::Error for JournalError {}
 
+/// What is written of a run while it goes on.
+pub trait Keep {
+    /// Where the run stands.
+    fn walk(&self) -> &Walk;
+
+    /// Takes rows, which must be the next ones.
+    ///
+    /// # Errors
+    /// Others, or where they cannot be written.
+    fn append(&mut self, rows: &[Row]) -> Result<(), JournalError>;
+
+    /// Hands everything to the disk.
+    ///
+    /// # Errors
+    /// Where it cannot be written.
+    fn sync(&mut self) -> Result<(), JournalError>;
+}
+
 /// How long rows may wait before the disk has them.
 const PATIENCE: Duration = Duration::from_secs(1);
 
@@ -83,7 +105,7 @@ impl Journal {
             synced: Instant::now(),
             damaged: None,
         };
-        journal.file.write_all(&beginning(identity).map_err(io)?).map_err(io)?;
+        journal.file.write_all(&beginning(ROWS, identity).map_err(io)?).map_err(io)?;
         journal.sync()?;
         Ok(journal)
     }
@@ -97,7 +119,7 @@ impl Journal {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
         lock(&file, path)?;
-        let beginning = beginning(identity).map_err(io)?;
+        let beginning = beginning(ROWS, identity).map_err(io)?;
         if file.metadata().map_err(io)?.len() < beginning.len() as u64 {
             let mut there = Vec::new();
             file.read_to_end(&mut there).map_err(io)?;
@@ -140,23 +162,23 @@ impl Journal {
     pub fn is_busy(path: &Path) -> bool {
         File::open(path).is_ok_and(|file| matches!(lock(&file, path), Err(JournalError::Busy(_))))
     }
+}
 
-    /// Where the run stands.
-    pub fn walk(&self) -> &Walk {
+impl Keep for Journal {
+    fn walk(&self) -> &Walk {
         &self.walk
     }
 
-    /// Appends rows, which must be the next ones, as one block.
-    pub fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
+    /// As one block.
+    fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
         if rows.is_empty() {
             return Ok(());
         }
-        let wrong = |error: &str| JournalError::Io(self.path.clone(), io::Error::other(error.to_owned()));
-        let bytes = postcard::to_stdvec(rows).map_err(|error| wrong(&error.to_string()))?;
-        for row in rows {
-            self.walk.take(row).ok_or_else(|| wrong("rows out of order"))?;
-        }
         let io = |error| JournalError::Io(self.path.clone(), error);
+        let bytes = postcard::to_stdvec(rows).map_err(|error| io(io::Error::other(error)))?;
+        for row in rows {
+            self.walk.take(row).ok_or_else(|| out_of_order(&self.path))?;
+        }
         self.file.write_all(&block(&bytes).map_err(io)?).map_err(io)?;
         // The process may be killed at any time; what the system has, it keeps.
         self.file.flush().map_err(io)?;
@@ -166,8 +188,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Hands everything to the disk.
-    pub fn sync(&mut self) -> Result<(), JournalError> {
+    fn sync(&mut self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
         self.file.flush().map_err(io)?;
         self.file.get_ref().sync_data().map_err(io)?;
@@ -176,13 +197,18 @@ impl Journal {
     }
 }
 
+/// Rows that are not the next ones.
+pub(super) fn out_of_order(path: &Path) -> JournalError {
+    JournalError::Io(path.to_owned(), io::Error::other("rows out of order"))
+}
+
 /// Beside a journal, the name of what was cut off from it.
 fn damaged_name(path: &Path) -> PathBuf {
     path.with_extension("damaged")
 }
 
 /// Takes a journal for this process. Where the file system has no locks, nobody is kept out.
-fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
+pub(super) fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
     match file.try_lock() {
         Err(TryLockError::WouldBlock) => Err(JournalError::Busy(path.to_owned())),
         Ok(()) | Err(TryLockError::Error(_)) => Ok(()),
@@ -190,12 +216,55 @@ fn lock(file: &File, path: &Path) -> Result<(), JournalError> {
 }
 
 /// The bytes that a journal of this run begins with.
-fn beginning(identity: &Identity) -> io::Result<Vec<u8>> {
-    Ok([MAGIC.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
+pub(super) fn beginning(magic: [u8; 8], identity: &Identity) -> io::Result<Vec<u8>> {
+    Ok([magic.to_vec(), block(&serde_json::to_vec(identity)?)?].concat())
+}
+
+/// Reads what a journal begins with; `whole` moves behind it.
+pub(super) fn header(
+    file: &mut impl Read,
+    magic: [u8; 8],
+    path: &Path,
+    whole: &mut u64,
+) -> Result<Identity, JournalError> {
+    let io = |error| JournalError::Io(path.to_owned(), error);
+    let foreign = || JournalError::Foreign(path.to_owned());
+    let mut found = [0; 8];
+    file.read_exact(&mut found).map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => foreign(),
+        _ => io(error),
+    })?;
+    if found != magic {
+        let keeps = |what: &str, here: &str| JournalError::Other {
+            path: path.to_owned(),
+            difference: format!("it keeps {what} there and {here} here (--rows)"),
+        };
+        return Err(match (found, magic) {
+            (ROWS, TALLY) => keeps("rows", "statistics alone"),
+            (TALLY, ROWS) => keeps("statistics alone", "rows"),
+            _ => foreign(),
+        });
+    }
+    *whole += 8;
+    let Block::Whole(header) = read_block(file, whole).map_err(io)? else {
+        return Err(foreign());
+    };
+    let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
+    let Shard { index, count } = identity.shard;
+    if identity.trials == 0 || !(1..=count).contains(&index) {
+        return Err(foreign());
+    }
+    Ok(identity)
+}
+
+/// Whether a journal keeps statistics alone.
+pub(super) fn is_tally(path: &Path) -> bool {
+    let mut found = [0; 8];
+    File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == TALLY
 }
 
 /// A block of these bytes.
-fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
+pub(super) fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
     let length = u32::try_from(bytes.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
     Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
 }
@@ -218,25 +287,8 @@ impl Rows {
     pub fn open(path: &Path) -> Result<Self, JournalError> {
         let file = File::open(path).map_err(|error| JournalError::Io(path.to_owned(), error))?;
         let mut file = BufReader::new(file);
-        let foreign = || JournalError::Foreign(path.to_owned());
-        let mut magic = [0; MAGIC.len()];
-        file.read_exact(&mut magic).map_err(|error| match error.kind() {
-            io::ErrorKind::UnexpectedEof => foreign(),
-            _ => JournalError::Io(path.to_owned(), error),
-        })?;
-        if magic != *MAGIC {
-            return Err(foreign());
-        }
-        let mut whole = MAGIC.len() as u64;
-        let io = |error| JournalError::Io(path.to_owned(), error);
-        let Block::Whole(header) = read_block(&mut file, &mut whole).map_err(io)? else {
-            return Err(foreign());
-        };
-        let identity: Identity = serde_json::from_slice(&header).map_err(|_| foreign())?;
-        let Shard { index, count } = identity.shard;
-        if identity.trials == 0 || !(1..=count).contains(&index) {
-            return Err(foreign());
-        }
+        let mut whole = 0;
+        let identity = header(&mut file, ROWS, path, &mut whole)?;
         Ok(Self { path: path.to_owned(), file, walk: Walk::new(&identity), identity, whole, damaged: false })
     }
 
@@ -263,6 +315,11 @@ impl Rows {
         rows.into_iter().map(place).collect::<Option<_>>().map(Some).ok_or_else(foreign)
     }
 
+    /// Whether what follows the last whole block is none that was cut short, but one that is wrong.
+    pub fn is_damaged(&self) -> bool {
+        self.damaged
+    }
+
     /// Whether the blocks so far are all of the run, or of its shard.
     pub fn is_done(&self) -> bool {
         self.walk.is_done()
@@ -275,7 +332,7 @@ impl Rows {
 }
 
 /// What stands where a block may be.
-enum Block {
+pub(super) enum Block {
     Whole(Vec<u8>),
     /// The end of the file, in a block or behind the last.
     Short,
@@ -284,7 +341,7 @@ enum Block {
 }
 
 /// The next block; `whole` moves behind it.
-fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
+pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Block> {
     let mut word = [0; 4];
     if !read_word(file, &mut word)? {
         return Ok(Block::Short);

@@ -4,17 +4,40 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::path::{Path, PathBuf};
 
-use crate::NUMERICS;
+use crate::{NUMERICS, Statistics};
 
 use super::identity::{Identity, Shard};
-use super::journal::{JournalError, Rows};
+use super::journal::{JournalError, Rows, is_tally};
 use super::row::Row;
+use super::tally::Tallied;
 
 /// Journals that together are one run, in order.
 #[derive(Clone, Debug)]
 pub struct Shards {
     identity: Identity,
     journals: Vec<PathBuf>,
+    /// Whether they keep statistics alone.
+    tallies: bool,
+}
+
+/// The head of a journal, whatever it keeps.
+pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
+    if is_tally(path) {
+        Ok(Tallied::read(path)?.identity().clone())
+    } else {
+        Ok(Rows::open(path)?.identity().clone())
+    }
+}
+
+/// Whether a journal has all that it should, and how many trials are missing, at most.
+fn standing(path: &Path) -> Result<(bool, u64), JournalError> {
+    if is_tally(path) {
+        let tallied = Tallied::read(path)?;
+        return Ok((tallied.is_done(), tallied.left()));
+    }
+    let mut rows = Rows::open(path)?;
+    while rows.block()?.is_some() {}
+    Ok((rows.is_done(), rows.left()))
 }
 
 /// Why journals are not one run.
@@ -106,8 +129,8 @@ impl From<JournalError> for ShardsError {
 impl Shards {
     /// The journal of a whole run.
     pub fn single(path: &Path) -> Result<Self, ShardsError> {
-        let identity = Rows::open(path)?.identity().whole();
-        Ok(Self { identity, journals: vec![path.to_owned()] })
+        let identity = identity(path)?.whole();
+        Ok(Self { identity, journals: vec![path.to_owned()], tallies: is_tally(path) })
     }
 
     /// All shards in these folders.
@@ -118,7 +141,7 @@ impl Shards {
         let mut found: BTreeMap<u64, (PathBuf, Identity)> = BTreeMap::new();
         let mut run: Option<(PathBuf, Identity)> = None;
         for path in journals(folders)? {
-            let identity = Rows::open(&path)?.identity().clone();
+            let identity = identity(&path)?;
             if identity.numerics != NUMERICS {
                 return Err(ShardsError::Numerics { path, found: identity.numerics });
             }
@@ -126,7 +149,13 @@ impl Shards {
             let [count, counts] = [identity.shard.count, of.shard.count];
             let difference = (count != counts)
                 .then(|| format!("it is one of {count} shards there and of {counts} here"))
-                .or_else(|| identity.whole().difference(&of.whole()));
+                .or_else(|| identity.whole().difference(&of.whole()))
+                .or_else(|| {
+                    let keeps = |tally| if tally { "statistics alone" } else { "rows" };
+                    let [there, here] = [is_tally(&path), is_tally(first)];
+                    (there != here)
+                        .then(|| format!("it keeps {} there and {} here (--rows)", keeps(there), keeps(here)))
+                });
             if let Some(difference) = difference {
                 return Err(ShardsError::Foreign { path, first: first.clone(), difference });
             }
@@ -147,14 +176,29 @@ impl Shards {
             return Err(ShardsError::Missing(missing));
         }
         for (path, identity) in found.values() {
-            let mut rows = Rows::open(path)?;
-            while rows.block()?.is_some() {}
-            if !rows.is_done() {
-                let (path, shard, left) = (path.clone(), identity.shard, rows.left());
+            let (done, left) = standing(path)?;
+            if !done {
+                let (path, shard) = (path.clone(), identity.shard);
                 return Err(ShardsError::Unfinished { path, shard, left });
             }
         }
-        Ok(Self { identity: identity.whole(), journals: found.into_values().map(|(path, _)| path).collect() })
+        let journals: Vec<PathBuf> = found.into_values().map(|(path, _)| path).collect();
+        let tallies = journals.first().is_some_and(|path| is_tally(path));
+        Ok(Self { identity: identity.whole(), journals, tallies })
+    }
+
+    /// The statistics of each point, if that is all that they keep; errors beyond `limit` degrees were counted.
+    pub fn tallies(&self, limit: f64) -> Result<Option<BTreeMap<usize, Statistics>>, JournalError> {
+        if !self.tallies {
+            return Ok(None);
+        }
+        let mut points: BTreeMap<usize, Statistics> = BTreeMap::new();
+        for journal in &self.journals {
+            for (point, statistics) in Tallied::read(journal)?.points() {
+                points.entry(*point).or_insert_with(|| Statistics::with_limit(limit)).merge(statistics);
+            }
+        }
+        Ok(Some(points))
     }
 
     /// The run that they are together.
@@ -182,7 +226,7 @@ impl Shards {
 }
 
 /// The journals in these folders, each once.
-fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
+pub(super) fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
     let mut all: Vec<PathBuf> = Vec::new();
     let mut seen: Vec<PathBuf> = Vec::new();
     for folder in folders {
@@ -213,7 +257,7 @@ fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::journal::Journal;
+    use super::super::journal::{Journal, Keep as _};
     use super::super::walk::tests::row;
     use super::*;
     use standstill_scenario::StopTable;

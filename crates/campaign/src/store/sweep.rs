@@ -4,7 +4,7 @@ use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::identity::{Identity, Shard};
-use super::journal::{Journal, JournalError};
+use super::journal::{JournalError, Keep};
 use super::row::Row;
 use crate::NUMERICS;
 use crate::engine::Engine;
@@ -84,7 +84,7 @@ impl Sweep<'_> {
     /// A trial that cannot be run, once the journal has the rows before it.
     pub fn run(
         &self,
-        journal: &mut Journal,
+        journal: &mut impl Keep,
         stop: &AtomicBool,
         mut progress: impl FnMut(&[Row]),
     ) -> Result<bool, SweepError> {
@@ -107,7 +107,7 @@ mod tests {
     use std::path::Path;
 
     use super::*;
-    use crate::store::Rows;
+    use crate::store::{Journal, Rows};
     use standstill_scenario::Document;
 
     const TEXT: &str = r#"

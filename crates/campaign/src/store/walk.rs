@@ -41,6 +41,18 @@ impl Walk {
         }
     }
 
+    /// Point and trial of the next row.
+    pub(super) fn next(&self) -> (u64, u64) {
+        self.next
+    }
+
+    /// Goes to this row; `current` are the statistics of its point so far.
+    pub(super) fn go_to(&mut self, next: (u64, u64), current: Option<&Statistics>) {
+        self.next = next;
+        let going_on = current.filter(|_| next.1 > 0 && !self.stop_at.is_empty());
+        self.statistics = going_on.cloned().unwrap_or_default();
+    }
+
     /// Whether all its rows are there.
     pub fn is_done(&self) -> bool {
         self.next >= self.end
@@ -134,7 +146,7 @@ pub(crate) mod tests {
         }
     }
 
-    fn identity(stop_at: &str, shard: Shard) -> Identity {
+    pub(crate) fn identity(stop_at: &str, shard: Shard) -> Identity {
         let text = format!("trials = 10_000\nstop_at = {stop_at}");
         let file = Document::parse("s.toml".as_ref(), &text).and_then(|document| document.load());
         let stop_at = file.expect("valid").stop_at;

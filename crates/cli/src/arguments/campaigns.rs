@@ -8,7 +8,7 @@ use standstill_analysis::limit::{LimitError, Limits};
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
-use super::scenario::{Axes, Keys, Seed, assignment};
+use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::trials;
 
 #[derive(Debug, Args)]
@@ -28,6 +28,9 @@ pub struct Run {
     pub stop_at: Vec<(String, String)>,
     #[command(flatten)]
     pub results: Results,
+    /// What is kept of the trials: `all`, a row of each, or `none` but the statistics, for runs of a billion trials
+    #[arg(long, value_enum, default_value_t = Rows::All)]
+    pub rows: Rows,
     /// Go on with a run that was interrupted; from the start if there is none
     #[arg(long)]
     pub resume: bool,
@@ -146,6 +149,9 @@ pub struct Init {
     /// Write a motor's data sheet to this file (.toml) instead, to be filled in from its nameplate
     #[arg(long, value_name = "FILE", conflicts_with = "file")]
     pub motor: Option<PathBuf>,
+    /// Take the data sheet's numbers from a motor configuration that VESC Tool saved as XML
+    #[arg(long, value_name = "XML", requires = "motor")]
+    pub vesc: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -163,9 +169,97 @@ pub struct Man {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Rows {
+    /// A row of each trial
+    All,
+    /// Only statistics
+    None,
+}
+
+#[derive(Debug, Args)]
+pub struct Slurm {
+    /// Scenario file (.toml)
+    pub scenario: PathBuf,
+    /// How many shards, which are the tasks of a job array
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub shards: u32,
+    /// Processors of each task, and threads
+    #[arg(long, value_name = "C", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub cpus: u16,
+    /// Longest time of a task, as Slurm writes it, such as 02:30:00 [default: the partition's]
+    #[arg(long, value_parser = directive)]
+    pub time: Option<String>,
+    /// Partition, which is a queue [default: the cluster's]
+    #[arg(long, value_parser = directive)]
+    pub partition: Option<String>,
+    #[command(flatten)]
+    pub keys: Keys,
+    #[command(flatten)]
+    pub axes: Axes,
+    /// Trials at each point [default: the scenario's]
+    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    pub trials: Option<u64>,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// End a point early, as `standstill run` takes it
+    #[arg(long, value_name = "WHAT=SHARE", value_parser = assignment)]
+    pub stop_at: Vec<(String, String)>,
+    /// What is kept of the trials
+    #[arg(long, value_enum, default_value_t = Rows::All)]
+    pub rows: Rows,
+    /// Folder for the results; journals and logs go to `shards` in it
+    #[arg(long, value_name = "DIR", default_value = "standstill-out/run")]
+    pub out: PathBuf,
+    /// Format of the trials' file
+    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
+    pub format: FormatName,
+}
+
+#[derive(Debug, Args)]
+pub struct Status {
+    /// Folders with the shards' journals
+    #[arg(required = true, value_name = "FOLDER")]
+    pub folders: Vec<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct Bounds {
+    #[command(flatten)]
+    pub source: Source,
+    /// Rotor angles at which the limit is computed, evenly spread; numbers without a factor of six see more
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=3600))]
+    pub angles: u16,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+    /// Worker threads [default: one per core]; the results do not depend on it
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// What stands in a line of directives: a word.
+fn directive(text: &str) -> Result<String, String> {
+    let fits = |c: char| c.is_ascii_alphanumeric() || "-_.:,".contains(c);
+    match text {
+        "" => Err("empty".to_owned()),
+        text if text.chars().all(fits) => Ok(text.to_owned()),
+        _ => Err("not one word of letters, digits and -_.:,".to_owned()),
+    }
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum FormatName {
     Csv,
     Parquet,
+    /// A NumPy archive
+    Npz,
+    /// A MATLAB file
+    Mat,
 }
 
 impl From<FormatName> for Format {
@@ -173,6 +267,8 @@ impl From<FormatName> for Format {
         match name {
             FormatName::Csv => Self::Csv,
             FormatName::Parquet => Self::Parquet,
+            FormatName::Npz => Self::Npz,
+            FormatName::Mat => Self::Mat,
         }
     }
 }

@@ -1,5 +1,8 @@
 //! `standstill init` and `standstill schema`: to write scenario files and data sheets with.
 
+mod vesc;
+
+use std::borrow::Cow;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -17,6 +20,7 @@ pub const SCENARIO: &str = include_str!("init/scenario.toml");
 pub const MOTOR: &str = include_str!("init/motor.toml");
 
 pub fn run(options: &Init) -> Result<Report, Error> {
+    let mut said = String::new();
     let (path, text) = match &options.motor {
         Some(path) if path.extension().is_none_or(|extension| extension != "toml") => {
             return Err(Error::InTheWay {
@@ -25,12 +29,26 @@ pub fn run(options: &Init) -> Result<Report, Error> {
                 needed: "a file's that ends in .toml",
             });
         }
-        Some(path) => (path, MOTOR),
-        None => (&options.file, SCENARIO),
+        Some(path) => (
+            path,
+            match &options.vesc {
+                Some(xml) => {
+                    let (text, more) = vesc::sheet(xml)?;
+                    said = more;
+                    Cow::Owned(text)
+                }
+                None => MOTOR.into(),
+            },
+        ),
+        None => (&options.file, SCENARIO.into()),
     };
-    write_new(path, text)?;
+    write_new(path, &text)?;
     let path = path.display();
-    let text = if options.motor.is_some() {
+    let text = if options.vesc.is_some() {
+        format!(
+            "{path} is written.\n{said}See all of it, and judge the motor, with\n  standstill motors {path}\n  standstill check {path}\n"
+        )
+    } else if options.motor.is_some() {
         format!(
             "{path} is written. Fill in your motor's numbers, then\n  standstill motors {path}\n  standstill check {path}\n"
         )

@@ -2,7 +2,8 @@
 
 use std::fmt::Write as _;
 
-use standstill_plant::built_in_names;
+use serde_json::{Value, json};
+use standstill_plant::{Entry, built_in_names};
 
 use crate::Report;
 use crate::arguments::Motors;
@@ -12,6 +13,12 @@ use crate::text;
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();
     let Some(name) = &options.name else {
+        if options.json {
+            let title = |name: &str| Ok((name.to_owned(), super::sheet(name)?.title().into()));
+            let motors: serde_json::Map<String, Value> =
+                built_in_names().map(title).collect::<Result<_, Error>>()?;
+            return Ok(Report { text: format!("{:#}\n", Value::Object(motors)), code: 0 });
+        }
         let width = built_in_names().map(str::len).max().unwrap_or_default();
         for name in built_in_names() {
             let _ = writeln!(out, "{name:width$}  {}", super::sheet(name)?.title());
@@ -22,6 +29,12 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
     let sheet = super::sheet(name)?;
     // A sheet that is no motor is not shown as one.
     sheet.motor().map_err(Error::Motor)?;
+    if options.json {
+        let entry = |entry: Entry| json!({ "key": entry.key, "value": entry.value, "source": entry.source.to_string(), "reason": entry.reason });
+        let entries: Vec<Value> = sheet.entries().into_iter().map(entry).collect();
+        let json = json!({ "name": name, "title": sheet.title(), "notes": sheet.notes().trim(), "entries": entries });
+        return Ok(Report { text: format!("{json:#}\n"), code: 0 });
+    }
     let _ = writeln!(out, "{name}: {}\n", sheet.title());
     if !sheet.notes().trim().is_empty() {
         out += &text::fill(sheet.notes(), 100, "  ");

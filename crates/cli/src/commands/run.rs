@@ -1,17 +1,21 @@
 //! `standstill run` and `standstill sweep`: a scenario file, trial by trial, into files.
 
+pub mod by_host;
 pub mod results;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
-use standstill_campaign::store::{Identity, Journal, JournalError, Row, Shard, Shards, Sweep as Trials};
+use standstill_campaign::store::{
+    Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally,
+};
+use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;
-use crate::arguments::{Results as Options, Run, Sweep};
+use crate::arguments::{Keys, Results as Options, Rows, Run, Seed, Sweep};
 use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
@@ -19,11 +23,11 @@ use crate::progress;
 use crate::scenario::{self, Shorthands};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
-    carry_out(options, document(options)?)
+    carry_out(options, document_of(options)?)
 }
 
 pub fn sweep(options: &Sweep) -> Result<Report, Error> {
-    let mut document = document(&options.run)?;
+    let mut document = document_of(&options.run)?;
     scenario::vary(&mut document, &options.axes)?;
     if document.load()?.axes.is_empty() {
         return Err(Error::Arguments(format!(
@@ -35,13 +39,24 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
 }
 
 /// The file with what the command line changes of it.
-fn document(options: &Run) -> Result<Document, Error> {
-    let shorthands = Shorthands::default().trials(options.trials).seed(options.seed);
-    let mut document = scenario::changed(scenario::read(&options.scenario)?, &options.keys, shorthands)?;
-    for (key, value) in &options.stop_at {
+pub fn document(
+    path: &Path,
+    keys: &Keys,
+    trials: Option<u64>,
+    seed: Seed,
+    stop_at: &[(String, String)],
+) -> Result<Document, Error> {
+    let shorthands = Shorthands::default().trials(trials).seed(seed);
+    let mut document = scenario::changed(scenario::read(path)?, keys, shorthands)?;
+    for (key, value) in stop_at {
         document.set(&format!("stop_at.{key}"), value, Origin::CommandLine)?;
     }
     Ok(document)
+}
+
+/// The same of a run's options.
+fn document_of(options: &Run) -> Result<Document, Error> {
+    document(&options.scenario, &options.keys, options.trials, options.seed, &options.stop_at)
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
@@ -53,36 +68,33 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let path = out.join(options.shard.file_name());
     let stop = interrupt::flag();
     // Made and removed again: what cannot be written shows before the first trial.
-    drop(Output::create(out, &results::names(options.results.format))?);
-    let mut statistics = Statistics::default();
-    let mut journal = if path.exists() {
-        if !options.resume {
-            return Err(in_the_way(&path));
-        }
-        Journal::resume(&path, &identity, |_, row| statistics.add_row(row))?
-    } else {
-        if options.resume
-            && whole
-            && let Some(report) = finished(&options.results, &identity)?
-        {
-            return Ok(report);
-        }
-        std::fs::create_dir_all(out).map_err(Error::writing(out))?;
-        Journal::create(&path, &identity).inspect_err(|_| {
-            // Only what is empty: a folder that was made for nothing.
-            let _ = std::fs::remove_dir(out);
-        })?
-    };
-    if let Some(aside) = journal.damaged() {
-        tell(&format!(
-            "a block of {} is damaged; what stood behind it is in {} and is computed again",
-            path.display(),
-            aside.display()
-        ));
+    drop(Output::create(out, &results::names(options))?);
+    if path.exists() && !options.resume {
+        return Err(in_the_way(&path));
     }
+    if !path.exists()
+        && options.resume
+        && whole
+        && let Some(report) = finished(options, &identity)?
+    {
+        return Ok(report);
+    }
+    std::fs::create_dir_all(out).map_err(Error::writing(out))?;
+    let mut statistics = Statistics::default();
     // The journal stays locked until its rows are in the files.
-    let outcome = advance(&trials, &mut journal, statistics, &stop)
-        .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) });
+    let outcome = match options.rows {
+        Rows::All => {
+            let mut journal = journal(&path, &identity, &mut statistics)?;
+            advance(&trials, &mut journal, statistics, &stop)
+                .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
+        }
+        Rows::None => {
+            let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
+            let mut tally = Tally::open(&path, &identity, limit).inspect_err(|_| remove_if_empty(out))?;
+            advance(&trials, &mut tally, statistics, &stop)
+                .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
+        }
+    };
     match outcome {
         Ok(Some(report)) => Ok(report),
         Ok(None) => Ok(interrupted(&options.results, &path)),
@@ -95,6 +107,28 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             Err(error)
         }
     }
+}
+
+/// A new journal of rows, or the one that is there, whose rows are added to the statistics.
+fn journal(path: &Path, identity: &Identity, statistics: &mut Statistics) -> Result<Journal, Error> {
+    if !path.exists() {
+        let folder = path.parent().unwrap_or(path);
+        return Ok(Journal::create(path, identity).inspect_err(|_| remove_if_empty(folder))?);
+    }
+    let journal = Journal::resume(path, identity, |_, row| statistics.add_row(row))?;
+    if let Some(aside) = journal.damaged() {
+        tell(&format!(
+            "a block of {} is damaged; what stood behind it is in {} and is computed again",
+            path.display(),
+            aside.display()
+        ));
+    }
+    Ok(journal)
+}
+
+/// Removes a folder that was made for nothing.
+fn remove_if_empty(folder: &Path) {
+    let _ = std::fs::remove_dir(folder);
 }
 
 /// From a journal that is complete to the files; none if interrupted.
@@ -128,7 +162,7 @@ fn tell(line: &str) {
 /// Runs what is left; returns whether that was all.
 fn advance(
     trials: &Trials<'_>,
-    journal: &mut Journal,
+    journal: &mut impl Keep,
     mut statistics: Statistics,
     stop: &AtomicBool,
 ) -> Result<bool, Error> {
@@ -147,10 +181,12 @@ fn advance(
 }
 
 /// What there is to say if the files in this folder are already those of the run.
-fn finished(options: &Options, identity: &Identity) -> Result<Option<Report>, Error> {
+fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error> {
+    let names = results::names(options);
+    let options = &options.results;
     let path = options.out.join(SUMMARY);
-    // Trials in the other format are not what was asked for.
-    if !path.exists() || !options.out.join(results::trials_name(options.format.into())).exists() {
+    // Trials in another format are not what was asked for.
+    if names.is_empty() || names.iter().any(|name| !options.out.join(name).exists()) {
         return Ok(None);
     }
     let summary = SummaryFile::read(&options.out)?;

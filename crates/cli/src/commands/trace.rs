@@ -6,18 +6,19 @@ mod verify;
 use serde_json::json;
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_interface::Abc;
+use standstill_report::table::{Columns, Format, Writer};
 use standstill_scenario::{Plan, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Ended, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Trace as Options;
-use crate::columns;
+use crate::columns::{self, traces::TraceTable};
 use crate::error::Error;
 use crate::figures;
-use crate::interrupt;
 use crate::output::Output;
 use crate::scenario::{self, Shipped, Shorthands};
+use crate::{host, interrupt};
 
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
@@ -59,9 +60,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let single = plan.single(options.point, options.trial)?;
     let file = plan.file_at(options.point)?;
     let scenario = &single.scenario;
-    let mut names = vec!["waveform.csv", "events.csv", "result.json", "waveform.svg", "waveform.png"];
+    let format = Format::from(options.format);
+    let host = host::current();
+    let in_memory = host.as_ref().is_some_and(|host| !host.files);
+    let tables = TraceTable::ALL.map(|table| format!("{}.{}", table.name, format.extension()));
+    let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
+    names.extend(["result.json", "waveform.svg", "waveform.png"]);
     names.extend(options.verify.then_some("verify.csv"));
-    let mut output = Output::create(&options.out, &names)?;
+    let output = if in_memory { None } else { Some(Output::create(&options.out, &names)?) };
 
     let case = single.case();
     // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
@@ -70,13 +76,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut trace = Trace::new(RESOLUTION);
     let watched = simulate(&case, &mut scenario.detector.detector()?, true, &mut trace);
 
-    for (name, write) in [
-        ("waveform.csv", columns::waveform as fn(&Trace, &mut _) -> std::io::Result<()>),
-        ("events.csv", columns::events),
-    ] {
-        let mut file = output.begin(name)?;
-        write(&trace, &mut file).map_err(Error::writing(&options.out.join(name)))?;
-        output.close(name, file)?;
+    if let Some(host) = &host {
+        for table in TraceTable::ALL {
+            let mut columns = Columns::new(table.columns());
+            (table.rows)(&trace, &mut |row| columns.row(row)).map_err(Error::Table)?;
+            host.keep(table.name, columns);
+        }
     }
     let verified = options.verify.then(|| verify::numerical_error(&single)).transpose()?;
     let mut result = result(&file, scenario, &record, &watched);
@@ -86,13 +91,24 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     result["specimen"] = specimen::json(&case, &single.drawn);
     if let Some(error) = &verified {
         result["numerical_error"] = error.json();
+    }
+    let json = format!("{result:#}\n");
+    let code = u8::from(record.verdict() == Verdict::Error);
+    let Some(mut output) = output else {
+        return Ok(Report { text: json, code });
+    };
+    write(&mut output, options, &trace, format)?;
+    if let Some(error) = &verified {
         output.file("verify.csv", error.csv().as_bytes())?;
     }
-    output.file("result.json", format!("{result:#}\n").as_bytes())?;
+    output.file("result.json", json.as_bytes())?;
     let figure = figures::detection(&trace, &title(options, &file, &record, scenario));
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;
+    if host.is_some() {
+        return Ok(Report { text: json, code });
+    }
 
     let text = format!(
         "{}{}{}{}\n{}",
@@ -102,7 +118,27 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         verified.map_or_else(String::new, |error| error.text()),
         super::reproduce::file_list(&options.out, &files)
     );
-    Ok(Report { text, code: u8::from(record.verdict() == Verdict::Error) })
+    Ok(Report { text, code })
+}
+
+/// Writes waveform and events.
+fn write(output: &mut Output, options: &Options, trace: &Trace, format: Format) -> Result<(), Error> {
+    for table in TraceTable::ALL {
+        let name = format!("{}.{}", table.name, format.extension());
+        let path = options.out.join(&name);
+        let mut file = output.begin(&name)?;
+        if format == Format::Csv {
+            let write = if table.name == "waveform" { columns::waveform } else { columns::events };
+            write(trace, &mut file).map_err(Error::writing(&path))?;
+        } else {
+            let failed = |error| Error::table(&path, error);
+            let mut writer = Writer::new(file, format, table.columns(), &[]).map_err(failed)?;
+            (table.rows)(trace, &mut |row| writer.row(row)).map_err(failed)?;
+            file = writer.finish().map_err(failed)?;
+        }
+        output.close(&name, file)?;
+    }
+    Ok(())
 }
 
 /// What the figure shows. The method is named where it is not the one of the paper that is taken by itself.

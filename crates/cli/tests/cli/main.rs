@@ -4,6 +4,7 @@
 mod answers;
 mod bits;
 mod campaigns;
+mod clusters;
 mod files;
 mod fits;
 mod maps;

@@ -14,13 +14,7 @@ pub(super) struct Sink<W: Write> {
 
 impl<W: Write> Sink<W> {
     pub(super) fn new(to: W, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
-        let run = if metadata.is_empty() {
-            None
-        } else {
-            let text = serde_json::to_string(&Object(metadata))
-                .map_err(|error| TableError::Design(error.to_string()))?;
-            Some(text)
-        };
+        let run = object(metadata)?;
         let mut to = csv::WriterBuilder::new().has_headers(false).from_writer(to);
         let names = columns.iter().map(|column| column.name.as_str());
         to.write_record(names.chain(run.is_some().then_some(METADATA))).map_err(failed)?;
@@ -47,6 +41,12 @@ fn failed(error: csv::Error) -> TableError {
         csv::ErrorKind::Io(error) => error,
         _ => io::Error::other(said),
     })
+}
+
+/// The metadata as the text of a JSON object; none if there are none.
+pub(super) fn object(metadata: &[(String, String)]) -> Result<Option<String>, TableError> {
+    let text = (!metadata.is_empty()).then(|| serde_json::to_string(&Object(metadata)));
+    text.transpose().map_err(|error| TableError::Design(error.to_string()))
 }
 
 /// The metadata as a JSON object, in the order given.

@@ -1,8 +1,9 @@
-//! Tables: typed columns, streamed row by row to CSV and Parquet, and the numbers of finished ones.
+//! Tables: typed columns, streamed row by row to CSV and Parquet, and the numbers of finished ones; as a whole to NumPy and
+//! MATLAB files.
 //!
 //! A [`Writer`] holds at most one row group of 65,536 rows (Parquet) or one row (CSV), a [`Reader`] a few thousand
-//! rows, however many there are; only the Parquet footer grows, in memory by about 1.6 kB a column for each group.
-//! Equal tables give equal bytes.
+//! rows, however many there are; only the Parquet footer grows, in memory by about 1.6 kB a column for each group. Of the
+//! formats of NumPy and MATLAB it holds the whole table twice. Equal tables give equal bytes.
 //!
 //! ```
 //! use standstill_report::table::{Column, Format, Kind, Value, Writer};
@@ -28,8 +29,11 @@
 //! file without options. A CSV table without rows has no place for them and loses them; one without metadata has no
 //! such column.
 
+mod columns;
 mod csv;
 mod error;
+mod mat;
+mod npz;
 mod parquet;
 mod read;
 
@@ -38,6 +42,7 @@ use std::collections::HashSet;
 use std::io::Write;
 use std::path::Path;
 
+pub use columns::{Columns, Data, Texts};
 pub use error::{Place, TableError};
 pub use read::Reader;
 
@@ -88,6 +93,10 @@ pub enum Format {
     Csv,
     /// Parquet, compressed with Snappy.
     Parquet,
+    /// A NumPy archive (`.npz`) with an array for each column.
+    Npz,
+    /// A MATLAB file of level 5 (`.mat`) with a variable for each column; what its name cannot have is an underscore.
+    Mat,
 }
 
 /// Writes a table row by row. Without [`Writer::finish`] the file is incomplete.
@@ -100,7 +109,12 @@ pub struct Writer<W: Write + Send> {
 enum Sink<W: Write + Send> {
     Csv(Box<csv::Sink<W>>),
     Parquet(Box<parquet::Sink<W>>),
+    /// The table so far, where it goes and what is said of it.
+    Whole(Whole, Box<Columns>, W, Option<String>),
 }
+
+/// How the columns of a whole table become a file.
+type Whole = fn(&Columns, Option<&str>) -> std::io::Result<Vec<u8>>;
 
 impl Kind {
     /// For messages: what a cell of this kind needs.
@@ -122,11 +136,16 @@ impl Column {
 }
 
 impl Format {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Csv, Self::Parquet, Self::Npz, Self::Mat];
+
     /// How the format is called.
     pub fn name(self) -> &'static str {
         match self {
             Self::Csv => "CSV",
             Self::Parquet => "Parquet",
+            Self::Npz => "NumPy",
+            Self::Mat => "MATLAB",
         }
     }
 
@@ -135,15 +154,15 @@ impl Format {
         match self {
             Self::Csv => "csv",
             Self::Parquet => "parquet",
+            Self::Npz => "npz",
+            Self::Mat => "mat",
         }
     }
 
     /// The format that a path's extension, in letters of any case, stands for.
     pub fn of(path: &Path) -> Option<Self> {
         let extension = path.extension()?;
-        [Self::Csv, Self::Parquet]
-            .into_iter()
-            .find(|format| extension.eq_ignore_ascii_case(format.extension()))
+        Self::ALL.into_iter().find(|format| extension.eq_ignore_ascii_case(format.extension()))
     }
 }
 
@@ -231,6 +250,11 @@ impl<W: Write + Send> Writer<W> {
         let sink = match format {
             Format::Csv => Sink::Csv(Box::new(csv::Sink::new(to, &columns, metadata)?)),
             Format::Parquet => Sink::Parquet(Box::new(parquet::Sink::new(to, &columns, metadata)?)),
+            Format::Npz | Format::Mat => {
+                let bytes = if format == Format::Npz { npz::bytes } else { mat::bytes };
+                let table = Box::new(Columns::new(columns.clone()));
+                Sink::Whole(bytes, table, to, csv::object(metadata)?)
+            }
         };
         Ok(Self { columns, rows: 0, sink })
     }
@@ -240,24 +264,11 @@ impl<W: Write + Send> Writer<W> {
     /// [`TableError::Row`] if it does not fit; then nothing of it is written and the table can go on. After a
     /// [`TableError::Write`] it cannot.
     pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
-        let wrong = |column: Option<&Column>, found, needed| TableError::Row {
-            row: self.rows + 1,
-            column: column.map(|column| column.name.clone()),
-            found,
-            needed,
-        };
-        if values.len() != self.columns.len() {
-            let needed = format!("{}, one for each column", self.columns.len());
-            return Err(wrong(None, format!("{} value(s)", values.len()), needed));
-        }
-        for (column, value) in self.columns.iter().zip(values) {
-            if !value.fits(column.kind) {
-                return Err(wrong(Some(column), value.shown(), column.kind.needed().to_owned()));
-            }
-        }
+        check_row(&self.columns, self.rows, values)?;
         match &mut self.sink {
             Sink::Csv(sink) => sink.row(values)?,
             Sink::Parquet(sink) => sink.row(values)?,
+            Sink::Whole(_, table, ..) => table.row(values)?,
         }
         self.rows += 1;
         Ok(())
@@ -268,6 +279,11 @@ impl<W: Write + Send> Writer<W> {
         let mut to = match self.sink {
             Sink::Csv(sink) => sink.finish()?,
             Sink::Parquet(sink) => sink.finish()?,
+            Sink::Whole(bytes, table, mut to, run) => {
+                let bytes = bytes(&table, run.as_deref()).map_err(TableError::Write)?;
+                to.write_all(&bytes).map_err(TableError::Write)?;
+                to
+            }
         };
         to.flush().map_err(TableError::Write)?;
         Ok(to)
@@ -295,4 +311,24 @@ fn check(columns: &[Column], metadata: &[(String, String)]) -> Result<(), TableE
         Some((key, _)) => Err(TableError::Design(format!("the metadata have {} twice", error::quoted(key)))),
         None => Ok(()),
     }
+}
+
+/// Whether a row fits the columns; `rows` is how many there are before it.
+fn check_row(columns: &[Column], rows: u64, values: &[Value<'_>]) -> Result<(), TableError> {
+    let wrong = |column: Option<&Column>, found, needed| TableError::Row {
+        row: rows + 1,
+        column: column.map(|column| column.name.clone()),
+        found,
+        needed,
+    };
+    if values.len() != columns.len() {
+        let needed = format!("{}, one for each column", columns.len());
+        return Err(wrong(None, format!("{} value(s)", values.len()), needed));
+    }
+    for (column, value) in columns.iter().zip(values) {
+        if !value.fits(column.kind) {
+            return Err(wrong(Some(column), value.shown(), column.kind.needed().to_owned()));
+        }
+    }
+    Ok(())
 }

@@ -43,7 +43,9 @@ impl Reader {
         match Format::of(path) {
             Some(Format::Csv) => Self::open_csv(path),
             Some(Format::Parquet) => Self::open_parquet(path),
-            None => Err(file_error(path, "not a table, whose name ends in .csv or .parquet")),
+            Some(Format::Npz | Format::Mat) | None => {
+                Err(file_error(path, "not a table, whose name ends in .csv or .parquet"))
+            }
         }
     }
 

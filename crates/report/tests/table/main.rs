@@ -9,6 +9,7 @@ use parquet::record::Field;
 use standstill_report::table::{Column, Format, Kind, TableError, Value, Writer};
 
 mod read;
+mod whole;
 
 const FORMATS: [Format; 2] = [Format::Csv, Format::Parquet];
 
@@ -66,6 +67,7 @@ fn held(format: Format, bytes: &[u8]) -> Vec<Vec<String>> {
                 .map(|row| row.expect("whole").iter().take(4).enumerate().map(cell).collect())
                 .collect()
         }
+        Format::Npz | Format::Mat => unreachable!("see `whole.rs`"),
         Format::Parquet => {
             let cell = |field: &Field| match field {
                 Field::Null => String::new(),

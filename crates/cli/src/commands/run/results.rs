@@ -6,14 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
-use standstill_campaign::store::{Identity, JournalError, Shards};
+use standstill_campaign::store::{Identity, JournalError, Row, Shards};
 use standstill_campaign::{Statistics, Summary};
 use standstill_quantity::Quantity;
-use standstill_report::table::{Column, Format, TableError, Writer};
+use standstill_report::table::{Column, Columns, Format, TableError, Value, Writer};
 use standstill_scenario::{Document, Point};
 
 use crate::Report;
-use crate::arguments::{FormatName, Results as Options};
+use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, trial_columns, trial_values};
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
@@ -21,7 +21,7 @@ use crate::output::Output;
 use crate::summary::{self, share};
 use crate::text::wide_table;
 use crate::units::Shown;
-use crate::{progress, summary::interval};
+use crate::{host, progress, summary::interval};
 
 /// Name of the file of summaries.
 pub const SUMMARY: &str = "summary.json";
@@ -64,8 +64,14 @@ impl SummaryFile {
 }
 
 /// Names of the files.
-pub fn names(format: FormatName) -> [&'static str; 2] {
-    [trials_name(format.into()), SUMMARY]
+pub fn names(options: &Run) -> Vec<&'static str> {
+    let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format.into()));
+    trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
+}
+
+/// Whether results go into files: a host may want them in memory alone.
+fn files_wanted() -> bool {
+    host::current().is_none_or(|host| host.files)
 }
 
 /// Name of the file of trials.
@@ -73,27 +79,50 @@ pub const fn trials_name(format: Format) -> &'static str {
     match format {
         Format::Csv => "trials.csv",
         Format::Parquet => "trials.parquet",
+        Format::Npz => "trials.npz",
+        Format::Mat => "trials.mat",
     }
 }
 
 /// Files that are in place.
 pub struct Results {
     summary: SummaryFile,
-    json: String,
+    pub json: String,
     files: Vec<String>,
 }
 
 /// Statistics of the points, one after the other.
-struct Points {
-    axes: Vec<AxisColumn>,
-    coordinates: Vec<Point>,
+pub struct Points {
+    pub axes: Vec<AxisColumn>,
+    pub coordinates: Vec<Point>,
     limit: f64,
+    all: Statistics,
     current: Option<(usize, Statistics)>,
     done: Vec<PointSummary>,
 }
 
 impl Points {
-    fn add(&mut self, point: usize, row: &standstill_campaign::store::Row) {
+    /// Of nothing yet.
+    pub fn of(identity: &Identity) -> Result<Self, Error> {
+        let file = Document::parse(Path::new("scenario"), &identity.scenario)?.load()?;
+        let coordinates = file.points()?;
+        let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
+        Ok(Self {
+            axes: AxisColumn::of(&coordinates),
+            coordinates,
+            limit,
+            all: Statistics::with_limit(limit).of_points(identity.points),
+            current: None,
+            done: Vec::new(),
+        })
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, point: usize, row: &Row) {
+        self.all.add_row(row);
+        if self.axes.is_empty() {
+            return;
+        }
         if self.current.as_ref().is_none_or(|(current, _)| *current != point) {
             self.close();
             self.current = Some((point, Statistics::with_limit(self.limit)));
@@ -103,13 +132,20 @@ impl Points {
         }
     }
 
-    fn close(&mut self) {
+    /// Ends the point at hand.
+    pub fn close(&mut self) {
         if let Some((point, statistics)) = self.current.take() {
-            let values = &self.coordinates[point].values;
-            let values =
-                self.axes.iter().zip(values).map(|(axis, (key, value))| (key.clone(), axis.json(value)));
-            self.done.push(PointSummary { values: values.collect(), summary: statistics.summary() });
+            self.done(point, &statistics);
         }
+    }
+
+    fn done(&mut self, point: usize, statistics: &Statistics) {
+        if self.axes.is_empty() {
+            return;
+        }
+        let values = &self.coordinates[point].values;
+        let values = self.axes.iter().zip(values).map(|(axis, (key, value))| (key.clone(), axis.json(value)));
+        self.done.push(PointSummary { values: values.collect(), summary: statistics.summary() });
     }
 }
 
@@ -117,35 +153,43 @@ impl Results {
     /// Writes the files of a run whose journals are complete; none if interrupted.
     pub fn write(options: &Options, shards: &Shards, stop: &AtomicBool) -> Result<Option<Self>, Error> {
         let identity = shards.identity();
-        let file = Document::parse(Path::new("scenario"), &identity.scenario)?.load()?;
-        let coordinates = file.points()?;
-        let axes = AxisColumn::of(&coordinates);
-        let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
+        let mut points = Points::of(identity)?;
+        if let Some(tallies) = shards.tallies(points.limit)? {
+            for (point, statistics) in &tallies {
+                points.all.merge(statistics);
+                points.done(*point, statistics);
+            }
+            let output = files_wanted().then(|| Output::create(&options.out, &[SUMMARY])).transpose()?;
+            return Self::finish(options, output, identity, points, None).map(Some);
+        }
         let format = Format::from(options.format);
         let name = trials_name(format);
         let path = options.out.join(name);
-        let mut output = Output::create(&options.out, &names(options.format))?;
-        let columns: Vec<Column> =
-            axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
         let failed = |error: TableError| Error::table(&path, error);
-        let mut trials =
-            Writer::new(output.begin(name)?, format, columns, &identity.metadata()).map_err(failed)?;
-        let mut all = Statistics::with_limit(limit).of_points(identity.points);
-        let mut points = Points { axes, coordinates, limit, current: None, done: Vec::new() };
+        let columns: Vec<Column> =
+            points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
+        let mut output =
+            files_wanted().then(|| Output::create(&options.out, &[name, SUMMARY])).transpose()?;
+        let begin = |output: &mut Output| {
+            let file = output.begin(name)?;
+            Writer::new(file, format, columns.clone(), &identity.metadata()).map_err(failed)
+        };
+        let mut trials = output.as_mut().map(begin).transpose()?;
+        let host = host::current();
+        let mut table = host.as_ref().map(|_| Columns::new(columns.clone()));
         let bar = progress::writing(identity.rows());
         let written = shards.rows(|point, row| {
             if stop.load(Ordering::Relaxed) {
                 return Err(Stopped::Interrupted);
             }
             let values = &points.coordinates[point].values;
-            let mut cells: Vec<_> =
+            let mut cells: Vec<Value<'_>> =
                 points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
             cells.extend(trial_values(row));
-            trials.row(&cells).map_err(|error| Stopped::Failed(failed(error)))?;
-            all.add_row(row);
-            if !points.axes.is_empty() {
-                points.add(point, row);
-            }
+            let of_file = trials.as_mut().map_or(Ok(()), |trials| trials.row(&cells));
+            let of_memory = table.as_mut().map_or(Ok(()), |table| table.row(&cells));
+            of_file.and(of_memory).map_err(|error| Stopped::Failed(failed(error)))?;
+            points.add(point, row);
             bar.inc(1);
             Ok(())
         });
@@ -156,19 +200,37 @@ impl Results {
             Err(Stopped::Failed(error)) => return Err(error),
         }
         points.close();
-        output.close(name, trials.finish().map_err(failed)?)?;
-        let summary = SummaryFile { run: identity.clone(), summary: all.summary(), points: points.done };
+        if let (Some(output), Some(trials)) = (&output, trials) {
+            output.close(name, trials.finish().map_err(failed)?)?;
+        }
+        let results = Self::finish(options, output, identity, points, Some(format))?;
+        if let (Some(host), Some(table)) = (host, table) {
+            host.keep("trials", table);
+        }
+        Ok(Some(results))
+    }
+
+    /// Writes the summary beside the trials, if there are any, and moves the files into place.
+    pub fn finish(
+        options: &Options,
+        output: Option<Output>,
+        identity: &Identity,
+        points: Points,
+        format: Option<Format>,
+    ) -> Result<Self, Error> {
+        let summary =
+            SummaryFile { run: identity.clone(), summary: points.all.summary(), points: points.done };
         let json = serde_json::to_string_pretty(&summary)
             .map_err(|error| Error::Write(options.out.join(SUMMARY), error.into()))?
             + "\n";
+        let Some(mut output) = output else { return Ok(Self { summary, json, files: Vec::new() }) };
         output.file(SUMMARY, json.as_bytes())?;
         let files = output.finish()?;
-        // An earlier run's trials in the other format would be beside this run's summary.
-        let other = [Format::Csv, Format::Parquet].into_iter().find(|other| *other != format);
-        if let Some(other) = other {
+        // An earlier run's trials in another format would be beside this run's summary.
+        for other in Format::ALL.into_iter().filter(|other| Some(*other) != format) {
             let _ = std::fs::remove_file(options.out.join(trials_name(other)));
         }
-        Ok(Some(Self { summary, json, files }))
+        Ok(Self { summary, json, files })
     }
 
     /// What there is to say.

@@ -1,4 +1,4 @@
-//! `standstill`: a test bench for initial rotor position detection of permanent-magnet synchronous motors.
+//! The commands of `standstill`: of its program ([`main`]), and of other programs that carry them out ([`Host`]).
 
 mod arguments;
 mod columns;
@@ -6,6 +6,7 @@ mod commands;
 mod error;
 #[allow(clippy::disallowed_methods, reason = "pictures may differ by a shade from one machine to the next")]
 mod figures;
+mod host;
 mod interrupt;
 mod log;
 mod output;
@@ -15,6 +16,7 @@ mod summary;
 mod text;
 mod units;
 
+use std::ffi::OsString;
 use std::io::Write;
 use std::process::ExitCode;
 
@@ -24,14 +26,32 @@ use clap::error::ErrorKind;
 use arguments::{Arguments, Command};
 use error::Error;
 
+pub use commands::run::by_host::{Stopped, Trial};
+pub use host::Host;
+
 /// What a command leaves to say, and the code it ends with.
-struct Report {
-    text: String,
-    code: u8,
+#[derive(Debug)]
+pub struct Report {
+    /// What it prints.
+    pub text: String,
+    /// 0: all is well; 1: the answer is no, or a trial could not be simulated; 130: interrupted.
+    pub code: u8,
 }
 
-fn main() -> ExitCode {
-    let report = arguments().and_then(|arguments| match arguments.command {
+/// The program: carries out the command line of this process.
+pub fn main() -> ExitCode {
+    let report = arguments(std::env::args_os()).and_then(command);
+    let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));
+    ExitCode::from(outcome.unwrap_or_else(|error| {
+        // `eprintln!` would panic where standard error cannot be written.
+        let _ = writeln!(std::io::stderr(), "standstill: {}", text::one_line(&error.to_string()));
+        2
+    }))
+}
+
+/// Carries out a command.
+fn command(arguments: Arguments) -> Result<Report, Error> {
+    match arguments.command {
         Command::Reproduce(options) => commands::reproduce::run(&options),
         Command::Trace(options) => commands::trace::run(&options),
         Command::Compare(options) => commands::compare::run(&options),
@@ -46,17 +66,14 @@ fn main() -> ExitCode {
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
+        Command::Slurm(options) => commands::slurm::run(&options),
+        Command::Status(options) => commands::status::run(&options),
+        Command::Bounds(options) => commands::bounds::run(&options),
         Command::Init(options) => commands::init::run(&options),
         Command::Completions(options) => Ok(commands::shell::completions(&options)),
         Command::Man(options) => commands::shell::man(&options),
         Command::Schema => Ok(commands::init::schema()),
-    });
-    let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));
-    ExitCode::from(outcome.unwrap_or_else(|error| {
-        // `eprintln!` would panic where standard error cannot be written.
-        let _ = writeln!(std::io::stderr(), "standstill: {}", text::one_line(&error.to_string()));
-        2
-    }))
+    }
 }
 
 /// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
@@ -70,12 +87,16 @@ fn print(text: &str) -> Result<(), Error> {
     }
 }
 
-/// The command line; mistakes in one line.
-fn arguments() -> Result<Arguments, Error> {
-    Arguments::try_parse().map_err(|error| match error.kind() {
+/// A command line, beginning with the program's name; mistakes in one line.
+fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Error> {
+    Arguments::try_parse_from(words).map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
-        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand => error.exit(),
+        | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand
+            if host::current().is_none() =>
+        {
+            error.exit()
+        }
         _ => Error::Arguments(text::one_line(&error.render().to_string())),
     })
 }

@@ -1,0 +1,42 @@
+//! Statistics of parts, put together: the same bits as those of all trials at once.
+
+use super::Statistics;
+
+impl Statistics {
+    /// Adds the trials of another.
+    ///
+    /// ```
+    /// use standstill_campaign::Statistics;
+    /// use standstill_campaign::store::Row;
+    /// # let row = |trial: u64| Row { trial, true_angle_deg: 1.0, start_angle_deg: 1.0, estimated_angle_deg: None,
+    /// #     error_deg: None, axis_deg: Some(1.0), axis_error_deg: Some(0.1 * trial as f64 - 3.0),
+    /// #     verdict: standstill_scenario::Verdict::Undetermined, pole_correct: None, rotor_moved_deg: 0.0,
+    /// #     duration_s: 1e-3 / 3.0, peak_current_a: 5.0, reason: String::new(), kind: "so".to_owned() };
+    /// let of = |trials: std::ops::Range<u64>| {
+    ///     let mut statistics = Statistics::default();
+    ///     trials.for_each(|trial| statistics.add_row(&row(trial)));
+    ///     statistics
+    /// };
+    /// let mut parts = of(70..100);
+    /// parts.merge(&of(0..70));
+    /// assert_eq!(parts.summary(), of(0..100).summary());
+    /// ```
+    pub fn merge(&mut self, other: &Self) {
+        self.trials += other.trials;
+        self.undetermined += other.undetermined;
+        self.failed += other.failed;
+        self.errors_of_simulation += other.errors_of_simulation;
+        for (reason, count) in &other.reasons {
+            *self.reasons.entry(reason.clone()).or_default() += count;
+        }
+        self.wrong_poles += other.wrong_poles;
+        self.beyond_limit += other.beyond_limit;
+        self.moved = self.moved.max(other.moved);
+        self.peak_current = self.peak_current.max(other.peak_current);
+        self.duration.merge(&other.duration);
+        for (sum, other) in self.powers.iter_mut().zip(&other.powers) {
+            sum.merge(other);
+        }
+        self.magnitudes.merge(&other.magnitudes);
+    }
+}

@@ -1,0 +1,107 @@
+//! Statistics of what is known.
+
+use super::*;
+
+#[test]
+fn analytic_clopper_pearson() {
+    // Known values: 0 of n has the upper end 1 − 0.025^(1/n); 5 of 100 gives 1.643 % to 11.284 %.
+    let none = binomial_interval(0, 10_000);
+    assert_eq!(none.low, 0.0);
+    assert!((none.high - (1.0 - 0.025_f64.powf(1e-4))).abs() < 1e-9);
+    let five = binomial_interval(5, 100);
+    assert!((five.low - 0.016_432).abs() < 1e-5 && (five.high - 0.112_835).abs() < 1e-5, "{five:?}");
+    assert_eq!(binomial_interval(7, 7).high, 1.0);
+}
+
+fn ramp(count: u32) -> Magnitudes {
+    let mut ramp = Magnitudes::default();
+    (0..count).for_each(|value| ramp.add(f64::from(value)));
+    ramp
+}
+
+#[test]
+fn analytic_quantile_of_a_ramp() {
+    let ramp = ramp(1000);
+    let q = quantile(&ramp, 0.95, 1);
+    assert_eq!(q.value, 950.0);
+    // Normal approximation of the ranks: 950 ± 1.96 √(1000 · 0.95 · 0.05) = 950 ± 13.5.
+    assert!((q.low - 936.0).abs() <= 1.0 && (q.high - 963.0).abs() <= 1.0, "{q:?}");
+}
+
+#[test]
+fn law_small_samples_have_no_bounds_that_they_cannot_give() {
+    // Of 20 values the largest is below the 95 % quantile with a probability of 0.95^20 = 36 %.
+    assert!(quantile(&ramp(20), 0.95, 1).high.is_nan());
+    assert!(quantile(&ramp(1), 0.95, 1).low.is_nan());
+    // From 73 values on, the largest is an upper bound: 0.95^73 < 2.5 %.
+    assert_eq!(quantile(&ramp(74), 0.95, 1).high, 73.0);
+}
+
+#[test]
+fn regress_a_summary_of_ten_million_errors() {
+    // The sums of that many errors of ±1° and of one of 3°, without adding them one by one.
+    let powers = [3.0, 1e7 + 8.0, 1e7 + 80.0, 1e7 + 728.0].map(|sum| [sum].into_iter().collect());
+    let mut statistics = Statistics { trials: 10_000_000, powers, ..Statistics::default() };
+    for k in 0..200_000 {
+        statistics.magnitudes.add(1.0 + f64::from(k) * 1e-9);
+    }
+    let summary = statistics.summary();
+    assert!((summary.wrong_pole_probability.high * 1e7 - 3.688_879).abs() < 1e-5);
+}
+
+#[test]
+fn law_points_of_the_same_random_numbers_are_known_as_one() {
+    let row = |error: f64| crate::store::test_row(1, error);
+    let errors: Vec<f64> = (0..200).map(|k| (f64::from(k) * 0.7).sin()).collect();
+    let mut one = Statistics::default();
+    for error in &errors {
+        one.add_row(&row(*error));
+    }
+    // The same trials at ten points tell no more.
+    let mut ten = Statistics::default().of_points(10);
+    for _ in 0..10 {
+        for error in &errors {
+            ten.add_row(&row(*error));
+        }
+    }
+    let (one, ten) = (one.summary(), ten.summary());
+    for (a, b) in [
+        (one.rms_deg, ten.rms_deg),
+        (one.bias_deg, ten.bias_deg),
+        (one.p95_deg, ten.p95_deg),
+        (one.wrong_pole_probability, ten.wrong_pole_probability),
+        (one.undetermined_probability, ten.undetermined_probability),
+    ] {
+        for (a, b) in [(a.value, b.value), (a.low, b.low), (a.high, b.high)] {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+}
+
+#[test]
+fn law_no_trials_is_not_a_number_and_not_a_panic() {
+    let summary = Statistics::default().summary();
+    assert!(summary.rms_deg.value.is_nan() && summary.p95_deg.value.is_nan());
+    let text = serde_json::to_string(&summary).expect("serialisable");
+    let read: Summary = serde_json::from_str(&text).expect("readable");
+    assert!(read.rms_deg.low.is_nan() && read.trials == 0);
+}
+
+#[test]
+fn law_parts_in_any_order_are_the_whole_also_where_values_are_counted_in_bins() {
+    let row = |trial: u64| crate::store::test_row(trial, (trial as f64 * 0.7).sin() * 10.0);
+    for count in [1_000, 150_000, 320_000] {
+        let of = |trials: std::ops::Range<u64>| {
+            let mut statistics = Statistics::default();
+            trials.for_each(|trial| statistics.add_row(&row(trial)));
+            statistics
+        };
+        let whole = of(0..count).summary();
+        for cuts in [[count / 3, count / 2], [1, count - 1], [count * 2 / 5, count * 9 / 10]] {
+            let mut parts = of(cuts[1]..count);
+            parts.merge(&of(0..cuts[0]));
+            parts.merge(&of(cuts[0]..cuts[1]));
+            assert_eq!(format!("{:?}", parts.summary()), format!("{whole:?}"), "{count} at {cuts:?}");
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Which shards of a run are there, and how far each has come.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+
+use super::identity::{Identity, Shard};
+use super::journal::{Journal, JournalError, Rows, is_tally};
+use super::shards::{ShardsError, identity, journals};
+use super::tally::Tallied;
+
+/// How far a shard is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum State {
+    /// All its trials are in its journal.
+    Done,
+    /// A process is at work on it.
+    Running,
+    /// Some of its trials are there, and nobody is at work.
+    Begun,
+    /// It has no journal.
+    Missing,
+    /// Its journal has a block that is wrong, which `--resume` computes again, or a head that cannot be read.
+    Damaged,
+}
+
+/// One shard.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Surveyed {
+    /// Its number, from 1.
+    pub index: u64,
+    /// How far it is.
+    pub state: State,
+    /// Where its journal is.
+    pub journal: Option<PathBuf>,
+    /// How many of its trials are missing, at most; none if that is unknown.
+    pub left: Option<u64>,
+}
+
+/// All shards of a run.
+#[derive(Clone, Debug)]
+pub struct Survey {
+    /// The run.
+    pub identity: Identity,
+    /// From the first to the last.
+    pub shards: Vec<Surveyed>,
+}
+
+/// Most shards that a run may have; a damaged head could claim any number.
+const MOST: u64 = 1_000_000;
+
+impl Survey {
+    /// Those with journals in these folders, and those that are missing beside them.
+    ///
+    /// # Errors
+    /// A folder without a journal, journals of several runs, none that can be read.
+    pub fn of(folders: &[PathBuf]) -> Result<Self, ShardsError> {
+        let mut run: Option<(PathBuf, Identity)> = None;
+        let mut found: BTreeMap<u64, Surveyed> = BTreeMap::new();
+        let mut unreadable: Vec<(PathBuf, JournalError)> = Vec::new();
+        for path in journals(folders)? {
+            let identity = match identity(&path) {
+                Ok(identity) => identity,
+                Err(error) => {
+                    unreadable.push((path, error));
+                    continue;
+                }
+            };
+            let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
+            let [count, counts] = [identity.shard.count, of.shard.count];
+            let difference = (count != counts)
+                .then(|| format!("it is one of {count} shards there and of {counts} here"))
+                .or_else(|| identity.whole().difference(&of.whole()));
+            if let Some(difference) = difference {
+                return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+            }
+            let index = identity.shard.index;
+            if let Some(Surveyed { journal: Some(first), .. }) = found.get(&index) {
+                return Err(ShardsError::Overlap {
+                    shard: identity.shard,
+                    first: first.clone(),
+                    second: path,
+                });
+            }
+            found.insert(index, surveyed(index, path)?);
+        }
+        let Some((_, identity)) = run else {
+            let first = unreadable.into_iter().next().map(|(_, error)| ShardsError::Journal(error));
+            return Err(
+                first.unwrap_or_else(|| ShardsError::None(folders.first().cloned().unwrap_or_default()))
+            );
+        };
+        let count = identity.shard.count.min(MOST);
+        for (path, error) in unreadable {
+            // Its name is all there is.
+            let index = (1..=count).find(|index| {
+                path.file_name()
+                    .is_some_and(|name| name == Shard { index: *index, count }.file_name().as_str())
+            });
+            let index = index.filter(|index| !found.contains_key(index)).ok_or(error)?;
+            found.insert(index, Surveyed { index, state: State::Damaged, journal: Some(path), left: None });
+        }
+        let missing = |index| Surveyed { index, state: State::Missing, journal: None, left: None };
+        let shards = (1..=count).map(|index| found.remove(&index).unwrap_or_else(|| missing(index)));
+        Ok(Self { shards: shards.collect(), identity: identity.whole() })
+    }
+
+    /// Whether all shards are done.
+    pub fn is_done(&self) -> bool {
+        self.shards.iter().all(|shard| shard.state == State::Done)
+    }
+
+    /// The indices to submit again, as Slurm takes them, such as `3,7-9`; empty if there are none.
+    pub fn again(&self) -> String {
+        let again = self.shards.iter().filter(|shard| !matches!(shard.state, State::Done | State::Running));
+        let mut ranges: Vec<(u64, u64)> = Vec::new();
+        for index in again.map(|shard| shard.index) {
+            match ranges.last_mut() {
+                Some((_, last)) if *last + 1 == index => *last = index,
+                _ => ranges.push((index, index)),
+            }
+        }
+        let text = ranges.iter().map(|&(first, last)| match last - first {
+            0 => first.to_string(),
+            1 => format!("{first},{last}"),
+            _ => format!("{first}-{last}"),
+        });
+        text.collect::<Vec<_>>().join(",")
+    }
+}
+
+/// How far the journal of a shard is.
+fn surveyed(index: u64, path: PathBuf) -> Result<Surveyed, JournalError> {
+    let (done, left, damaged) = if is_tally(&path) {
+        let tallied = Tallied::read(&path)?;
+        (tallied.is_done(), tallied.left(), false)
+    } else {
+        rows(&path)?
+    };
+    let state = match (done, damaged) {
+        (true, _) => State::Done,
+        _ if Journal::is_busy(&path) => State::Running,
+        (_, true) => State::Damaged,
+        _ => State::Begun,
+    };
+    Ok(Surveyed { index, state, journal: Some(path), left: Some(left) })
+}
+
+fn rows(path: &Path) -> Result<(bool, u64, bool), JournalError> {
+    let mut rows = Rows::open(path)?;
+    while rows.block()?.is_some() {}
+    Ok((rows.is_done(), rows.left(), rows.is_damaged()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::journal::Keep as _;
+    use super::super::walk::tests::{identity as of, row};
+    use super::*;
+
+    #[test]
+    fn law_each_state_is_told_and_what_is_left_can_be_submitted_again() {
+        let root = tempfile::tempdir().expect("a folder");
+        let shard = |index| of("{}", Shard { index, count: 12 });
+        let path = |index| root.path().join(Shard { index, count: 12 }.file_name());
+        let write = |index: u64, most: usize| {
+            let mut journal = Journal::create(&path(index), &shard(index)).expect("writable");
+            let rows: Vec<_> =
+                journal.walk().ahead(u64::MAX).iter().map(|(_, trial)| row(*trial, 1.0)).collect();
+            for block in rows[..most.min(rows.len())].chunks(100) {
+                journal.append(block).expect("written");
+            }
+            journal
+        };
+        for index in [1, 2, 4, 5, 6, 10, 12] {
+            write(index, usize::MAX);
+        }
+        write(3, 250);
+        // 7 has a block that is wrong, 8 no head, 9 is being written, 11 is missing.
+        write(7, 400);
+        let mut bytes = std::fs::read(path(7)).expect("there");
+        let middle = bytes.len() / 2;
+        bytes[middle] ^= 1;
+        std::fs::write(path(7), bytes).expect("writable");
+        std::fs::write(path(8), "nothing").expect("writable");
+        let busy = write(9, 100);
+        let survey = Survey::of(&[root.path().to_owned()]).expect("one run");
+        let states: Vec<State> = survey.shards.iter().map(|shard| shard.state).collect();
+        let (d, b, x) = (State::Done, State::Begun, State::Damaged);
+        assert_eq!(states, [d, d, b, d, d, d, x, x, State::Running, d, State::Missing, d]);
+        assert_eq!(survey.shards[2].left, Some(50_000 * 3 / 12 - 50_000 * 2 / 12 - 250));
+        assert_eq!((survey.again().as_str(), survey.is_done()), ("3,7,8,11", false));
+        drop(busy);
+        for index in [3, 7, 8, 9, 11] {
+            write(index, usize::MAX);
+        }
+        let survey = Survey::of(&[root.path().to_owned()]).expect("one run");
+        assert_eq!((survey.again().as_str(), survey.is_done()), ("", true));
+        let none = Survey {
+            shards: (2..6).map(|index| Surveyed { index, state: b, journal: None, left: None }).collect(),
+            ..survey
+        };
+        assert_eq!(none.again(), "2-5");
+    }
+}

@@ -1,0 +1,236 @@
+//! The journal of a run that keeps no rows: the statistics of each point so far.
+//!
+//! ```text
+//!   magic  length  header (JSON)  crc │ length  where it stands, statistics of the points since  crc │ …
+//! ```
+//! A block has the points that changed since the block before it; a point's last statistics count. Blocks are written ever
+//! more rarely, so that all of them together stay small; a process that is killed loses at most ten seconds of work or a
+//! hundredth of it. Statistics add up exactly ([`Statistics::merge`]): what is read here is what the rows would give.
+
+use std::collections::BTreeMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use serde::{Deserialize, Serialize};
+
+use super::identity::Identity;
+use super::journal::{self, Block, JournalError, Keep, TALLY};
+use super::row::Row;
+use super::walk::Walk;
+use crate::Statistics;
+
+/// How long trials wait before the disk has them: this, or the following share of the time since the beginning.
+const PATIENCE: Duration = Duration::from_secs(10);
+const SHARE: u32 = 100;
+
+/// A journal of statistics that is being written, by this process alone.
+#[derive(Debug)]
+pub struct Tally {
+    path: PathBuf,
+    file: File,
+    walk: Walk,
+    limit: f64,
+    /// Of the points since the last block; the last one may go on.
+    open: BTreeMap<usize, Statistics>,
+    begun: Instant,
+    written: Instant,
+}
+
+/// What a block says.
+#[derive(Serialize, Deserialize)]
+struct Standing {
+    /// Point and trial of the next row.
+    next: (u64, u64),
+    points: BTreeMap<usize, Statistics>,
+}
+
+impl Tally {
+    /// Begins a journal, or goes on with the one of this very run; errors beyond `limit` degrees are counted.
+    pub fn open(path: &Path, identity: &Identity, limit: f64) -> Result<Self, JournalError> {
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
+        let mut file = options.map_err(io)?;
+        journal::lock(&file, path)?;
+        let beginning = journal::beginning(TALLY, identity).map_err(io)?;
+        let mut there = Vec::new();
+        (&file).take(beginning.len() as u64).read_to_end(&mut there).map_err(io)?;
+        let mut tally =
+            Tallied { identity: identity.clone(), walk: Walk::new(identity), points: BTreeMap::new() };
+        let mut end = beginning.len() as u64;
+        // Killed before even the header was whole: nothing was done yet.
+        if there.len() < beginning.len() && beginning.starts_with(&there) {
+            file.seek(SeekFrom::Start(0)).and_then(|_| file.write_all(&beginning)).map_err(io)?;
+        } else {
+            (tally, end) = Tallied::open(path)?;
+            if let Some(difference) = tally.identity.difference(identity) {
+                return Err(JournalError::Other { path: path.to_owned(), difference });
+            }
+        }
+        file.set_len(end).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
+        let now = Instant::now();
+        let last = tally.points.pop_last().into_iter().collect();
+        Ok(Self {
+            path: path.to_owned(),
+            file,
+            walk: tally.walk,
+            limit,
+            open: last,
+            begun: now,
+            written: now,
+        })
+    }
+}
+
+impl Keep for Tally {
+    fn walk(&self) -> &Walk {
+        &self.walk
+    }
+
+    fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
+        for row in rows {
+            let point = self.walk.take(row).ok_or_else(|| journal::out_of_order(&self.path))?;
+            self.open.entry(point).or_insert_with(|| Statistics::with_limit(self.limit)).add_row(row);
+        }
+        if self.written.elapsed() >= PATIENCE.max(self.begun.elapsed() / SHARE) {
+            self.sync()
+        } else {
+            Ok(())
+        }
+    }
+
+    fn sync(&mut self) -> Result<(), JournalError> {
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        let standing = Standing { next: self.walk.next(), points: std::mem::take(&mut self.open) };
+        let bytes = postcard::to_stdvec(&standing).map_err(|error| io(std::io::Error::other(error)))?;
+        let written = journal::block(&bytes).and_then(|block| self.file.write_all(&block));
+        written.and_then(|()| self.file.sync_data()).map_err(io)?;
+        // The last point may go on.
+        self.open = standing.points.into_iter().next_back().into_iter().collect();
+        self.written = Instant::now();
+        Ok(())
+    }
+}
+
+/// A journal of statistics that was read.
+#[derive(Clone, Debug)]
+pub struct Tallied {
+    identity: Identity,
+    walk: Walk,
+    points: BTreeMap<usize, Statistics>,
+}
+
+impl Tallied {
+    /// Reads a journal up to its last whole block.
+    pub fn read(path: &Path) -> Result<Self, JournalError> {
+        Self::open(path).map(|(tallied, _)| tallied)
+    }
+
+    /// The same, and where that block ends.
+    fn open(path: &Path) -> Result<(Self, u64), JournalError> {
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let foreign = || JournalError::Foreign(path.to_owned());
+        let mut file = BufReader::new(File::open(path).map_err(io)?);
+        let mut end = 0;
+        let identity = journal::header(&mut file, TALLY, path, &mut end)?;
+        let mut tallied = Self { walk: Walk::new(&identity), identity, points: BTreeMap::new() };
+        while let Block::Whole(bytes) = journal::read_block(&mut file, &mut end).map_err(io)? {
+            let Standing { next, points } = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
+            tallied.points.extend(points);
+            let current = usize::try_from(next.0).ok().and_then(|point| tallied.points.get(&point));
+            tallied.walk.go_to(next, current);
+        }
+        Ok((tallied, end))
+    }
+
+    /// What run it is of.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// Whether all trials of the run, or of its shard, are in it.
+    pub fn is_done(&self) -> bool {
+        self.walk.is_done()
+    }
+
+    /// How many trials are missing, at most.
+    pub fn left(&self) -> u64 {
+        self.walk.left()
+    }
+
+    /// The statistics of each point that has trials in it.
+    pub fn points(&self) -> &BTreeMap<usize, Statistics> {
+        &self.points
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Shard;
+    use super::super::walk::tests::{identity, row};
+    use super::*;
+
+    /// An error of a trial at a point.
+    fn of(point: usize, trial: u64) -> Row {
+        row(trial, ((trial * 7 + point as u64) as f64).sin() * 3.0)
+    }
+
+    /// Appends the next rows in blocks of 100, at most `most` of them; a sync after each third block.
+    fn go_on(tally: &mut Tally, most: u64) {
+        let mut left = most;
+        for block in 0.. {
+            let ahead = tally.walk().ahead(100.min(left));
+            if ahead.is_empty() {
+                break;
+            }
+            left -= ahead.len() as u64;
+            let rows: Vec<Row> = ahead.iter().map(|(point, trial)| of(*point, *trial)).collect();
+            tally.append(&rows).expect("the next ones");
+            if block % 3 == 0 {
+                tally.sync().expect("written");
+            }
+        }
+    }
+
+    #[test]
+    fn law_killed_and_resumed_the_statistics_are_those_of_the_rows() {
+        for (stop_at, most) in [("{}", 8_765), ("{ rms = \"3 %\" }", 777)] {
+            let folder = tempfile::tempdir().expect("a folder");
+            let identity = identity(stop_at, Shard::WHOLE);
+            // The rows themselves, without any journal.
+            let mut walk = Walk::new(&identity);
+            let mut expected: BTreeMap<usize, Statistics> = BTreeMap::new();
+            while !walk.is_done() {
+                for (point, trial) in walk.ahead(u64::MAX) {
+                    let row = of(point, trial);
+                    walk.take(&row).expect("the next one");
+                    expected.entry(point).or_insert_with(|| Statistics::with_limit(1.5)).add_row(&row);
+                }
+            }
+            let path = folder.path().join("run.journal");
+            let mut times = 0;
+            while !Tallied::read(&path).is_ok_and(|tallied| tallied.is_done()) {
+                let mut tally = Tally::open(&path, &identity, 1.5).expect("the same run");
+                // A second process is kept out.
+                assert!(matches!(Tally::open(&path, &identity, 1.5), Err(JournalError::Busy(_))));
+                // Killed: what was appended after the last sync is lost, and a block may be cut.
+                go_on(&mut tally, most);
+                if tally.walk().is_done() {
+                    tally.sync().expect("written");
+                } else if times % 2 == 1 {
+                    tally.file.set_len(tally.file.metadata().expect("there").len() - 3).expect("cut");
+                }
+                times += 1;
+            }
+            assert!(times > 1, "{times}");
+            let found = Tallied::read(&path).expect("readable");
+            assert_eq!(found.points().len(), 5);
+            for (point, statistics) in found.points() {
+                assert_eq!(statistics.summary(), expected[point].summary(), "{point}");
+            }
+            let other = Identity { seed: 2, ..identity };
+            assert!(matches!(Tally::open(&path, &other, 1.5), Err(JournalError::Other { .. })));
+        }
+    }
+}

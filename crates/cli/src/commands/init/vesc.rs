@@ -1,0 +1,266 @@
+//! A data sheet from a motor configuration that VESC Tool saved as XML.
+//!
+//! The configuration is a table of texts. What counts of it, after the firmware's own use (`datatypes.h`, `mcpwm_foc.c`):
+//! `foc_motor_r` in Ω and `foc_motor_l` = (L_d + L_q)/2 in H of a phase, `foc_motor_ld_lq_diff` = L_q − L_d in H,
+//! `foc_motor_flux_linkage` in Wb, `si_motor_poles`, and `l_current_max` in A, the peak of a phase.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::error::Error;
+
+/// Nominal voltage of a cell by `si_battery_type`.
+const CELLS: [(f64, &str); 3] = [(3.6, "lithium-ion"), (3.2, "lithium iron phosphate"), (2.0, "lead-acid")];
+
+/// Keys of injection that firmware has and no motor: named, so that nobody misses them.
+const INJECTION: [&str; 8] = [
+    "foc_sensor_mode",
+    "foc_hfi_voltage_start",
+    "foc_hfi_voltage_run",
+    "foc_hfi_voltage_max",
+    "foc_hfi_start_samples",
+    "foc_hfi_samples",
+    "foc_sl_erpm_hfi",
+    "foc_hfi_amb_current",
+];
+
+/// What was read.
+struct Settings<'a> {
+    path: &'a Path,
+    texts: BTreeMap<String, String>,
+}
+
+impl Settings<'_> {
+    fn wrong(&self, found: String, needed: &str) -> Error {
+        Error::Results { path: self.path.to_owned(), found, needed: needed.to_owned() }
+    }
+
+    fn number(&self, key: &str) -> Result<Option<f64>, Error> {
+        let Some(text) = self.texts.get(key) else { return Ok(None) };
+        match text.parse::<f64>() {
+            Ok(number) if number.is_finite() => Ok(Some(number)),
+            _ => Err(self.wrong(format!("`{text}` as {key}"), "a finite number")),
+        }
+    }
+
+    /// A number above zero that must be there.
+    fn needed(&self, key: &str) -> Result<f64, Error> {
+        match self.number(key)? {
+            Some(number) if number > 0.0 => Ok(number),
+            Some(number) => Err(self
+                .wrong(format!("{key} = {number}"), "a number above zero, as a motor detection leaves it")),
+            None => Err(self.wrong(
+                format!("no {key}"),
+                "all of foc_motor_r, foc_motor_l, foc_motor_flux_linkage, l_current_max, si_motor_poles",
+            )),
+        }
+    }
+}
+
+fn read(path: &Path) -> Result<Settings<'_>, Error> {
+    let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let mut settings = Settings { path, texts: BTreeMap::new() };
+    let needed = "the XML of a motor configuration, as VESC Tool saves it";
+    let document =
+        roxmltree::Document::parse(&text).map_err(|error| settings.wrong(error.to_string(), needed))?;
+    // Its root has had several names; its elements not.
+    let elements = document.root_element().descendants().filter(roxmltree::Node::is_element);
+    for element in elements {
+        if let Some(text) = element.text() {
+            settings.texts.insert(element.tag_name().name().to_owned(), text.trim().to_owned());
+        }
+    }
+    if !settings.texts.keys().any(|key| key.starts_with("foc_motor")) {
+        let root = document.root_element().tag_name().name();
+        return Err(settings.wrong(format!("<{root}> without any foc_motor_…"), needed));
+    }
+    Ok(settings)
+}
+
+/// The data sheet's text, and what is to be said of it.
+pub fn sheet(path: &Path) -> Result<(String, String), Error> {
+    let settings = read(path)?;
+    let [r, l, flux] =
+        ["foc_motor_r", "foc_motor_l", "foc_motor_flux_linkage"].map(|key| settings.needed(key));
+    let (r, l, flux) = (r?, l?, flux?);
+    let poles = settings.needed("si_motor_poles")?;
+    if poles % 2.0 != 0.0 {
+        return Err(settings.wrong(format!("si_motor_poles = {poles}"), "an even number"));
+    }
+    let current = settings.needed("l_current_max")?;
+    let difference = settings.number("foc_motor_ld_lq_diff")?;
+    let half = difference.unwrap_or(0.0) / 2.0;
+    if half.abs() >= l {
+        return Err(settings.wrong(
+            format!("foc_motor_ld_lq_diff = {}", 2.0 * half),
+            "less than twice foc_motor_l either way",
+        ));
+    }
+    let inductances = match difference {
+        Some(_) => ("measured", "foc_motor_l ∓ foc_motor_ld_lq_diff / 2"),
+        None => {
+            ("assumed", "foc_motor_l; the file has no foc_motor_ld_lq_diff, as of a motor without saliency")
+        }
+    };
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    // What a motor may be called.
+    let name: String =
+        name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).take(60).collect();
+    let mut text = format!(
+        "# From {}, a motor configuration of VESC Tool. What it does not say is assumed: `standstill motors FILE` lists it.\n",
+        path.file_name().unwrap_or_default().to_string_lossy()
+    );
+    let _ = writeln!(text, "name = {}\ntitle = \"From a motor configuration of VESC Tool\"", quoted(&name));
+    let given: Vec<String> =
+        INJECTION.iter().filter_map(|key| Some(format!("{key} {}", settings.texts.get(*key)?))).collect();
+    if !given.is_empty() {
+        let _ = writeln!(
+            text,
+            "notes = {}",
+            quoted(&format!("Injection of its controller: {}.", given.join(", ")))
+        );
+    }
+    text += "\n[nameplate]\n";
+    let mut line = |key: &str, value: String, source: &str, reason: &str| {
+        let _ = writeln!(
+            text,
+            "{key} = {{ value = {value}, source = \"{source}\", reason = {} }}",
+            quoted(reason)
+        );
+    };
+    line(
+        "pole_pairs",
+        format!("{}", poles / 2.0),
+        "given",
+        "si_motor_poles / 2; 14 poles are what VESC Tool begins with",
+    );
+    line("resistance", quoted(&format!("{r} Ω")), "measured", "foc_motor_r");
+    line("L_d", quoted(&format!("{} H", digits(l - half))), inductances.0, inductances.1);
+    line("L_q", quoted(&format!("{} H", digits(l + half))), inductances.0, inductances.1);
+    line("magnet_flux", quoted(&format!("{flux} Wb")), "measured", "foc_motor_flux_linkage");
+    line("rated_current", quoted(&format!("{current} A")), "given", "l_current_max, the peak of a phase");
+    let (link, reason) = link(&settings)?;
+    line("dc_link", quoted(&format!("{} V", digits(link))), "assumed", &reason);
+    text += "\n# By how much the inductances fall at rated current. The file does not say: without it the pole cannot be judged.\n\
+             # saturation = { d = \"6 %\", minus_d = \"-3 %\", q = \"10 %\" }\n";
+
+    let mut said = "Not in the file, and assumed: saturation (the pole cannot be judged without), the DC link, leakage, the rotor.\n".to_owned();
+    if difference.is_none() {
+        said += "It has no foc_motor_ld_lq_diff: L_q = L_d is assumed, and a motor without saliency has no axis to find.\n";
+    }
+    let mut keys = Vec::new();
+    if let Some(frequency) =
+        settings.number("foc_f_zv")?.or(settings.number("foc_f_sw")?).filter(|f| *f > 0.0)
+    {
+        // The firmware's frequency is that of its zero vectors, two in a period of the carrier.
+        let carrier = if settings.texts.contains_key("foc_f_zv") { frequency / 2.0 } else { frequency };
+        keys.push(format!("-s inverter.carrier=\"{} Hz\"", digits(carrier)));
+    }
+    if let Some(dead) = settings.number("foc_dt_us")?.filter(|dead| *dead > 0.0) {
+        keys.push(format!("-s inverter.dead_time=\"{dead} us\""));
+    }
+    if !keys.is_empty() {
+        let _ = writeln!(said, "Of its controller, for scenarios: {}", keys.join(" "));
+    }
+    Ok((text, said))
+}
+
+/// A text as TOML has it.
+fn quoted(text: &str) -> String {
+    toml::Value::from(text).to_string()
+}
+
+/// A number without what arithmetic left behind its twelfth digit.
+fn digits(value: f64) -> f64 {
+    format!("{value:.11e}").parse().unwrap_or(value)
+}
+
+/// The DC link's voltage, and why.
+fn link(settings: &Settings<'_>) -> Result<(f64, String), Error> {
+    let kind = settings.number("si_battery_type")?.unwrap_or(0.0);
+    let (volts, name) =
+        CELLS.into_iter().zip(0..).find(|(_, k)| f64::from(*k) == kind).map_or(CELLS[0], |(cell, _)| cell);
+    Ok(match settings.number("si_battery_cells")?.filter(|cells| *cells > 0.0) {
+        Some(cells) => (cells * volts, format!("si_battery_cells = {cells} {name} cells of {volts} V")),
+        None => (12.0 * volts, format!("the file does not say; twelve {name} cells of {volts} V")),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_plant::DataSheet;
+
+    use super::*;
+
+    /// As VESC Tool saves it, but for most of its two hundred settings.
+    const XML: &str = r#"<?xml version="1.0" encoding="UTF-8"?>
+<MCConfiguration>
+    <ConfigVersion>3</ConfigVersion>
+    <l_current_max>60</l_current_max>
+    <foc_f_zv>30000</foc_f_zv>
+    <foc_dt_us>0.12</foc_dt_us>
+    <foc_sensor_mode>3</foc_sensor_mode>
+    <foc_motor_l>1.4e-05</foc_motor_l>
+    <foc_motor_ld_lq_diff>4e-06</foc_motor_ld_lq_diff>
+    <foc_motor_r>0.018</foc_motor_r>
+    <foc_motor_flux_linkage>0.0034</foc_motor_flux_linkage>
+    <foc_hfi_voltage_start>12</foc_hfi_voltage_start>
+    <si_motor_poles>14</si_motor_poles>
+    <si_battery_type>0</si_battery_type>
+    <si_battery_cells>12</si_battery_cells>
+</MCConfiguration>
+"#;
+
+    fn of(xml: &str) -> Result<(String, String), String> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("scooter \"x\".xml");
+        std::fs::write(&path, xml).expect("written");
+        sheet(&path).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn analytic_the_sheet_is_the_motor_of_the_file() {
+        let (text, said) = of(XML).expect("a configuration");
+        let sheet = DataSheet::parse("scooter.toml", &text).expect("a data sheet");
+        let motor = sheet.motor().expect("a motor");
+        assert_eq!((motor.pole_pairs, motor.resistance), (7, 0.018));
+        // (L_d + L_q)/2 = 14 µH, L_q − L_d = 4 µH.
+        for part in [
+            "\"0.000012 H\"",
+            "\"0.000016 H\"",
+            "\"0.0034 Wb\"",
+            "\"60 A\"",
+            "\"43.2 V\"",
+            "foc_hfi_voltage_start 12",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+        assert!(text.contains("dc_link = { value = \"43.2 V\", source = \"assumed\""), "{text}");
+        assert!(
+            said.contains("saturation")
+                && said.contains("-s inverter.carrier=\"15000 Hz\" -s inverter.dead_time=\"0.12 us\"")
+        );
+        // Without a difference: told as assumed.
+        let (text, said) = of(&XML.replace("foc_motor_ld_lq_diff", "something")).expect("a configuration");
+        assert!(said.contains("no foc_motor_ld_lq_diff"));
+        assert!(text.contains("L_q = { value = \"0.000014 H\", source = \"assumed\""), "{text}");
+    }
+
+    #[test]
+    fn law_what_is_no_such_file_is_refused_by_name() {
+        for (xml, message) in [
+            ("", "needed the XML of a motor configuration"),
+            ("trials = 10", "needed the XML"),
+            ("<svg><path>3</path></svg>", "<svg> without any foc_motor_…"),
+            (&XML.replace("0.018", "0"), "foc_motor_r = 0, needed a number above zero"),
+            (&XML.replace("0.018", "ten"), "`ten` as foc_motor_r"),
+            (&XML.replace("4e-06", "4e-05"), "foc_motor_ld_lq_diff = 0.00004"),
+            (&XML.replace(">14<", ">13<"), "si_motor_poles = 13"),
+            (&XML.replace("l_current_max", "x"), "no l_current_max"),
+        ] {
+            let error = of(xml).expect_err("refused");
+            assert!(error.contains(message), "{message}: {error}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! A run whose trials a host carries out itself, such as with a detector of its own; results as those of `standstill run`.
+
+use std::ffi::OsString;
+use std::sync::Arc;
+use std::sync::atomic::Ordering;
+
+use rayon::prelude::*;
+use standstill_campaign::store::{Row, Shard, Sweep as Trials};
+use standstill_detect::Method;
+use standstill_report::table::{Column, Columns, Value};
+use standstill_scenario::{Plan, Scenario};
+
+use super::results::{Points, Results};
+use crate::arguments::{Arguments, Command, Run};
+use crate::columns::{trial_columns, trial_values};
+use crate::error::Error;
+use crate::{Host, progress, text};
+
+/// Trials that are begun at a time, for each thread.
+const BLOCK: u64 = 16;
+
+/// What carries out a trial: it gets the scenario, with what the trial draws, and the trial's number.
+pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Row, E> + Sync);
+
+/// Why a run by a host has no results.
+#[derive(Debug)]
+pub enum Stopped<E> {
+    /// It is wrong, in a line.
+    Wrong(String),
+    /// This trial could not be carried out: the first of those.
+    Trial(u64, E),
+    /// [`Host::stop`].
+    Asked,
+}
+
+impl<E> From<Error> for Stopped<E> {
+    fn from(error: Error) -> Self {
+        Self::Wrong(text::one_line(&error.to_string()))
+    }
+}
+
+impl Host {
+    /// Carries out a command line `run …` with trials by `trial`. The summary in JSON; the rows are in [`Host::tables`].
+    ///
+    /// # Errors
+    /// What is wrong with the scenario, and the error of the first trial that has one.
+    pub fn trials<E: Send>(
+        self: &Arc<Self>,
+        words: impl IntoIterator<Item = OsString>,
+        trial: Trial<'_, E>,
+    ) -> Result<String, Stopped<E>> {
+        self.run(|| {
+            let words = std::iter::once("standstill".into()).chain(words);
+            let Arguments { command: Command::Run(options) } = crate::arguments(words)? else {
+                return Err(Stopped::Wrong("not a command line of `run`".to_owned()));
+            };
+            self.carry_out(&options, trial)
+        })
+    }
+
+    fn carry_out<E: Send>(&self, options: &Run, trial: Trial<'_, E>) -> Result<String, Stopped<E>> {
+        let plan = Plan::new(super::document_of(options)?).map_err(Error::from)?;
+        let threads = options.threads.map(usize::from);
+        let sweep = Trials { plan: &plan, shard: Shard::WHOLE, threads };
+        let identity = sweep.identity().map_err(Error::from)?;
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
+        let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
+        let mut points = Points::of(&identity)?;
+        let columns: Vec<Column> =
+            points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
+        let mut table = Columns::new(columns);
+        let bar = progress::bar(identity.rows());
+        let stop = self.flag();
+        for point in 0..plan.points().len() {
+            let told = plan.scenario(point).map_err(Error::from)?;
+            let one = |number: u64| {
+                if stop.load(Ordering::Relaxed) {
+                    return Err(Stopped::Asked);
+                }
+                let run =
+                    |scenario: &_| trial(scenario, number).map_err(|error| Stopped::Trial(number, error));
+                if plan.has_tolerances() {
+                    run(&plan.single(point, number).map_err(Error::from)?.scenario)
+                } else {
+                    run(&told)
+                }
+            };
+            let mut done = 0;
+            while done < identity.trials {
+                let end = (done + BLOCK * pool.current_num_threads() as u64).min(identity.trials);
+                let rows: Vec<Result<Row, Stopped<E>>> =
+                    pool.install(|| (done..end).into_par_iter().map(one).collect());
+                for row in rows {
+                    let row = row?;
+                    let values = &points.coordinates[point].values;
+                    let mut cells: Vec<Value<'_>> =
+                        points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
+                    cells.extend(trial_values(&row));
+                    table.row(&cells).map_err(Error::Table)?;
+                    points.add(point, &row);
+                }
+                bar.inc(end - done);
+                done = end;
+            }
+        }
+        bar.finish_and_clear();
+        points.close();
+        let results = Results::finish(&options.results, None, &identity, points, None)?;
+        self.keep("trials", table);
+        Ok(results.json)
+    }
+}

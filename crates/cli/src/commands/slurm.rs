@@ -1,0 +1,168 @@
+//! `standstill slurm`: a script that runs the shards of a scenario as a job array, and puts them together.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use standstill_scenario::Plan;
+
+use super::run::{document, quoted};
+use crate::Report;
+use crate::arguments::{FormatName, Rows, Slurm};
+use crate::error::Error;
+use crate::interrupt;
+use crate::scenario;
+
+pub fn run(options: &Slurm) -> Result<Report, Error> {
+    interrupt::at_once();
+    let mut document =
+        document(&options.scenario, &options.keys, options.trials, options.seed, &options.stop_at)?;
+    scenario::vary(&mut document, &options.axes)?;
+    // What is wrong with it shows here, and not a thousand times on the cluster.
+    Plan::new(document)?;
+    let here = std::env::current_dir().map_err(|error| Error::Read(".".into(), error))?;
+    let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
+    Ok(Report { text: script(options, &here, &program), code: 0 })
+}
+
+/// A path as a shell takes it.
+fn path(path: &Path) -> String {
+    quoted(&path.to_string_lossy())
+}
+
+/// What a task runs, but for its shard.
+fn command(options: &Slurm) -> String {
+    let sweep =
+        !options.axes.vary.is_empty() || options.axes.design.is_some() || options.axes.points.is_some();
+    let mut words = vec![if sweep { "sweep" } else { "run" }.to_owned(), path(&options.scenario)];
+    let pairs = |option: &str, pairs: &[(String, String)]| {
+        pairs
+            .iter()
+            .map(|(key, value)| format!("{option} {}", quoted(&format!("{key}={value}"))))
+            .collect::<Vec<_>>()
+    };
+    words.extend(pairs("-s", &options.keys.set));
+    words.extend(pairs("--vary", &options.axes.vary));
+    words.extend(
+        options.axes.design.map(|design| format!("--design {}", standstill_interface::Choice::name(design))),
+    );
+    words.extend(options.axes.points.map(|points| format!("--points {points}")));
+    words.extend(options.trials.map(|trials| format!("--trials {trials}")));
+    words.extend(options.seed.seed.map(|seed| format!("--seed {seed}")));
+    words.extend(pairs("--stop-at", &options.stop_at));
+    words.extend((options.rows == Rows::None).then(|| "--rows none".to_owned()));
+    words.join(" ")
+}
+
+fn script(options: &Slurm, here: &Path, program: &Path) -> String {
+    let name = options.scenario.file_stem().unwrap_or_default().to_string_lossy();
+    let name: String = name.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect();
+    let mut directives = format!("#SBATCH --job-name={name}\n#SBATCH --cpus-per-task={}\n", options.cpus);
+    for (option, value) in [("time", &options.time), ("partition", &options.partition)] {
+        if let Some(value) = value {
+            let _ = writeln!(directives, "#SBATCH --{option}={value}");
+        }
+    }
+    let format = match options.format {
+        FormatName::Csv => "",
+        FormatName::Parquet => " --format parquet",
+        FormatName::Npz => " --format npz",
+        FormatName::Mat => " --format mat",
+    };
+    let [out, shards] = [path(&options.out), path(&options.out.join("shards"))];
+    let merge_partition =
+        options.partition.as_ref().map_or_else(String::new, |name| format!(" --partition={name}"));
+    format!(
+        r#"#!/bin/bash
+# {count} shards of {scenario}, and what puts them together when all are done. Submit both with
+#   bash THIS-FILE
+# and, after `standstill status {shards}` named shards to submit again, with
+#   bash THIS-FILE --array=3,7-9
+# Options are handed on to sbatch. Shards go on where they ended; those that are done end at once.
+{directives}#SBATCH --array=1-{count}
+set -eu
+standstill={program}
+shards={shards}
+
+if [ -n "${{SLURM_ARRAY_TASK_ID:-}}" ]; then
+    exec "$standstill" {command} --threads {cpus} --resume --out "$shards" --shard "$SLURM_ARRAY_TASK_ID/{count}"
+fi
+
+if ! command -v sbatch >/dev/null; then
+    echo "sbatch is not here: run this where jobs are submitted to Slurm" >&2
+    exit 2
+fi
+script=$(realpath "$0")
+cd {here}
+mkdir -p "$shards"
+job=$(sbatch --parsable --output="$shards/%A_%a.log" "$@" "$script")
+merge=$(sbatch --parsable --job-name={name}-merge{merge_partition} --output="$shards/merge.log" \
+    --dependency="afterok:${{job%%;*}}" --kill-on-invalid-dep=yes \
+    --wrap="exec $(printf '%q ' "$standstill" merge "$shards" --out {out}{format})")
+echo "submitted: shards as job ${{job%%;*}}, and job ${{merge%%;*}} to put them together in {out_plain}"
+"#,
+        count = options.shards,
+        scenario = path(&options.scenario),
+        program = path(program),
+        command = command(options),
+        cpus = options.cpus,
+        here = path(here),
+        out_plain = options.out.display(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+    use crate::arguments::{Arguments, Command};
+
+    #[test]
+    fn law_the_script_has_all_that_was_asked_for_and_a_shell_understands_it() {
+        let words = [
+            "standstill",
+            "slurm",
+            "it's mine.toml",
+            "--shards",
+            "20",
+            "--cpus",
+            "4",
+            "--time",
+            "02:00:00",
+            "--partition",
+            "short",
+            "-s",
+            "sensors.noise=20 mA",
+            "--vary",
+            "errors=default,harsh",
+            "--rows",
+            "none",
+            "--out",
+            "big out",
+        ];
+        let Ok(Arguments { command: Command::Slurm(options) }) = Arguments::try_parse_from(words) else {
+            panic!("a command line");
+        };
+        let text = script(&options, Path::new("/home/a b"), Path::new("/opt/standstill"));
+        for line in [
+            "#SBATCH --array=1-20\n",
+            "#SBATCH --cpus-per-task=4\n",
+            "#SBATCH --time=02:00:00\n",
+            "#SBATCH --partition=short\n",
+            "sweep 'it'\\''s mine.toml' -s 'sensors.noise=20 mA' --vary errors=default,harsh --rows none --threads 4 --resume",
+            "cd '/home/a b'\n",
+            "--dependency=\"afterok:",
+        ] {
+            assert!(text.contains(line), "{line}\n{text}");
+        }
+        // Directives count only before the first command.
+        let last = text.rfind("#SBATCH").expect("some");
+        assert!(last < text.find("set -eu").expect("there"));
+        for bad in ["a b", "x\ny", ""] {
+            assert!(
+                Arguments::try_parse_from(["standstill", "slurm", "s.toml", "--shards", "2", "--time", bad])
+                    .is_err()
+            );
+        }
+    }
+}

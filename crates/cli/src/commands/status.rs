@@ -1,0 +1,62 @@
+//! `standstill status`: which shards of a run are done, and which to submit again.
+
+use std::fmt::Write as _;
+
+use serde_json::json;
+use standstill_campaign::store::{State, Survey};
+
+use crate::Report;
+use crate::arguments::Status;
+use crate::error::Error;
+use crate::text::table;
+
+const STATES: [(State, &str); 5] = [
+    (State::Done, "done"),
+    (State::Running, "running"),
+    (State::Begun, "begun"),
+    (State::Missing, "missing"),
+    (State::Damaged, "damaged"),
+];
+
+/// Shards that are listed; of more, only how many there are.
+const MOST_LINES: usize = 40;
+
+pub fn run(options: &Status) -> Result<Report, Error> {
+    let survey = Survey::of(&options.folders)?;
+    let code = u8::from(!survey.is_done());
+    let count = |state| survey.shards.iter().filter(|shard| shard.state == state).count();
+    let again = survey.again();
+    if options.json {
+        let counts: serde_json::Map<_, _> =
+            STATES.iter().map(|(state, name)| ((*name).to_owned(), count(*state).into())).collect();
+        let array = (!again.is_empty()).then_some(&again);
+        let json =
+            json!({ "run": survey.identity, "counts": counts, "array": array, "shards": survey.shards });
+        return Ok(Report { text: format!("{json:#}\n"), code });
+    }
+    let counts = STATES.iter().filter(|(state, _)| count(*state) > 0);
+    let counts: Vec<String> = counts.map(|(state, name)| format!("{} {name}", count(*state))).collect();
+    let mut text = format!("{} shards: {}\n", survey.shards.len(), counts.join(", "));
+    let open: Vec<_> = survey.shards.iter().filter(|shard| shard.state != State::Done).collect();
+    let rows = open.iter().take(MOST_LINES).map(|shard| {
+        let name = STATES.iter().find(|(state, _)| *state == shard.state).map_or("", |(_, name)| name);
+        let left = shard.left.map_or_else(String::new, |left| left.to_string());
+        let journal = shard.journal.as_ref().map_or_else(String::new, |path| path.display().to_string());
+        vec![shard.index.to_string(), name.to_owned(), left, journal]
+    });
+    if !open.is_empty() {
+        text.push('\n');
+        text += &table(&["shard", "state", "trials left", "journal"], rows, false);
+    }
+    if open.len() > MOST_LINES {
+        let _ = writeln!(text, "… and {} more that are not done", open.len() - MOST_LINES);
+    }
+    let unreadable = open.iter().find(|shard| shard.state == State::Damaged && shard.left.is_none());
+    if let Some(path) = unreadable.and_then(|shard| shard.journal.as_ref()) {
+        let _ = writeln!(text, "\n{} has no head that can be read: remove it first.", path.display());
+    }
+    if !again.is_empty() {
+        let _ = writeln!(text, "\nSubmit again with --array={again}");
+    }
+    Ok(Report { text, code })
+}

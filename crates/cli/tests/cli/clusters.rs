@@ -1,0 +1,164 @@
+//! Clusters: runs that keep no rows, what is known of shards, and the script for Slurm.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use super::{folder, mistake, names, standstill};
+
+const SWEEP: &str = r#"
+trials = 300
+limit = "0.5 deg"
+[detector]
+method = "bipolar"
+[axes]
+"sensors.noise" = { from = "1 mA", to = "400 mA", points = 3, log = true }
+"#;
+
+fn succeed(arguments: &[&str], folder: &Path) -> String {
+    let output = standstill(arguments, folder);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+#[test]
+fn law_the_summary_of_a_run_without_rows_is_that_with_rows_also_killed_and_from_shards() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    let summary = |out: &str| fs::read(path.join(out).join("summary.json")).expect("there");
+    succeed(&["run", "s.toml", "--out", "rows"], path);
+    succeed(&["run", "s.toml", "--rows", "none", "--threads", "2", "--out", "none"], path);
+    assert_eq!(names(&path.join("none")), ["summary.json"]);
+    assert_eq!(summary("rows"), summary("none"));
+    // Without axes as well, and with points that end early.
+    for options in [&["--stop-at", "rms=9%"][..], &["-s", "axes={}"]] {
+        let run = |rows: &str| {
+            succeed(&[&["run", "s.toml", "--rows", rows, "--out", rows], options].concat(), path)
+        };
+        run("all");
+        run("none");
+        assert_eq!(summary("all"), summary("none"), "{options:?}");
+    }
+    // Shards, the second of them killed again and again.
+    for shard in ["1/3", "3/3"] {
+        succeed(&["run", "s.toml", "--rows", "none", "--shard", shard, "--out", "shards"], path);
+    }
+    let second = [
+        "run",
+        "s.toml",
+        "--rows",
+        "none",
+        "--shard",
+        "2/3",
+        "--resume",
+        "--threads",
+        "1",
+        "--out",
+        "shards",
+    ];
+    for wait in [5, 40, 90] {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args(second)
+            .current_dir(path)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        std::thread::sleep(Duration::from_millis(wait));
+        let _ = child.kill();
+        child.wait().expect("ended");
+    }
+    succeed(&second, path);
+    succeed(&["merge", "shards", "--out", "merged"], path);
+    assert_eq!(names(&path.join("merged")), ["summary.json"]);
+    assert_eq!(summary("rows"), summary("merged"));
+    // Rows and statistics are not put together, and one does not go on as the other.
+    succeed(&["run", "s.toml", "--shard", "1/2", "--rows", "none", "--out", "mixed"], path);
+    succeed(&["run", "s.toml", "--shard", "2/2", "--out", "mixed"], path);
+    assert!(
+        mistake(&["merge", "mixed"], path).contains("it keeps rows there and statistics alone here (--rows)")
+    );
+    let message = mistake(&["run", "s.toml", "--shard", "1/2", "--resume", "--out", "mixed"], path);
+    assert!(message.contains("it keeps statistics alone there and rows here (--rows)"), "{message}");
+}
+
+#[test]
+fn law_status_tells_what_to_submit_again() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    for shard in ["2/5", "4/5"] {
+        succeed(&["run", "s.toml", "--shard", shard, "--out", "shards"], path);
+    }
+    let output = standstill(&["status", "shards"], path);
+    let text = String::from_utf8(output.stdout).expect("text");
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text.contains("5 shards: 2 done, 3 missing") && text.contains("--array=1,3,5"), "{text}");
+    // Part of one: its journal cut short.
+    let journal = path.join("shards/shard-4-of-5.journal");
+    let bytes = fs::read(&journal).expect("there");
+    fs::write(&journal, &bytes[..bytes.len() - 9]).expect("written");
+    let output = standstill(&["status", "shards", "--json"], path);
+    let json: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!((output.status.code(), json["array"].as_str()), (Some(1), Some("1,3-5")));
+    assert_eq!(
+        (json["shards"][3]["state"].as_str(), json["shards"][1]["state"].as_str()),
+        (Some("begun"), Some("done"))
+    );
+    for shard in ["1/5", "3/5", "4/5", "5/5"] {
+        succeed(&["run", "s.toml", "--shard", shard, "--resume", "--out", "shards"], path);
+    }
+    assert!(succeed(&["status", "shards"], path).contains("5 shards: 5 done\n"));
+    assert!(mistake(&["status", "nowhere"], path).contains("nowhere"));
+    fs::write(path.join("shards/shard-9-of-9.journal"), "of something else").expect("written");
+    assert!(mistake(&["status", "shards"], path).contains("shard-9-of-9.journal"));
+}
+
+#[test]
+fn law_the_script_for_slurm_is_understood_by_a_shell_and_says_where_slurm_is_not() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    let script =
+        succeed(&["slurm", "s.toml", "--shards", "3", "-s", "sensors.noise=20 mA", "--out", "big out"], path);
+    fs::write(path.join("job.sh"), &script).expect("written");
+    // With nothing else to find there is no sbatch.
+    let run = |task: Option<&str>| {
+        let mut bash = Command::new("/bin/bash");
+        bash.arg("job.sh").current_dir(path).env("PATH", "/nowhere").env_remove("SLURM_ARRAY_TASK_ID");
+        task.map(|task| bash.env("SLURM_ARRAY_TASK_ID", task));
+        bash.output().expect("a shell")
+    };
+    let output = run(None);
+    let message = String::from_utf8(output.stderr).expect("text");
+    assert!(output.status.code() == Some(2) && message.starts_with("sbatch is not here"), "{message}");
+    for task in ["1", "2", "3", "2"] {
+        assert!(run(Some(task)).status.success());
+    }
+    succeed(&["merge", "big out/shards", "--out", "merged"], path);
+    succeed(&["run", "s.toml", "-s", "sensors.noise=20 mA", "--out", "whole"], path);
+    let trials = |out: &str| fs::read(path.join(out).join("trials.csv")).expect("there");
+    assert_eq!(trials("merged"), trials("whole"));
+    // What is wrong shows before anything is submitted.
+    let message = mistake(&["slurm", "s.toml", "--shards", "3", "-s", "sensors.nose=1"], path);
+    assert!(message.contains("did you mean `noise`"), "{message}");
+}
+
+#[test]
+fn law_results_in_other_formats_replace_each_other() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    for (format, begin) in
+        [("npz", &b"PK\x03\x04"[..]), ("mat", b"MATLAB 5.0 MAT-file"), ("csv", b"sensors.noise,trial")]
+    {
+        succeed(&["run", "s.toml", "--trials", "5", "--format", format, "--out", "out"], path);
+        let trials = format!("trials.{format}");
+        assert_eq!(names(&path.join("out")), ["summary.json", trials.as_str()]);
+        assert!(fs::read(path.join("out").join(trials)).expect("there").starts_with(begin), "{format}");
+        succeed(&["trace", "--format", format, "--out", "trace"], path);
+        assert!(path.join(format!("trace/waveform.{format}")).exists());
+    }
+}

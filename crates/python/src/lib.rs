@@ -1,0 +1,26 @@
+//! Standstill for Python: commands carried out in a thread while the interpreter is free, and their results as columns that
+//! NumPy and Arrow share.
+
+mod command;
+mod detector;
+mod table;
+
+use pyo3::prelude::*;
+
+pyo3::create_exception!(
+    standstill,
+    Error,
+    pyo3::exceptions::PyException,
+    "What is wrong, in the line that the command line would print."
+);
+
+/// The module.
+#[pymodule]
+fn _standstill(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    module.add("Error", module.py().get_type::<Error>())?;
+    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
+    module.add_class::<table::Table>()?;
+    module.add_function(wrap_pyfunction!(command::command, module)?)?;
+    module.add_function(wrap_pyfunction!(detector::detect, module)?)?;
+    Ok(())
+}

@@ -1,0 +1,174 @@
+//! Tables whose columns NumPy and Arrow read where they are.
+
+use std::sync::Arc;
+
+use arrow_array::ffi_stream::FFI_ArrowArrayStream;
+use arrow_array::{
+    ArrayRef, BooleanArray, Float64Array, Int64Array, LargeStringArray, RecordBatch, RecordBatchIterator,
+};
+use arrow_buffer::{Buffer, NullBuffer, OffsetBuffer, ScalarBuffer};
+use arrow_schema::{ArrowError, DataType, Field, Schema};
+use numpy::{Element, PyArray1, ndarray::ArrayView1};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::{PyCapsule, PyDict, PyList, PyString};
+use standstill_report::table::{Columns, Data};
+
+use crate::Error;
+
+/// The columns of a table, by their names. NumPy's arrays are views of them and cannot be written to.
+#[pyclass(frozen, mapping, module = "standstill")]
+pub struct Table {
+    columns: Vec<(String, Cells)>,
+    rows: usize,
+}
+
+/// The cells of a column, in memory that several can hold.
+enum Cells {
+    Whole(ScalarBuffer<i64>),
+    Number(ScalarBuffer<f64>),
+    Flag(ScalarBuffer<f64>),
+    Text(OffsetBuffer<i64>, Buffer),
+}
+
+/// What keeps a column in memory as long as an array reads it.
+#[pyclass(frozen)]
+struct Keeper(#[allow(dead_code, reason = "held, not read")] Buffer);
+
+/// A view of cells as a NumPy array.
+fn view<'py, T: Element>(py: Python<'py>, cells: &[T], buffer: &Buffer) -> PyResult<Bound<'py, PyAny>> {
+    let keeper = Bound::new(py, Keeper(buffer.clone()))?.into_any();
+    // SAFETY: the array's base is the keeper, which holds the buffer of these cells; nobody writes to it, for the array is
+    // made read-only below, and buffers of Arrow never change.
+    let array = unsafe { PyArray1::borrow_from_array(&ArrayView1::from(cells), keeper) };
+    let options = PyDict::new(py);
+    options.set_item("write", false)?;
+    array.call_method("setflags", (), Some(&options))?;
+    Ok(array.into_any())
+}
+
+/// Which cells of numbers are not empty; none if all are.
+fn present(cells: &[f64]) -> Option<NullBuffer> {
+    cells.iter().any(|cell| cell.is_nan()).then(|| cells.iter().map(|cell| !cell.is_nan()).collect())
+}
+
+impl Cells {
+    fn new(data: Data) -> Self {
+        match data {
+            Data::Whole(cells) => Self::Whole(cells.into()),
+            Data::Number(cells) => Self::Number(cells.into()),
+            Data::Flag(cells) => Self::Flag(cells.into()),
+            Data::Text(texts) => Self::Text(OffsetBuffer::new(texts.offsets.into()), texts.bytes.into()),
+        }
+    }
+
+    fn arrow(&self) -> Result<ArrayRef, ArrowError> {
+        Ok(match self {
+            Self::Whole(cells) => Arc::new(Int64Array::new(cells.clone(), None)),
+            Self::Number(cells) => Arc::new(Float64Array::new(cells.clone(), present(cells))),
+            Self::Flag(cells) => {
+                let flags = cells.iter().map(|cell| *cell == 1.0).collect();
+                Arc::new(BooleanArray::new(flags, present(cells)))
+            }
+            Self::Text(offsets, bytes) => {
+                let empty = offsets.lengths().any(|length| length == 0);
+                let present = empty.then(|| offsets.lengths().map(|length| length > 0).collect());
+                Arc::new(LargeStringArray::try_new(offsets.clone(), bytes.clone(), present)?)
+            }
+        })
+    }
+
+    fn kind(&self) -> DataType {
+        match self {
+            Self::Whole(_) => DataType::Int64,
+            Self::Number(_) => DataType::Float64,
+            Self::Flag(_) => DataType::Boolean,
+            Self::Text(..) => DataType::LargeUtf8,
+        }
+    }
+
+    fn numpy<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        match self {
+            Self::Whole(cells) => view(py, cells, cells.inner()),
+            Self::Number(cells) | Self::Flag(cells) => view(py, cells, cells.inner()),
+            Self::Text(offsets, bytes) => {
+                let text = |ends: &[i64]| {
+                    let [from, to] = [ends[0], ends[1]].map(|end| usize::try_from(end).unwrap_or_default());
+                    let text = std::str::from_utf8(&bytes[from..to]).unwrap_or_default();
+                    // The same few texts, again and again.
+                    PyString::intern(py, text)
+                };
+                let texts: Vec<_> = offsets.windows(2).map(text).collect();
+                let options = PyDict::new(py);
+                options.set_item("dtype", "object")?;
+                py.import("numpy")?.call_method("array", (PyList::new(py, texts)?,), Some(&options))
+            }
+        }
+    }
+}
+
+impl Table {
+    /// The same columns, which are not copied.
+    pub fn new(columns: Columns) -> Self {
+        let rows = usize::try_from(columns.rows()).unwrap_or(usize::MAX);
+        let columns =
+            columns.into_columns().into_iter().map(|(column, data)| (column.name, Cells::new(data)));
+        Self { columns: columns.collect(), rows }
+    }
+
+    fn schema(&self) -> Arc<Schema> {
+        let field = |(name, cells): &(String, Cells)| Field::new(name, cells.kind(), true);
+        Arc::new(Schema::new(self.columns.iter().map(field).collect::<Vec<_>>()))
+    }
+}
+
+#[pymethods]
+impl Table {
+    /// Names of the columns, in their order.
+    fn keys(&self) -> Vec<&str> {
+        self.columns.iter().map(|(name, _)| name.as_str()).collect()
+    }
+
+    fn __len__(&self) -> usize {
+        self.rows
+    }
+
+    fn __contains__(&self, name: &str) -> bool {
+        self.columns.iter().any(|(known, _)| known == name)
+    }
+
+    fn __getitem__<'py>(&self, py: Python<'py>, name: &str) -> PyResult<Bound<'py, PyAny>> {
+        match self.columns.iter().find(|(known, _)| known == name) {
+            Some((_, cells)) => cells.numpy(py),
+            None => {
+                Err(PyKeyError::new_err(format!("no column `{name}`; there are {}", self.keys().join(", "))))
+            }
+        }
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<{} rows of {}>", self.rows, self.keys().join(", "))
+    }
+
+    /// The Arrow PyCapsule interface: one record batch, which is not copied but for flags.
+    #[pyo3(signature = (requested_schema=None))]
+    fn __arrow_c_stream__<'py>(
+        &self,
+        py: Python<'py>,
+        requested_schema: Option<Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyCapsule>> {
+        // Whoever wants other types converts them.
+        drop(requested_schema);
+        let failed = |error: ArrowError| Error::new_err(error.to_string());
+        let arrays = self
+            .columns
+            .iter()
+            .map(|(_, cells)| cells.arrow())
+            .collect::<Result<Vec<_>, _>>()
+            .map_err(failed)?;
+        let batch = RecordBatch::try_new(self.schema(), arrays).map_err(failed)?;
+        let stream =
+            FFI_ArrowArrayStream::new(Box::new(RecordBatchIterator::new([Ok(batch)], self.schema())));
+        PyCapsule::new_with_value(py, stream, c"arrow_array_stream")
+    }
+}

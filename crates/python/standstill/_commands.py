@@ -1,0 +1,398 @@
+"""The commands."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias, Union
+
+from . import _standstill
+from ._results import Results, Trace
+from ._scenario import Pathlike, Scenario, scenario as _scenario, toml
+from ._standstill import Table
+
+#: See :func:`run`.
+Progress: TypeAlias = Union[Callable[[int, int], object], bool, None]
+
+
+def _options(options: Mapping[str, Any]) -> list[str]:
+    """Keywords as options: ``stop_at={"rms": "2%"}`` is ``--stop-at rms=2%``."""
+    words: list[str] = []
+    for name, value in options.items():
+        option = "--" + name.replace("_", "-")
+        if value is None or value is False:
+            continue
+        if value is True:
+            words.append(option)
+        elif isinstance(value, Mapping):
+            for key, setting in value.items():
+                words += [option, f"{key}={_plain(setting)}"]
+        elif isinstance(value, (list, tuple)):
+            for item in value:
+                words += [option, _plain(item)]
+        else:
+            words += [option, _plain(value)]
+    return words
+
+
+def _plain(value: Any) -> str:
+    return value if isinstance(value, str) else os.fspath(value) if isinstance(value, os.PathLike) else toml(value)
+
+
+def _words(command: str, source: Scenario | Pathlike | None) -> tuple[list[str], tuple[str, str] | None]:
+    if source is None:
+        return [command], None
+    given = _scenario(source)
+    return [command, *given.words()], given.given
+
+
+def _answer(command: str, source: Scenario | Pathlike | None, progress: Progress = None, /, **options: Any) -> Any:
+    """What a command prints as JSON. A further command is a function with this call."""
+    words, given = _words(command, source)
+    _, text, _ = _standstill.command([*words, "--json", *_options(options)], given, False, progress)
+    return json.loads(text)
+
+
+def _carried_out(
+    words: list[str], given: tuple[str, str] | None, out: Pathlike | None, progress: Progress, options: dict[str, Any]
+) -> Results:
+    """A command with trials, whose files are written if a folder is given."""
+    with tempfile.TemporaryDirectory(prefix="standstill-") as folder:
+        words = [*words, "--json", "--out", os.fspath(folder if out is None else out), *_options(options)]
+        _, text, tables = _standstill.command(words, given, out is not None, progress)
+    return Results(dict(tables).get("trials"), json.loads(text), None if out is None else Path(out))
+
+
+def run(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    trials: int | None = None,
+    seed: int | None = None,
+    stop_at: Mapping[str, Any] | None = None,
+    detector: Callable[[], Any] | Pathlike | None = None,
+    out: Pathlike | None = None,
+    format: str = "csv",
+    rows: str = "all",
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Results:
+    """A scenario's trials, at each point of its axes.
+
+    With ``out`` the files of ``standstill run`` are written there, in ``format`` "csv", "parquet", "npz" or "mat", and an
+    interrupted run goes on with ``resume=True``. ``rows="none"`` keeps only statistics. ``progress`` is False for no bar
+    on the terminal, or a function of how many trials of how many are done. ``detector`` is a class, see ``docs/python.md``,
+    or the path of a library.
+
+    >>> import standstill as st
+    >>> results = st.run('[detector]\\nmethod = "bipolar"', trials=200, seed=3)
+    >>> len(results), results.summary["undetermined"]
+    (200, 0)
+    >>> st.run("trials = 0")
+    Traceback (most recent call last):
+    ...
+    standstill.Error: scenario.toml: line 1: `trials`: found 0, needed at least 1
+    """
+    source = _scenario(scenario)
+    options: dict[str, Any] = {"trials": trials, "seed": seed, "stop_at": stop_at, "threads": threads}
+    if callable(detector):
+        refused = {"out": out is not None, "rows": rows != "all", "resume": resume, "stop_at": stop_at is not None}
+        for name, given in refused.items():
+            if given:
+                raise _standstill.Error(f"{name}: found with a detector written in Python, whose results are in memory alone")
+        words = ["run", *source.words(), *_options(options)]
+        text, table = _standstill.detect(words, source.given, detector, progress)
+        return Results(table, json.loads(text), None)
+    if detector is not None:
+        source = _scenario(source, **{"detector.library": os.path.abspath(detector)})
+    words = ["run", *source.words()]
+    options |= {"format": format, "rows": rows, "resume": resume}
+    return _carried_out(words, source.given, out, progress, options)
+
+
+def sweep(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    vary: Mapping[str, str] | None = None,
+    design: str | None = None,
+    points: int | None = None,
+    trials: int | None = None,
+    seed: int | None = None,
+    stop_at: Mapping[str, Any] | None = None,
+    out: Pathlike | None = None,
+    format: str = "csv",
+    rows: str = "all",
+    resume: bool = False,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Results:
+    """The same at the points of axes, which may be given here.
+
+    >>> import standstill as st
+    >>> results = st.sweep('[detector]\\nmethod = "bipolar"', vary={"sensors.noise": "5 mA:50 mA:3"}, trials=50)
+    >>> [round(point["values"]["sensors.noise"], 4) for point in results.points], len(results)
+    ([0.005, 0.0275, 0.05], 150)
+    """
+    words, given = _words("sweep", scenario)
+    options = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
+    options |= {"format": format, "rows": rows, "resume": resume, "threads": threads}
+    return _carried_out(words, given, out, progress, options)
+
+
+def shard(
+    scenario: Scenario | Pathlike,
+    part: str,
+    /,
+    *,
+    out: Pathlike,
+    vary: Mapping[str, str] | None = None,
+    trials: int | None = None,
+    seed: int | None = None,
+    stop_at: Mapping[str, Any] | None = None,
+    rows: str = "all",
+    threads: int | None = None,
+    progress: Progress = None,
+) -> Path:
+    """A part of a run such as "3/8", in a journal in the folder ``out``; it goes on where it ended. :func:`merge` puts the
+    parts together.
+
+    >>> import standstill as st, tempfile
+    >>> text = 'trials = 100\\n[detector]\\nmethod = "bipolar"'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     paths = [st.shard(text, f"{k}/2", out=folder) for k in (1, 2)]
+    ...     together = st.merge([folder])
+    >>> together.summary == st.run(text).summary, paths[0].name
+    (True, 'shard-1-of-2.journal')
+    """
+    words, given = _words("run" if vary is None else "sweep", scenario)
+    options = {"vary": vary, "trials": trials, "seed": seed, "stop_at": stop_at, "rows": rows, "threads": threads}
+    words += ["--json", "--resume", "--shard", part, "--out", os.fspath(out), *_options(options)]
+    _, text, _ = _standstill.command(words, given, True, progress)
+    return Path(json.loads(text)["journal"])
+
+
+def merge(
+    folders: Iterable[Pathlike], /, *, out: Pathlike | None = None, format: str = "csv", progress: Progress = None
+) -> Results:
+    """The shards in these folders, put together as the whole run would have been."""
+    words = ["merge", *(os.fspath(folder) for folder in folders)]
+    return _carried_out(words, None, out, progress, {"format": format})
+
+
+def status(folders: Iterable[Pathlike], /) -> dict[str, Any]:
+    """Which shards in these folders are done, running, begun, missing or damaged.
+
+    >>> import standstill as st, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = st.shard('[detector]\\nmethod = "bipolar"', "2/4", out=folder, trials=40)
+    ...     status = st.status([folder])
+    >>> status["array"], status["counts"]["done"]
+    ('1,3,4', 1)
+    """
+    words = ["status", "--json", *(os.fspath(folder) for folder in folders)]
+    answer: dict[str, Any] = json.loads(_standstill.command(words)[1])
+    return answer
+
+
+def trace(
+    scenario: Scenario | Pathlike | None = None,
+    /,
+    *,
+    point: int | None = None,
+    trial: int | None = None,
+    angle: float | None = None,
+    method: str | None = None,
+    motor: str | None = None,
+    errors: str | None = None,
+    rotor: str | None = None,
+    seed: int | None = None,
+    verify: bool = False,
+    out: Pathlike | None = None,
+    format: str = "csv",
+) -> Trace:
+    """One trial of a scenario, every waveform of it: see :class:`Trace`. With ``out`` the files of ``standstill trace`` are
+    written too."""
+    words, given = _words("trace", scenario)
+    options = {"point": point, "trial": trial, "angle": angle, "method": method, "motor": motor, "errors": errors}
+    options |= {"rotor": rotor, "seed": seed, "verify": verify, "format": format}
+    words += ["--out", os.fspath("." if out is None else out), *_options(options)]
+    _, text, tables = _standstill.command(words, given, out is not None)
+    return Trace(dict[str, Table](tables), json.loads(text))
+
+
+def compare(
+    scenario: Scenario | Pathlike | None = None,
+    /,
+    *,
+    motor: str | None = None,
+    method: Sequence[str] | str | None = None,
+    errors: Sequence[str] | str | None = None,
+    rotor: Sequence[str] | str | None = None,
+    trials: int | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> list[dict[str, Any]]:
+    """All methods on one motor, a dictionary for each, with the limit that physics sets.
+
+    >>> import standstill as st
+    >>> rows = st.compare(method=["bipolar", "maximum-likelihood"], errors="default", rotor="locked", trials=30)
+    >>> [row["method"] for row in rows], rows[1]["rms_deg"] < rows[0]["rms_deg"]
+    (['bipolar', 'maximum-likelihood'], True)
+    """
+    lists = {"method": method, "errors": errors, "rotor": rotor}
+    joined = {name: value if value is None or isinstance(value, str) else ",".join(value) for name, value in lists.items()}
+    options = {"motor": motor, **joined, "trials": trials, "seed": seed, "threads": threads}
+    answer: list[dict[str, Any]] = _answer("compare", scenario, progress, **options)
+    return answer
+
+
+def check(
+    motor: Scenario | Pathlike,
+    /,
+    *,
+    errors: str | None = None,
+    tolerance: float | None = None,
+    movement: float | None = None,
+    seed: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """Whether a motor, or a scenario's, is suited to detection at standstill, and by which method.
+
+    >>> import standstill as st
+    >>> st.check("paper-5k5")["suited"]
+    True
+    """
+    options = {"errors": errors, "tolerance": tolerance, "movement": movement, "seed": seed}
+    answer: dict[str, Any] = _answer("check", motor, progress, **options)
+    return answer
+
+
+def magnetics(
+    motor: Pathlike,
+    /,
+    *,
+    pole_pairs: int | None = None,
+    resistance: float | None = None,
+    values: str | None = None,
+    columns: str | None = None,
+    current: float | None = None,
+    winding_temperature: float | None = None,
+    magnet_temperature: float | None = None,
+) -> dict[str, Any]:
+    """A motor's or a flux map's inductances over current, and which pole draws more of it.
+
+    >>> import standstill as st
+    >>> st.magnetics("pm-reluctance")["polarity_signature"]
+    'inverted'
+    """
+    options = {"pole_pairs": pole_pairs, "resistance": resistance, "values": values, "columns": columns}
+    options |= {"current": current, "winding_temperature": winding_temperature, "magnet_temperature": magnet_temperature}
+    answer: dict[str, Any] = _answer("magnetics", motor, **options)
+    return answer
+
+
+def bounds(
+    scenario: Scenario | Pathlike | None = None,
+    /,
+    *,
+    angles: int | None = None,
+    seed: int | None = None,
+    threads: int | None = None,
+) -> dict[str, Any]:
+    """What no method can do better with the same pulses: the Cramér–Rao limit over the rotor's angle.
+
+    >>> import standstill as st
+    >>> limit = st.bounds('[detector]\\nmethod = "bipolar"', angles=4)
+    >>> len(limit["angles"]), 0.0 < limit["rms"]["all_deg"] <= limit["rms"]["scheme_deg"]
+    (4, True)
+    """
+    answer: dict[str, Any] = _answer("bounds", scenario, angles=angles, seed=seed, threads=threads)
+    return answer
+
+
+def motors(name: str | None = None, /) -> dict[str, Any]:
+    """The built-in motors and what they are; of one, or of a data sheet, each number and where it comes from.
+
+    >>> import standstill as st
+    >>> "paper-5k5" in st.motors(), st.motors("paper-5k5")["entries"][0]["key"]
+    (True, 'rating.power')
+    """
+    answer: dict[str, Any] = json.loads(_standstill.command(["motors", "--json", *([] if name is None else [name])])[1])
+    return answer
+
+
+def fit(
+    traces: Iterable[Pathlike],
+    /,
+    *,
+    motor: str | None = None,
+    set: Mapping[str, Any] | None = None,
+    out: Pathlike,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """A motor from scope traces of pulses at standstill; its data sheet is written to the folder ``out``."""
+    words = ["fit", "--json", *(os.fspath(path) for path in traces)]
+    words += _options({"motor": motor, "set": set, "out": out})
+    answer: dict[str, Any] = json.loads(_standstill.command(words, None, True, progress)[1])
+    return answer
+
+
+def budget(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    pairs: int | None = None,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """Where the error comes from: the share of each sensor and drive error and of each tolerance.
+
+    >>> import standstill as st
+    >>> answer = st.budget('[detector]\\nmethod = "bipolar"', pairs=100)
+    >>> answer["method"]
+    'bipolar'
+    """
+    answer: dict[str, Any] = _answer("budget", scenario, progress, pairs=pairs, seed=seed, out=out, threads=threads)
+    return answer
+
+
+def require(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    key: str | Sequence[str],
+    limit: str,
+    between: str | Sequence[str] | None = None,
+    most: int | None = None,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """What a part must do: the largest or smallest value of a key with which limits such as "rms <= 1 deg" hold."""
+    options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out}
+    answer: dict[str, Any] = _answer("require", scenario, progress, **options, threads=threads)
+    return answer
+
+
+def odds(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    event: str,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """The probability of a rare event such as "wrong-pole" or "|e| > 3 deg", down to one in a billion."""
+    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, threads=threads)
+    return answer

@@ -1,0 +1,82 @@
+"""What a detector written in Python returns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol, Union
+
+import numpy as np
+import numpy.typing as npt
+
+#: What a leg is asked for: "off", "low", "high", or the share of each PWM period for which its upper switch is on.
+Leg = Union[str, float]
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The legs' state for a while.
+
+    >>> import standstill as st
+    >>> pulse = st.Stage(("high", "low", "off"), 80e-6)
+    """
+
+    #: One for each phase.
+    legs: tuple[Leg, Leg, Leg]
+    #: How long it is held, in s.
+    duration: float
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A command: one stage or two, and when the converters sample.
+
+    >>> import standstill as st
+    >>> pulse = st.Drive([st.Stage(("high", "low", "off"), 80e-6), st.Stage(("off", "off", "off"), 400e-6)], first=79e-6)
+    """
+
+    #: One after the other, two at most.
+    stages: Sequence[Stage]
+    #: The first sample, in s from the begin of the command.
+    first: float = 0.0
+    #: From one sample to the next, in s.
+    interval: float = 0.0
+    #: How many samples.
+    count: int = 1
+
+
+@dataclass(frozen=True)
+class Found:
+    """The north pole's electrical angle in degrees."""
+
+    angle: float
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The rotor's axis in electrical degrees; which of its ends is north is not known, and why."""
+
+    angle: float
+    reason: str = "undetermined"
+
+
+@dataclass(frozen=True)
+class Failed:
+    """No angle, and why."""
+
+    reason: str
+
+
+class Detector(Protocol):
+    """A detector: a class without arguments, of which each trial gets an object of its own.
+
+    ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command, the
+    currents of phases a, b, c in A, and the DC link in V. The first call gets none. It returns a :class:`Drive`, or how
+    the detection ends: :class:`Found`, :class:`Axis` or :class:`Failed`.
+    """
+
+    def step(self, readings: npt.NDArray[np.float64], /) -> Drive | Found | Axis | Failed:
+        """From the readings to the next step."""
+        ...
+
+

@@ -1,0 +1,248 @@
+"""Results as columns: the bytes of the files, and the memory of NumPy, pandas, polars and Arrow."""
+
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import polars as pl
+import pyarrow as pa
+import pyarrow.parquet as pq
+import pytest
+import scipy.io
+
+import standstill as st
+
+PROGRAM = os.environ["STANDSTILL"]
+SWEEP = """
+trials = 60
+[detector]
+method = "line-inductance-fast"
+[axes]
+"sensors.noise" = { from = "10 mA", to = "400 mA", points = 2 }
+"errors" = ["default", "harsh"]
+"""
+
+
+def command_line(*words: str, cwd: Path) -> str:
+    done = subprocess.run([PROGRAM, *words], cwd=cwd, capture_output=True, text=True)
+    assert done.returncode in (0, 1), done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def results() -> st.Results:
+    return st.run(SWEEP)
+
+
+def test_law_files_from_python_have_the_bytes_of_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SWEEP)
+    for format in ("csv", "parquet", "npz", "mat"):
+        command_line("run", "s.toml", "--format", format, "--out", f"a-{format}", cwd=tmp_path)
+        results = st.run(tmp_path / "s.toml", out=tmp_path / f"b-{format}", format=format)
+        for name in (f"trials.{format}", "summary.json"):
+            assert (tmp_path / f"a-{format}" / name).read_bytes() == (tmp_path / f"b-{format}" / name).read_bytes(), name
+        assert sorted(path.name for path in results.folder.iterdir()) == ["summary.json", f"trials.{format}"]
+        assert json.loads((tmp_path / f"a-{format}" / "summary.json").read_text())["summary"] == results.summary
+
+
+def test_law_columns_are_those_of_the_files(results: st.Results, tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text(SWEEP)
+    for format in ("csv", "parquet", "npz", "mat"):
+        command_line("run", "s.toml", "--format", format, "--out", format, cwd=tmp_path)
+    text = pd.read_csv(tmp_path / "csv/trials.csv").drop(columns="run")
+    binary = pq.read_table(tmp_path / "parquet/trials.parquet")
+    archive = np.load(tmp_path / "npz/trials.npz")
+    matlab = scipy.io.loadmat(tmp_path / "mat/trials.mat", squeeze_me=True, chars_as_strings=True)
+    assert list(results) == list(text.columns) == binary.column_names == [name for name in archive if name != "run"]
+    assert json.loads(str(archive["run"]))["seed"] == json.loads(str(matlab["run"]))["seed"] == "1"
+    frame = pl.DataFrame(results)
+    assert frame.equals(pl.read_parquet(tmp_path / "parquet/trials.parquet"))
+    assert pa.table(results).to_pydict() == binary.to_pydict()
+    assert set(results["pole_correct"][~np.isnan(results["pole_correct"])]) <= {0.0, 1.0}
+    assert len(results) == len(text) == 240 and np.isnan(results["error_deg"]).sum() == text["error_deg"].isna().sum() > 0
+    for name, column in results.items():
+        of_matlab = matlab[name.replace(".", "_")]
+        if column.dtype == object:
+            assert list(column) == list(text[name].fillna("")) == list(archive[name]), name
+            assert [cell.rstrip() for cell in of_matlab] == list(column), name
+        else:
+            np.testing.assert_array_equal(column, text[name].astype(float), err_msg=name)
+            np.testing.assert_array_equal(column, archive[name])
+            np.testing.assert_array_equal(column, of_matlab)
+
+
+def test_law_nothing_is_copied(results: st.Results) -> None:
+    column = results["true_angle_deg"]
+    address = column.__array_interface__["data"][0]
+    assert not column.flags.writeable and results["true_angle_deg"] is column
+    with pytest.raises(ValueError, match="read-only"):
+        column[0] = 1.0
+    frame = pd.DataFrame({name: results[name] for name in ("trial", "true_angle_deg")}, copy=False)
+    assert np.shares_memory(frame["true_angle_deg"].to_numpy(), column)
+    assert pa.table(results)["true_angle_deg"].chunk(0).buffers()[1].address == address
+    of_polars = pl.DataFrame(results)["true_angle_deg"].to_numpy(allow_copy=False)
+    assert of_polars.__array_interface__["data"][0] == address
+    # The arrays outlive what they came from.
+    table = st.run('trials = 10\n[detector]\nmethod = "bipolar"')
+    errors = table["axis_error_deg"]
+    before = errors.copy()
+    arrow = pa.table(table)["axis_error_deg"]
+    del table
+    st.run('trials = 10\nseed = 2\n[detector]\nmethod = "bipolar"')
+    assert (errors == before).all() and arrow.to_pylist() == before.tolist()
+
+
+def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
+    trace = st.trace(method="bipolar", angle=40.0)
+    for format in ("csv", "parquet", "npz", "mat"):
+        words = ("trace", "--method", "bipolar", "--angle", "40", "--format", format, "--out", format)
+        command_line(*words, cwd=tmp_path)
+    assert json.loads((tmp_path / "csv/result.json").read_text()) == trace.result
+    for name, table in (("waveform", trace.waveform), ("events", trace.events)):
+        text = pd.read_csv(tmp_path / f"csv/{name}.csv")
+        assert list(table) == list(text.columns) and len(table) == len(text)
+        assert pl.DataFrame(table).equals(pl.read_parquet(tmp_path / f"parquet/{name}.parquet"))
+        archive = np.load(tmp_path / f"npz/{name}.npz")
+        matlab = scipy.io.loadmat(tmp_path / f"mat/{name}.mat", squeeze_me=True)
+        for column in table:
+            if table[column].dtype == object:
+                assert list(archive[column]) == list(table[column]) == [cell.rstrip() for cell in matlab[column]]
+            else:
+                np.testing.assert_array_equal(archive[column], table[column])
+                np.testing.assert_array_equal(matlab[column], table[column])
+                # CSV has fixed digits.
+                np.testing.assert_allclose(table[column], text[column], rtol=0, atol=1e-6)
+    written = st.trace(method="bipolar", angle=40.0, out=tmp_path / "python")
+    assert written.result == trace.result
+    assert (tmp_path / "python/waveform.csv").read_bytes() == (tmp_path / "csv/waveform.csv").read_bytes()
+
+
+def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
+    (tmp_path / "s.toml").write_text("trials = 10\n[sensors]\nnose = 1\n")
+    (tmp_path / "taken").write_text("a file")
+    cases = [
+        (["run", "s.toml"], lambda: st.run("s.toml")),
+        (["run", "nowhere.toml"], lambda: st.run("nowhere.toml")),
+        (["check", "nomotor"], lambda: st.check("nomotor")),
+        (["motors", "nomotor"], lambda: st.motors("nomotor")),
+        (["run", "s.toml", "--trials", "0", "--json"], lambda: st.run("s.toml", trials=0)),
+        (["odds", "s.toml", "--event", "luck", "--json"], lambda: st.odds("s.toml", event="luck")),
+        (["merge", "nowhere"], lambda: st.merge(["nowhere"])),
+        (["trace", "--out", "taken/x"], lambda: st.trace(out="taken/x")),
+    ]
+    before = os.getcwd()
+    os.chdir(tmp_path)
+    try:
+        for words, call in cases:
+            done = subprocess.run([PROGRAM, *words], capture_output=True, text=True)
+            assert done.returncode == 2
+            with pytest.raises(st.Error) as error:
+                call()
+            assert f"standstill: {error.value}\n" == done.stderr
+    finally:
+        os.chdir(before)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.toml", "taken"]
+
+
+def test_law_other_threads_run_meanwhile() -> None:
+    counted = [0]
+    stop = threading.Event()
+
+    def count() -> None:
+        while not stop.is_set():
+            counted[0] += 1
+
+    thread = threading.Thread(target=count)
+    thread.start()
+    try:
+        begun, before = time.perf_counter(), counted[0]
+        st.run('trials = 3000\n[detector]\nmethod = "bipolar"', threads=1, progress=False)
+        took, during = time.perf_counter() - begun, counted[0] - before
+        before = counted[0]
+        time.sleep(took)
+        alone = counted[0] - before
+    finally:
+        stop.set()
+        thread.join()
+    # With the interpreter held, it would count only in the pauses between the looks for signals: not at all.
+    assert during > 0.2 * alone > 0, (during, alone)
+
+
+def test_law_progress_is_told_and_what_it_raises_ends_the_run() -> None:
+    seen: list[tuple[int, int]] = []
+    st.run('trials = 4000\n[detector]\nmethod = "bipolar"', progress=lambda done, of: seen.append((done, of)))
+    trials = [done for done, of in seen if of == 4000]
+    assert trials and trials == sorted(trials)
+
+    def enough(done: int, of: int) -> None:
+        raise RuntimeError("enough")
+
+    begun = time.perf_counter()
+    with pytest.raises(RuntimeError, match="enough"):
+        st.run('trials = 4000000\n[detector]\nmethod = "bipolar"', progress=enough)
+    assert time.perf_counter() - begun < 5.0
+
+
+INTERRUPTED = """
+import os, signal, sys, threading, time
+import standstill as st
+def interrupt():
+    time.sleep(1.0)
+    global sent
+    sent = time.perf_counter()
+    os.kill(os.getpid(), signal.SIGINT)
+threading.Thread(target=interrupt).start()
+try:
+    {call}
+except KeyboardInterrupt:
+    print(time.perf_counter() - sent)
+"""
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        "st.run('trials = 10000000\\n[detector]\\nmethod = \"bipolar\"', out=sys.argv[1])",
+        "st.odds('[detector]\\nmethod = \"bipolar\"', event='|e| > 5 deg')",
+        "st.bounds('[detector]\\nmethod = \"maximum-likelihood\"', angles=3600)",
+    ],
+)
+def test_law_an_interrupt_ends_within_a_second(call: str, tmp_path: Path) -> None:
+    words = [sys.executable, "-c", INTERRUPTED.format(call=call), str(tmp_path / "out")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0, done.stderr
+    assert float(done.stdout) < 1.0
+    if "st.run" in call:
+        # What was done is kept, and the command line goes on with it.
+        assert [path.name for path in (tmp_path / "out").iterdir()] == ["run.journal"]
+
+
+def test_law_without_rows_the_summary_is_the_same(results: st.Results) -> None:
+    none = st.run(SWEEP, rows="none")
+    assert none.summary == results.summary and none.points == results.points
+    assert len(none) == 0 and list(none) == []
+    with pytest.raises(KeyError, match="no column"):
+        none["trial"]
+
+
+def test_law_a_key_by_any_way_is_the_same_scenario() -> None:
+    text = '[detector]\nmethod = "bipolar"\n[sensors]\nnoise = "30 mA"\n'
+    nested = st.scenario('[detector]\nmethod = "bipolar"', sensors={"noise": "30 mA"}, trials=20)
+    dotted = st.scenario("", **{"detector.method": "bipolar", "sensors.noise": 0.03, "trials": 20})
+    expected = st.run(text, trials=20)
+    for scenario in (nested, dotted):
+        assert (st.run(scenario)["axis_error_deg"] == expected["axis_error_deg"]).all()
+    axes = st.scenario(text, axes={"sensors.noise": {"from": "1 mA", "to": "9 mA", "points": 2}}, trials=5)
+    assert len(st.run(axes).points) == 2
+    with pytest.raises(TypeError, match="no value of a scenario"):
+        st.scenario(text, seed=object())
+
+
+if __name__ == "__main__":
+    sys.exit(pytest.main([__file__]))

@@ -1,0 +1,118 @@
+//! A table in memory, column by column: for programs that take it from there, and for files that hold columns as a whole.
+
+use super::{Column, Kind, TableError, Value, check_row};
+
+/// A table in memory.
+///
+/// ```
+/// use standstill_report::table::{Column, Columns, Data, Kind, Value};
+///
+/// let mut table = Columns::new(vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)]);
+/// table.row(&[Value::from(0), Value::from(0.25)])?;
+/// table.row(&[Value::from(1), Value::Empty])?;
+/// let [(_, Data::Whole(trials)), (_, Data::Number(errors))] = &table.into_columns()[..] else { unreachable!() };
+/// assert_eq!(*trials, [0, 1]);
+/// assert!(errors[0] == 0.25 && errors[1].is_nan());
+/// # Ok::<(), standstill_report::table::TableError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct Columns {
+    heads: Vec<Column>,
+    data: Vec<Data>,
+    rows: u64,
+}
+
+/// The cells of a column.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Data {
+    /// Of [`Kind::Whole`]; −1 where a cell is empty.
+    Whole(Vec<i64>),
+    /// Of [`Kind::Number`]; not a number where a cell is empty.
+    Number(Vec<f64>),
+    /// Of [`Kind::Flag`]: 1, 0, or not a number where a cell is empty.
+    Flag(Vec<f64>),
+    /// Of [`Kind::Text`]; without characters where a cell is empty.
+    Text(Texts),
+}
+
+/// Texts in a row.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Texts {
+    /// All of them, in UTF-8.
+    pub bytes: Vec<u8>,
+    /// Where each begins, and at last where the last one ends.
+    pub offsets: Vec<i64>,
+}
+
+impl Texts {
+    /// The texts, one after the other.
+    pub fn iter(&self) -> impl Iterator<Item = &str> {
+        self.offsets.windows(2).map(|ends| {
+            let [from, to] = [0, 1].map(|k| usize::try_from(ends[k]).unwrap_or_default());
+            std::str::from_utf8(&self.bytes[from..to]).unwrap_or_default()
+        })
+    }
+}
+
+impl Data {
+    fn new(kind: Kind) -> Self {
+        match kind {
+            Kind::Whole => Self::Whole(Vec::new()),
+            Kind::Number => Self::Number(Vec::new()),
+            Kind::Flag => Self::Flag(Vec::new()),
+            Kind::Text => Self::Text(Texts { bytes: Vec::new(), offsets: vec![0] }),
+        }
+    }
+
+    fn push(&mut self, value: &Value<'_>) {
+        match (self, value) {
+            (Self::Whole(data), Value::Whole(whole)) => data.push(whole.cast_signed()),
+            (Self::Whole(data), _) => data.push(-1),
+            (Self::Number(data), Value::Number(number)) if number.is_finite() => data.push(*number),
+            (Self::Flag(data), Value::Flag(flag)) => data.push(f64::from(u8::from(*flag))),
+            (Self::Number(data) | Self::Flag(data), _) => data.push(f64::NAN),
+            (Self::Text(Texts { bytes, offsets }), value) => {
+                if let Value::Text(text) = value {
+                    bytes.extend_from_slice(text.as_bytes());
+                }
+                offsets.push(bytes.len().cast_signed() as i64);
+            }
+        }
+    }
+}
+
+impl Columns {
+    /// A table without rows.
+    pub fn new(columns: Vec<Column>) -> Self {
+        let data = columns.iter().map(|column| Data::new(column.kind)).collect();
+        Self { heads: columns, data, rows: 0 }
+    }
+
+    /// Adds a row of one value for each column, of its kind or empty.
+    ///
+    /// # Errors
+    /// [`TableError::Row`] if it does not fit; then nothing of it is added.
+    pub fn row(&mut self, values: &[Value<'_>]) -> Result<(), TableError> {
+        check_row(&self.heads, self.rows, values)?;
+        for (data, value) in self.data.iter_mut().zip(values) {
+            data.push(value);
+        }
+        self.rows += 1;
+        Ok(())
+    }
+
+    /// How many rows there are.
+    pub fn rows(&self) -> u64 {
+        self.rows
+    }
+
+    /// The columns with their cells.
+    pub fn iter(&self) -> impl Iterator<Item = (&Column, &Data)> {
+        self.heads.iter().zip(&self.data)
+    }
+
+    /// The columns with their cells, given away.
+    pub fn into_columns(self) -> Vec<(Column, Data)> {
+        self.heads.into_iter().zip(self.data).collect()
+    }
+}

@@ -1,0 +1,83 @@
+#!/usr/bin/env bash
+# What `cargo test` leaves out because it needs more than Rust: Python and clusters (and whatever else another language
+# reads). Makes a virtual environment of its own, runs each part, and says what it could not find.
+#   scripts/test-all.sh            all parts
+#   scripts/test-all.sh python     one of them: c, python, cluster
+set -uo pipefail
+cd "$(dirname "$0")/.."
+parts=${*:-c python cluster}
+target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
+venv=$target/venv
+left_out=()
+failed=()
+
+say() { printf '\n== %s\n' "$*"; }
+missing() { left_out+=("$1"); printf 'left out: %s\n' "$1"; }
+try() {
+    "$@"
+    local code=$?
+    if [ "$code" = 77 ]; then missing "$*"; elif [ "$code" != 0 ]; then failed+=("$*"); fi
+}
+
+say "program"
+cargo build --release --bin standstill || exit 1
+export STANDSTILL=$target/release/standstill
+
+environment() {
+    [ -x "$venv/bin/python" ] && return
+    command -v python3 >/dev/null || return 1
+    python3 -m venv "$venv" && "$venv/bin/pip" install --quiet --upgrade pip
+}
+
+wheel() {
+    "$venv/bin/pip" install --quiet 'maturin>=1.9,<2' || return 1
+    # Built in a folder of its own target, because the crate is a workspace of its own.
+    CARGO_TARGET_DIR=$target/python "$venv/bin/maturin" build --release --quiet \
+        --manifest-path crates/python/Cargo.toml --interpreter "$venv/bin/python" --out "$target/wheels" || return 1
+    local newest
+    newest=$(ls -t "$target"/wheels/standstill-*.whl | head -1)
+    local size
+    size=$(stat -c %s "$newest")
+    printf 'wheel: %s, %d bytes\n' "$(basename "$newest")" "$size"
+    [ "$size" -le 4000000 ] || { echo "a wheel of more than 4 MB" >&2; return 1; }
+    "$venv/bin/pip" install --quiet --force-reinstall --no-deps "$newest" || return 1
+    "$venv/bin/pip" install --quiet numpy pandas pyarrow polars scipy mypy pytest matplotlib 'dask[distributed]'
+}
+
+python_part() {
+    try "$venv/bin/python" -m pytest -q crates/python/tests
+    (cd "$target" && exec "$venv/bin/python" -m pytest -q --doctest-modules --pyargs standstill) || failed+=("doctests")
+    try "$venv/bin/mypy" --strict -p standstill
+    try "$venv/bin/mypy" --strict --allow-untyped-defs --allow-untyped-calls examples/python/error_over_angle.py
+    try "$venv/bin/python" examples/python/error_over_angle.py "$target/error_over_angle.png"
+    try "$venv/bin/python" tests/python/read_results.py "$STANDSTILL"
+}
+
+cluster_part() {
+    try "$venv/bin/python" examples/python/dask_shards.py
+    try tests/cluster/slurm.sh "$STANDSTILL"
+}
+
+case " $parts " in *" python "* | *" cluster "*)
+    say "Python"
+    if ! environment; then
+        missing "python3 with venv: the parts python and cluster"
+        parts=${parts//python/} parts=${parts//cluster/}
+    elif ! wheel; then
+        failed+=("the wheel")
+        parts=${parts//python/} parts=${parts//cluster/}
+    fi
+    ;;
+esac
+case " $parts " in *" python "*) python_part ;; esac
+case " $parts " in *" cluster "*) say "clusters"; cluster_part ;; esac
+case " $parts " in *" c "*)
+    say "C"
+    if [ -x examples/c/test.sh ]; then try examples/c/test.sh; else missing "examples/c/test.sh: detectors in C"; fi
+    ;;
+esac
+
+say "summary"
+for part in "${left_out[@]}"; do echo "left out: $part"; done
+for part in "${failed[@]}"; do echo "FAILED: $part"; done
+[ ${#failed[@]} = 0 ] && echo "all that was tried holds"
