@@ -272,6 +272,7 @@ mod tests {
             stop_at: StopTable::default(),
             shard: Shard { index, count },
             scenario: format!("seed = {seed}\n"),
+            pole_note: None,
             files: BTreeMap::new(),
         }
     }

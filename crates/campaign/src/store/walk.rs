@@ -159,6 +159,7 @@ pub(crate) mod tests {
             stop_at,
             shard,
             scenario: text,
+            pole_note: None,
             files: BTreeMap::new(),
         }
     }
