@@ -45,7 +45,7 @@ fn attempt(motor: &Motor, tolerance: f64) -> (f64, Vec<f64>) {
     let case = Case {
         motor,
         inverter: Inverter {
-            bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes },
+            bridge: Bridge::default(),
             gates: [GateTiming::default(); 3],
             link: DcLink::stiff(80.0),
             carrier_period: Nanos::from_micros(100),

@@ -23,3 +23,4 @@ mod sensors;
 mod spice;
 mod tables;
 mod tape;
+mod terminals;

@@ -8,6 +8,7 @@ mod motion;
 mod place;
 mod requests;
 mod run;
+mod terminals;
 mod watch;
 
 pub use motion::can_move;

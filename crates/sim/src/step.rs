@@ -7,4 +7,6 @@ pub mod ends;
 mod error;
 pub mod hermite;
 pub mod referee;
+pub mod ringing;
+mod stumpff;
 pub mod two_derivative;

@@ -24,6 +24,11 @@ impl<'a> Control<'a> {
             let modes = bank.machine.legs.modes(self.lane, bank.begin.time.get(self.lane));
             self.filter(h, modes, points);
         }
+        if let (Some(ringing), Some(floating)) = (&mut self.ringing, &bank.tried.floating) {
+            let (h, link) = (bank.tried.h.get(self.lane), bank.tried.end.state.link.get(self.lane));
+            let rise = floating.rise.map(|all| all.iter().map(|rise| rise.get(self.lane)).sum::<f64>() / link);
+            ringing.glide(bank.begin.time.get(self.lane), h, rise);
+        }
         if let Some(mut accounts) = self.accounts.take() {
             accounts.follow(self, bank);
             self.accounts = Some(accounts);
@@ -33,7 +38,9 @@ impl<'a> Control<'a> {
 
     /// Hears the edges of the legs' potentials at a time in ns from which on nothing changes for a while.
     pub(super) fn note_edges<V: Wide>(&mut self, bank: &Bank<'a, V>, time: f64) {
-        if let Some(ringing) = &mut self.ringing {
+        if let Some(ringing) = &mut self.ringing
+            && bank.machine.legs.elastance.is_none()
+        {
             let legs = &bank.machine.legs;
             let gates = legs.gates.each_ref().map(|gates| gates.of(self.lane, time));
             ringing.follow(time, gates, legs.modes(self.lane, time));
@@ -197,7 +204,10 @@ impl<'a> Control<'a> {
         let current = self.currents_at(bank, here);
         let one = One::of(bank, here, lane);
         let port = one.port(current, self.case.motor.resistance);
-        let potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
+        let mut potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
+        if bank.machine.legs.elastance.is_some() {
+            potential = here.state.potential.map(|potential| potential.get(lane));
+        }
         let snapshot = Snapshot {
             time: here.time.get(lane) * 1e-9,
             current,

@@ -41,6 +41,14 @@ pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 
+/// The error of a step in which terminals ring, relative to the tolerance: what its cubics may be off, in Wb, and how far from where
+/// the core was evaluated it ended.
+#[inline(always)]
+pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, of_cubics: V, off: Plane<V>) -> V {
+    let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
+    (of_cubics * QUADRATURE + nonlinear) * accuracy.per_flux
+}
+
 /// The error of a step, relative to the tolerance.
 #[inline(always)]
 pub(super) fn error<V: Wide>(
