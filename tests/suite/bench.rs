@@ -115,7 +115,11 @@ pub fn usual_inverter(open_leg: OpenLeg) -> Inverter {
         diode_resistance: 30e-3,
     };
     let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
-    Inverter { bridge: Bridge { devices, open_leg, ..Bridge::default() }, gates: [timing; 3], ..ideal_inverter(open_leg) }
+    Inverter {
+        bridge: Bridge { devices, open_leg, ..Bridge::default() },
+        gates: [timing; 3],
+        ..ideal_inverter(open_leg)
+    }
 }
 
 /// A case with exact sensors and a locked rotor.

@@ -34,7 +34,7 @@ fn full_scale(rows: &[[f64; 4]]) -> f64 {
 impl Spice {
     fn inverter(&self, open_leg: OpenLeg) -> Inverter {
         Inverter {
-            bridge: Bridge { devices: self.devices, open_leg, ..Bridge::default() },
+            bridge: Bridge { devices: self.devices, open_leg, terminal_capacitance: self.capacitance },
             gates: [self.timing; 3],
             ..ideal_inverter(open_leg)
         }

@@ -2,6 +2,7 @@
 
 mod conduction;
 mod course;
+mod filtering;
 mod gates;
 mod ledger;
 mod motion;

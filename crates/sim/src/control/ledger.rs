@@ -52,19 +52,33 @@ impl Accounts {
         if h <= 0.0 {
             return;
         }
-        for (share, weight) in GAUSS {
-            let powers = powers(control, bank, &bank.within(share));
-            let (spent, weight) = (&mut self.spent, weight * h);
-            spent.source += weight * powers.source;
-            spent.source_loss += weight * powers.source_loss;
-            spent.device_loss += weight * powers.device_loss;
-            spent.copper_loss += weight * powers.copper_loss;
-            spent.eddy_loss += weight * powers.eddy_loss;
-            spent.shaft_work += weight * powers.shaft_work;
-            spent.friction_loss += weight * powers.friction_loss;
-            spent.load_work += weight * powers.load_work;
+        // So many parts that nothing turns by more than a radian in any.
+        let turned = bank.tried.floating.as_ref().map_or(0.0, |floating| {
+            floating.ringing.turned.iter().map(|square| square.get(control.lane)).fold(0.0, f64::max)
+        });
+        let parts = turned.sqrt().ceil().max(1.0);
+        let mut part = 0.0;
+        while part < parts {
+            for (share, weight) in GAUSS {
+                let powers = powers(control, bank, &bank.within((part + share) / parts));
+                self.spend(&powers, weight * h / parts);
+            }
+            part += 1.0;
         }
         self.follow_terminals(control, bank);
+    }
+
+    /// Adds powers in W that last for a time in s.
+    fn spend(&mut self, powers: &Ledger, time: f64) {
+        let spent = &mut self.spent;
+        spent.source += time * powers.source;
+        spent.source_loss += time * powers.source_loss;
+        spent.device_loss += time * powers.device_loss;
+        spent.copper_loss += time * powers.copper_loss;
+        spent.eddy_loss += time * powers.eddy_loss;
+        spent.shaft_work += time * powers.shaft_work;
+        spent.friction_loss += time * powers.friction_loss;
+        spent.load_work += time * powers.load_work;
     }
 
     /// What follows a device's potential is charged through it, by currents too small to count but for their energy.

@@ -97,7 +97,8 @@ impl<'a> Control<'a> {
             } else if way(-1.0) < 0.0 && (one || held[k] >= high - near) {
                 modes[k] = kind.inflow(gates[k]);
             }
-            let to = bridge.devices.clamp(modes[k]).map_or(held[k], |clamp| clamp.potential(link, current[k]));
+            let to =
+                bridge.devices.clamp(modes[k]).map_or(held[k], |clamp| clamp.potential(link, current[k]));
             let upper = match gates[k] {
                 Gate::High => true,
                 Gate::Low => false,
@@ -112,7 +113,8 @@ impl<'a> Control<'a> {
     /// How fast the phases' currents rise in A/s with these terminal potentials in V.
     fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> [f64; 3] {
         let one = One::of(bank, &bank.here, self.lane);
-        let axes = bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
+        let axes =
+            bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
         let mut voltage = one.current * -self.case.motor.resistance;
         for (axis, potential) in axes.iter().zip(potential) {
             voltage = voltage + *axis * (potential * (2.0 / 3.0));

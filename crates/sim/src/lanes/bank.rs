@@ -99,7 +99,8 @@ impl<'a, V: Wide> Bank<'a, V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
         let machine = Machine::like(motor, inverter, free);
-        let rest = State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq, potential: [zero; 3] };
+        let rest =
+            State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq, potential: [zero; 3] };
         let at = Operating {
             current: plane,
             inverse_inductance: Symmetric::new(one, zero, one),

@@ -66,9 +66,8 @@ impl Ringing {
         if size == 0.0 || share == [0.0; 2] {
             return;
         }
-        let over = |[re, im]: [f64; 2]| {
-            [(re * turn[0] + im * turn[1]) / size, (im * turn[0] - re * turn[1]) / size]
-        };
+        let over =
+            |[re, im]: [f64; 2]| [(re * turn[0] + im * turn[1]) / size, (im * turn[0] - re * turn[1]) / size];
         // ∫ e^(z (1 − s)) (a + (b − a) s) ds = a φ₁(z) + (b − a) φ₂(z), φ₁ = (e^z − 1)/z, φ₂ = (φ₁ − 1)/z.
         let (mut first, mut second) = ([1.0, 0.0], [0.5, 0.0]);
         if size > 1e-6 {

@@ -78,7 +78,8 @@ impl<V: Wide> Tried<V> {
             state.potential = machine.legs.potentials(legs, state.potential, state.link, at.current);
         }
         let end = Here { time: until, state, at, source };
-        let rises = if machine.links.storage.is_some() { ends.link_rise } else { [here.source.rise, source.rise] };
+        let rises =
+            if machine.links.storage.is_some() { ends.link_rise } else { [here.source.rise, source.rise] };
         ends.link_rise = rises;
         let links = [here.state.link, state.link];
         let area = machine.links.area(h, here.source, source);

@@ -14,10 +14,10 @@
 //! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
 //! exactly as well, where a step is longer than the damping can be left to the cubics.
 
-use standstill_numeric::{Symmetric, Wide};
+use standstill_numeric::{Mask, Symmetric, Wide};
 
-use super::stumpff::stumpff;
 use super::hermite::Cubic as Over;
+use super::stumpff::stumpff;
 use super::two_derivative::Here;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
@@ -75,10 +75,8 @@ impl<V: Wide> Modes<V> {
         let to = axes.map(|axis| axis.through(g));
         let back = axes.map(|axis| axis.through(inverse));
         let dropped = to.map(|axis| axis.through(*resistance));
-        let damping = [
-            [to[0].dot(dropped[0]), to[0].dot(dropped[1])],
-            [to[1].dot(dropped[0]), to[1].dot(dropped[1])],
-        ];
+        let damping =
+            [[to[0].dot(dropped[0]), to[0].dot(dropped[1])], [to[1].dot(dropped[0]), to[1].dot(dropped[1])]];
         Self { to, back, square, damping }
     }
 
@@ -179,9 +177,7 @@ impl<V: Wide> Ringing<V> {
     /// beginning.
     #[inline(always)]
     pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
-        Self::new(modes, h, w, [begin, begin], |value, slope| {
-            [value[0], slope[0], V::of(0.0), V::of(0.0)]
-        })
+        Self::new(modes, h, w, [begin, begin], |value, slope| [value[0], slope[0], V::of(0.0), V::of(0.0)])
     }
 
     /// The step of `h` seconds from one end to the other; `w` in V at its beginning.
@@ -226,9 +222,7 @@ impl<V: Wide> Ringing<V> {
                 across = ends.map(|end| modes.back[0].dot(end.current) * step.across);
                 across_rise = ends.map(|end| modes.back[0].dot(end.current_rise) * h * step.across);
             }
-            let force = [0, 1].map(|e: usize| {
-                modes.to[m].dot(ends[e].force) * h + twice * xi[e] + across[e]
-            });
+            let force = [0, 1].map(|e: usize| modes.to[m].dot(ends[e].force) * h + twice * xi[e] + across[e]);
             let force_rise = [0, 1].map(|e: usize| {
                 modes.to[m].dot(ends[e].force_rise) * h * h + twice * xi_rise[e] + across_rise[e]
             });
@@ -250,10 +244,7 @@ impl<V: Wide> Ringing<V> {
         let (first, mean_first) = self.mode(0, share, zero);
         let (second, mean_second) = self.mode(1, share, mean_first * self.across * share);
         let [to, back] = [&self.modes.to, &self.modes.back];
-        [
-            back[0] * first + back[1] * second,
-            to[0] * mean_first + to[1] * mean_second,
-        ]
+        [back[0] * first + back[1] * second, to[0] * mean_first + to[1] * mean_second]
     }
 
     /// ξ and the mean of I of a mode after a share of the step; `dropped`: what drops of the other's current.
@@ -293,8 +284,7 @@ impl<V: Wide> Ringing<V> {
         let sum = |of: &Cubic<V>, with: &[V; 4]| {
             of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
         };
-        let pull: Cubic<V> =
-            [0, 1, 2, 3].map(|n: usize| turned * remainder[n] + damping * force[n]);
+        let pull: Cubic<V> = [0, 1, 2, 3].map(|n: usize| turned * remainder[n] + damping * force[n]);
         let flux = c1 * velocity + sum(&force, &cosines) - sum(&pull, &sines);
         // I integrated: as a polynomial where that is exact, else by what the charge has done.
         let mut mean = c2 * velocity + sum(&force, &sines) + sum(&remainder, &cosines);
@@ -305,6 +295,30 @@ impl<V: Wide> Ringing<V> {
             mean = V::choose(damped, (velocity - end) / safe, mean);
         }
         (flux * decay, mean)
+    }
+
+    /// What of a lane's mode oscillates within the step: what I is without the polynomial about which it swings. None where it turns
+    /// so little that cubics follow it.
+    pub fn oscillation(&self, lane: usize, m: usize) -> Option<Oscillation> {
+        let turned = self.turned[m].get(lane);
+        if turned <= TURNS {
+            return None;
+        }
+        let [force, j] = [&self.force[m], &self.remainder[m]].map(|of| of.each_ref().map(|a| a.get(lane)));
+        let damping = self.damping[m].get(lane);
+        // I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′ = s₀ + s₁ s + s₂ s², solved by a polynomial p.
+        let s = [
+            force[1] + 2.0 * j[2] + 2.0 * damping * j[1],
+            2.0 * force[2] + 6.0 * j[3] + 4.0 * damping * j[2],
+            3.0 * force[3] + 6.0 * damping * j[3],
+        ];
+        let second = s[2] / turned;
+        let first = (s[1] - 4.0 * damping * second) / turned;
+        let zeroth = (s[0] - 2.0 * damping * first - 2.0 * second) / turned;
+        let angle = (turned - damping * damping).sqrt();
+        let away = j[0] - zeroth;
+        let rise = self.velocity[m].get(lane) + force[0] + j[1] - first;
+        Some(Oscillation { phasor: [away, -(rise + damping * away) / angle], turns: [-damping, angle] })
     }
 
     /// What a step may be off in Wb as far as force and remainder are no cubics.
@@ -320,6 +334,15 @@ impl<V: Wide> Ringing<V> {
         }
         all
     }
+}
+
+/// Re z e^(σ s), s from 0 to 1 over a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Oscillation {
+    /// z.
+    pub phasor: [f64; 2],
+    /// σ.
+    pub turns: [f64; 2],
 }
 
 /// e^x for |x| up to a half and somewhat more: of Taylor's series what counts.
@@ -353,31 +376,35 @@ pub struct Floating<V: Wide> {
 /// currents and potentials say when.
 const SEEN: f64 = 0.36;
 
+/// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
+const LAGGED: f64 = 0.09;
+
 impl<V: Wide> Floating<V> {
-    /// Of a step of `h` seconds between two places, where the machines change so.
+    /// Of a step of `h` seconds between two places, where the machines change so and the devices carry these currents in A.
     #[inline(always)]
     pub fn new(
         machine: &Machine<V>,
         legs: &Conducting<V>,
         places: [&Here<V>; 2],
         change: [&Change<V>; 2],
+        phases: &[[V; 3]; 2],
         h: V,
         ringing: Ringing<V>,
     ) -> Self {
         let zero = V::of(0.0);
         let elastance = machine.legs.elastance.unwrap_or(zero);
-        let mut safe = [legs.flows[0] | !legs.flows[0]; 3];
-        let range = places.map(|here| {
-            [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link))
-        });
-        for ((here, change), range) in places.into_iter().zip(change).zip(&range) {
+        // What lags behind by eddy currents is not part of the oscillators: cubics must follow.
+        let may_turn = if machine.circuits.eddies().is_some() { 0 } else { u32::MAX };
+        let mut safe = [V::Mask::of_bits(may_turn); 3];
+        let range =
+            places.map(|here| [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link)));
+        for (e, here) in places.into_iter().enumerate() {
             let axes = &machine.legs.axes;
-            let swing = ringing.modes.swing(axes, elastance, here.at.current, change.current);
-            let phases = machine.legs.phases(here.at.current);
+            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current);
             for k in 0..3 {
-                let carried = legs.leg[k].direction * (phases[k] - swing.ahead[k]) - swing.current[k];
+                let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
                 let middle = here.state.potential[k] - swing.away[k];
-                let [low, high] = range[k];
+                let [low, high] = range[e][k];
                 let held = (middle - low).least(high - middle) - swing.potential[k];
                 safe[k] = safe[k] & V::choose(legs.flows[k], carried, held).above(zero);
             }
@@ -386,10 +413,11 @@ impl<V: Wide> Floating<V> {
         Self { ringing, potential: places.map(|here| here.state.potential), rise, range, safe }
     }
 
-    /// Above 1 where a leg's mode may end in a step that is too long to say when.
+    /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
     #[inline(always)]
-    pub fn too_long(&self) -> V {
-        let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / SEEN);
+    pub fn too_long(&self, lagged: bool) -> V {
+        let most = if lagged { LAGGED } else { SEEN };
+        let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / most);
         let all_safe = self.safe[0] & self.safe[1] & self.safe[2];
         V::choose(all_safe, V::of(0.0), turned * turned)
     }

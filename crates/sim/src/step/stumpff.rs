@@ -53,10 +53,12 @@ mod tests {
                 assert!((c[k] + x * c[k + 2] - 1.0 / factorial).abs() < 1e-14, "{x} {k}");
             }
             // The sums and the closed forms meet.
-            let sum: f64 = (0..30).fold((1.0 / 24.0, 0.0), |(term, sum), j| {
-                let j = f64::from(j);
-                (-term * x / ((5.0 + 2.0 * j) * (6.0 + 2.0 * j)), sum + term)
-            }).1;
+            let sum: f64 = (0..30)
+                .fold((1.0 / 24.0, 0.0), |(term, sum), j| {
+                    let j = f64::from(j);
+                    (-term * x / ((5.0 + 2.0 * j) * (6.0 + 2.0 * j)), sum + term)
+                })
+                .1;
             assert!(x > 4.0 || (c[4] - sum).abs() < 1e-15, "{x}: {} {sum}", c[4]);
         }
     }

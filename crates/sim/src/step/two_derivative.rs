@@ -9,7 +9,7 @@
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
 use standstill_interface::Dq;
-use standstill_numeric::{Heading, Wide};
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use crate::physics::bounds::{Bounds, ENDS, Margins};
 use crate::physics::legs::Conducting;
@@ -18,7 +18,9 @@ use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
-use crate::step::error::{SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error};
+use crate::step::error::{
+    SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
+};
 use crate::step::ringing::{End, Floating, Modes, Ringing};
 use standstill_inverter::Source;
 
@@ -305,7 +307,12 @@ impl<V: Wide> Tried<V> {
                 flux_rise: end_change.flux,
                 flux: predicted_flux - begin.flux - surplus,
             };
-            let step = Ringing::between(start.modes, h, start.floating, [&start.end, &end]);
+            // The mean of both ends: what turns faster and slower by turns is then right to the next order.
+            let [from, to] = [here.at.inverse_inductance, gamma];
+            let mean =
+                Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
+            let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);
+            let step = Ringing::between(modes, h, start.floating, [&start.end, &end]);
             let [moved, mean] = step.after(V::of(1.0));
             missing = begin.flux + moved + surplus - predicted_flux;
             potential = add(begin.potential, machine.legs.charged(legs, mean * h));
@@ -396,16 +403,17 @@ impl<V: Wide> Tried<V> {
                 }
             }
         }
+        let mut floating = None;
+        if let Some(ringing) = ringing {
+            let places =
+                Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
+            error = error.greatest(places.too_long(machine.circuits.eddies().is_some()));
+            floating = Some(places);
+        }
         let margins = [
             bounds.margins(machine, legs, &here.state, &here.at, change, &phases[0]),
             bounds.margins(machine, legs, &end.state, &end.at, end_change, &phases[1]),
         ];
-        let mut floating = None;
-        if let Some(ringing) = ringing {
-            let places = Floating::new(machine, legs, [here, &end], [change, end_change], h, ringing);
-            error = error.greatest(places.too_long());
-            floating = Some(places);
-        }
         let mut tried = Self {
             h,
             legs: *legs,
