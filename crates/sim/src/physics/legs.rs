@@ -163,10 +163,7 @@ impl<V: Wide> Legs<V> {
 
     /// A bit for each machine without current.
     pub fn idle_lanes(&self) -> u32 {
-        if self.elastance.is_some() {
-            return 0;
-        }
-        !(self.out[0] | self.out[1] | self.out[2])
+        if self.elastance.is_some() { 0 } else { !(self.out[0] | self.out[1] | self.out[2]) }
     }
 
     /// What conducts in a lane at a time in ns.

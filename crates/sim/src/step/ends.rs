@@ -2,8 +2,8 @@
 
 use standstill_numeric::Wide;
 
+use super::floating::Floating;
 use super::hermite::Cubic;
-use super::ringing::Floating;
 use super::two_derivative::Tried;
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::physics::machine::Machine;

@@ -6,8 +6,8 @@
 use standstill_numeric::Wide;
 
 use super::corrections::{Ends, settle};
-use super::ringing::{End, Ringing};
-use super::two_derivative::{Accuracy, Here, Start, Tried};
+use super::ringing::{End, Ringing, Start};
+use super::two_derivative::{Accuracy, Here, Tried};
 use crate::physics::bounds::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;

@@ -14,110 +14,18 @@
 //! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
 //! exactly as well, where a step is longer than the damping can be left to the cubics.
 
-use standstill_numeric::{Mask, Symmetric, Wide};
+use standstill_numeric::Wide;
 
-use super::hermite::Cubic as Over;
+use super::modes::Modes;
 use super::stumpff::stumpff;
 use super::two_derivative::Here;
 use crate::physics::legs::Conducting;
+use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine};
 use crate::physics::plane::Plane;
 
 /// From this square of the angle by which a mode turns in a step its damping is solved with it. Below, cubics do.
 const TURNS: f64 = 0.25;
-
-/// A mode rings where the square of its frequency is more than this share of the other's: the rest is rounding.
-const RINGS: f64 = 1e-9;
-
-/// The two modes of machines side by side.
-#[derive(Clone, Copy, Debug)]
-pub struct Modes<V> {
-    /// RᵀG: from flux in Wb to ξ; the columns of its transpose from I to current in A.
-    pub to: [Plane<V>; 2],
-    /// RᵀG⁻¹: from current to I; its transpose from ξ to flux.
-    pub back: [Plane<V>; 2],
-    /// ω² in 1/s².
-    pub square: [V; 2],
-    /// RᵀG R G R: how one mode's current drops in the other's, in 1/s.
-    damping: [[V; 2]; 2],
-}
-
-impl<V: Wide> Modes<V> {
-    /// With this inverse inductance in 1/H, terminals that charge so in 1/F, and resistance in Ω.
-    #[inline(always)]
-    pub fn of(gamma: Symmetric<V>, charging: Symmetric<V>, resistance: &Symmetric<V>) -> Self {
-        let (zero, one) = (V::of(0.0), V::of(1.0));
-        let root = gamma.determinant().sqrt();
-        let scale = one / (gamma.xx + gamma.yy + root + root).sqrt();
-        let g = Symmetric::new((gamma.xx + root) * scale, gamma.xy * scale, (gamma.yy + root) * scale);
-        let inverse = g.inverse();
-        // G K G.
-        let columns = [Plane::new(g.xx, g.xy), Plane::new(g.xy, g.yy)];
-        let charged = columns.map(|column| column.through(charging));
-        let (xx, xy, yy) =
-            (columns[0].dot(charged[0]), columns[0].dot(charged[1]), columns[1].dot(charged[1]));
-        let (mean, half) = ((xx + yy) * 0.5, (xx - yy) * 0.5);
-        let radius = (half * half + xy * xy).sqrt();
-        let apart = radius.above(mean * 1e-15);
-        let safe = V::choose(apart, radius, one);
-        let cos2 = V::choose(apart, half / safe, one);
-        let sin2 = V::choose(apart, xy / safe, zero);
-        // Half the angle, from whichever of cosine and sine is the larger.
-        let large = ((cos2.abs() + 1.0) * 0.5).sqrt();
-        let small = sin2 * 0.5 / large;
-        let turned = zero.above(cos2);
-        let cos = V::choose(turned, small, large);
-        let sin = V::choose(turned, large, small);
-        let low = mean - radius;
-        let square = [mean + radius, V::choose(low.above(mean * RINGS), low, zero)];
-        let first = Plane::new(cos, sin);
-        let axes = [first, first.quarter_turn()];
-        let to = axes.map(|axis| axis.through(g));
-        let back = axes.map(|axis| axis.through(inverse));
-        let dropped = to.map(|axis| axis.through(*resistance));
-        let damping =
-            [[to[0].dot(dropped[0]), to[0].dot(dropped[1])], [to[1].dot(dropped[0]), to[1].dot(dropped[1])]];
-        Self { to, back, square, damping }
-    }
-
-    /// How far the phases' currents and the terminals' potentials swing about what is slow, and where in that they are: from a
-    /// current in A and how fast it rises in A/s.
-    #[inline(always)]
-    pub fn swing(&self, axes: &[Plane<V>; 3], elastance: V, current: Plane<V>, rise: Plane<V>) -> Swing<V> {
-        let zero = V::of(0.0);
-        let none = [zero; 3];
-        let mut swing = Swing { current: none, ahead: none, potential: none, away: none };
-        for m in 0..2 {
-            let rings = self.square[m].above(zero);
-            let per_square = V::only(rings, V::of(1.0) / V::choose(rings, self.square[m], V::of(1.0)));
-            let now = self.back[m].dot(current);
-            let rise = self.back[m].dot(rise);
-            let size = V::only(rings, (now * now + rise * rise * per_square).sqrt());
-            let in_potential = size * per_square.sqrt() * elastance;
-            for k in 0..3 {
-                let share = axes[k].dot(self.to[m]);
-                swing.current[k] = swing.current[k] + share.abs() * size;
-                swing.ahead[k] = swing.ahead[k] + V::only(rings, share * now);
-                swing.potential[k] = swing.potential[k] + share.abs() * in_potential;
-                swing.away[k] = swing.away[k] + share * rise * per_square * elastance;
-            }
-        }
-        swing
-    }
-}
-
-/// How far currents and potentials swing. See [`Modes::swing`].
-#[derive(Clone, Copy, Debug)]
-pub struct Swing<V> {
-    /// How far currents swing at most, in A.
-    pub current: [V; 3],
-    /// How far they are from what is slow, in A.
-    pub ahead: [V; 3],
-    /// How far potentials swing at most, in V.
-    pub potential: [V; 3],
-    /// How far they are from what is slow, in V.
-    pub away: [V; 3],
-}
 
 /// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
 type Cubic<V> = [V; 4];
@@ -357,95 +265,49 @@ fn exponential<V: Wide>(x: V) -> V {
     sum
 }
 
-/// Terminals within a step that was tried.
-#[derive(Clone, Copy, Debug)]
-pub struct Floating<V: Wide> {
-    /// How they ring.
-    pub ringing: Ringing<V>,
-    /// Their potentials in V at both ends, and how fast they rise, in V a step.
-    pub potential: [[V; 3]; 2],
-    /// See `potential`.
-    pub rise: [[V; 3]; 2],
-    /// Between which potentials in V no device of a leg conducts, at both ends.
-    pub range: [[[V; 2]; 3]; 2],
-    /// Legs that swing within their modes, however often in the step.
-    pub safe: [V::Mask; 3],
+/// What is known at the beginning of a step in which terminals ring.
+pub(super) struct Start<V> {
+    pub(super) modes: Modes<V>,
+    /// What the terminals put on the winding, in V.
+    pub(super) floating: Plane<V>,
+    pub(super) end: End<V>,
+    /// How much more than what begins as the link does, and than the cubic between its ends, the link's voltage is over the step,
+    /// in V·s.
+    pub(super) surplus: [V; 2],
 }
 
-/// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
-/// currents and potentials say when.
-const SEEN: f64 = 0.36;
-
-/// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
-const LAGGED: f64 = 0.09;
-
-impl<V: Wide> Floating<V> {
-    /// Of a step of `h` seconds between two places, where the machines change so and the devices carry these currents in A.
+impl<V: Wide> Start<V> {
+    /// Where terminals have a capacitance. The links' voltages in V at both ends, how fast they rise, and their integral over the
+    /// step of `h` seconds.
     #[inline(always)]
-    pub fn new(
+    #[allow(clippy::too_many_arguments, reason = "what a step knows at its beginning")]
+    pub(super) fn of(
         machine: &Machine<V>,
         legs: &Conducting<V>,
-        places: [&Here<V>; 2],
-        change: [&Change<V>; 2],
-        phases: &[[V; 3]; 2],
+        here: &Here<V>,
+        change: &Change<V>,
+        link: [V; 2],
+        link_rise: [V; 2],
+        area: V,
         h: V,
-        ringing: Ringing<V>,
-    ) -> Self {
-        let zero = V::of(0.0);
-        let elastance = machine.legs.elastance.unwrap_or(zero);
-        // What lags behind by eddy currents is not part of the oscillators: cubics must follow.
-        let may_turn = if machine.circuits.eddies().is_some() { 0 } else { u32::MAX };
-        let mut safe = [V::Mask::of_bits(may_turn); 3];
-        let range =
-            places.map(|here| [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link)));
-        for (e, here) in places.into_iter().enumerate() {
-            let axes = &machine.legs.axes;
-            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current);
-            for k in 0..3 {
-                let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
-                let middle = here.state.potential[k] - swing.away[k];
-                let [low, high] = range[e][k];
-                let held = (middle - low).least(high - middle) - swing.potential[k];
-                safe[k] = safe[k] & V::choose(legs.flows[k], carried, held).above(zero);
-            }
-        }
-        let rise = change_of_potential(machine, legs, places, h);
-        Self { ringing, potential: places.map(|here| here.state.potential), rise, range, safe }
+    ) -> Option<Self> {
+        machine.legs.elastance?;
+        let terminals = &legs.terminals;
+        let force =
+            terminals.rail * link[0] + terminals.offset - here.at.current.through(terminals.resistance);
+        let begin = link[0] * h + link_rise[0] * (h * h * 0.5);
+        Some(Self {
+            modes: Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance),
+            floating: machine.legs.floating(legs, &here.state.potential),
+            end: End {
+                force,
+                force_rise: terminals.rail * link_rise[0] - change.current.through(terminals.resistance),
+                current: here.at.current,
+                current_rise: change.current,
+                flux_rise: change.flux,
+                flux: Plane::new(V::of(0.0), V::of(0.0)),
+            },
+            surplus: [area - begin, area - hermite_area(h, link, link_rise)],
+        })
     }
-
-    /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
-    #[inline(always)]
-    pub fn too_long(&self, lagged: bool) -> V {
-        let most = if lagged { LAGGED } else { SEEN };
-        let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / most);
-        let all_safe = self.safe[0] & self.safe[1] & self.safe[2];
-        V::choose(all_safe, V::of(0.0), turned * turned)
-    }
-
-    /// How far a terminal's potential is from its lower and its upper bound in V over the step.
-    #[inline(always)]
-    pub fn sides(&self, k: usize) -> [Over<V>; 2] {
-        let [begin, end] = [self.range[0][k], self.range[1][k]];
-        let side = |of: usize, sign: f64| {
-            let bounds = [begin[of], end[of]];
-            // Bounds move with the link, in a step about evenly.
-            let moved = bounds[1] - bounds[0];
-            Over {
-                value: [0, 1].map(|e: usize| (self.potential[e][k] - bounds[e]) * sign),
-                slope: [0, 1].map(|e: usize| (self.rise[e][k] - moved) * sign),
-            }
-        };
-        [side(0, 1.0), side(1, -1.0)]
-    }
-}
-
-/// How fast potentials rise, in V a step.
-#[inline(always)]
-fn change_of_potential<V: Wide>(
-    machine: &Machine<V>,
-    legs: &Conducting<V>,
-    places: [&Here<V>; 2],
-    h: V,
-) -> [[V; 3]; 2] {
-    places.map(|here| machine.legs.charged(legs, here.at.current * h))
 }

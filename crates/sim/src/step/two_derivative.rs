@@ -21,7 +21,9 @@ use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_
 use crate::step::error::{
     SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
 };
-use crate::step::ringing::{End, Floating, Modes, Ringing};
+use crate::step::floating::Floating;
+use crate::step::modes::Modes;
+use crate::step::ringing::{End, Ringing, Start};
 use standstill_inverter::Source;
 
 /// Machines at a time: their states and what follows from them.
@@ -72,53 +74,6 @@ pub struct Tried<V: Wide> {
     pub least_margin: V,
     /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
     pub least_at_mode_end: V,
-}
-
-/// What is known at the beginning of a step in which terminals ring.
-pub(super) struct Start<V> {
-    pub(super) modes: Modes<V>,
-    /// What the terminals put on the winding, in V.
-    pub(super) floating: Plane<V>,
-    pub(super) end: End<V>,
-    /// How much more than what begins as the link does, and than the cubic between its ends, the link's voltage is over the step,
-    /// in V·s.
-    pub(super) surplus: [V; 2],
-}
-
-impl<V: Wide> Start<V> {
-    /// Where terminals have a capacitance. The links' voltages in V at both ends, how fast they rise, and their integral over the
-    /// step of `h` seconds.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "what a step knows at its beginning")]
-    pub(super) fn of(
-        machine: &Machine<V>,
-        legs: &Conducting<V>,
-        here: &Here<V>,
-        change: &Change<V>,
-        link: [V; 2],
-        link_rise: [V; 2],
-        area: V,
-        h: V,
-    ) -> Option<Self> {
-        machine.legs.elastance?;
-        let terminals = &legs.terminals;
-        let force =
-            terminals.rail * link[0] + terminals.offset - here.at.current.through(terminals.resistance);
-        let begin = link[0] * h + link_rise[0] * (h * h * 0.5);
-        Some(Self {
-            modes: Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance),
-            floating: machine.legs.floating(legs, &here.state.potential),
-            end: End {
-                force,
-                force_rise: terminals.rail * link_rise[0] - change.current.through(terminals.resistance),
-                current: here.at.current,
-                current_rise: change.current,
-                flux_rise: change.flux,
-                flux: Plane::new(V::of(0.0), V::of(0.0)),
-            },
-            surplus: [area - begin, area - hermite_area(h, link, link_rise)],
-        })
-    }
 }
 
 #[inline(always)]
