@@ -10,7 +10,7 @@
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
 use standstill_plant::{Friction, Motor, built_in};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};

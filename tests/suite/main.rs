@@ -23,4 +23,3 @@ mod sensors;
 mod spice;
 mod tables;
 mod tape;
-mod terminals;
