@@ -13,6 +13,7 @@ use crate::bench::paper_motor;
 const JUNCTION: f64 = 2.1e-3;
 
 /// One line `case` of `cases.txt` with all it names.
+#[derive(Clone)]
 pub struct Spice {
     pub name: String,
     pub angle_deg: f64,
