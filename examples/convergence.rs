@@ -10,7 +10,7 @@
 use standstill_interface::{
     Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
 };
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
 use standstill_plant::{Friction, Motor, built_in};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
@@ -45,7 +45,7 @@ fn attempt(motor: &Motor, tolerance: f64) -> (f64, Vec<f64>) {
     let case = Case {
         motor,
         inverter: Inverter {
-            bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes },
+            bridge: Bridge::default(),
             gates: [GateTiming::default(); 3],
             link: DcLink::stiff(80.0),
             carrier_period: Nanos::from_micros(100),

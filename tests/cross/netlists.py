@@ -24,6 +24,8 @@ HALF_EDGE = 0.1
 # From a sample to the nearest gate edge, in ns at least.
 CLEARANCE = 200
 STEP = 0.1  # µs
+# Where terminals ring: ngspice's method turns an oscillation by (ω step)²/3 too little, per radian.
+RINGING_STEP = 0.1  # of STEP
 RELTOL = 1e-7
 
 
@@ -48,7 +50,8 @@ def read_cases(path):
             commands = []
             sequences[rest[0]] = {"first": ns(rest[1]), "interval": ns(rest[2]), "commands": commands}
         elif kind == "case":
-            cases.append(dict(zip(["name", "sequence", "angle", "motor", "devices", "timing"], rest, strict=True)))
+            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance"]
+            cases.append(dict(zip(keys, rest if len(rest) == len(keys) else [*rest, "0"], strict=True)))
         else:
             stages = [(ns(words[k]), words[k + 1 : k + 4]) for k in range(0, len(words), 4)]
             commands.append(stages)
@@ -178,6 +181,11 @@ def netlist(case, tables, sequences, step, reltol):
     )
     modulated = any(word not in "HL-" for stages in commands for _, legs in stages for word in legs)
     # Without currents nothing else tells the terminals their potentials where a channel goes off. Damped, or it rings.
+    capacitance = float(case["capacitance"])
+    if capacitance:
+        step *= RINGING_STEP
+    # Half the link's voltage before the first switch comes on.
+    terminals = "".join(f"C{leg} {leg} 0 {capacitance:g}n ic={DC_LINK / 2:g}\n" for leg in "abc")
     stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\
 * {case["name"]}: written by netlists.py from cases.txt, to be changed there.
@@ -221,7 +229,7 @@ Vdc p 0 {DC_LINK}
 Xa p 0 a upa lowa leg
 Xb p 0 b upb lowb leg
 Xc p 0 c upc lowc leg
-{stray if mosfets and modulated else ''}
+{terminals if capacitance else stray if mosfets and modulated else ''}
 * Gates: edges of {2 * HALF_EDGE:g} ns about their instants.
 {gates}
 

@@ -45,7 +45,7 @@ fn drops(share: f64) -> Devices {
 
 #[test]
 fn law_with_a_truly_open_leg_the_scheme_is_exact_but_for_its_trapezoid() {
-    let open = Bridge { devices: Devices::default(), open_leg: OpenLeg::Open };
+    let open = Bridge { open_leg: OpenLeg::Open, ..Bridge::default() };
     for decay in [Decay::Slow, Decay::Fast] {
         let errors = axis_errors(&paper_motor().linearised(), decay, open);
         assert!(worst(&errors) <= 0.01, "{decay:?}: {}°", worst(&errors));
@@ -55,7 +55,7 @@ fn law_with_a_truly_open_leg_the_scheme_is_exact_but_for_its_trapezoid() {
 #[test]
 fn law_the_sign_of_the_saliency_decides_between_d_and_q() {
     // A motor with L_d > L_q, told so, is exact; told the opposite, the answer is the q-axis.
-    let open = Bridge { devices: Devices::default(), open_leg: OpenLeg::Open };
+    let open = Bridge { open_leg: OpenLeg::Open, ..Bridge::default() };
     let mut motor = paper_motor();
     motor.winding.saliency = 2.1e-3;
     let motor = motor.linearised();
@@ -72,7 +72,7 @@ fn law_the_sign_of_the_saliency_decides_between_d_and_q() {
 fn law_the_open_legs_diode_costs_accuracy_with_slow_decay_and_more_the_smaller_the_drops() {
     let linear = paper_motor().linearised();
     let error = |decay, share| {
-        let bridge = Bridge { devices: drops(share), open_leg: OpenLeg::Diodes };
+        let bridge = Bridge { devices: drops(share), ..Bridge::default() };
         rms(&axis_errors(&linear, decay, bridge))
     };
     let (full, half, tenth) = (error(Decay::Slow, 1.0), error(Decay::Slow, 0.5), error(Decay::Slow, 0.1));
@@ -87,7 +87,7 @@ fn law_the_open_legs_diode_costs_accuracy_with_slow_decay_and_more_the_smaller_t
 
 #[test]
 fn law_saturation_alone_costs_what_the_prototype_found() {
-    let open = Bridge { devices: Devices::default(), open_leg: OpenLeg::Open };
+    let open = Bridge { open_leg: OpenLeg::Open, ..Bridge::default() };
     for (decay, expected) in [(Decay::Slow, 0.79), (Decay::Fast, 0.32)] {
         let got = rms(&axis_errors(&paper_motor(), decay, open));
         assert!((got / expected - 1.0).abs() < 0.2, "{decay:?}: {got}");

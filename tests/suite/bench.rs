@@ -98,7 +98,7 @@ pub fn mapped(motor: &Motor, reach: f64) -> (Motor, MapReport) {
 /// Ideal switches and no dead time on a stiff link of 550 V; an idle leg with or without diodes.
 pub fn ideal_inverter(open_leg: OpenLeg) -> Inverter {
     Inverter {
-        bridge: Bridge { devices: Devices::default(), open_leg },
+        bridge: Bridge { open_leg, ..Bridge::default() },
         gates: [GateTiming::default(); 3],
         link: DcLink::stiff(550.0),
         carrier_period: Nanos::from_micros(100),
@@ -115,7 +115,11 @@ pub fn usual_inverter(open_leg: OpenLeg) -> Inverter {
         diode_resistance: 30e-3,
     };
     let timing = GateTiming { dead_time: Nanos::from_micros(2), ..GateTiming::default() };
-    Inverter { bridge: Bridge { devices, open_leg }, gates: [timing; 3], ..ideal_inverter(open_leg) }
+    Inverter {
+        bridge: Bridge { devices, open_leg, ..Bridge::default() },
+        gates: [timing; 3],
+        ..ideal_inverter(open_leg)
+    }
 }
 
 /// A case with exact sensors and a locked rotor.

@@ -52,7 +52,7 @@ fn random_inverter(rng: &mut impl Rng) -> Inverter {
     let gates = [timing(dead, &mut delay), timing(dead, &mut delay), timing(dead, &mut delay)];
     let storage = rng.random_bool(0.3).then_some(Storage { capacitance: 300e-6, source_resistance: 0.3 });
     Inverter {
-        bridge: Bridge { devices, open_leg: OpenLeg::Diodes },
+        bridge: Bridge { devices, open_leg: OpenLeg::Diodes, ..Bridge::default() },
         gates,
         link: DcLink { ripple: 0.01, storage, ..DcLink::stiff(550.0) },
         carrier_period: Nanos::from_micros(100),

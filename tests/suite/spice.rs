@@ -34,7 +34,7 @@ fn full_scale(rows: &[[f64; 4]]) -> f64 {
 impl Spice {
     fn inverter(&self, open_leg: OpenLeg) -> Inverter {
         Inverter {
-            bridge: Bridge { devices: self.devices, open_leg },
+            bridge: Bridge { devices: self.devices, open_leg, terminal_capacitance: self.capacitance },
             gates: [self.timing; 3],
             ..ideal_inverter(open_leg)
         }
@@ -237,6 +237,19 @@ fn cross_pwm_against_ngspice() {
 }
 
 #[test]
+fn cross_terminals_with_a_capacitance_against_ngspice() {
+    let cases = compared("charged_");
+    assert_eq!(cases.len(), 5);
+    for case in cases {
+        // Without it, and with a twentieth more, the run differs.
+        for share in [0.0, 1.05] {
+            let other = Spice { capacitance: share * case.capacitance, ..case.clone() };
+            assert!(other.deviation(OpenLeg::Diodes) > 5.0 * BOUND, "{}: {share}", other.name);
+        }
+    }
+}
+
+#[test]
 fn cross_mosfets_against_ngspice() {
     let cases = compared("mosfet_");
     assert_eq!(cases.len(), 3);
@@ -285,7 +298,7 @@ fn cross_no_case_of_ngspice_is_left_out() {
         assert_eq!(found, expected);
     }
     // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/analysis/tests/fit.rs.
-    let known = ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_"];
+    let known = ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_"];
     assert!(named.iter().all(|name| known.iter().any(|known| name.starts_with(known))), "{named:?}");
 }
 

@@ -44,6 +44,9 @@ pub struct Bridge {
     pub devices: Devices,
     /// What an idle leg may do.
     pub open_leg: OpenLeg,
+    /// Capacitance in F from each terminal to the negative rail: of the switches and of the cable. Zero: none, and a leg without
+    /// current has no charge of its own.
+    pub terminal_capacitance: f64,
 }
 
 /// A margin in V by which modes fit so well that no others do: the margins of others are then wrong by as much, but for
@@ -69,9 +72,9 @@ impl Bridge {
         [self.flowing(a, current[0]), self.flowing(b, current[1]), self.flowing(c, current[2])]
     }
 
-    /// Bounds in V of a blocked leg's potential.
+    /// Bounds in V of the potential of a leg in which no device conducts.
     #[inline]
-    fn bounds(&self, gate: Gate, dc_link: f64) -> (f64, f64) {
+    pub fn bounds(&self, gate: Gate, dc_link: f64) -> (f64, f64) {
         if gate == Gate::Off && self.open_leg == OpenLeg::Open {
             return (f64::NEG_INFINITY, f64::INFINITY);
         }

@@ -212,6 +212,14 @@ impl InverterTable {
             let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
         }
+        if let Some(value) = self.terminal_capacitance {
+            let key = "inverter.terminal_capacitance";
+            drive.bridge.terminal_capacitance = at_least_zero(key, value)?;
+            if drive.bridge.terminal_capacitance > 0.0 {
+                // Less would ring so fast, and more take such charges, that other things count which are not here.
+                in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
+            }
+        }
         let devices = &mut drive.bridge.devices;
         match (devices.kind, self.channel_resistance) {
             (DeviceKind::Mosfet, Some(value)) => {

@@ -100,7 +100,11 @@ impl ErrorSet {
     /// The drive for motors of this rated current in A, on a DC link of this many volts, with such switches.
     pub fn drive(self, rated_current: f64, dc_link: f64, kind: DeviceKind) -> DriveSettings {
         let ideal = DriveSettings {
-            bridge: Bridge { devices: Devices { kind, ..Devices::default() }, open_leg: OpenLeg::Open },
+            bridge: Bridge {
+                devices: Devices { kind, ..Devices::default() },
+                open_leg: OpenLeg::Open,
+                ..Bridge::default()
+            },
             dead_time: Nanos::ZERO,
             delay_mismatch: 0.0,
             link: DcLink::stiff(dc_link),
@@ -112,7 +116,11 @@ impl ErrorSet {
             Self::Harsh => (100e-9, 0.01),
         };
         DriveSettings {
-            bridge: Bridge { devices: devices(kind, rated_current), open_leg: OpenLeg::Diodes },
+            bridge: Bridge {
+                devices: devices(kind, rated_current),
+                open_leg: OpenLeg::Diodes,
+                ..Bridge::default()
+            },
             dead_time: Nanos::from_micros(2),
             delay_mismatch,
             link: DcLink { ripple, ..ideal.link },

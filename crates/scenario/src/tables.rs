@@ -175,6 +175,10 @@ pub struct InverterTable {
     /// Its slope.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diode_resistance: Option<Quantity<Ohm>>,
+    /// Capacitance of each terminal to the negative rail, of switches and cable: a leg in which no device conducts charges it and
+    /// rings with the winding. 0: none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terminal_capacitance: Option<Quantity<Farad>>,
     /// What a leg with both switches off does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_leg: Option<Named<OpenLeg>>,

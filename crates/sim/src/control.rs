@@ -2,12 +2,14 @@
 
 mod conduction;
 mod course;
+mod filtering;
 mod gates;
 mod ledger;
 mod motion;
 mod place;
 mod requests;
 mod run;
+mod terminals;
 mod watch;
 
 pub use motion::can_move;

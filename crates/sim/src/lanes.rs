@@ -72,7 +72,7 @@ fn has_kinks(case: &Case) -> bool {
 
 /// Whether a case fits into a bank.
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
-    bank.machine.fits(case.motor, &case.inverter.link, can_move(case.rotor))
+    bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
         && (bank.follow || !has_filters(case))
 }
@@ -202,7 +202,7 @@ fn alone(
     refereed: bool,
 ) -> Finished {
     let watched = probe.resolution().is_some() || ledger || has_filters(case);
-    let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter.link, can_move(case.rotor), watched);
+    let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter, can_move(case.rotor), watched);
     bank.refereed = refereed;
     let control = Control::new(case.clone(), &mut bank, 0, Some(probe), ledger, Vec::new());
     let mut one = SideBySide::new(bank);
@@ -277,7 +277,7 @@ impl OnWidest for Work<'_, '_> {
     fn with<V: Wide>(self) {
         let Self { first, host } = self;
         let bank: Bank<'_, V> =
-            Bank::like(first.motor, &first.inverter.link, can_move(first.rotor), has_filters(&first));
+            Bank::like(first.motor, &first.inverter, can_move(first.rotor), has_filters(&first));
         let mut side_by_side = SideBySide::new(bank);
         let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
         if let Some(finished) = side_by_side.seat(0, control, &mut |readings| host.step(0, readings)) {

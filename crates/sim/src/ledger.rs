@@ -23,6 +23,8 @@ pub struct Ledger {
     pub impact_loss: f64,
     /// Change of the energy in the link's capacitor.
     pub link_change: f64,
+    /// Change of the energy in the terminals' capacitances.
+    pub terminal_change: f64,
     /// Change of the magnetic field's energy, with what eddy currents and cogging store.
     pub field_change: f64,
     /// Change of the rotor's kinetic energy.
@@ -39,6 +41,7 @@ impl Ledger {
             - self.eddy_loss
             - self.shaft_work
             - self.link_change
+            - self.terminal_change
             - self.field_change
     }
 

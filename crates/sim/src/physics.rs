@@ -8,3 +8,4 @@ pub mod machine;
 pub mod motion;
 pub mod plane;
 pub mod state;
+pub mod terminals;

@@ -7,7 +7,7 @@ mod sampler;
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
-pub(crate) use low_pass::LowPass;
+pub(crate) use low_pass::{LowPass, Rings};
 pub use pick_up::PickUp;
 pub(crate) use pick_up::Ringing;
 pub(crate) use sampler::{Instant, Sampler};

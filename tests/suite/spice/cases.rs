@@ -13,12 +13,15 @@ use crate::bench::paper_motor;
 const JUNCTION: f64 = 2.1e-3;
 
 /// One line `case` of `cases.txt` with all it names.
+#[derive(Clone)]
 pub struct Spice {
     pub name: String,
     pub angle_deg: f64,
     pub motor: Motor,
     pub devices: Devices,
     pub timing: GateTiming,
+    /// Of each terminal, in F.
+    pub capacitance: f64,
     pub commands: Vec<Command<f64>>,
 }
 
@@ -110,12 +113,13 @@ pub fn cases() -> Vec<Spice> {
             ["devices", name, values @ ..] => drop(drops.insert(*name, devices(values))),
             ["timing", name, values @ ..] => drop(timings.insert(*name, timing(values))),
             ["sequence", name, first, interval] => sampled = (*name, micros(first), micros(interval)),
-            ["case", name, sequence, angle, motor, devices, timing] => cases.push(Spice {
+            ["case", name, sequence, angle, motor, devices, timing, capacitance @ ..] => cases.push(Spice {
                 name: (*name).to_owned(),
                 angle_deg: number(angle),
                 motor: motors[motor].clone(),
                 devices: drops[devices],
                 timing: timings[timing],
+                capacitance: capacitance.first().map_or(0.0, |word| number(word) * 1e-9),
                 commands: sequences[sequence].clone(),
             }),
             stages => {

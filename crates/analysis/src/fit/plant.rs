@@ -220,7 +220,7 @@ impl Plant {
         let case = Case {
             motor: &motor,
             inverter: Inverter {
-                bridge: Bridge { devices: self.devices, open_leg: OpenLeg::Diodes },
+                bridge: Bridge { devices: self.devices, open_leg: OpenLeg::Diodes, ..Bridge::default() },
                 gates: [gate; 3],
                 link: DcLink::stiff(piece.link),
                 carrier_period: Nanos::from_micros(100),

@@ -231,6 +231,7 @@ fn result<S>(
             "load_work": e.load_work,
             "impact_loss": e.impact_loss,
             "link_change": e.link_change,
+            "terminal_change": e.terminal_change,
             "field_change": e.field_change,
             "kinetic_change": e.kinetic_change,
             "imbalance": e.imbalance(),

@@ -11,11 +11,13 @@ const REAL: Bridge = Bridge {
         diode_resistance: 0.03,
     },
     open_leg: OpenLeg::Diodes,
+    terminal_capacitance: 0.0,
 };
 
 const MOSFETS: Bridge = Bridge {
     devices: Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..REAL.devices },
     open_leg: OpenLeg::Diodes,
+    terminal_capacitance: 0.0,
 };
 
 /// Inverse inductance of the paper's motor with its rotor at 30°.

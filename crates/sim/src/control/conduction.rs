@@ -15,7 +15,7 @@ use crate::trace::Event;
 
 /// The share of rated current below which a leg carries none when modes are found: a thousand times the rounding of the
 /// largest currents, and a thousandth of what a step may be off.
-const NO_CURRENT: f64 = 1.25e-10;
+pub(super) const NO_CURRENT: f64 = 1.25e-10;
 
 /// The machine of one lane.
 #[derive(Clone, Copy, Debug)]
@@ -94,6 +94,9 @@ impl<'a> Control<'a> {
 
     /// Finds the conduction modes that fit the gates and the machine.
     pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        if bank.machine.legs.elastance.is_some() {
+            return self.settle_terminals(bank, None);
+        }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
@@ -123,12 +126,15 @@ impl<'a> Control<'a> {
             return self.resolve(bank);
         }
         if which != BLOCKED {
-            let direction = bank.machine.legs.direction(self.lane, which);
-            if direction * self.currents(bank)[which] > bank.bounds.ended.get(self.lane) {
+            if !self.is_at_end(bank, which) {
                 // It only seemed to end, on the cubic of a longer step.
                 return Ok(());
             }
             let legs = &bank.machine.legs;
+            if legs.elastance.is_some() {
+                let ended = (legs.direction(self.lane, which) != 0.0).then_some(which);
+                return self.settle_terminals(bank, ended);
+            }
             let ends: [bool; 3] = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
             self.make_zero(bank, ends);
             if ends.iter().filter(|ends| **ends).count() >= 2 {

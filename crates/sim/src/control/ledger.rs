@@ -25,6 +25,7 @@ pub struct Accounts {
     spent: Ledger,
     field: f64,
     link: f64,
+    terminals: f64,
 }
 
 impl Accounts {
@@ -34,7 +35,15 @@ impl Accounts {
             spent: Ledger::default(),
             field: field_energy(control, &bank.here),
             link: link_energy(control, &bank.here),
+            terminals: terminal_energy(control, &bank.here),
         }
+    }
+
+    /// A device charged a terminal at once: the rail gave some energy in J, of a stiff source or of the link's capacitor, and the
+    /// terminal has some of it.
+    pub fn charge(&mut self, given: f64, kept: f64, stiff: bool) {
+        self.spent.source += if stiff { given } else { 0.0 };
+        self.spent.device_loss += given - kept;
     }
 
     /// Adds what was spent in the step just accepted.
@@ -43,17 +52,49 @@ impl Accounts {
         if h <= 0.0 {
             return;
         }
-        for (share, weight) in GAUSS {
-            let powers = powers(control, bank, &bank.within(share));
-            let (spent, weight) = (&mut self.spent, weight * h);
-            spent.source += weight * powers.source;
-            spent.source_loss += weight * powers.source_loss;
-            spent.device_loss += weight * powers.device_loss;
-            spent.copper_loss += weight * powers.copper_loss;
-            spent.eddy_loss += weight * powers.eddy_loss;
-            spent.shaft_work += weight * powers.shaft_work;
-            spent.friction_loss += weight * powers.friction_loss;
-            spent.load_work += weight * powers.load_work;
+        // So many parts that nothing turns by more than a radian in any.
+        let turned = bank.tried.floating.as_ref().map_or(0.0, |floating| {
+            floating.ringing.turned.iter().map(|square| square.get(control.lane)).fold(0.0, f64::max)
+        });
+        let parts = turned.sqrt().ceil().max(1.0);
+        let mut part = 0.0;
+        while part < parts {
+            for (share, weight) in GAUSS {
+                let powers = powers(control, bank, &bank.within((part + share) / parts));
+                self.spend(&powers, weight * h / parts);
+            }
+            part += 1.0;
+        }
+        self.follow_terminals(control, bank);
+    }
+
+    /// Adds powers in W that last for a time in s.
+    fn spend(&mut self, powers: &Ledger, time: f64) {
+        let spent = &mut self.spent;
+        spent.source += time * powers.source;
+        spent.source_loss += time * powers.source_loss;
+        spent.device_loss += time * powers.device_loss;
+        spent.copper_loss += time * powers.copper_loss;
+        spent.eddy_loss += time * powers.eddy_loss;
+        spent.shaft_work += time * powers.shaft_work;
+        spent.friction_loss += time * powers.friction_loss;
+        spent.load_work += time * powers.load_work;
+    }
+
+    /// What follows a device's potential is charged through it, by currents too small to count but for their energy.
+    fn follow_terminals<V: Wide>(&mut self, control: &Control<'_>, bank: &Bank<'_, V>) {
+        let capacitance = control.case.inverter.bridge.terminal_capacitance;
+        if capacitance == 0.0 {
+            return;
+        }
+        let lane = control.lane;
+        let link = (bank.begin.state.link.get(lane) + bank.tried.end.state.link.get(lane)) / 2.0;
+        for (k, leg) in bank.tried.legs.leg.iter().enumerate() {
+            if leg.direction.get(lane) != 0.0 {
+                let [from, to] = [&bank.begin, &bank.tried.end].map(|here| here.state.potential[k].get(lane));
+                let charge = capacitance * (to - from);
+                self.charge(charge * leg.rail.get(lane) * link, charge * (to + from) / 2.0, true);
+            }
         }
     }
 
@@ -63,6 +104,7 @@ impl Accounts {
             impact_loss: control.impact_loss,
             field_change: field_energy(control, &bank.here) - self.field,
             link_change: link_energy(control, &bank.here) - self.link,
+            terminal_change: terminal_energy(control, &bank.here) - self.terminals,
             kinetic_change: control.kinetic_energy(bank),
             ..self.spent
         }
@@ -83,7 +125,7 @@ fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>
         source_current = (source - one(&here.state.link)) / source_resistance;
         source_loss = source_current * source_current * source_resistance;
     }
-    // A conducting leg's drop is −offset + resistance · i; a blocked one carries nothing.
+    // A conducting leg's drop is −offset + resistance · i; a blocked one carries nothing, or charges its terminal.
     let drop = |k: usize| (one(&legs[k].resistance) * current[k] - one(&legs[k].offset)) * current[k];
     let i = One::of(bank, here, lane).current;
     let mut powers = Ledger {
@@ -117,6 +159,12 @@ fn field_energy<V: Wide>(control: &Control<'_>, here: &Here<V>) -> f64 {
     let flux = Plane::new(state.flux.x.get(lane), state.flux.y.get(lane)).to_rotor(Heading::of(turned));
     let lag = flux - Dq::new(state.lagging.d.get(lane), state.lagging.q.get(lane));
     control.case.motor.field_energy(flux, lag, control.case.start_angle + turned)
+}
+
+/// Energy in the terminals' capacitances in J.
+fn terminal_energy<V: Wide>(control: &Control<'_>, here: &Here<V>) -> f64 {
+    let squares: f64 = here.state.potential.iter().map(|v| v.get(control.lane) * v.get(control.lane)).sum();
+    control.case.inverter.bridge.terminal_capacitance * squares / 2.0
 }
 
 /// Energy in the link's capacitor in J.

@@ -42,6 +42,10 @@ impl<'a> Control<'a> {
         bank.here.state.link.put(lane, source.voltage);
         self.look_at_link(bank);
         bank.machine.legs.put_bridge(lane, &bridge);
+        // Where equal leakages of both switches hold them.
+        for potential in &mut bank.here.state.potential {
+            potential.put(lane, source.voltage / 2.0);
+        }
     }
 
     /// Longest step in ns: the winding's shorter time constant, beyond which values and slopes at both ends say so little of

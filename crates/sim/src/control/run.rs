@@ -208,9 +208,10 @@ impl<'a> Control<'a> {
                 return Want::Command;
             }
             self.carry_out_requests(bank, time);
-            if bank.machine.legs.idle_lanes() >> lane & 1 == 1
+            let capacitive = bank.machine.legs.elastance.is_some();
+            if (capacitive || bank.machine.legs.idle_lanes() >> lane & 1 == 1)
                 && self.found < time
-                && let Err(error) = self.begin_to_conduct(bank)
+                && let Err(error) = if capacitive { self.resolve(bank) } else { self.begin_to_conduct(bank) }
             {
                 return Want::Over(error);
             }

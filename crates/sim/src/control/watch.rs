@@ -1,7 +1,7 @@
 //! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
 
 use standstill_interface::Phase;
-use standstill_inverter::{Conduction, Gate, Modes};
+use standstill_inverter::{Conduction, Gate};
 use standstill_numeric::Wide;
 
 use super::conduction::One;
@@ -9,9 +9,6 @@ use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::step::two_derivative::Here;
 use crate::trace::{Event, Snapshot};
-
-/// Currents in A and link voltage in V at one time.
-type Point = ([f64; 3], f64);
 
 impl<'a> Control<'a> {
     /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
@@ -22,7 +19,14 @@ impl<'a> Control<'a> {
             let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
                 .map(|here| (self.currents_at(bank, here), here.state.link.get(self.lane)));
             let modes = bank.machine.legs.modes(self.lane, bank.begin.time.get(self.lane));
-            self.filter(h, modes, points);
+            let rings = self.rings(bank, modes);
+            self.filter(h, modes, points, rings);
+        }
+        if let (Some(ringing), Some(floating)) = (&mut self.ringing, &bank.tried.floating) {
+            let (h, link) = (bank.tried.h.get(self.lane), bank.tried.end.state.link.get(self.lane));
+            let rise =
+                floating.rise.map(|all| all.iter().map(|rise| rise.get(self.lane)).sum::<f64>() / link);
+            ringing.glide(bank.begin.time.get(self.lane), h, rise);
         }
         if let Some(mut accounts) = self.accounts.take() {
             accounts.follow(self, bank);
@@ -33,26 +37,12 @@ impl<'a> Control<'a> {
 
     /// Hears the edges of the legs' potentials at a time in ns from which on nothing changes for a while.
     pub(super) fn note_edges<V: Wide>(&mut self, bank: &Bank<'a, V>, time: f64) {
-        if let Some(ringing) = &mut self.ringing {
+        if let Some(ringing) = &mut self.ringing
+            && bank.machine.legs.elastance.is_none()
+        {
             let legs = &bank.machine.legs;
             let gates = legs.gates.each_ref().map(|gates| gates.of(self.lane, time));
             ringing.follow(time, gates, legs.modes(self.lane, time));
-        }
-    }
-
-    fn filter(&mut self, h: f64, modes: Modes, points: [Point; 4]) {
-        if h <= 0.0 {
-            return;
-        }
-        let settings = self.case.sensors.settings;
-        if let Some(filters) = &mut self.filters {
-            let seen = points.map(|(current, _)| settings.seen(current, modes));
-            for (k, filter) in filters.iter_mut().enumerate() {
-                filter.advance(h, seen.map(|current| current[k]));
-            }
-        }
-        if let Some(filter) = &mut self.link_filter {
-            filter.advance(h, points.map(|(_, link)| link));
         }
     }
 
@@ -149,7 +139,7 @@ impl<'a> Control<'a> {
                     let time = begin * 1e-9 + (part + share) / parts * h;
                     ([0.0; 3], bank.machine.links.source_of(self.lane, time).voltage)
                 });
-                self.filter(h / parts, [Conduction::Blocked; 3], points);
+                self.filter(h / parts, [Conduction::Blocked; 3], points, [None; 2]);
                 part += 1.0;
             }
         }
@@ -197,7 +187,10 @@ impl<'a> Control<'a> {
         let current = self.currents_at(bank, here);
         let one = One::of(bank, here, lane);
         let port = one.port(current, self.case.motor.resistance);
-        let potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
+        let mut potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
+        if bank.machine.legs.elastance.is_some() {
+            potential = here.state.potential.map(|potential| potential.get(lane));
+        }
         let snapshot = Snapshot {
             time: here.time.get(lane) * 1e-9,
             current,

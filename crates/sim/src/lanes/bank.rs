@@ -1,7 +1,7 @@
 //! Machines side by side: each steps to its own next instant or to the end of one of its modes.
 
 use standstill_interface::Dq;
-use standstill_inverter::DcLink;
+use standstill_inverter::Inverter;
 use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
@@ -92,14 +92,15 @@ const SHORTER_AT_MOST: f64 = 0.1;
 const SHORTEST: f64 = 1e-6;
 
 impl<'a, V: Wide> Bank<'a, V> {
-    /// For machines of the kind of this one, on this kind of link; `free`: whether rotors can move, `follow`: whether steps
+    /// For machines of the kind of this one, on this kind of inverter; `free`: whether rotors can move, `follow`: whether steps
     /// are looked at from within.
-    pub fn like(motor: &'a Motor, link: &DcLink, free: bool, follow: bool) -> Self {
+    pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool, follow: bool) -> Self {
         use standstill_plant::Magnetics;
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let (plane, dq) = (Plane::new(zero, zero), Dq::new(zero, zero));
-        let machine = Machine::like(motor, link, free);
-        let rest = State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq };
+        let machine = Machine::like(motor, inverter, free);
+        let rest =
+            State { flux: plane, turned: zero, speed: zero, link: zero, lagging: dq, potential: [zero; 3] };
         let at = Operating {
             current: plane,
             inverse_inductance: Symmetric::new(one, zero, one),
@@ -219,7 +220,11 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         bank.hint = V::choose(live & !out_of_bounds, hint, bank.hint);
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
-        let at_edge = legs.idle & !edge.above(until);
+        let mut at_edge = legs.idle & !edge.above(until);
+        if bank.machine.legs.elastance.is_some() {
+            // The charge of a terminal decides what an edge does.
+            at_edge = !edge.above(until);
+        }
         let arrived = accepted & (to_mode_end | !bank.stop.above(until) | at_edge);
         let [a, b, c] = bank.machine.legs.carried_out(until);
         let mut carried_out = [accepted & a, accepted & b, accepted & c];
@@ -287,6 +292,11 @@ fn take<V: Wide>(machine: &Machine<V>, kinks: bool, here: &mut Here<V>, end: &He
         dq(&mut here.state.lagging, end.state.lagging);
         plane(&mut to.relaxing, from.relaxing);
         dq(&mut to.lag, from.lag);
+    }
+    if machine.legs.elastance.is_some() {
+        for (to, from) in here.state.potential.iter_mut().zip(end.state.potential) {
+            choose(to, from);
+        }
     }
     if kinks {
         dq(&mut to.core_flux, from.core_flux);

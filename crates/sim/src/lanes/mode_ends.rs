@@ -1,6 +1,6 @@
 //! Where a mode ends within a step that was tried, and which of them first.
 
-use standstill_numeric::Wide;
+use standstill_numeric::{Mask, Wide};
 
 use super::bank::{Bank, NOTHING};
 use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
@@ -24,6 +24,7 @@ impl<V: Wide> Bank<'_, V> {
         for end in 0..2 {
             to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
         }
+        to.floating = tried.floating;
         if self.machine.rotors.is_some() {
             begin.state.turned = self.here.state.turned;
             begin.state.speed = self.here.state.speed;
@@ -71,14 +72,23 @@ impl<V: Wide> Bank<'_, V> {
         };
         // Of two legs that conduct, both currents end at once.
         let legs = &self.machine.legs;
-        let conduct = (0..3).filter(|k| legs.direction(lane, *k) != 0.0);
-        let both = conduct.clone().count() == 2;
+        let safe = |k: usize| tried.floating.is_some_and(|floating| floating.safe[k].bits() >> lane & 1 == 1);
+        let conduct = (0..3).filter(|k| legs.direction(lane, *k) != 0.0 && !safe(*k));
+        let both = conduct.clone().count() == 2 && tried.floating.is_none();
         for k in conduct.take(if both { 1 } else { 3 }) {
             let direction = legs.direction(lane, k);
             {
                 let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
                 let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
                 ends(&mut first, k, Cubic { value, slope }, self.bounds.slack[k].get(lane));
+            }
+        }
+        if let Some(floating) = &tried.floating {
+            for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
+                for side in floating.sides(k) {
+                    let [value, slope] = [side.value, side.slope].map(|pair| pair.each_ref().map(one));
+                    ends(&mut first, k, Cubic { value, slope }, self.bounds.slack[BLOCKED].get(lane));
+                }
             }
         }
         let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));

@@ -1,6 +1,6 @@
 //! What ends the smooth part of a run, of several machines side by side.
 
-use standstill_numeric::Wide;
+use standstill_numeric::{Mask, Wide};
 
 use super::legs::Conducting;
 use super::machine::{Change, Machine, Operating};
@@ -37,7 +37,8 @@ pub struct Bounds<V: Wide> {
     pub ended: V,
 }
 
-/// How far the modes are from their ends: the current in A of each leg in its direction, infinite for a blocked one; the
+/// How far the modes are from their ends: the current in A of each leg in its direction, infinite for a blocked one, and where
+/// terminals have a capacitance, the distance in V of its potential to the nearer bound; the
 /// distance in V of a blocked leg's potential to the nearer bound; in N·m or rad/s, rad, A, Wb. Negative beyond.
 pub type Margins<V> = [V; ENDS];
 
@@ -70,9 +71,17 @@ impl<V: Wide> Bounds<V> {
         for k in 0..3 {
             margins[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
         }
+        if machine.legs.elastance.is_some() {
+            for k in 0..3 {
+                let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);
+                let room = (state.potential[k] - low).least(high - state.potential[k]);
+                margins[k] = V::choose(legs.flows[k], margins[k], room);
+            }
+        }
         let [low, high] = machine.legs.range_of_blocked(legs).at(state.link);
         let potential = change.blocked_potential;
-        let all_flow = legs.flows[0] & legs.flows[1] & legs.flows[2];
+        let none_is_blocked = V::Mask::of_bits(if machine.legs.elastance.is_some() { u32::MAX } else { 0 });
+        let all_flow = none_is_blocked | legs.flows[0] & legs.flows[1] & legs.flows[2];
         // Where nothing changes what drives them, idle legs stay idle.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
         margins[BLOCKED] = blocked;

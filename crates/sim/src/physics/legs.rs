@@ -20,6 +20,9 @@ pub struct Legs<V: Wide> {
     mosfets: u32,
     /// How far beyond the rails in V the potential of a leg with both switches off may be.
     beyond: V,
+    /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
+    /// the current that charges it; no leg is blocked.
+    pub elastance: Option<V>,
     /// Leg by leg.
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.
@@ -88,8 +91,8 @@ impl<V: Lane> Range<V> {
 }
 
 impl<V: Wide> Legs<V> {
-    /// All blocked and off, of rotors at zero.
-    pub fn idle() -> Self {
+    /// All blocked and off, of rotors at zero; whether their terminals have a capacitance.
+    pub fn idle(capacitive: bool) -> Self {
         let zero = V::of(0.0);
         let mut legs = Self {
             axes: [Plane::new(zero, zero); 3],
@@ -98,6 +101,7 @@ impl<V: Wide> Legs<V> {
             reverse: [zero; 2],
             mosfets: 0,
             beyond: zero,
+            elastance: capacitive.then_some(zero),
             gates: [LegGates::new(); 3],
             out: [0; 3],
             into: [0; 3],
@@ -129,13 +133,17 @@ impl<V: Wide> Legs<V> {
         self.reverse[1].put(lane, reverse[1]);
         self.mosfets = self.mosfets & !(1 << lane) | u32::from(kind == DeviceKind::Mosfet) << lane;
         self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
+        if let Some(elastance) = &mut self.elastance {
+            elastance.put(lane, 1.0 / bridge.terminal_capacitance);
+        }
         self.gates.iter_mut().for_each(|gates| gates.clear(lane));
         self.put(lane, [Conduction::Blocked; 3]);
     }
 
-    /// The legs of a lane conduct so from now on. One leg alone carries nothing.
+    /// The legs of a lane conduct so from now on. One leg alone carries nothing, unless the others have a capacitance.
     pub fn put(&mut self, lane: usize, modes: Modes) {
-        let flows = modes.iter().filter(|mode| **mode != Conduction::Blocked).count() > 1;
+        let conducting = modes.iter().filter(|mode| **mode != Conduction::Blocked).count();
+        let flows = conducting > 1 || self.elastance.is_some();
         for (k, mode) in modes.into_iter().enumerate() {
             let bit = |to: &mut u32, on: bool| *to = *to & !(1 << lane) | u32::from(on) << lane;
             bit(&mut self.out[k], flows && mode.direction() > 0.0);
@@ -155,7 +163,7 @@ impl<V: Wide> Legs<V> {
 
     /// A bit for each machine without current.
     pub fn idle_lanes(&self) -> u32 {
-        !(self.out[0] | self.out[1] | self.out[2])
+        if self.elastance.is_some() { 0 } else { !(self.out[0] | self.out[1] | self.out[2]) }
     }
 
     /// What conducts in a lane at a time in ns.
@@ -217,7 +225,10 @@ impl<V: Wide> Legs<V> {
         let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
             [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
         let flows = [flows_a, flows_b, flows_c];
-        let idle = !(flows[0] | flows[1] | flows[2]);
+        let mut idle = !(flows[0] | flows[1] | flows[2]);
+        if self.elastance.is_some() {
+            idle = V::Mask::of_bits(0);
+        }
         let none = Plane::new(zero, zero);
         let mut terminals = Terminals {
             rail: none,
@@ -234,9 +245,11 @@ impl<V: Wide> Legs<V> {
             all.resistance.xx = all.resistance.xx + across.x * axis.x;
             all.resistance.xy = all.resistance.xy + across.x * axis.y;
             all.resistance.yy = all.resistance.yy + across.y * axis.y;
-            let blocked = V::only(!(idle | *flows), one);
-            all.blocked = all.blocked + axis * blocked;
-            all.none_blocked = all.none_blocked - blocked;
+            if self.elastance.is_none() {
+                let blocked = V::only(!(idle | *flows), one);
+                all.blocked = all.blocked + axis * blocked;
+                all.none_blocked = all.none_blocked - blocked;
+            }
         }
         Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }
@@ -305,11 +318,12 @@ mod tests {
             diode_resistance: 0.03,
         },
         open_leg: OpenLeg::Diodes,
+        terminal_capacitance: 0.0,
     };
 
     /// Legs with these gates, conducting so, of a rotor at 0.7 rad.
     fn legs(bridge: &Bridge, gates: [Gate; 3], modes: Modes) -> Legs<f64> {
-        let mut legs = Legs::idle();
+        let mut legs = Legs::idle(false);
         legs.put_axes(0, Heading::of(0.7));
         legs.put_bridge(0, bridge);
         for (leg, gate) in legs.gates.iter_mut().zip(gates) {

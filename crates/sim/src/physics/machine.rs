@@ -6,9 +6,11 @@
 //!   dθ/dt = ω,   J/p dω/dt = T − T_load − friction
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
+//!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
 //! ```
 
 use standstill_interface::Dq;
+use standstill_inverter::Inverter;
 use standstill_numeric::{Heading, MOST_LANES, Symmetric, Wide, sin_cos};
 use standstill_plant::{Circuits, MagneticCircuit, Motor};
 
@@ -96,15 +98,16 @@ pub struct Change<T> {
 }
 
 impl<'a, V: Wide> Machine<'a, V> {
-    /// Machines of the same kind as this motor, which is in all lanes; `free`: whether rotors can move.
-    pub fn like(motor: &'a Motor, link: &standstill_inverter::DcLink, free: bool) -> Self {
+    /// Machines of the same kind as this motor, which is in all lanes, on this kind of inverter; `free`: whether rotors can move.
+    pub fn like(motor: &'a Motor, inverter: &Inverter, free: bool) -> Self {
+        let link = &inverter.link;
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let mut machine = Self {
             circuits: Circuits::like(&motor.magnetics),
             cores: [&motor.magnetics; MOST_LANES],
             resistance: zero,
             links: Links::like(link),
-            legs: Legs::idle(),
+            legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0),
             start: Heading { sin: zero, cos: one },
             rotors: free.then_some(Rotors {
                 moving: zero,
@@ -158,8 +161,11 @@ impl<'a, V: Wide> Machine<'a, V> {
     }
 
     /// Whether a machine is of this kind.
-    pub fn fits(&self, motor: &Motor, link: &standstill_inverter::DcLink, free: bool) -> bool {
-        self.circuits.fits(&motor.magnetics) && self.links.fits(link) && self.rotors.is_some() == free
+    pub fn fits(&self, motor: &Motor, inverter: &Inverter, free: bool) -> bool {
+        self.circuits.fits(&motor.magnetics)
+            && self.links.fits(&inverter.link)
+            && self.rotors.is_some() == free
+            && self.legs.elastance.is_some() == (inverter.bridge.terminal_capacitance > 0.0)
     }
 
     /// How far rotors have turned, as a heading.
@@ -237,13 +243,17 @@ impl<'a, V: Wide> Machine<'a, V> {
         if self.rotors.is_some() { at.turning * speed + at.relaxing } else { at.relaxing }
     }
 
-    /// How flux and currents change, at a link voltage in V.
+    /// How flux and currents change at a state.
     #[inline(always)]
-    pub fn change(&self, legs: &Conducting<V>, at: &Operating<V>, speed: V, link: V) -> Change<V> {
+    pub fn change(&self, legs: &Conducting<V>, at: &Operating<V>, state: &State<V>) -> Change<V> {
         let terminals = &legs.terminals;
         let gamma = at.inverse_inductance;
+        let (speed, link) = (state.speed, state.link);
         // v − R i, but for the blocked leg.
-        let driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
+        let mut driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
+        if self.legs.elastance.is_some() {
+            driven = driven + self.legs.floating(legs, &state.potential);
+        }
         // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.
         let across = terminals.blocked.through(gamma);
         let mut rising = across.dot(driven);

@@ -17,4 +17,6 @@ pub struct State<T = f64> {
     pub link: T,
     /// The flux χ in Wb that lags behind by eddy currents, in the rotor's plane.
     pub lagging: Dq<T>,
+    /// Potentials of the terminals in V against the negative rail, where they have a capacitance; else unused.
+    pub potential: [T; 3],
 }

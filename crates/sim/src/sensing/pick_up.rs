@@ -50,6 +50,39 @@ impl Ringing {
         [size * (re * cos - im * sin), size * (re * sin + im * cos)]
     }
 
+    /// A leg's potential moves at a time in ns by a share of the link at once.
+    pub fn jump(&mut self, time: f64, share: f64) {
+        self.phasor = self.turned(time);
+        self.phasor[0] += self.of.amplitude * share;
+        self.since = time;
+    }
+
+    /// Potentials move over `h` seconds from a time in ns on: by these shares of the link a step at its beginning and at its end, and
+    /// in between by what is linear.
+    pub fn glide(&mut self, time: f64, h: f64, share: [f64; 2]) {
+        let end = time + h * 1e9;
+        let turn = [-h / self.of.decay, TAU * self.of.frequency * h];
+        let size = turn[0] * turn[0] + turn[1] * turn[1];
+        if size == 0.0 || share == [0.0; 2] {
+            return;
+        }
+        let over =
+            |[re, im]: [f64; 2]| [(re * turn[0] + im * turn[1]) / size, (im * turn[0] - re * turn[1]) / size];
+        // ∫ e^(z (1 − s)) (a + (b − a) s) ds = a φ₁(z) + (b − a) φ₂(z), φ₁ = (e^z − 1)/z, φ₂ = (φ₁ − 1)/z.
+        let (mut first, mut second) = ([1.0, 0.0], [0.5, 0.0]);
+        if size > 1e-6 {
+            let grown = if turn[0] < -40.0 { 0.0 } else { exp(turn[0]) };
+            let (sin, cos) = sin_cos(turn[1]);
+            first = over([grown * cos - 1.0, grown * sin]);
+            second = over([first[0] - 1.0, first[1]]);
+        }
+        self.phasor = self.turned(end);
+        self.since = end;
+        for n in 0..2 {
+            self.phasor[n] += self.of.amplitude * (share[0] * first[n] + (share[1] - share[0]) * second[n]);
+        }
+    }
+
     /// Gates and modes are these from a time in ns on.
     pub fn follow(&mut self, time: f64, gates: [Gate; 3], modes: [Conduction; 3]) {
         for k in 0..3 {

@@ -52,6 +52,15 @@ impl<V: Wide> Tried<V> {
             cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).at(share),
         );
         let mut flux = Plane::choose(idle, coasting, driven);
+        let mut potential = from.potential;
+        if let Some(floating) = &self.floating {
+            let [moved, mean] = floating.ringing.after(share);
+            let rises = [self.link_rise[0] * h, self.link_rise[1] * h];
+            let known = Cubic { value: [from.link, to.link], slope: rises }.area(share) * h;
+            flux = from.flux + moved + terminals.rail * (area - known);
+            let charged = machine.legs.charged(&self.legs, mean * (h * share));
+            potential = [0, 1, 2].map(|k: usize| potential[k] + charged[k]);
+        }
         let mut lagging = from.lagging;
         if let Some(eddies) = machine.circuits.eddies() {
             // By the step's own rule over its first part: a cubic would be off where the flux lags behind by much.
@@ -61,11 +70,11 @@ impl<V: Wide> Tried<V> {
                 cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).rise(x),
             );
             let begin_state = RotorFlux::of(machine, from, first.flux * part, from.speed * part);
-            let there = State { flux, turned, speed, link, lagging };
+            let there = State { flux, turned, speed, link, lagging, potential };
             let end_state = RotorFlux::of(machine, &there, rise * share, speed * part);
             lagging = lag_behind(part * eddies.rate, from.lagging, &begin_state, &end_state);
         }
-        let mut at = machine.operating(&State { flux, turned, speed, link, lagging });
+        let mut at = machine.operating(&State { flux, turned, speed, link, lagging, potential });
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
         let impulse =
@@ -79,6 +88,9 @@ impl<V: Wide> Tried<V> {
             let change = [[looked_up_flux, looked_up_current], [flux, at.current]];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
-        Here { time, state: State { flux, turned, speed, link, lagging }, at, source }
+        if self.floating.is_some() {
+            potential = machine.legs.potentials(&self.legs, potential, link, at.current);
+        }
+        Here { time, state: State { flux, turned, speed, link, lagging, potential }, at, source }
     }
 }

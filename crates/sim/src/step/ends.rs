@@ -2,6 +2,7 @@
 
 use standstill_numeric::Wide;
 
+use super::floating::Floating;
 use super::hermite::Cubic;
 use super::two_derivative::Tried;
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
@@ -9,24 +10,33 @@ use crate::physics::machine::Machine;
 
 /// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
 /// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
-const POTENTIAL_DEEP: f64 = 2e3;
+pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
     /// Where something ends within the step, or before it.
     #[inline(always)]
     pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
+        let (mut slack, mut ended) = ([bounds.slack[0], bounds.slack[1], bounds.slack[2]], [bounds.ended; 3]);
+        if self.floating.is_some() {
+            for k in 0..3 {
+                slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack[BLOCKED]);
+                ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack[BLOCKED] * POTENTIAL_DEEP);
+            }
+        }
         for k in 0..3 {
-            least = least.least(self.margins[1][k] + bounds.slack[k]);
+            least = least.least(self.margins[1][k] + slack[k]);
         }
         let blocked = self.margins[1][BLOCKED];
         least = least.least(blocked + bounds.slack[BLOCKED]);
         let at_begin = self.margins[0][BLOCKED] + bounds.slack[BLOCKED];
         let mut at_mode_end = blocked + bounds.slack[BLOCKED] * POTENTIAL_DEEP;
         for k in 0..3 {
-            at_mode_end = at_mode_end.least(self.margins[1][k] + bounds.ended);
+            at_mode_end = at_mode_end.least(self.margins[1][k] + ended[k]);
         }
-        if V::any(self.may_dip()) {
+        if let Some(floating) = &self.floating {
+            least = least.least(self.dips_or_swings(floating, bounds));
+        } else if V::any(self.may_dip()) {
             least = least.least(self.dips(bounds));
         }
         if machine.rotors.is_some() {
@@ -64,6 +74,22 @@ impl<V: Wide> Tried<V> {
         for k in 0..3 {
             let dip = self.leg_current(k).dip();
             least = least.least(dip + bounds.slack[k]);
+        }
+        least
+    }
+
+    /// The same with terminals that ring: of conducting legs the least current, of others the least distance to a bound, where
+    /// they may reach it.
+    #[inline(always)]
+    fn dips_or_swings(&self, floating: &Floating<V>, bounds: &Bounds<V>) -> V {
+        let far = V::of(f64::INFINITY);
+        let mut least = far;
+        for k in 0..3 {
+            let flows = self.legs.flows[k];
+            let dip = self.leg_current(k).dip() + bounds.slack[k];
+            let [low, high] = floating.sides(k).map(|side| side.dip() + bounds.slack[BLOCKED]);
+            let both = V::choose(flows, dip, low.least(high));
+            least = least.least(V::choose(floating.safe[k], far, both));
         }
         least
     }

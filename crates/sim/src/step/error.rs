@@ -14,6 +14,9 @@ use crate::physics::plane::Plane;
 /// exponential; the sum of two resistances doubles it once more.
 const QUADRATURE: f64 = 0.2;
 
+/// The same of what drives terminals that ring, per weber: a swing is off by the same for as long as it lasts, step by step.
+const RINGING: f64 = 2.0;
+
 /// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
 /// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
 const CURVATURE: f64 = 4.0;
@@ -39,6 +42,14 @@ const RELAXING: f64 = 0.1;
 #[inline(always)]
 pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
+}
+
+/// The error of a step in which terminals ring, relative to the tolerance: what its cubics may be off, in Wb, and how far from where
+/// the core was evaluated it ended.
+#[inline(always)]
+pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, of_cubics: V, off: Plane<V>) -> V {
+    let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
+    (of_cubics * RINGING + nonlinear) * accuracy.per_flux
 }
 
 /// The error of a step, relative to the tolerance.

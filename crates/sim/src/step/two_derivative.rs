@@ -9,7 +9,7 @@
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
 use standstill_interface::Dq;
-use standstill_numeric::{Heading, Wide};
+use standstill_numeric::{Heading, Symmetric, Wide};
 
 use crate::physics::bounds::{Bounds, ENDS, Margins};
 use crate::physics::legs::Conducting;
@@ -18,7 +18,12 @@ use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
-use crate::step::error::{SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error};
+use crate::step::error::{
+    SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
+};
+use crate::step::floating::Floating;
+use crate::step::modes::Modes;
+use crate::step::ringing::{End, Ringing, Start};
 use standstill_inverter::Source;
 
 /// Machines at a time: their states and what follows from them.
@@ -49,7 +54,9 @@ pub struct Tried<V: Wide> {
     pub link_rise: [V; 2],
     /// The rotors' accelerations in rad/s² at both ends.
     pub acceleration: [V; 2],
-    /// Phase currents in A at both ends.
+    /// The terminals, where they have a capacitance.
+    pub floating: Option<Floating<V>>,
+    /// Currents of the phases, or of the devices that feed them, in A at both ends.
     pub phases: [[V; 3]; 2],
     /// Margins at both ends.
     pub margins: [Margins<V>; 2],
@@ -67,6 +74,11 @@ pub struct Tried<V: Wide> {
     pub least_margin: V,
     /// The least margin of blocked legs at its end, with what is near enough where a leg is taken to conduct.
     pub least_at_mode_end: V,
+}
+
+#[inline(always)]
+fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
+    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 /// How exact a step must be, machine by machine.
@@ -94,6 +106,7 @@ impl<V: Wide> Tried<V> {
             change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
             link_rise: [zero; 2],
             acceleration: [zero; 2],
+            floating: None,
             phases: [[zero; 3]; 2],
             margins: [[zero; ENDS]; 2],
             phase_rise: [[zero; 3]; 2],
@@ -125,7 +138,7 @@ impl<V: Wide> Tried<V> {
         let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
         let terminals = &legs.terminals;
         let begin = &here.state;
-        let change = machine.change(legs, &here.at, begin.speed, begin.link);
+        let change = machine.change(legs, &here.at, begin);
         let source = machine.links.source(until * 1e-9);
 
         // What is predicted: angle and speed, the link's voltage, the currents' integral.
@@ -163,20 +176,27 @@ impl<V: Wide> Tried<V> {
         // What holds the blocked leg's current, as it was at the beginning.
         let holding = terminals.blocked * (change.blocked_potential * (2.0 / 3.0) * h);
         let mut flux = Plane::choose(idle, begin.flux + change.flux * h, known - drop + holding);
+        let mut potential = begin.potential;
+        let start = Start::of(machine, legs, here, &change, [begin.link, link], link_rise, area, h);
+        if let Some(start) = &start {
+            let [moved, mean] = Ringing::ahead(start.modes, h, start.floating, &start.end).after(V::of(1.0));
+            flux = begin.flux + moved + terminals.rail * start.surplus[0];
+            potential = add(potential, machine.legs.charged(legs, mean * h));
+        }
         let mut lagging = begin.lagging;
         let rotor_flux = machine
             .circuits
             .eddies()
             .map(|_| RotorFlux::of(machine, begin, change.flux * h, begin.speed * h));
         if let (Some(eddies), Some(from)) = (machine.circuits.eddies(), &rotor_flux) {
-            let there = State { flux, turned, speed, link, lagging };
+            let there = State { flux, turned, speed, link, lagging, potential };
             let to =
                 RotorFlux { rise: from.rise, ..RotorFlux::of(machine, &there, change.flux * h, speed * h) };
             lagging = lag_behind(h * eddies.rate, begin.lagging, from, &to);
         }
 
         // What is there.
-        let predicted = State { flux, turned, speed, link, lagging };
+        let predicted = State { flux, turned, speed, link, lagging, potential };
         let mut at = machine.operating(&predicted);
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
@@ -189,7 +209,8 @@ impl<V: Wide> Tried<V> {
             let change = [[looked_up_flux, looked_up_current], [predicted_flux, predicted_current]];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
-        let end_change = machine.change(legs, &at, speed, link);
+        let there = State { flux, turned, speed, link, lagging, potential };
+        let end_change = machine.change(legs, &at, &there);
         let mut link_error = zero;
         let mut more_area = zero;
         if machine.links.storage.is_some() {
@@ -206,7 +227,7 @@ impl<V: Wide> Tried<V> {
         }
         let mut angle_error = zero;
         if let Some(rotors) = &machine.rotors {
-            let there = State { flux, turned, speed, link, lagging };
+            let there = State { flux, turned, speed, link, lagging, potential };
             acceleration[1] = rotors.acceleration(at.torque, speed);
             torque_rise[1] = rotors.torque_rise(&there, &at, &end_change);
             jerk[1] = rotors.jerk(torque_rise[1], acceleration[1]);
@@ -230,6 +251,28 @@ impl<V: Wide> Tried<V> {
             let through = begin.flux + (change.flux + end_change.flux) * half - predicted_flux;
             missing = Plane::choose(idle, through, missing);
         }
+        let mut ringing = None;
+        if let Some(start) = &start {
+            let surplus = terminals.rail * start.surplus[1];
+            let end = End {
+                force: terminals.rail * link + terminals.offset - at.current.through(terminals.resistance),
+                force_rise: terminals.rail * link_rise[1] - end_change.current.through(terminals.resistance),
+                current: at.current,
+                current_rise: end_change.current,
+                flux_rise: end_change.flux,
+                flux: predicted_flux - begin.flux - surplus,
+            };
+            // The mean of both ends: what turns faster and slower by turns is then right to the next order.
+            let [from, to] = [here.at.inverse_inductance, gamma];
+            let mean =
+                Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
+            let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);
+            let step = Ringing::between(modes, h, start.floating, [&start.end, &end]);
+            let [moved, mean] = step.after(V::of(1.0));
+            missing = begin.flux + moved + surplus - predicted_flux;
+            potential = add(begin.potential, machine.legs.charged(legs, mean * h));
+            ringing = Some(step);
+        }
         // Twice without what a blocked leg's terminal would take, the second time with what the correction does to the drop.
         missing = missing - terminals.blocked * (across.dot(missing) * per_impulse);
         let feedback = missing.through(gamma).through(terminals.resistance) * half;
@@ -239,7 +282,7 @@ impl<V: Wide> Tried<V> {
         flux = flux + missing;
         at.current = at.current + missing.through(gamma);
         if let (Some(eddies), Some(from)) = (machine.circuits.eddies(), &rotor_flux) {
-            let there = State { flux, turned, speed, link, lagging };
+            let there = State { flux, turned, speed, link, lagging, potential };
             let to = RotorFlux::of(machine, &there, end_change.flux * h, speed * h);
             let new = lag_behind(h * eddies.rate, begin.lagging, from, &to);
             let x = h * eddies.rate;
@@ -270,16 +313,23 @@ impl<V: Wide> Tried<V> {
             turned = new_turned;
             settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         }
-        let state = State { flux, turned, speed, link, lagging };
+        if ringing.is_some() {
+            potential = machine.legs.potentials(legs, potential, link, at.current);
+        }
+        let state = State { flux, turned, speed, link, lagging, potential };
         let end = Here { time: until, state, at, source };
         // The current at the end is that of where the core was evaluated and a linear step from there.
         let off = flux - looked_up_flux;
-        let error = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off)
+        let own = match &ringing {
+            None => error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off),
+            Some(ringing) => ringing_error(accuracy, ringing.error(), off),
+        };
+        let error = own
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
-        Self::between(machine, bounds, legs, here, end, h, ends, error)
+        Self::between(machine, bounds, legs, here, end, h, ends, ringing, error)
     }
 
     /// The step of `h` seconds from one place to another, with what ends within it.
@@ -293,11 +343,28 @@ impl<V: Wide> Tried<V> {
         end: Here<V>,
         h: V,
         ends: Ends<V>,
-        error: V,
+        ringing: Option<Ringing<V>>,
+        mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
         let [change, end_change] = &ends.change;
-        let phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
+        let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
+        if let Some(elastance) = machine.legs.elastance {
+            // A device carries what its terminal takes to follow the link, too.
+            let capacitance = V::of(1.0) / elastance;
+            for (phases, rise) in phases.iter_mut().zip(ends.link_rise) {
+                for k in 0..3 {
+                    phases[k] = phases[k] + legs.leg[k].rail * rise * capacitance;
+                }
+            }
+        }
+        let mut floating = None;
+        if let Some(ringing) = ringing {
+            let places =
+                Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
+            error = error.greatest(places.too_long(machine.circuits.eddies().is_some()));
+            floating = Some(places);
+        }
         let margins = [
             bounds.margins(machine, legs, &here.state, &here.at, change, &phases[0]),
             bounds.margins(machine, legs, &end.state, &end.at, end_change, &phases[1]),
@@ -317,6 +384,7 @@ impl<V: Wide> Tried<V> {
             change: ends.change,
             link_rise: ends.link_rise,
             acceleration: ends.acceleration,
+            floating,
             error,
             blocked_at_begin: zero,
             least_margin: zero,

@@ -1,0 +1,151 @@
+//! Terminals with a capacitance: which devices conduct follows from each terminal's own potential and current.
+
+use standstill_inverter::{Conduction, Gate, Modes};
+use standstill_numeric::Wide;
+
+use super::conduction::{NO_CURRENT, One};
+use super::run::Control;
+use crate::case::RunError;
+use crate::lanes::bank::Bank;
+use crate::physics::bounds::BLOCKED;
+use crate::physics::plane::Plane;
+use crate::step::ends::POTENTIAL_DEEP;
+
+/// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
+const ONE_BOUND: f64 = 1e-9;
+
+impl<'a> Control<'a> {
+    /// Whether a leg is where its mode ends: its current no more than a step may be off, or its potential that near to a bound.
+    pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> bool {
+        let direction = bank.machine.legs.direction(self.lane, leg);
+        if direction != 0.0 || bank.machine.legs.elastance.is_none() {
+            let shift = self.following(bank, direction, leg);
+            return direction * (self.currents(bank)[leg] + shift) <= bank.bounds.ended.get(self.lane);
+        }
+        let [low, high] = self.band(bank, leg);
+        let potential = bank.here.state.potential[leg].get(self.lane);
+        (potential - low).min(high - potential) <= self.near(bank)
+    }
+
+    /// What a device of a leg carries in A for its terminal to follow the link, with a current of this direction.
+    fn following<V: Wide>(&self, bank: &Bank<'a, V>, direction: f64, leg: usize) -> f64 {
+        let bridge = &self.case.inverter.bridge;
+        let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
+        let kind = bridge.devices.kind;
+        let mode = if direction > 0.0 { kind.outflow(gate) } else { kind.inflow(gate) };
+        if !mode.is_upper() || bridge.terminal_capacitance == 0.0 {
+            return 0.0;
+        }
+        let here = &bank.here;
+        let mut rise = here.source.rise.get(self.lane);
+        if let Some(storage) = self.case.inverter.link.storage {
+            let (current, time) = (self.currents(bank), self.time(bank));
+            let modes = bank.machine.legs.modes(self.lane, time);
+            let taken: f64 = (0..3).filter(|k| modes[*k].is_upper()).map(|k| current[k]).sum();
+            let lack = here.source.voltage.get(self.lane) - here.state.link.get(self.lane);
+            rise = (lack / storage.source_resistance - taken) / storage.capacitance;
+        }
+        bridge.terminal_capacitance * rise
+    }
+
+    fn near<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
+        bank.bounds.slack[BLOCKED].get(self.lane) * POTENTIAL_DEEP
+    }
+
+    fn band<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> [f64; 2] {
+        let gate = bank.machine.legs.gates[leg].of(self.lane, self.time(bank));
+        let (low, high) = self.case.inverter.bridge.bounds(gate, bank.here.state.link.get(self.lane));
+        [low, high]
+    }
+
+    /// What conducts, from the gates and from potentials and currents as they are. A switch that comes on takes its terminal's
+    /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
+    /// the upper one, flows through a device; all others charge their terminals. Of a leg whose mode has `ended` the current is
+    /// what ends it, and how it changes decides.
+    pub(super) fn settle_terminals<V: Wide>(
+        &mut self,
+        bank: &mut Bank<'a, V>,
+        ended: Option<usize>,
+    ) -> Result<(), RunError> {
+        let (lane, time) = (self.lane, self.time(bank));
+        self.found = time;
+        let least = NO_CURRENT * self.case.motor.rated_current;
+        let current = self.currents(bank);
+        if !current.iter().all(|current| current.is_finite()) {
+            return Err(RunError::NotFinite);
+        }
+        let (gates, near) = (self.gates(bank), self.near(bank));
+        let link = bank.here.state.link.get(lane);
+        let bands: [[f64; 2]; 3] = std::array::from_fn(|k| self.band(bank, k));
+        let held: [f64; 3] = std::array::from_fn(|k| {
+            let [low, high] = bands[k];
+            bank.here.state.potential[k].get(lane).max(low).min(high)
+        });
+        let slopes = self.slopes(bank, held);
+        let bridge = self.case.inverter.bridge;
+        let kind = bridge.devices.kind;
+        let mut modes: Modes = [Conduction::Blocked; 3];
+        for k in 0..3 {
+            let [low, high] = bands[k];
+            let way = |direction: f64| {
+                let carried = current[k] + self.following(bank, direction, k);
+                if ended == Some(k) || carried.abs() <= least { slopes[k] } else { carried }
+            };
+            let one = high - low <= ONE_BOUND * link;
+            if way(1.0) > 0.0 && (one || held[k] <= low + near) || one && way(1.0) == 0.0 {
+                modes[k] = kind.outflow(gates[k]);
+            } else if way(-1.0) < 0.0 && (one || held[k] >= high - near) {
+                modes[k] = kind.inflow(gates[k]);
+            }
+            let to =
+                bridge.devices.clamp(modes[k]).map_or(held[k], |clamp| clamp.potential(link, current[k]));
+            let upper = match gates[k] {
+                Gate::High => true,
+                Gate::Low => false,
+                Gate::Off => modes[k].is_upper() || held[k] >= high - near,
+            };
+            self.move_terminal(bank, k, to, upper);
+        }
+        bank.machine.legs.put(lane, modes);
+        Ok(())
+    }
+
+    /// How fast the phases' currents rise in A/s with these terminal potentials in V.
+    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> [f64; 3] {
+        let one = One::of(bank, &bank.here, self.lane);
+        let axes =
+            bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
+        let mut voltage = one.current * -self.case.motor.resistance;
+        for (axis, potential) in axes.iter().zip(potential) {
+            voltage = voltage + *axis * (potential * (2.0 / 3.0));
+        }
+        let rise = voltage.through(one.inverse_inductance) + one.drift;
+        axes.map(|axis| axis.dot(rise))
+    }
+
+    /// A device takes a terminal's potential to another at once, with a charge from the upper rail or the lower one.
+    fn move_terminal<V: Wide>(&mut self, bank: &mut Bank<'a, V>, leg: usize, to: f64, upper: bool) {
+        let lane = self.lane;
+        let from = bank.here.state.potential[leg].get(lane);
+        if from == to {
+            return;
+        }
+        bank.here.state.potential[leg].put(lane, to);
+        let link = bank.here.state.link.get(lane);
+        if let Some(ringing) = &mut self.ringing {
+            ringing.jump(bank.here.time.get(lane), (to - from) / link);
+        }
+        let charge = self.case.inverter.bridge.terminal_capacitance * (to - from);
+        let mut left = link;
+        if let (Some(storage), true) = (self.case.inverter.link.storage, upper) {
+            left = link - charge / storage.capacitance;
+            bank.here.state.link.put(lane, left);
+        }
+        if let Some(accounts) = &mut self.accounts {
+            // What the rail gives, and what of it the terminal keeps.
+            let given = if upper { charge * (link + left) / 2.0 } else { 0.0 };
+            let stiff = upper && self.case.inverter.link.storage.is_none();
+            accounts.charge(given, charge * (to + from) / 2.0, stiff);
+        }
+    }
+}

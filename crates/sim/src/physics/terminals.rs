@@ -1,0 +1,61 @@
+//! Terminals with a capacitance, of several machines side by side.
+//!
+//! While no device of a leg conducts, its current charges what its terminal has against the negative rail, and its
+//! potential is a state; while one conducts, the potential is the device's. Nothing is blocked, and nothing is implicit.
+
+use standstill_numeric::{Symmetric, Wide};
+
+use super::legs::{Conducting, Legs};
+use super::plane::Plane;
+
+impl<V: Wide> Legs<V> {
+    /// The voltage in V that legs in which no device conducts put on the winding.
+    #[inline(always)]
+    pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {
+        let zero = V::of(0.0);
+        let mut sum = Plane::new(zero, zero);
+        for k in 0..3 {
+            sum = sum + self.axes[k] * (V::choose(legs.flows[k], zero, potential[k]) * (2.0 / 3.0));
+        }
+        sum
+    }
+
+    /// How fast that voltage falls with the current, in 1/F: `dw/dt = −K i`.
+    #[inline(always)]
+    pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
+        let zero = V::of(0.0);
+        let mut sum = Symmetric::new(zero, zero, zero);
+        let Some(elastance) = self.elastance else { return sum };
+        for k in 0..3 {
+            let axis = self.axes[k];
+            let across = axis * (V::choose(legs.flows[k], zero, elastance) * (2.0 / 3.0));
+            sum.xx = sum.xx + across.x * axis.x;
+            sum.xy = sum.xy + across.x * axis.y;
+            sum.yy = sum.yy + across.y * axis.y;
+        }
+        sum
+    }
+
+    /// What a charge in A·s, in the run's plane, does to the potentials of legs in which no device conducts, in V; of the others
+    /// nothing.
+    #[inline(always)]
+    pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
+        let zero = V::of(0.0);
+        let Some(elastance) = self.elastance else { return [zero; 3] };
+        let [a, b, c] = self.phases(charge);
+        let one = |k: usize, charge: V| V::choose(legs.flows[k], zero, -(charge * elastance));
+        [one(0, a), one(1, b), one(2, c)]
+    }
+
+    /// The potentials in V, with those of conducting legs as their devices have them at a link voltage in V and these currents.
+    #[inline(always)]
+    pub fn potentials(&self, legs: &Conducting<V>, potential: [V; 3], link: V, current: Plane<V>) -> [V; 3] {
+        let current = self.phases(current);
+        let one = |k: usize| {
+            let leg = &legs.leg[k];
+            let clamped = leg.rail * link + leg.offset - leg.resistance * current[k];
+            V::choose(legs.flows[k], clamped, potential[k])
+        };
+        [one(0), one(1), one(2)]
+    }
+}

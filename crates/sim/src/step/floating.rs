@@ -1,0 +1,102 @@
+//! Terminals within a step that was tried: whether what rings in it may end a mode.
+
+use standstill_numeric::{Mask, Wide};
+
+use super::hermite::Cubic;
+use super::ringing::Ringing;
+use super::two_derivative::Here;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+
+/// Terminals within a step that was tried.
+#[derive(Clone, Copy, Debug)]
+pub struct Floating<V: Wide> {
+    /// How they ring.
+    pub ringing: Ringing<V>,
+    /// Their potentials in V at both ends, and how fast they rise, in V a step.
+    pub potential: [[V; 3]; 2],
+    /// See `potential`.
+    pub rise: [[V; 3]; 2],
+    /// Between which potentials in V no device of a leg conducts, at both ends.
+    pub range: [[[V; 2]; 3]; 2],
+    /// Legs that swing within their modes, however often in the step.
+    pub safe: [V::Mask; 3],
+}
+
+/// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
+/// currents and potentials say when.
+const SEEN: f64 = 0.36;
+
+/// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
+const LAGGED: f64 = 0.09;
+
+impl<V: Wide> Floating<V> {
+    /// Of a step of `h` seconds between two places, where the machines change so and the devices carry these currents in A.
+    #[inline(always)]
+    pub fn new(
+        machine: &Machine<V>,
+        legs: &Conducting<V>,
+        places: [&Here<V>; 2],
+        change: [&Change<V>; 2],
+        phases: &[[V; 3]; 2],
+        h: V,
+        ringing: Ringing<V>,
+    ) -> Self {
+        let zero = V::of(0.0);
+        let elastance = machine.legs.elastance.unwrap_or(zero);
+        // What lags behind by eddy currents is not part of the oscillators: cubics must follow.
+        let may_turn = if machine.circuits.eddies().is_some() { 0 } else { u32::MAX };
+        let mut safe = [V::Mask::of_bits(may_turn); 3];
+        let range =
+            places.map(|here| [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link)));
+        for (e, here) in places.into_iter().enumerate() {
+            let axes = &machine.legs.axes;
+            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current);
+            for k in 0..3 {
+                let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
+                let middle = here.state.potential[k] - swing.away[k];
+                let [low, high] = range[e][k];
+                let held = (middle - low).least(high - middle) - swing.potential[k];
+                safe[k] = safe[k] & V::choose(legs.flows[k], carried, held).above(zero);
+            }
+        }
+        let rise = change_of_potential(machine, legs, places, h);
+        Self { ringing, potential: places.map(|here| here.state.potential), rise, range, safe }
+    }
+
+    /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
+    #[inline(always)]
+    pub fn too_long(&self, lagged: bool) -> V {
+        let most = if lagged { LAGGED } else { SEEN };
+        let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / most);
+        let all_safe = self.safe[0] & self.safe[1] & self.safe[2];
+        V::choose(all_safe, V::of(0.0), turned * turned)
+    }
+
+    /// How far a terminal's potential is from its lower and its upper bound in V over the step.
+    #[inline(always)]
+    pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
+        let [begin, end] = [self.range[0][k], self.range[1][k]];
+        let side = |of: usize, sign: f64| {
+            let bounds = [begin[of], end[of]];
+            // Bounds move with the link, in a step about evenly.
+            let moved = bounds[1] - bounds[0];
+            Cubic {
+                value: [0, 1].map(|e: usize| (self.potential[e][k] - bounds[e]) * sign),
+                slope: [0, 1].map(|e: usize| (self.rise[e][k] - moved) * sign),
+            }
+        };
+        [side(0, 1.0), side(1, -1.0)]
+    }
+}
+
+/// How fast potentials rise, in V a step.
+#[inline(always)]
+fn change_of_potential<V: Wide>(
+    machine: &Machine<V>,
+    legs: &Conducting<V>,
+    places: [&Here<V>; 2],
+    h: V,
+) -> [[V; 3]; 2] {
+    places.map(|here| machine.legs.charged(legs, here.at.current * h))
+}

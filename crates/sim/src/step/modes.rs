@@ -1,0 +1,98 @@
+//! The two ways in which terminals ring with a winding.
+
+use standstill_numeric::{Symmetric, Wide};
+
+use crate::physics::plane::Plane;
+
+/// A mode rings where the square of its frequency is more than this share of the other's: the rest is rounding.
+const RINGS: f64 = 1e-9;
+
+/// The two modes of machines side by side.
+#[derive(Clone, Copy, Debug)]
+pub struct Modes<V> {
+    /// RᵀG: from flux in Wb to ξ; the columns of its transpose from I to current in A.
+    pub to: [Plane<V>; 2],
+    /// RᵀG⁻¹: from current to I; its transpose from ξ to flux.
+    pub back: [Plane<V>; 2],
+    /// ω² in 1/s².
+    pub square: [V; 2],
+    /// RᵀG R G R: how one mode's current drops in the other's, in 1/s.
+    pub damping: [[V; 2]; 2],
+}
+
+impl<V: Wide> Modes<V> {
+    /// With this inverse inductance in 1/H, terminals that charge so in 1/F, and resistance in Ω.
+    #[inline(always)]
+    pub fn of(gamma: Symmetric<V>, charging: Symmetric<V>, resistance: &Symmetric<V>) -> Self {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let root = gamma.determinant().sqrt();
+        let scale = one / (gamma.xx + gamma.yy + root + root).sqrt();
+        let g = Symmetric::new((gamma.xx + root) * scale, gamma.xy * scale, (gamma.yy + root) * scale);
+        let inverse = g.inverse();
+        // G K G.
+        let columns = [Plane::new(g.xx, g.xy), Plane::new(g.xy, g.yy)];
+        let charged = columns.map(|column| column.through(charging));
+        let (xx, xy, yy) =
+            (columns[0].dot(charged[0]), columns[0].dot(charged[1]), columns[1].dot(charged[1]));
+        let (mean, half) = ((xx + yy) * 0.5, (xx - yy) * 0.5);
+        let radius = (half * half + xy * xy).sqrt();
+        let apart = radius.above(mean * 1e-15);
+        let safe = V::choose(apart, radius, one);
+        let cos2 = V::choose(apart, half / safe, one);
+        let sin2 = V::choose(apart, xy / safe, zero);
+        // Half the angle, from whichever of cosine and sine is the larger.
+        let large = ((cos2.abs() + 1.0) * 0.5).sqrt();
+        let small = sin2 * 0.5 / large;
+        let turned = zero.above(cos2);
+        let cos = V::choose(turned, small, large);
+        let sin = V::choose(turned, large, small);
+        let low = mean - radius;
+        let square = [mean + radius, V::choose(low.above(mean * RINGS), low, zero)];
+        let first = Plane::new(cos, sin);
+        let axes = [first, first.quarter_turn()];
+        let to = axes.map(|axis| axis.through(g));
+        let back = axes.map(|axis| axis.through(inverse));
+        let dropped = to.map(|axis| axis.through(*resistance));
+        let damping =
+            [[to[0].dot(dropped[0]), to[0].dot(dropped[1])], [to[1].dot(dropped[0]), to[1].dot(dropped[1])]];
+        Self { to, back, square, damping }
+    }
+
+    /// How far the phases' currents and the terminals' potentials swing about what is slow, and where in that they are: from a
+    /// current in A and how fast it rises in A/s.
+    #[inline(always)]
+    pub fn swing(&self, axes: &[Plane<V>; 3], elastance: V, current: Plane<V>, rise: Plane<V>) -> Swing<V> {
+        let zero = V::of(0.0);
+        let none = [zero; 3];
+        let mut swing = Swing { current: none, ahead: none, potential: none, away: none };
+        for m in 0..2 {
+            let rings = self.square[m].above(zero);
+            let per_square = V::only(rings, V::of(1.0) / V::choose(rings, self.square[m], V::of(1.0)));
+            let now = self.back[m].dot(current);
+            let rise = self.back[m].dot(rise);
+            let size = V::only(rings, (now * now + rise * rise * per_square).sqrt());
+            let in_potential = size * per_square.sqrt() * elastance;
+            for k in 0..3 {
+                let share = axes[k].dot(self.to[m]);
+                swing.current[k] = swing.current[k] + share.abs() * size;
+                swing.ahead[k] = swing.ahead[k] + V::only(rings, share * now);
+                swing.potential[k] = swing.potential[k] + share.abs() * in_potential;
+                swing.away[k] = swing.away[k] + share * rise * per_square * elastance;
+            }
+        }
+        swing
+    }
+}
+
+/// How far currents and potentials swing. See [`Modes::swing`].
+#[derive(Clone, Copy, Debug)]
+pub struct Swing<V> {
+    /// How far currents swing at most, in A.
+    pub current: [V; 3],
+    /// How far they are from what is slow, in A.
+    pub ahead: [V; 3],
+    /// How far potentials swing at most, in V.
+    pub potential: [V; 3],
+    /// How far they are from what is slow, in V.
+    pub away: [V; 3],
+}

@@ -1,0 +1,313 @@
+//! Terminals that ring with the winding, within a step.
+//!
+//! ```text
+//!   dψ/dt = F + w         F = rail U + offset − R i,  w what the terminals without a conducting device put on the winding
+//!   dw/dt = −K i          their charge
+//!   i = i₀ + Γ₀ (ψ − ψ₀) + j(t)      j what is not linear, small and slow
+//! ```
+//! With Γ₀ as it was at the step's beginning this is two oscillators, which are found as the eigenvectors of G K G with
+//! G = √Γ₀: `ξ = RᵀG (ψ − ψ₀)`, `η = RᵀG w`, `I = RᵀG⁻¹ i = ξ + J`,
+//! ```text
+//!   ξ′ = η + f,   η′ = −ω² I
+//! ```
+//! They are solved exactly for f and J that are cubics with the values and slopes at both ends. Where ω is zero this is the
+//! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
+//! exactly as well, where a step is longer than the damping can be left to the cubics.
+
+use standstill_numeric::Wide;
+
+use super::modes::Modes;
+use super::stumpff::stumpff;
+use super::two_derivative::Here;
+use crate::physics::legs::Conducting;
+use crate::physics::links::hermite_area;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::plane::Plane;
+
+/// From this square of the angle by which a mode turns in a step its damping is solved with it. Below, cubics do.
+const TURNS: f64 = 0.25;
+
+/// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
+type Cubic<V> = [V; 4];
+
+/// From values and slopes per step at both ends.
+#[inline(always)]
+fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
+    let rise = value[1] - value[0];
+    [value[0], slope[0], rise * 3.0 - slope[0] - slope[0] - slope[1], slope[0] + slope[1] - rise - rise]
+}
+
+/// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
+#[inline(always)]
+fn untold<V: Wide>(of: &Cubic<V>) -> V {
+    let (second, third) = ((of[2] + of[3]).abs(), of[3].abs());
+    third * third / (second + third + 1e-30)
+}
+
+/// Force and remainder at an end of a step.
+#[derive(Clone, Copy, Debug)]
+pub struct End<V> {
+    /// F in V.
+    pub force: Plane<V>,
+    /// How fast it rises, in V/s.
+    pub force_rise: Plane<V>,
+    /// The current in A.
+    pub current: Plane<V>,
+    /// How fast it rises, in A/s.
+    pub current_rise: Plane<V>,
+    /// dψ/dt in V.
+    pub flux_rise: Plane<V>,
+    /// ψ − ψ₀ in Wb.
+    pub flux: Plane<V>,
+}
+
+/// A step of the modes.
+#[derive(Clone, Copy, Debug)]
+pub struct Ringing<V> {
+    /// The modes.
+    pub modes: Modes<V>,
+    /// Angles squared by which they turn in the whole step.
+    pub turned: [V; 2],
+    /// η per step at its beginning.
+    velocity: [V; 2],
+    /// Force per step, without what damps.
+    force: [Cubic<V>; 2],
+    /// J.
+    remainder: [Cubic<V>; 2],
+    /// δ times the step's length.
+    damping: [V; 2],
+    /// Of the first mode's mean current, what drops in the second one's; where that does not ring.
+    across: V,
+}
+
+impl<V: Wide> Ringing<V> {
+    /// The step of `h` seconds of which only its beginning is known: force and remainder go on as they begin. `w` in V at its
+    /// beginning.
+    #[inline(always)]
+    pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
+        Self::new(modes, h, w, [begin, begin], |value, slope| [value[0], slope[0], V::of(0.0), V::of(0.0)])
+    }
+
+    /// The step of `h` seconds from one end to the other; `w` in V at its beginning.
+    #[inline(always)]
+    pub fn between(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
+        Self::new(modes, h, w, ends, cubic)
+    }
+
+    #[inline(always)]
+    fn new(
+        modes: Modes<V>,
+        h: V,
+        w: Plane<V>,
+        ends: [&End<V>; 2],
+        over: impl Fn([V; 2], [V; 2]) -> Cubic<V>,
+    ) -> Self {
+        let zero = V::of(0.0);
+        let none: Cubic<V> = [zero; 4];
+        let mut step = Self {
+            modes,
+            turned: [zero; 2],
+            velocity: [zero; 2],
+            force: [none; 2],
+            remainder: [none; 2],
+            damping: [zero; 2],
+            across: zero,
+        };
+        let second_is_slow = !modes.square[1].above(zero);
+        for m in 0..2 {
+            let turned = modes.square[m] * h * h;
+            let half = V::only(turned.above(V::of(TURNS)), modes.damping[m][m] * h * 0.5);
+            let xi = ends.map(|end| modes.to[m].dot(end.flux));
+            let xi_rise = ends.map(|end| modes.to[m].dot(end.flux_rise) * h);
+            let modal = ends.map(|end| modes.back[m].dot(end.current));
+            let modal_rise = ends.map(|end| modes.back[m].dot(end.current_rise) * h);
+            let twice = half + half;
+            // What drops of the first mode's current in the second, which does not ring, follows from its mean.
+            let mut across = [zero; 2];
+            let mut across_rise = [zero; 2];
+            if m == 1 {
+                step.across = V::only(second_is_slow, modes.damping[1][0] * h);
+                across = ends.map(|end| modes.back[0].dot(end.current) * step.across);
+                across_rise = ends.map(|end| modes.back[0].dot(end.current_rise) * h * step.across);
+            }
+            let force = [0, 1].map(|e: usize| modes.to[m].dot(ends[e].force) * h + twice * xi[e] + across[e]);
+            let force_rise = [0, 1].map(|e: usize| {
+                modes.to[m].dot(ends[e].force_rise) * h * h + twice * xi_rise[e] + across_rise[e]
+            });
+            let remainder = [0, 1].map(|e: usize| modal[e] - xi[e]);
+            let remainder_rise = [0, 1].map(|e: usize| modal_rise[e] - xi_rise[e]);
+            step.turned[m] = turned;
+            step.velocity[m] = modes.to[m].dot(w) * h;
+            step.force[m] = over(force, force_rise);
+            step.remainder[m] = over(remainder, remainder_rise);
+            step.damping[m] = half;
+        }
+        step
+    }
+
+    /// After a share of the step: ψ − ψ₀ in Wb, and the mean of the current since its beginning in A.
+    #[inline(always)]
+    pub fn after(&self, share: V) -> [Plane<V>; 2] {
+        let zero = V::of(0.0);
+        let (first, mean_first) = self.mode(0, share, zero);
+        let (second, mean_second) = self.mode(1, share, mean_first * self.across * share);
+        let [to, back] = [&self.modes.to, &self.modes.back];
+        [back[0] * first + back[1] * second, to[0] * mean_first + to[1] * mean_second]
+    }
+
+    /// ξ and the mean of I of a mode after a share of the step; `dropped`: what drops of the other's current.
+    #[inline(always)]
+    fn mode(&self, m: usize, share: V, dropped: V) -> (V, V) {
+        let scaled = |of: &Cubic<V>, first: V| {
+            let [a, b, c, d] = *of;
+            let (two, three) = (share * share, share * share * share);
+            [a * first, b * share * first, c * two * first, d * three * first]
+        };
+        let mut force = scaled(&self.force[m], share);
+        let mut remainder = scaled(&self.remainder[m], V::of(1.0));
+        force[0] = force[0] - dropped;
+        let turned = self.turned[m] * share * share;
+        let damping = self.damping[m] * share;
+        let velocity = self.velocity[m] * share;
+        let damped = damping.above(V::of(0.0));
+        let mut square = turned;
+        let mut decay = V::of(1.0);
+        if V::any(damped) {
+            let grow = exponential(damping);
+            decay = V::choose(damped, exponential(-damping), decay);
+            let grown = |of: &Cubic<V>| {
+                let [a, b, c, d] = *of;
+                let end = a + b + c + d;
+                let slope = b + c + c + d * 3.0;
+                let grown = cubic([a, grow * end], [b + damping * a, grow * (slope + damping * end)]);
+                [0, 1, 2, 3].map(|n: usize| V::choose(damped, grown[n], of[n]))
+            };
+            (force, remainder) = (grown(&force), grown(&remainder));
+            square = turned - damping * damping;
+        }
+        let [c0, c1, c2, c3, c4, c5] = stumpff(square);
+        // ∫ cos and ∫ sin of the rest of the step over the powers of time.
+        let cosines = [c1, c2, c3 * 2.0, c4 * 6.0];
+        let sines = [c2, c3, c4 * 2.0, c5 * 6.0];
+        let sum = |of: &Cubic<V>, with: &[V; 4]| {
+            of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
+        };
+        let pull: Cubic<V> = [0, 1, 2, 3].map(|n: usize| turned * remainder[n] + damping * force[n]);
+        let flux = c1 * velocity + sum(&force, &cosines) - sum(&pull, &sines);
+        // I integrated: as a polynomial where that is exact, else by what the charge has done.
+        let mut mean = c2 * velocity + sum(&force, &sines) + sum(&remainder, &cosines);
+        if V::any(damped) {
+            let speed = c0 * velocity - square * sum(&force, &sines) - sum(&pull, &cosines);
+            let end = decay * (speed + damping * flux);
+            let safe = V::choose(damped, turned, V::of(1.0));
+            mean = V::choose(damped, (velocity - end) / safe, mean);
+        }
+        (flux * decay, mean)
+    }
+
+    /// What of a lane's mode oscillates within the step: what I is without the polynomial about which it swings. None where it turns
+    /// so little that cubics follow it.
+    pub fn oscillation(&self, lane: usize, m: usize) -> Option<Oscillation> {
+        let turned = self.turned[m].get(lane);
+        if turned <= TURNS {
+            return None;
+        }
+        let [force, j] = [&self.force[m], &self.remainder[m]].map(|of| of.each_ref().map(|a| a.get(lane)));
+        let damping = self.damping[m].get(lane);
+        // I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′ = s₀ + s₁ s + s₂ s², solved by a polynomial p.
+        let s = [
+            force[1] + 2.0 * j[2] + 2.0 * damping * j[1],
+            2.0 * force[2] + 6.0 * j[3] + 4.0 * damping * j[2],
+            3.0 * force[3] + 6.0 * damping * j[3],
+        ];
+        let second = s[2] / turned;
+        let first = (s[1] - 4.0 * damping * second) / turned;
+        let zeroth = (s[0] - 2.0 * damping * first - 2.0 * second) / turned;
+        let angle = (turned - damping * damping).sqrt();
+        let away = j[0] - zeroth;
+        let rise = self.velocity[m].get(lane) + force[0] + j[1] - first;
+        Some(Oscillation { phasor: [away, -(rise + damping * away) / angle], turns: [-damping, angle] })
+    }
+
+    /// What a step may be off in Wb as far as force and remainder are no cubics.
+    #[inline(always)]
+    pub fn error(&self) -> V {
+        let mut all = V::of(0.0);
+        for m in 0..2 {
+            let size = self.modes.back[m].x.abs() + self.modes.back[m].y.abs();
+            let turned = self.turned[m];
+            let of_remainder = turned / (turned.sqrt() + 1.0);
+            let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
+            all = all + size * both;
+        }
+        all
+    }
+}
+
+/// Re z e^(σ s), s from 0 to 1 over a step.
+#[derive(Clone, Copy, Debug)]
+pub struct Oscillation {
+    /// z.
+    pub phasor: [f64; 2],
+    /// σ.
+    pub turns: [f64; 2],
+}
+
+/// e^x for |x| up to a half and somewhat more: of Taylor's series what counts.
+#[inline(always)]
+fn exponential<V: Wide>(x: V) -> V {
+    let mut sum = V::of(1.0);
+    let mut n = 16.0;
+    while n > 0.5 {
+        sum = x * sum * (1.0 / n) + 1.0;
+        n -= 1.0;
+    }
+    sum
+}
+
+/// What is known at the beginning of a step in which terminals ring.
+pub(super) struct Start<V> {
+    pub(super) modes: Modes<V>,
+    /// What the terminals put on the winding, in V.
+    pub(super) floating: Plane<V>,
+    pub(super) end: End<V>,
+    /// How much more than what begins as the link does, and than the cubic between its ends, the link's voltage is over the step,
+    /// in V·s.
+    pub(super) surplus: [V; 2],
+}
+
+impl<V: Wide> Start<V> {
+    /// Where terminals have a capacitance. The links' voltages in V at both ends, how fast they rise, and their integral over the
+    /// step of `h` seconds.
+    #[inline(always)]
+    #[allow(clippy::too_many_arguments, reason = "what a step knows at its beginning")]
+    pub(super) fn of(
+        machine: &Machine<V>,
+        legs: &Conducting<V>,
+        here: &Here<V>,
+        change: &Change<V>,
+        link: [V; 2],
+        link_rise: [V; 2],
+        area: V,
+        h: V,
+    ) -> Option<Self> {
+        machine.legs.elastance?;
+        let terminals = &legs.terminals;
+        let force =
+            terminals.rail * link[0] + terminals.offset - here.at.current.through(terminals.resistance);
+        let begin = link[0] * h + link_rise[0] * (h * h * 0.5);
+        Some(Self {
+            modes: Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance),
+            floating: machine.legs.floating(legs, &here.state.potential),
+            end: End {
+                force,
+                force_rise: terminals.rail * link_rise[0] - change.current.through(terminals.resistance),
+                current: here.at.current,
+                current_rise: change.current,
+                flux_rise: change.flux,
+                flux: Plane::new(V::of(0.0), V::of(0.0)),
+            },
+            surplus: [area - begin, area - hermite_area(h, link, link_rise)],
+        })
+    }
+}

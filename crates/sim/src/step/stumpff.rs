@@ -1,0 +1,65 @@
+//! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!: what an oscillator makes of a force that is a power of time.
+
+use standstill_numeric::{Wide, sin_cos};
+
+/// Up to this argument they are summed, beyond they follow from sine and cosine.
+const SUMMED: f64 = 1.0;
+
+/// c₀ to c₅ at arguments of at least zero: the squares of angles in rad.
+#[inline(always)]
+pub fn stumpff<V: Wide>(x: V) -> [V; 6] {
+    // 1/(k + 2j)! over 1/k!, from the last term on.
+    let series = |k: f64, first: f64| {
+        let mut sum = V::of(1.0);
+        let mut j = 8.0;
+        while j > 0.5 {
+            sum = V::of(1.0) - x * sum * (1.0 / ((k + 2.0 * j) * (k + 2.0 * j - 1.0)));
+            j -= 1.0;
+        }
+        sum * first
+    };
+    let (c4, c5) = (series(4.0, 1.0 / 24.0), series(5.0, 1.0 / 120.0));
+    let (c2, c3) = (V::of(0.5) - x * c4, V::of(1.0 / 6.0) - x * c5);
+    let mut all = [V::of(1.0) - x * c2, V::of(1.0) - x * c3, c2, c3, c4, c5];
+    let far = x.above(V::of(SUMMED));
+    if V::any(far) {
+        let one = V::of(1.0);
+        let angle = x.sqrt();
+        let (sin, cos) = sin_cos(angle);
+        let (c0, c1) = (cos, sin / angle);
+        let (c2, c3) = ((one - c0) / x, (one - c1) / x);
+        let (c4, c5) = ((V::of(0.5) - c2) / x, (V::of(1.0 / 6.0) - c3) / x);
+        for (to, from) in all.iter_mut().zip([c0, c1, c2, c3, c4, c5]) {
+            *to = V::choose(far, from, *to);
+        }
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_stumpffs_functions() {
+        for n in 0..4000 {
+            let angle = f64::from(n) * 0.01;
+            let x = angle * angle;
+            let c = stumpff(x);
+            assert!((c[0] - angle.cos()).abs() < 1e-14, "{x}");
+            assert!((c[1] * angle - angle.sin()).abs() < 1e-13, "{x}");
+            // c_k = 1/k! − x c_(k+2).
+            for (k, factorial) in [1.0, 1.0, 2.0, 6.0].into_iter().enumerate() {
+                assert!((c[k] + x * c[k + 2] - 1.0 / factorial).abs() < 1e-14, "{x} {k}");
+            }
+            // The sums and the closed forms meet.
+            let sum: f64 = (0..30)
+                .fold((1.0 / 24.0, 0.0), |(term, sum), j| {
+                    let j = f64::from(j);
+                    (-term * x / ((5.0 + 2.0 * j) * (6.0 + 2.0 * j)), sum + term)
+                })
+                .1;
+            assert!(x > 4.0 || (c[4] - sum).abs() < 1e-15, "{x}: {} {sum}", c[4]);
+        }
+    }
+}

@@ -1,0 +1,326 @@
+//! Terminals with a capacitance: closed forms, the energy ledger, and the referee. Against ngspice: `tests/suite/spice.rs`.
+#![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
+
+use standstill_interface::{
+    Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
+};
+use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg, Storage};
+use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
+use standstill_sim::{
+    Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Streams, Tolerance, Trace,
+    Width, referee, run, run_side_by_side_in,
+};
+
+use Leg::{Duty, High, Low, Off};
+
+const LINK: f64 = 550.0;
+
+/// Plays commands one after the other and keeps all readings.
+#[derive(Clone)]
+struct Script {
+    commands: Vec<Command<f64>>,
+    next: usize,
+    readings: Vec<Reading<f64>>,
+}
+
+impl Script {
+    fn new(commands: &[Command<f64>]) -> Self {
+        Self { commands: commands.to_vec(), next: 0, readings: Vec::new() }
+    }
+}
+
+impl Detector<f64> for Script {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        self.readings.extend_from_slice(readings);
+        self.next += 1;
+        match self.commands.get(self.next - 1) {
+            Some(command) => Step::Drive(*command),
+            None => Step::Done(Outcome::Failed {
+                fault: Fault::UnexpectedReadings,
+                findings: Findings::default(),
+            }),
+        }
+    }
+}
+
+fn stage(legs: [Leg<f64>; 3], micros: u64) -> Stage<f64> {
+    Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) }
+}
+
+fn hold(legs: [Leg<f64>; 3], micros: u64) -> Command<f64> {
+    Command::hold(stage(legs, micros), Sampling::NONE)
+}
+
+/// Some samples of a command of one or two stages.
+fn sampled(command: Command<f64>, count: u32) -> Command<f64> {
+    let interval = Nanos(command.duration().0 / u64::from(count));
+    Command { sampling: Sampling { first: interval, interval, count }, ..command }
+}
+
+/// A linear motor without saliency, of this inductance in H and resistance in Ω.
+fn linear(inductance: f64, resistance: f64) -> Motor {
+    let winding = Winding { mean_inductance: inductance / 1.5, saliency: 0.0, leakage: 0.0 };
+    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
+    let magnetics = MagneticCircuit::new(core).expect("linear");
+    Motor { resistance, winding, magnetics, ..built_in("paper-5k5").expect("built in") }
+}
+
+/// Ideal switches; usual ones with dead time; MOSFETs.
+fn inverter(devices: Devices, open_leg: OpenLeg, capacitance: f64, link: f64) -> Inverter {
+    let dead_time = Nanos::from_micros(u64::from(devices != Devices::default()) * 2);
+    Inverter {
+        bridge: Bridge { devices, open_leg, terminal_capacitance: capacitance },
+        gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
+        link: DcLink::stiff(link),
+        carrier_period: Nanos::from_micros(100),
+    }
+}
+
+const USUAL: Devices = Devices {
+    kind: DeviceKind::Igbt,
+    switch_drop: 0.9,
+    switch_resistance: 50e-3,
+    diode_drop: 1.0,
+    diode_resistance: 30e-3,
+};
+
+const MOSFETS: Devices = Devices {
+    kind: DeviceKind::Mosfet,
+    switch_drop: 0.0,
+    switch_resistance: 2e-3,
+    diode_drop: 0.8,
+    diode_resistance: 1e-3,
+};
+
+fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
+    let flux = 1e-7 * motor.winding.mean_inductance * motor.rated_current;
+    Case {
+        motor,
+        inverter,
+        sensors: Sensors::nominal(SensorSettings::IDEAL),
+        start_angle: 0.35,
+        rotor: RotorState::Locked,
+        load_torque: 0.0,
+        streams: Streams::new(1, 0),
+        tolerance: Tolerance { flux: flux.min(1e-9) },
+        time_limit: Case::TIME_LIMIT,
+    }
+}
+
+fn play(case: &Case, commands: &[Command<f64>]) -> (Run<f64>, Vec<Reading<f64>>) {
+    let mut script = Script::new(commands);
+    let run = run(case, &mut script, true, &mut NoProbe);
+    (run, script.readings)
+}
+
+/// One terminal rings with the winding at 1/(2π √(1.5 L C)) about the rail of the two others.
+#[test]
+fn analytic_an_open_terminal_rings_with_the_winding() {
+    for (inductance, capacitance, hertz) in
+        [(13e-3, 1e-9, 36.0e3), (13e-3, 0.1e-9, 114.0e3), (13e-3, 10e-9, 11.4e3), (27e-6, 1e-9, 0.79e6)]
+    {
+        let motor = linear(inductance, 1e-6);
+        let case = case(&motor, inverter(Devices::default(), OpenLeg::Open, capacitance, LINK));
+        let mut trace = Trace::new(3e-7);
+        run::<f64, _>(&case, &mut Script::new(&[hold([High, High, Off], 200)]), false, &mut trace);
+        let angular = 1.0 / (1.5 * inductance * capacitance).sqrt();
+        assert!((angular / std::f64::consts::TAU / hertz - 1.0).abs() < 0.01, "{angular}");
+        assert!(trace.snapshots.len() > 600);
+        for snapshot in &trace.snapshots[1..] {
+            let angle = angular * snapshot.time;
+            let potential = LINK - LINK / 2.0 * angle.cos();
+            let current = -LINK / 2.0 * capacitance * angular * angle.sin();
+            let [_, _, v] = snapshot.potential;
+            let size = LINK * capacitance * angular;
+            assert!((v - potential).abs() < 1e-5 * LINK, "{} s: {v} {potential}", snapshot.time);
+            assert!((snapshot.current[2] - current).abs() < 1e-5 * size, "{} s: {current}", snapshot.time);
+        }
+    }
+}
+
+/// A switch that comes on charges its terminal at once: what the rail gives is C U ΔU, and what does not stay is lost.
+#[test]
+fn analytic_hard_switching_loses_half_c_u_squared() {
+    let capacitance = 1e-9;
+    // So much resistance that nothing rings: in the end all terminals have the rail's potential.
+    let motor = linear(13e-3, 30e3);
+    let case = case(&motor, inverter(Devices::default(), OpenLeg::Diodes, capacitance, LINK));
+    let (step, square) = (LINK / 2.0, capacitance * LINK * LINK);
+    let at_once = play(&case, &[hold([High, Off, Off], 2000)]).0.ledger.expect("asked for");
+    let close = |a: f64, b: f64| assert!((a / b - 1.0).abs() < 1e-6, "{a} {b}");
+    close(at_once.device_loss, 0.5 * capacitance * step * step);
+    close(at_once.source, 3.0 * capacitance * LINK * step);
+    close(at_once.terminal_change, 3.0 * 0.5 * capacitance * (LINK * LINK - step * step));
+    // What two terminals are charged with through a resistance loses as much again each.
+    close(at_once.copper_loss, 2.0 * 0.5 * capacitance * step * step);
+    // Down to the other rail: all that was stored is lost, and the source gives nothing.
+    let commands = [hold([High, Off, Off], 2000), hold([Low, Off, Off], 2000)];
+    let both = play(&case, &commands).0.ledger.expect("asked for");
+    close(both.source, at_once.source);
+    close(both.device_loss - at_once.device_loss, 0.5 * square);
+    close(both.terminal_change, -3.0 * 0.5 * capacitance * step * step);
+    // From a capacitor it comes out of that.
+    let mut stored = case;
+    stored.inverter.link.storage = Some(Storage { capacitance: 100e-6, source_resistance: 0.2 });
+    let (run, _) = play(&stored, &commands);
+    let ledger = run.ledger.expect("asked for");
+    assert!((ledger.imbalance() / square).abs() < 1e-5, "{ledger:?}");
+}
+
+/// With all legs off nothing leaves the terminals together: the sum of their potentials stays until a diode conducts.
+#[test]
+fn law_the_star_point_follows_from_the_sum_of_currents() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let case = case(&motor, inverter(Devices::default(), OpenLeg::Open, 1e-9, LINK));
+    let mut trace = Trace::new(1e-6);
+    run::<f64, _>(
+        &case,
+        &mut Script::new(&[hold([High, Low, Off], 20), hold([Off; 3], 300)]),
+        false,
+        &mut trace,
+    );
+    let after: Vec<_> = trace.snapshots.iter().filter(|snapshot| snapshot.time > 20.5e-6).collect();
+    let sum = |v: [f64; 3]| v.iter().sum::<f64>();
+    let (lowest, highest) =
+        after.iter().map(|s| s.potential[0]).fold((f64::MAX, f64::MIN), |(l, h), v| (l.min(v), h.max(v)));
+    assert!(after.len() > 200 && highest - lowest > 300.0, "they ring: {lowest} to {highest} V");
+    for snapshot in &after {
+        assert!((sum(snapshot.potential) - sum(after[0].potential)).abs() < 1e-9 * LINK, "{snapshot:?}");
+        assert!(sum(snapshot.current).abs() < 1e-12);
+    }
+}
+
+/// Pulses of lines with either decay, vectors and PWM: on-times as a motor of this rated time constant needs them.
+fn sequences(micros: u64) -> [(&'static str, Vec<Command<f64>>); 4] {
+    let pulse = |legs, then, times| {
+        sampled(Command::sequence(stage(legs, micros), stage(then, times * micros), Sampling::NONE), 10)
+    };
+    let pwm = |a, b, c| sampled(Command::hold(stage([Duty(a), Duty(b), Duty(c)], 1000), Sampling::NONE), 20);
+    [
+        ("fast", vec![pulse([High, Low, Off], [Off; 3], 19), pulse([Off, High, Low], [Off; 3], 19)]),
+        (
+            "slow",
+            vec![pulse([Low, High, Off], [Low, Low, Off], 19), pulse([Low, Off, High], [Low, Off, Low], 19)],
+        ),
+        ("vector", vec![pulse([High, Low, Low], [Off; 3], 19), pulse([Low, High, High], [Low; 3], 9)]),
+        ("pwm", vec![pwm(0.6, 0.45, 0.41), pwm(0.45, 0.52, 0.55)]),
+    ]
+}
+
+#[test]
+fn cross_the_referee_has_the_same_currents() {
+    let mut motors: Vec<(Motor, Devices, u64, f64)> =
+        ["paper-5k5", "pm-reluctance", "gearless-hoist", "slot-harmonics"]
+            .map(|name| (built_in(name).expect("built in"), USUAL, 80, BOUND))
+            .into();
+    let eddy = EddyBranch { time_constant: 60e-6, d_depth: 0.25, q_depth: 0.15 };
+    let paper = motors[0].0.clone();
+    let magnetics = paper.magnetics.clone().with_eddy_currents(Some(eddy));
+    // What lags behind is carried by cubics through all that rings.
+    motors.push((Motor { magnetics, ..paper }, USUAL, 80, 2e-6));
+    motors.extend(
+        ["light-vehicle", "gimbal"].map(|name| (built_in(name).expect("built in"), MOSFETS, 10, 1e-6)),
+    );
+    for (motor, devices, micros, bound) in motors {
+        // The referee is slow: rotors that move once with usual and once with low voltage.
+        let moves = matches!(motor.name.as_str(), "paper-5k5" | "light-vehicle");
+        for rotor in [RotorState::Locked, RotorState::Free].into_iter().take(1 + usize::from(moves)) {
+            let link = motor.dc_link.unwrap_or(LINK);
+            let mut case = case(&motor, inverter(devices, OpenLeg::Diodes, 0.3e-9, link));
+            case.inverter.link.ripple = 0.002;
+            case.rotor = rotor;
+            for (name, commands) in sequences(micros) {
+                let (ours, readings) = play(&case, &commands);
+                let mut strict = case.clone();
+                strict.tolerance = Tolerance { flux: 1e-4 * case.tolerance.flux };
+                let mut script = Script::new(&commands);
+                let theirs: Run<f64> = referee(&strict, &mut script, false, &mut NoProbe);
+                for run in [&ours, &theirs] {
+                    let fails = matches!(run.ended, Ended::Error(_));
+                    assert!(!fails, "{} {rotor:?} {name}: {:?} {:?}", motor.name, run.ended, run.work);
+                }
+                let pairs = readings.iter().zip(&script.readings);
+                let off = pairs.flat_map(|(a, b)| (0..3).map(|k| (a.current.0[k] - b.current.0[k]).abs()));
+                let worst = off.fold(0.0, f64::max) / motor.rated_current;
+                let ledger = ours.ledger.expect("asked for");
+                let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();
+                let left = (ledger.imbalance() / scale).abs();
+                println!(
+                    "{} {rotor:?} {name}: {worst:.1e} of rated, {left:.1e}, {:?}",
+                    motor.name, ours.work
+                );
+                assert!(readings.len() >= 20 && ours.work.events > 2);
+                assert!(worst < bound, "{} {rotor:?} {name}: {worst:e} of rated", motor.name);
+                assert!(left < 1e-5, "{} {rotor:?} {name}: {ledger:?}", motor.name);
+            }
+        }
+    }
+}
+
+/// As a share of rated current.
+const BOUND: f64 = 5e-7;
+
+/// A filter follows an oscillation exactly however long the steps are: with samples in between, which make them short, it
+/// reads the same.
+#[test]
+fn law_slow_sensors_follow_what_rings_within_long_steps() {
+    let motor = linear(13e-3, 1.0);
+    let mut case = case(&motor, inverter(Devices::default(), OpenLeg::Open, 0.3e-9, LINK));
+    case.sensors = Sensors::nominal(SensorSettings { bandwidth: Some(200e3), ..SensorSettings::IDEAL });
+    let rows = |count| {
+        let pulse = Command::sequence(stage([High, Low, Off], 80), stage([Off; 3], 320), Sampling::NONE);
+        let (run, readings) = play(&case, &[sampled(pulse, count)]);
+        (
+            run.work.steps,
+            readings.into_iter().map(|reading| (reading.at, reading.current.0)).collect::<Vec<_>>(),
+        )
+    };
+    let ((few, coarse), (many, fine)) = (rows(5), rows(2000));
+    assert!(few < 400 && many >= 2000, "{few} {many}");
+    for (at, current) in coarse {
+        let (_, same) = fine.iter().find(|(time, _)| *time == at).expect("sampled");
+        for (a, b) in current.iter().zip(same) {
+            assert!((a - b).abs() < 1e-6, "{at:?}: {current:?} {same:?}");
+        }
+    }
+}
+
+#[test]
+fn law_a_run_has_the_same_bits_in_lanes_of_each_width() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let mut low = case(&motor, inverter(USUAL, OpenLeg::Diodes, 0.3e-9, LINK));
+    low.sensors = Sensors::nominal(SensorSettings { bandwidth: Some(200e3), ..SensorSettings::IDEAL });
+    let cases: Vec<_> = (0..20)
+        .map(|k| {
+            let mut case = low.clone();
+            case.start_angle = 0.3 * f64::from(k);
+            case.inverter.bridge.terminal_capacitance = 1e-10 * f64::from(1 + k);
+            let [(_, fast), (_, slow), _, _] = sequences(80);
+            (case, Script::new(if k % 3 == 0 { &fast } else { &slow }))
+        })
+        .collect();
+    let told = |run: &Run<f64>| format!("{run:?}");
+    let alone: Vec<_> = cases
+        .iter()
+        .map(|(case, script)| told(&run(case, &mut script.clone(), false, &mut NoProbe)))
+        .collect();
+    for width in [Width::One, Width::Avx2, Width::Avx512] {
+        let mut together = vec![String::new(); cases.len()];
+        run_side_by_side_in(width, cases.iter().cloned(), |number, run| together[number] = told(&run));
+        assert!(alone == together, "{width:?}");
+    }
+}
+
+/// A potential that the link takes along while no current flows neither ends nor begins a mode without end.
+#[test]
+fn regress_a_terminal_that_follows_the_link_does_not_chatter() {
+    let motor = built_in("paper-5k5").expect("built in");
+    for devices in [Devices::default(), USUAL] {
+        let mut case = case(&motor, inverter(devices, OpenLeg::Diodes, 0.3e-9, LINK));
+        case.inverter.link.ripple = 0.002;
+        let pulse =
+            Command::sequence(stage([High, Low, Off], 80), stage([Low, Low, Off], 920), Sampling::NONE);
+        let (run, _) = play(&case, &[sampled(pulse, 1000), sampled(pulse, 1000)]);
+        assert!(run.ended != Ended::Error(RunError::Chatter) && run.work.events < 200, "{:?}", run.work);
+    }
+}
