@@ -22,6 +22,7 @@ impl Drive {
             sensed: Abc([Sensed::Measured; 3]),
             dc_link: T::of(540.0),
             dc_link_clipped: false,
+            counts: standstill_interface::Counts::NONE,
         };
         if wild {
             let kinds = [Sensed::Measured, Sensed::Derived, Sensed::Clipped, Sensed::Hidden];
@@ -47,6 +48,7 @@ impl Drive {
             Leg::Off => 0.0,
             Leg::Low => -1.0,
             Leg::High => 1.0,
+            Leg::Rise(_) | Leg::Fall(_) => 0.0,
             Leg::Duty(duty) => {
                 let duty = duty.to_double();
                 assert!((0.0..=1.0).contains(&duty), "duty {duty}");
