@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use standstill_detect::{Method, Settings};
+use standstill_detect::Method;
 use standstill_plant::{Digest, Motor};
 use standstill_sim::{Streams, Tape};
 use toml::Value;
@@ -197,11 +197,14 @@ impl Plan {
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let of_detector: Vec<(String, Value)> =
             drawn.iter().filter(|(key, _)| key.starts_with("detector.")).cloned().collect();
-        let detector = match told {
-            Some(told) if of_detector.is_empty() => told.detector,
-            _ => self.at(point, &of_detector)?.detector,
+        let (detector, foreign) = match told {
+            Some(told) if of_detector.is_empty() => (told.detector, told.foreign.clone()),
+            _ => {
+                let told = self.at(point, &of_detector)?;
+                (told.detector, told.foreign)
+            }
         };
-        Ok(Scenario { detector, ..self.at(point, drawn)? })
+        Ok(Scenario { detector, foreign, ..self.at(point, drawn)? })
     }
 
     /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
@@ -250,7 +253,7 @@ impl Plan {
         }
         let file = document.load()?;
         let scenario = match &self.motor {
-            Some(motor) => file.scenario_of(motor),
+            Some(motor) => file.scenario_of(motor, document.files()),
             None => file.scenario(document.files()),
         };
         scenario.map_err(|error| document.locate(error))
@@ -296,9 +299,10 @@ impl Plan {
                 numbers.iter().map(|trial| self.drawn(point, Some(scenario), *trial).map_err(failed(*trial)));
             let drawn = all_until_error(drawn);
             let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
-                let detector = scenario.detector.detector();
+                let case = scenario.case(*trial);
+                let detector = scenario.detector_for(&case);
                 let detector = detector.map_err(|error| failed(*trial)(FileError::settings(&error)))?;
-                Ok((scenario.case(*trial), detector))
+                Ok((case, detector))
             });
             side_by_side(cases, |number, run| done(Record { trial: numbers[number], run }))?;
             drawn.ended?;
@@ -359,8 +363,9 @@ impl Plan {
         for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
             let drawn = all_until_error(tapes.iter().map(|tape| self.scenario_taped(point, scenario, tape)));
             let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
-                let detector = scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
-                Ok((scenario.case_taped(tape), detector))
+                let case = scenario.case_taped(tape);
+                let detector = scenario.detector_for(&case).map_err(|error| FileError::settings(&error))?;
+                Ok((case, detector))
             });
             side_by_side(cases, |number, run| {
                 done(block * AT_A_TIME + number, Record { trial: tapes[number].index(), run });
