@@ -14,7 +14,8 @@
  * What is kept in globals here is kept so on purpose: firmware does, and the bench sets them back before each start.
  *
  * Build: cc -O2 -shared -fPIC -o rotating.so rotating.c -lm
- * Config: voltage=… V, turns=… that count, ignore=… turns before them, pole=vote or threshold, threshold=… (a share).
+ * Config: voltage=… V, turns=… that count, ignore=… turns before them, pole=vote or threshold, threshold=… (a share),
+ *         read=rise, or level: the current at the end of a half period, as if it had begun at zero.
  */
 #include "standstill.h"
 
@@ -27,7 +28,7 @@
 
 /* Options. */
 static float voltage, threshold;
-static int turns, ignore, by_threshold;
+static int turns, ignore, by_threshold, by_level;
 /* What the drive knows. */
 static float dc_link;
 static int inverted, south;
@@ -70,6 +71,7 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     turns = (int)number(config, "turns", 8.0f);
     ignore = (int)number(config, "ignore", 1.0f);
     threshold = number(config, "threshold", 0.002f);
+    by_level = text(config, "read") != NULL && strncmp(text(config, "read"), "level", 5) == 0;
     by_threshold = pole != NULL && strncmp(pole, "threshold", 9) == 0;
     if (pole != NULL && !by_threshold && strncmp(pole, "vote", 4) != 0) {
         *refused = "pole must be vote or threshold";
@@ -179,6 +181,9 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         int turn = (int)(half / (2 * DIRECTIONS)) - ignore;
         float rise;
         direction(half, &x, &y);
+        if (by_level) {
+            before[0] = before[1] = 0.0f;
+        }
         rise = (alpha - before[0]) * x + (beta - before[1]) * y;
         if (turn >= 0) {
             turn1[0] += rise * x;

@@ -1,4 +1,5 @@
-//! What the program says before a crash of a foreign library ends it: which library, in which trial.
+//! What the program says before a crash of a foreign library ends it: which library, in which trial. A worker process says
+//! nothing; the code or signal with which it ends tells its parent, and so does that of a call that takes too long.
 #![allow(
     unsafe_code,
     reason = "signal handlers are registered and write to standard error by system calls alone"
@@ -6,7 +7,9 @@
 
 use std::cell::Cell;
 use std::ptr;
-use std::sync::Once;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Once, OnceLock};
+use std::time::{Duration, Instant};
 
 /// A detection for whoever must tell of its crash.
 #[derive(Debug)]
@@ -29,6 +32,9 @@ thread_local! {
 /// From here on to [`leave`] a crash is that detection's.
 #[inline]
 pub fn enter(site: &Site) -> *const Site {
+    if ISOLATED.load(Ordering::Relaxed) {
+        BEGAN.store(now(), Ordering::Relaxed);
+    }
     HERE.replace(site)
 }
 
@@ -36,6 +42,57 @@ pub fn enter(site: &Site) -> *const Site {
 #[inline]
 pub fn leave(before: *const Site) {
     HERE.set(before);
+    BEGAN.store(0, Ordering::Relaxed);
+}
+
+/// Whether this is a worker process.
+static ISOLATED: AtomicBool = AtomicBool::new(false);
+
+/// When the call that is under way began, in ns of the program's own clock; 0: none is.
+static BEGAN: AtomicU64 = AtomicU64::new(0);
+
+/// Ns since the first call of this, from 1.
+fn now() -> u64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    u64::try_from(START.get_or_init(Instant::now).elapsed().as_nanos()).unwrap_or(u64::MAX).saturating_add(1)
+}
+
+/// The code with which a worker ends whose library called `exit`.
+const CALLED_EXIT: i32 = 98;
+
+/// The code with which a worker ends whose library did not return in time.
+const TOO_LONG: i32 = 97;
+
+/// Makes this program a worker: a library that crashes, or calls `exit`, or does not return from a call within `limit`, ends
+/// it without a word. A worker runs one detection at a time.
+pub fn isolate(limit: Duration) {
+    ISOLATED.store(true, Ordering::Relaxed);
+    let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+    let watch = move || {
+        loop {
+            std::thread::sleep(Duration::from_nanos((limit / 4).clamp(1_000_000, 20_000_000)));
+            let began = BEGAN.load(Ordering::Relaxed);
+            if began != 0 && now().saturating_sub(began) > limit {
+                // SAFETY: the program ends here, as its parent expects.
+                unsafe { libc::_exit(TOO_LONG) };
+            }
+        }
+    };
+    std::thread::spawn(watch);
+}
+
+/// Why a worker ended, by its code or its signal.
+pub fn ending(code: Option<i32>, signal: Option<i32>) -> String {
+    let known = |number| SIGNALS.iter().find(|(known, _)| Some(*known) == number);
+    match (code, signal) {
+        (Some(TOO_LONG), _) => "a call took longer than detector.call_timeout".to_owned(),
+        (Some(CALLED_EXIT), _) => "the library called exit()".to_owned(),
+        (Some(code), _) => format!("its process ended with code {code}"),
+        (None, signal) => match known(signal) {
+            Some((_, name)) => format!("the library crashed: {name}"),
+            None => format!("its process was ended by signal {}", signal.unwrap_or(0)),
+        },
+    }
 }
 
 /// Signals that end a program because of what its code did.
@@ -46,12 +103,6 @@ const SIGNALS: [(libc::c_int, &str); 5] = [
     (libc::SIGILL, "SIGILL, no instruction"),
     (libc::SIGABRT, "SIGABRT, abort() or a failed assert()"),
 ];
-
-/// What a signal is, by its number.
-pub fn signal_name(number: i32) -> String {
-    let known = SIGNALS.iter().find(|(known, _)| *known == number);
-    known.map_or_else(|| format!("signal {number}"), |(_, name)| (*name).to_owned())
-}
 
 /// Makes crashes tell. Once for the program.
 pub fn watch() {
@@ -85,7 +136,9 @@ fn here() -> Option<&'static str> {
 }
 
 extern "C" fn on_signal(signal: libc::c_int) {
-    if let Some(site) = here() {
+    if let Some(site) = here()
+        && !ISOLATED.load(Ordering::Relaxed)
+    {
         let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
         for text in ["\nerror: ", site, " crashed: ", name, "\n"] {
             write(text);
@@ -98,6 +151,10 @@ extern "C" fn on_signal(signal: libc::c_int) {
 
 extern "C" fn on_exit() {
     if let Some(site) = here() {
+        if ISOLATED.load(Ordering::Relaxed) {
+            // SAFETY: the program ends here, as its parent expects.
+            unsafe { libc::_exit(CALLED_EXIT) };
+        }
         for text in ["\nerror: ", site, " called exit(), which ends the whole program\n"] {
             write(text);
         }

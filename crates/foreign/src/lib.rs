@@ -22,6 +22,8 @@ mod interrupt;
 mod library;
 mod texts;
 
+#[cfg(target_os = "linux")]
+pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use library::{Level, Library, LoadError, Timing};
 pub use texts::kept;

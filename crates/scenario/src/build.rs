@@ -98,6 +98,7 @@ impl ScenarioFile {
             }
             None => Case::TIME_LIMIT,
         };
+        self.detector.call_limit()?;
         let maker = |library| self.detector.maker(library, &nameplate, &sensors, time_limit);
         let foreign = library.map(maker).transpose()?;
         let mut detector = Method::Foreign(ForeignSettings::new());

@@ -32,6 +32,8 @@ pub struct DetectorTable {
     pub time_limit: Option<Quantity<Second>>,
     /// A shared library that is the detector, in place of a method.
     pub library: Option<String>,
+    /// Longest time that a call of the library may take.
+    pub call_timeout: Option<Quantity<Second>>,
     /// What the library is told: KEY=VALUE.
     pub config: IndexMap<String, toml::Value>,
     /// Whether `method` is set.
@@ -49,6 +51,7 @@ enum Field {
     DeadTime,
     TimeLimit,
     Library,
+    CallTimeout,
     Config,
     Key(&'static Key),
 }
@@ -66,6 +69,7 @@ static FIELDS: LazyLock<Vec<(&'static str, Field)>> = LazyLock::new(|| {
     fields.push(("dead_time", Field::DeadTime));
     fields.push(("time_limit", Field::TimeLimit));
     fields.push(("library", Field::Library));
+    fields.push(("call_timeout", Field::CallTimeout));
     // A table, which stands behind plain values.
     fields.push(("config", Field::Config));
     fields
@@ -160,6 +164,7 @@ impl<'de> Deserialize<'de> for DetectorTable {
                         Field::DeadTime => table.dead_time = Some(map.next_value()?),
                         Field::TimeLimit => table.time_limit = Some(map.next_value()?),
                         Field::Library => table.library = Some(map.next_value()?),
+                        Field::CallTimeout => table.call_timeout = Some(map.next_value()?),
                         Field::Config => table.config = map.next_value()?,
                         Field::Key(key) => {
                             let value = match key.kind {
@@ -197,6 +202,9 @@ impl Serialize for DetectorTable {
                     self.time_limit.iter().try_for_each(|it| table.serialize_field(name, it))?;
                 }
                 Field::Library => self.library.iter().try_for_each(|it| table.serialize_field(name, it))?,
+                Field::CallTimeout => {
+                    self.call_timeout.iter().try_for_each(|it| table.serialize_field(name, it))?;
+                }
                 Field::Config if self.config.is_empty() => {}
                 Field::Config => table.serialize_field(name, &self.config)?,
                 Field::Key(key) => match self.value(key) {
@@ -231,6 +239,9 @@ struct Common {
     /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
     #[serde(skip_serializing_if = "Option::is_none")]
     library: Option<String>,
+    /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    call_timeout: Option<Quantity<Second>>,
     /// What the library is told, handed over as lines KEY=VALUE.
     #[serde(skip_serializing_if = "IndexMap::is_empty")]
     #[schemars(with = "IndexMap<String, Scalar>")]

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 use std::sync::Arc;
+use std::time::Duration;
 
 use standstill_detect::Nameplate;
 use standstill_foreign::{Foreign, Level, Library, Maker, Scale};
@@ -10,6 +11,7 @@ use standstill_plant::Files;
 use standstill_sim::{Adc, SensorSettings};
 use toml::Value;
 
+use super::build::in_range;
 use super::document::FileError;
 use crate::DriveSettings;
 use crate::detector::DetectorTable;
@@ -60,6 +62,17 @@ impl DetectorTable {
         })?;
         let loaded = Library::of(&path, &bytes);
         loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
+    }
+
+    /// Longest time that a call of the library may take.
+    ///
+    /// # Errors
+    /// No time that makes sense.
+    pub fn call_limit(&self) -> Result<Duration, FileError> {
+        let needed = "from 1 ms to 1000 s";
+        let limit =
+            self.call_timeout.map(|limit| in_range("detector.call_timeout", limit, [1e-3, 1e3], needed));
+        Ok(Duration::from_secs_f64(limit.transpose()?.unwrap_or(1.0)))
     }
 
     /// The library's PWM is the drive's, unless the scenario says another.

@@ -1,6 +1,7 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use standstill_detect::Method;
 use standstill_plant::{Digest, Motor};
@@ -13,7 +14,7 @@ use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
 use super::typed::Typed;
 use crate::scenario::side_by_side;
-use crate::{Record, Scenario, TrialError};
+use crate::{Lost, Record, Remote, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
@@ -30,6 +31,8 @@ pub struct Plan {
     pole_notes: Vec<&'static str>,
     /// What sets them without the document, if that is the same.
     pub(super) typed: Option<Typed>,
+    /// Who runs its trials in place of this process.
+    remote: Option<Arc<dyn Remote>>,
 }
 
 /// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
@@ -89,7 +92,9 @@ impl Plan {
             return Err(document.locate(error));
         }
         let pole_notes = Vec::new();
-        let mut plan = Self { document, resolved, motor, file, points, tolerances, pole_notes, typed: None };
+        let (typed, remote) = (None, None);
+        let mut plan =
+            Self { document, resolved, motor, file, points, tolerances, pole_notes, typed, remote };
         for number in 0..plan.points.len() {
             let motor = plan.scenario(number)?.motor;
             // One motor for all points is looked at once.
@@ -104,6 +109,34 @@ impl Plan {
         plan.document.seal();
         plan.resolved.seal();
         Ok(plan)
+    }
+
+    /// The same with its trials run elsewhere.
+    #[must_use]
+    pub fn with_remote(self, remote: Arc<dyn Remote>) -> Self {
+        Self { remote: Some(remote), ..self }
+    }
+
+    /// Trials that are run elsewhere.
+    fn remote_trials(
+        &self,
+        remote: &dyn Remote,
+        (point, scenario): (usize, &Scenario<Method<f64>>),
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        for trial in trials {
+            let failed = |error| TrialError { trial, error };
+            done(match remote.trial(point, trial) {
+                Ok(record) => record,
+                Err(Lost::Trial(reason)) => self.lost(point, scenario, trial, &reason).map_err(failed)?,
+                Err(Lost::All(reason)) => {
+                    let error = FileError::key("detector.library", &reason, "a worker process that runs it");
+                    return Err(failed(self.document.locate(error)));
+                }
+            });
+        }
+        Ok(())
     }
 
     /// The tables of the file.
@@ -287,6 +320,9 @@ impl Plan {
         trials: &mut dyn Iterator<Item = u64>,
         done: &mut dyn FnMut(Record),
     ) -> Result<(), TrialError<FileError>> {
+        if let Some(remote) = &self.remote {
+            return self.remote_trials(remote.as_ref(), (point, scenario), trials, done);
+        }
         let failed = |trial| move |error| TrialError { trial, error };
         if !self.has_tolerances() {
             return scenario

@@ -202,7 +202,10 @@ impl<S: Settings<f64>> Scenario<S> {
     /// Settings that cannot work, and what a library said that refused.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
         let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
-        let seed = case.streams.open(Purpose::Detector).integer(u64::MAX);
+        let mut draws = case.streams.open(Purpose::Detector);
+        // A draw has 48 bits.
+        let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
+        let seed = high << 32 | low;
         let detector = foreign.detector(seed, case.streams.index());
         detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
     }

@@ -91,7 +91,8 @@ impl Comparison {
                         Ok(scenario) => {
                             let usual = if method == Some(MethodName::DcAlignment) { 20 } else { 500 };
                             let trials = trials.unwrap_or(usual);
-                            let method = method.map_or(own_name.as_str(), MethodName::name).to_owned();
+                            let name = |method: MethodName| method.name().to_owned();
+                            let method = method.map_or_else(|| own_name.clone(), name);
                             comparison.cells.push(Cell { method, rotor, errors, trials, scenario });
                         }
                         // Of all methods, those that have no use for a setting are left out; one that was asked for is a
