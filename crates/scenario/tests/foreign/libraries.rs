@@ -104,7 +104,8 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
 #[test]
 fn law_a_detector_that_cannot_be_made_in_the_middle_ends_the_run_with_what_the_library_says() {
     let (folder, _) = probe(&[]);
-    let plan = plan(&folder, &asking("refuse-some")).expect("the first trial's is made");
+    let text = asking("refuse-some").replace("[detector]\n", "[detector]\ntime_limit = \"20 ms\"\n");
+    let plan = plan(&folder, &text).expect("the first trial's is made");
     let scenario = plan.scenario(0).expect("valid");
     let mut done = 0;
     let failed = plan.trials(0, &scenario, &mut (0..100), &mut |_| done += 1).expect_err("an eighth refuse");
@@ -122,8 +123,8 @@ fn law_configuration_can_be_an_axis_and_a_tolerance() {
         let record = points.trial(point, &scenario, 3).expect("runs");
         assert!((angles(&[record])[0] - expected).abs() < 1e-6);
     }
-    let text = asking("found")
-        + "angle = 0.5\n[tolerances]\n\"detector.config.angle\" = { uniform = 0.1, mean = 0.5 }\n";
+    let text =
+        asking("found") + "angle = 0.5\n[tolerances]\n\"detector.config.angle\" = { uniform = \"20 %\" }\n";
     let mut angles = angles(&records(&plan(&folder, &text).expect("valid"), 0..30));
     angles.sort_by(f64::total_cmp);
     assert!(angles[0] >= 0.4 && angles[29] <= 0.6 && angles[29] - angles[0] > 0.1, "{angles:?}");

@@ -98,7 +98,7 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         legs->leg[0] = STS_HIGH;
         legs->leg[1] = STS_LOW;
         legs->leg[2] = STS_LOW;
-        if (sample->current[0] > 0.05f * drive.rated_current * 0.01f) {
+        if (sample->current[0] > 0.02f * drive.rated_current) {
             result->angle = (float)call;
             return STS_FOUND;
         }
