@@ -140,7 +140,7 @@ extern "C" fn on_signal(signal: libc::c_int) {
         && !ISOLATED.load(Ordering::Relaxed)
     {
         let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
-        for text in ["\nerror: ", site, " crashed: ", name, "\n"] {
+        for text in ["\nstandstill: ", site, " crashed: ", name, "\n"] {
             write(text);
         }
     }
@@ -155,7 +155,7 @@ extern "C" fn on_exit() {
             // SAFETY: the program ends here, as its parent expects.
             unsafe { libc::_exit(CALLED_EXIT) };
         }
-        for text in ["\nerror: ", site, " called exit(), which ends the whole program\n"] {
+        for text in ["\nstandstill: ", site, " called exit(), which ends the whole program\n"] {
             write(text);
         }
         // SAFETY: the program ends here; results are not written, as their command is in the middle of its work.

@@ -85,13 +85,13 @@ impl Image {
         };
         let mut image = Self { table, memory: Vec::new(), _library: library };
         if table.flags & crate::abi::REENTRANT == 0 {
-            image.memory = image.writable(*entry as *const c_void, elf)?;
+            image.memory = Self::writable(*entry as *const c_void, elf)?;
         }
         Ok(image)
     }
 
     /// Its writable memory as it is now.
-    fn writable(&self, entry: *const c_void, elf: &Elf) -> Result<Vec<Memory>, LoadError> {
+    fn writable(entry: *const c_void, elf: &Elf) -> Result<Vec<Memory>, LoadError> {
         let offset = elf.entry.ok_or_else(LoadError::no_entry)?;
         let base = (entry as u64).wrapping_sub(offset);
         elf.writable
@@ -113,12 +113,6 @@ impl Image {
             // SAFETY: writable memory of this image, of that length; nobody else uses the image.
             unsafe { std::ptr::copy_nonoverlapping(saved.as_ptr(), start.as_ptr(), saved.len()) };
         }
-    }
-
-    /// Bytes that are set back.
-    #[cfg(test)]
-    pub fn bytes(&self) -> usize {
-        self.memory.iter().map(|memory| memory.saved.len()).sum()
     }
 
     /// Its table.

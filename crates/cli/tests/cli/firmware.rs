@@ -88,11 +88,11 @@ fn law_a_crash_says_which_library_and_which_trial_it_was() {
 fn law_another_build_of_the_library_is_another_run() {
     let folder = folder();
     probe(folder.path(), "found");
-    let run = |more: &[&str]| [&["run", "s.toml", "--detector", "./probe.so", "--out", "out"], more].concat();
-    let output = standstill(&run(&["--shard", "1/2"]), folder.path());
+    let common = ["run", "s.toml", "--detector", "./probe.so", "--out", "out", "--shard", "1/2"];
+    let output = standstill(&common, folder.path());
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     build(folder.path(), "examples/c/rotating.c", "probe.so");
-    let message = mistake(&run(&["--shard", "1/2", "--resume"]), folder.path());
+    let message = mistake(&[&common[..], &["--resume"]].concat(), folder.path());
     assert!(message.contains("the file probe.so is of"), "{message}");
 }
 

@@ -45,10 +45,9 @@ impl Drive {
     /// Triangles into the phases that are driven, rest without; and a wrong count once in a while.
     pub fn readings<T: Real>(&mut self, command: &Command<T>) -> Vec<Reading<T>> {
         let share = |leg: &Leg<T>| match leg {
-            Leg::Off => 0.0,
+            Leg::Off | Leg::Rise(_) | Leg::Fall(_) => 0.0,
             Leg::Low => -1.0,
             Leg::High => 1.0,
-            Leg::Rise(_) | Leg::Fall(_) => 0.0,
             Leg::Duty(duty) => {
                 let duty = duty.to_double();
                 assert!((0.0..=1.0).contains(&duty), "duty {duty}");

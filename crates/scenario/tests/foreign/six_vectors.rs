@@ -38,13 +38,13 @@ fn arc(y: f32, x: f32) -> f32 {
     }
     let z = small / big;
     let z2 = z * z;
-    let polynomial = [0.05265332, -0.11643287, 0.19354346, -0.33262347, 0.99997726_f32];
-    let mut a = polynomial.into_iter().fold(-0.01172120_f32, |a, c| a * z2 + c) * z;
+    let polynomial = [0.052_653_32, -0.116_432_87, 0.193_543_46, -0.332_623_47, 0.999_977_26_f32];
+    let mut a = polynomial.into_iter().fold(-0.011_721_2_f32, |a, c| a * z2 + c) * z;
     if ay > ax {
-        a = 1.57079633 - a;
+        a = std::f32::consts::FRAC_PI_2 - a;
     }
     if x < 0.0 {
-        a = 3.14159265 - a;
+        a = std::f32::consts::PI - a;
     }
     if y < 0.0 { -a } else { a }
 }
