@@ -114,7 +114,7 @@ pub fn watch() {
                 let mut action: libc::sigaction = std::mem::zeroed();
                 action.sa_sigaction = on_signal as *const () as libc::sighandler_t;
                 // On the stack that threads have for the overflow of their own.
-                action.sa_flags = libc::SA_ONSTACK | libc::SA_RESETHAND;
+                action.sa_flags = libc::SA_ONSTACK;
                 libc::sigaction(signal, &raw const action, ptr::null_mut());
             }
         }
@@ -123,9 +123,16 @@ pub fn watch() {
     });
 }
 
-fn write(text: &str) {
+/// Writes these at once, so that lines of several threads do not mix.
+fn write(texts: &[&str]) {
+    let mut line = [0_u8; 1024];
+    let mut length = 0;
+    for byte in texts.iter().flat_map(|text| text.bytes()).take(line.len()) {
+        line[length] = byte;
+        length += 1;
+    }
     // SAFETY: so many bytes from there; nothing can be done where standard error takes none.
-    unsafe { libc::write(libc::STDERR_FILENO, text.as_ptr().cast(), text.len()) };
+    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
 }
 
 /// Whose crash it is, if it is a library's.
@@ -136,17 +143,23 @@ fn here() -> Option<&'static str> {
 }
 
 extern "C" fn on_signal(signal: libc::c_int) {
+    static TELLS: AtomicBool = AtomicBool::new(false);
+    // Threads may crash at the same time. The first one tells, and ends the program for all.
+    while TELLS.swap(true, Ordering::Relaxed) {
+        // SAFETY: waits for a signal.
+        unsafe { libc::pause() };
+    }
     if let Some(site) = here()
         && !ISOLATED.load(Ordering::Relaxed)
     {
         let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
-        for text in ["\nstandstill: ", site, " crashed: ", name, "\n"] {
-            write(text);
-        }
+        write(&["\nstandstill: ", site, " crashed: ", name, "\n"]);
     }
-    // The handler is gone: the signal ends the program as it would have without it.
-    // SAFETY: a signal to this thread itself.
-    unsafe { libc::raise(signal) };
+    // SAFETY: without the handler the signal ends the program as it would have; sent to this thread itself.
+    unsafe {
+        libc::signal(signal, libc::SIG_DFL);
+        libc::raise(signal);
+    }
 }
 
 extern "C" fn on_exit() {
@@ -155,9 +168,7 @@ extern "C" fn on_exit() {
             // SAFETY: the program ends here, as its parent expects.
             unsafe { libc::_exit(CALLED_EXIT) };
         }
-        for text in ["\nstandstill: ", site, " called exit(), which ends the whole program\n"] {
-            write(text);
-        }
+        write(&["\nstandstill: ", site, " called exit(), which ends the whole program\n"]);
         // SAFETY: the program ends here; results are not written, as their command is in the middle of its work.
         unsafe { libc::_exit(1) };
     }
