@@ -14,12 +14,12 @@ use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
 use super::typed::Typed;
 use crate::scenario::side_by_side;
-use crate::{Lost, Record, Remote, Scenario, TrialError};
+use crate::{Record, Remote, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    document: Document,
+    pub(super) document: Document,
     /// The same with the whole motor in it, unless an axis changes of what: each trial with tolerances is made of it.
     resolved: Document,
     /// The motor, if it is the same at all points and in all trials.
@@ -32,7 +32,7 @@ pub struct Plan {
     /// What sets them without the document, if that is the same.
     pub(super) typed: Option<Typed>,
     /// Who runs its trials in place of this process.
-    remote: Option<Arc<dyn Remote>>,
+    pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
 /// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
@@ -109,34 +109,6 @@ impl Plan {
         plan.document.seal();
         plan.resolved.seal();
         Ok(plan)
-    }
-
-    /// The same with its trials run elsewhere.
-    #[must_use]
-    pub fn with_remote(self, remote: Arc<dyn Remote>) -> Self {
-        Self { remote: Some(remote), ..self }
-    }
-
-    /// Trials that are run elsewhere.
-    fn remote_trials(
-        &self,
-        remote: &dyn Remote,
-        (point, scenario): (usize, &Scenario<Method<f64>>),
-        trials: &mut dyn Iterator<Item = u64>,
-        done: &mut dyn FnMut(Record),
-    ) -> Result<(), TrialError<FileError>> {
-        for trial in trials {
-            let failed = |error| TrialError { trial, error };
-            done(match remote.trial(point, trial) {
-                Ok(record) => record,
-                Err(Lost::Trial(reason)) => self.lost(point, scenario, trial, &reason).map_err(failed)?,
-                Err(Lost::All(reason)) => {
-                    let error = FileError::key("detector.library", &reason, "a worker process that runs it");
-                    return Err(failed(self.document.locate(error)));
-                }
-            });
-        }
-        Ok(())
     }
 
     /// The tables of the file.

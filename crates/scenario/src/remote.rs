@@ -1,13 +1,14 @@
 //! Trials that are run by another process: what is asked of it, and a record as a line of text.
 
 use std::fmt::{self, Write as _};
+use std::sync::Arc;
 
 use standstill_detect::Method;
 use standstill_foreign::kept;
 use standstill_interface::{Angle, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Undetermined};
 use standstill_sim::{Case, Ended, Run, RunError, Work};
 
-use crate::{Plan, Record, Scenario};
+use crate::{FileError, Plan, Record, Scenario, TrialError};
 
 /// Who runs trials in place of this process.
 pub trait Remote: fmt::Debug + Send + Sync {
@@ -28,14 +29,43 @@ pub enum Lost {
 const LOST: u32 = u32::MAX - 2;
 
 impl Plan {
+    /// The same with its trials run elsewhere.
+    #[must_use]
+    pub fn with_remote(mut self, remote: Arc<dyn Remote>) -> Self {
+        self.remote = Some(remote);
+        self
+    }
+
+    /// Trials that are run elsewhere.
+    pub(super) fn remote_trials(
+        &self,
+        remote: &dyn Remote,
+        (point, scenario): (usize, &Scenario<Method<f64>>),
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        for trial in trials {
+            let failed = |error| TrialError { trial, error };
+            done(match remote.trial(point, trial) {
+                Ok(record) => record,
+                Err(Lost::Trial(reason)) => self.lost(point, scenario, trial, &reason).map_err(failed)?,
+                Err(Lost::All(reason)) => {
+                    let error = FileError::key("detector.library", &reason, "a worker process that runs it");
+                    return Err(failed(self.document.locate(error)));
+                }
+            });
+        }
+        Ok(())
+    }
+
     /// The record of a trial that ended the process that ran it.
-    pub(super) fn lost(
+    fn lost(
         &self,
         point: usize,
         scenario: &Scenario<Method<f64>>,
         trial: u64,
         reason: &str,
-    ) -> Result<Record, crate::FileError> {
+    ) -> Result<Record, FileError> {
         let drawn =
             if self.has_tolerances() { Some(self.drawn(point, Some(scenario), trial)?) } else { None };
         let case: Case = drawn.as_ref().unwrap_or(scenario).case(trial);
