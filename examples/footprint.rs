@@ -33,6 +33,7 @@ impl Detector<f64> for Recorder {
             sensed: reading.sensed,
             dc_link: f32::of(reading.dc_link),
             dc_link_clipped: reading.dc_link_clipped,
+            counts: reading.counts,
         };
         self.steps.push(readings.iter().map(single).collect());
         self.inner.step(readings)
@@ -62,6 +63,7 @@ fn detector(settings: &Method<f32>) -> Result<Weighed, Box<dyn Error>> {
         Method::DcAlignment(settings) => boxed(settings.detector()?),
         Method::Bipolar(settings) => boxed(settings.detector()?),
         Method::MaximumLikelihood(settings) => boxed(settings.detector()?),
+        Method::Foreign(settings) => boxed(settings.detector()?),
     })
 }
 

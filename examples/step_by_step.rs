@@ -26,6 +26,8 @@ fn legs(legs: Abc<Leg<f64>>) -> String {
         Leg::Low => "low ".to_owned(),
         Leg::High => "high".to_owned(),
         Leg::Duty(duty) => format!("{duty:.2}"),
+        Leg::Rise(at) => format!("low, from {} ns on high", at.0),
+        Leg::Fall(at) => format!("high, from {} ns on low", at.0),
     };
     legs.0.map(name).join(" ")
 }

@@ -198,6 +198,7 @@ impl Detector<f64> for Shadow {
             sensed: reading.sensed,
             dc_link: f32::of(reading.dc_link),
             dc_link_clipped: reading.dc_link_clipped,
+            counts: reading.counts,
         };
         if self.found.is_none() {
             let readings: Vec<Reading<f32>> = readings.iter().map(cast).collect();

@@ -205,7 +205,7 @@ impl<'a, S: Settings<f64>> Bounds<'a, S> {
             case.sensors.settings.noise = self.scenario.sensors.noise;
             case.sensors.settings.adc = self.scenario.sensors.adc;
         }
-        let detector = self.scenario.detector.detector().map_err(BoundError::Settings)?;
+        let detector = self.scenario.detector_for(&case).map_err(BoundError::Settings)?;
         let mut commands = record(&case, detector).map_err(BoundError::Run)?;
         if self.counted == Counted::BeforePwm
             && let Some(first) = commands.iter().position(replay::has_pwm)

@@ -3,7 +3,7 @@
 //! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
 //! numbers, so that a difference between two rows is the methods'.
 
-use standstill_detect::{Method, MethodName, SettingsError};
+use standstill_detect::{Method, SettingsError};
 use standstill_sim::{NoProbe, RunError, run};
 
 use crate::Summary;
@@ -13,8 +13,8 @@ use standstill_scenario::{ErrorSet, Rotor, Scenario};
 /// One method under one set of conditions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Entry {
-    /// The method.
-    pub method: MethodName,
+    /// The method's name, or the library's.
+    pub method: String,
     /// Whether the rotor could move.
     pub rotor: Rotor,
     /// How good drive and sensors were.
@@ -61,12 +61,8 @@ const ENERGY_TRIALS: u64 = 8;
 pub fn mean_energy(scenario: &Scenario<Method<f64>>, trials: u64) -> Result<f64, SettingsError> {
     let (mut sum, mut count) = (0.0, 0.0);
     for trial in 0..trials.min(ENERGY_TRIALS) {
-        let run = run(
-            &scenario.case(trial),
-            &mut standstill_detect::Settings::detector(&scenario.detector)?,
-            true,
-            &mut NoProbe,
-        );
+        let case = scenario.case(trial);
+        let run = run(&case, &mut scenario.detector_for(&case)?, true, &mut NoProbe);
         if let Some(ledger) = run.ledger {
             sum += ledger.source - ledger.link_change;
             count += 1.0;

@@ -68,6 +68,9 @@ pub enum Command {
     Magnetics(Magnetics),
     /// A motor from scope traces of pulses at standstill: resistance, inductances, angle, saturation, with intervals
     Fit(Fit),
+    /// A process for the trials of `run --isolate`, which starts it
+    #[command(hide = true)]
+    Worker,
     /// The built-in motors, a line each; of one motor each number, and where it comes from
     Motors(Motors),
 }

@@ -61,7 +61,7 @@ fn setup_json(file: &ScenarioFile, motor: &Motor) -> serde_json::Value {
         "motor": motor.name,
         "motor_file": motor_file,
         "errors": file.errors.0.name(),
-        "decay": decay(file.detector.method.0).map(Decay::name),
+        "decay": file.detector.library.is_none().then(|| decay(file.detector.method.0)).flatten().map(Decay::name),
         "rotor": file.rotor.state.0.name(),
         "load_torque_Nm": file.rotor.load.map_or(0.0, Quantity::value),
         "winding_temperature_C": file.rotor.winding_temperature.map(Quantity::value),

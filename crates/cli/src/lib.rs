@@ -72,6 +72,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Init(options) => commands::init::run(&options),
         Command::Completions(options) => Ok(commands::shell::completions(&options)),
         Command::Man(options) => commands::shell::man(&options),
+        Command::Worker => commands::run::isolated::worker(),
         Command::Schema => Ok(commands::init::schema()),
     }
 }

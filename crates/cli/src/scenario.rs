@@ -123,6 +123,14 @@ pub fn changed(mut document: Document, keys: &Keys, shorthands: Shorthands) -> R
     for (key, value) in &keys.set {
         document.set(key, value, Origin::CommandLine)?;
     }
+    if let Some(library) = &keys.detector {
+        // In place of the file's method; one that is set beside it is a mistake that the scenario tells.
+        if document.origin("detector.method").is_none() {
+            document.remove("detector.method");
+        }
+        let path = library_from_here(library, &document);
+        document.set_value("detector.library", path.into(), Origin::Option("--detector"))?;
+    }
     for (option, key, value) in others {
         document.set_value(key, value, Origin::Option(option))?;
     }
@@ -136,6 +144,14 @@ fn from_here(name: &str, document: &Document) -> String {
         !document.files().folder().as_os_str().is_empty() && DataSheet::built_in_text(name).is_none();
     let path = elsewhere.then(|| std::path::absolute(name).ok()).flatten().filter(|path| path.exists());
     path.map_or_else(|| name.to_owned(), |path| path.to_string_lossy().into_owned())
+}
+
+/// A library that an option names: from the document's folder if it is there or below, else from the root.
+fn library_from_here(library: &Path, document: &Document) -> String {
+    let path = std::path::absolute(library).unwrap_or_else(|_| library.to_owned());
+    let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());
+    let own = folder.ok().and_then(|folder| path.strip_prefix(folder).ok().map(Path::to_owned));
+    own.unwrap_or(path).to_string_lossy().into_owned()
 }
 
 /// Adds axes to a document.

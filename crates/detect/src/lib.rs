@@ -20,10 +20,10 @@ pub use commissioning::{
 };
 pub use keys::{Key, Keyed, Kind, Lines, Setting, Value};
 pub use method::{
-    Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
-    LineInductanceSettings, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,
-    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
-    Subdivision, SubdivisionSettings,
+    Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, Foreign, ForeignSettings,
+    LineInductance, LineInductanceSettings, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings,
+    Method, MethodName, PulsatingInjection, PulsatingInjectionSettings, RotatingInjection,
+    RotatingInjectionSettings, Subdivision, SubdivisionSettings,
 };
 pub use nameplate::{Nameplate, Sensing};
 pub use parts::both_ways::BothWaysSettings;

@@ -2,6 +2,7 @@
 
 mod alignment;
 mod bipolar;
+mod foreign;
 mod line_inductance;
 mod maximum_likelihood;
 mod pulsating;
@@ -19,6 +20,7 @@ use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
 pub use alignment::{Alignment, AlignmentSettings};
 pub use bipolar::{Bipolar, BipolarSettings};
+pub use foreign::{Foreign, ForeignSettings};
 pub use line_inductance::{LineInductance, LineInductanceSettings};
 pub use maximum_likelihood::{Adaptive, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings};
 pub use pulsating::{PulsatingInjection, PulsatingInjectionSettings};
@@ -177,6 +179,8 @@ methods! {
     Bipolar: BipolarSettings => Bipolar,
     /// Maximum likelihood.
     MaximumLikelihood: MaximumLikelihoodSettings => MaximumLikelihood,
+    /// From elsewhere.
+    Foreign: ForeignSettings => Foreign,
 }
 
 impl<T: Real> Method<T> {
@@ -187,7 +191,7 @@ impl<T: Real> Method<T> {
             Self::Subdivision(settings) => Some(&mut settings.vector),
             Self::HfiRotating(settings) => Some(&mut settings.0.polarity),
             Self::HfiPulsating(settings) => Some(&mut settings.0.polarity),
-            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) => None,
+            Self::DcAlignment(_) | Self::Bipolar(_) | Self::MaximumLikelihood(_) | Self::Foreign(_) => None,
         }
     }
 

@@ -24,8 +24,24 @@ pub struct SettingsError {
     pub needed: &'static str,
 }
 
+impl SettingsError {
+    /// An error in words of its own, as a detector from elsewhere has it. Static, because a firmware has no allocator; a text
+    /// that is made at run time may be leaked, as it ends the run.
+    pub const fn own(text: &'static str) -> Self {
+        Self { setting: "", needed: text }
+    }
+
+    /// Its words, if it has its own.
+    pub const fn own_text(&self) -> Option<&'static str> {
+        if self.setting.is_empty() { Some(self.needed) } else { None }
+    }
+}
+
 impl fmt::Display for SettingsError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(text) = self.own_text() {
+            return f.write_str(text);
+        }
         write!(f, "detector setting `{}` must be {}", self.setting, self.needed)
     }
 }

@@ -166,6 +166,7 @@ impl LineMotor {
             sensed: Abc([Sensed::Measured; 3]),
             dc_link: T::of(self.dc_link),
             dc_link_clipped: false,
+            counts: standstill_interface::Counts::NONE,
         };
         currents.into_iter().enumerate().map(reading).collect()
     }

@@ -65,6 +65,25 @@ pub enum Leg<T> {
     /// Centre-aligned PWM at the drive's carrier frequency: the upper switch for this share of each period
     /// (0 to 1), the lower switch for the rest.
     Duty(T),
+    /// Once: the lower switch until this long after the begin of the stage, the upper switch from then on. At zero, or at the
+    /// stage's end and later, it does not switch at all.
+    ///
+    /// With [`Leg::Fall`] a period of PWM is one command, of which each half may have a duty of its own:
+    /// ```
+    /// use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
+    ///
+    /// // A period of 80 µs: high in its middle, for 10 µs before and for 16 µs after it.
+    /// let half = |leg: Leg<f32>| Stage { legs: Abc::new(leg, Leg::Low, Leg::Low), duration: Nanos(40_000) };
+    /// let period = Command::sequence(
+    ///     half(Leg::Rise(Nanos(30_000))),
+    ///     half(Leg::Fall(Nanos(16_000))),
+    ///     Sampling::once(Nanos(40_000)),
+    /// );
+    /// assert_eq!(period.duration(), Nanos(80_000));
+    /// ```
+    Rise(Nanos),
+    /// Once: the upper switch until this long after the begin of the stage, the lower switch from then on.
+    Fall(Nanos),
 }
 
 /// The legs' state for a while.

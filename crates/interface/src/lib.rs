@@ -29,6 +29,6 @@ pub use choice::Choice;
 pub use command::{Command, Leg, Nanos, Sampling, Stage};
 pub use detector::{Detector, Step};
 pub use frames::{Abc, AlphaBeta, Dq, Phase};
-pub use outcome::{Fault, Findings, Outcome, Polarity, PoleEvidence, Undetermined};
-pub use reading::{Reading, Sensed};
+pub use outcome::{Fault, Findings, Outcome, Own, Polarity, PoleEvidence, Undetermined};
+pub use reading::{Counts, Reading, Sensed};
 pub use real::{Arithmetic, Real};

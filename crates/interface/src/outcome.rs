@@ -91,6 +91,25 @@ impl<T> Default for Findings<T> {
     }
 }
 
+/// A reason of a detector's own, where none of the others says it.
+///
+/// ```
+/// use standstill_interface::{Fault, Own};
+///
+/// const NO_HALL: Own = Own { code: 3, text: "hall sensors disagree" };
+/// assert_eq!(Fault::<f32>::Own(NO_HALL).to_string(), "hall sensors disagree");
+/// # use std::string::ToString as _;
+/// # extern crate std;
+/// ```
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Own {
+    /// The detector's number for it.
+    pub code: u32,
+    /// What it is in words, for people. Static, so that a detector without allocator has it too; who makes detectors from
+    /// elsewhere looks the text up once.
+    pub text: &'static str,
+}
+
 /// Why the pole could not be told although the axis is known.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Undetermined<T> {
@@ -117,6 +136,8 @@ pub enum Undetermined<T> {
         /// What is allowed.
         allowed: T,
     },
+    /// A reason of the detector's own.
+    Own(Own),
 }
 
 /// Why there is no angle.
@@ -166,6 +187,8 @@ pub enum Fault<T> {
     },
     /// The drive returned other samples than were asked for.
     UnexpectedReadings,
+    /// A reason of the detector's own.
+    Own(Own),
 }
 
 /// How a detection ends.
@@ -241,6 +264,7 @@ impl<T> Undetermined<T> {
             Self::NoSignature => "both poles of this motor answer alike",
             Self::NotDecided { .. } => "pole not certain enough",
             Self::OffAxis { .. } => "polarity points away from the axis",
+            Self::Own(own) => own.text,
         }
     }
 }
@@ -260,6 +284,7 @@ impl<T> Fault<T> {
             Self::DidNotFollow { .. } => "not applicable: the rotor did not follow",
             Self::RotorMoves { .. } => "the rotor moves",
             Self::UnexpectedReadings => "unexpected readings",
+            Self::Own(own) => own.text,
         }
     }
 }
@@ -279,6 +304,7 @@ impl<T: Real> fmt::Display for Undetermined<T> {
                 let [angle, allowed] = [*angle, *allowed].map(T::to_degrees);
                 write!(f, "polarity points {angle:.0}° away from the axis where {allowed:.0}° are allowed")
             }
+            Self::Own(own) => f.write_str(own.text),
         }
     }
 }
@@ -314,6 +340,7 @@ impl<T: Real> fmt::Display for Fault<T> {
                 )
             }
             Self::UnexpectedReadings => write!(f, "the drive returned other samples than were asked for"),
+            Self::Own(own) => f.write_str(own.text),
         }
     }
 }

@@ -17,6 +17,20 @@ pub enum Sensed {
     Hidden,
 }
 
+/// What the converters counted: the codes behind the values, as a firmware reads them from their registers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Counts {
+    /// Of the phase currents. Zero for a phase that its own sensor did not measure.
+    pub current: Abc<u32>,
+    /// Of the DC link.
+    pub dc_link: u32,
+}
+
+impl Counts {
+    /// Of a drive without converters.
+    pub const NONE: Self = Self { current: Abc([0; 3]), dc_link: 0 };
+}
+
 /// One sample of the drive's sensors. There is no field for the rotor's true angle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading<T> {
@@ -30,4 +44,6 @@ pub struct Reading<T> {
     pub dc_link: T,
     /// Whether that was at the end of its converter's range.
     pub dc_link_clipped: bool,
+    /// The same as the converters' codes; zeros where there are none.
+    pub counts: Counts,
 }

@@ -1,12 +1,13 @@
 //! From the tables to a scenario.
 
-use standstill_detect::{Method, Settings};
+use standstill_detect::{ForeignSettings, Method};
 use standstill_interface::Nanos;
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
-use standstill_sim::{Adc, PickUp, RotorState, SensorSettings};
+use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 
+use super::detector::DetectorTable;
 use super::document::FileError;
 use super::named::Named;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
@@ -20,7 +21,7 @@ impl ScenarioFile {
     /// # Errors
     /// A value that cannot be, with its key.
     pub fn scenario(&self, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
-        self.scenario_of(&self.motor(files)?)
+        self.scenario_of(&self.motor(files)?, files)
     }
 
     /// The motor.
@@ -29,14 +30,18 @@ impl ScenarioFile {
     }
 
     /// The scenario, with a motor that is already there.
-    pub(super) fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
-        let scenario = self.assemble(motor)?;
-        scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
+    pub(super) fn scenario_of(
+        &self,
+        motor: &Motor,
+        files: &Files,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        let scenario = self.assemble(motor, files)?;
+        scenario.detector_for(&scenario.case(0)).map_err(|error| FileError::settings(&error))?;
         Ok(scenario)
     }
 
     /// The same, also where the method's settings cannot work.
-    pub(super) fn assemble(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
+    pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         if self.trials == 0 {
             return Err(FileError::key("trials", "0", "at least 1"));
         }
@@ -54,6 +59,10 @@ impl ScenarioFile {
         let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
         let mut drive = errors.drive(motor.rated_current, dc_link(motor), kind);
         self.inverter.apply(&mut drive)?;
+        let library = self.detector.load_library(files)?;
+        if let Some(library) = &library {
+            DetectorTable::adopt_pwm(library, &mut drive, self.inverter.carrier.is_some())?;
+        }
         check_channel(&drive.bridge.devices, motor.rated_current)?;
         let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
         self.sensors.apply(&mut sensors)?;
@@ -82,8 +91,21 @@ impl ScenarioFile {
         if let Some(dead_time) = self.detector.dead_time {
             nameplate.dead_time = time("detector.dead_time", dead_time)?;
         }
-        let mut detector = Method::suited(self.detector.method.0, &nameplate);
-        self.detector.apply(&mut detector, nameplate.polarity_difference)?;
+        let time_limit = match self.detector.time_limit {
+            Some(limit) => {
+                let needed = "from 1 ms to 1000 s of simulated time";
+                Nanos::from_seconds(in_range("detector.time_limit", limit, [1e-3, 1e3], needed)?)
+            }
+            None => Case::TIME_LIMIT,
+        };
+        self.detector.call_limit()?;
+        let maker = |library| self.detector.maker(library, &nameplate, &sensors, time_limit);
+        let foreign = library.map(maker).transpose()?;
+        let mut detector = Method::Foreign(ForeignSettings::new());
+        if foreign.is_none() {
+            detector = Method::suited(self.detector.method.0, &nameplate);
+            self.detector.apply(&mut detector, nameplate.polarity_difference)?;
+        }
         Ok(Scenario {
             motor: hot,
             rotor,
@@ -92,6 +114,8 @@ impl ScenarioFile {
             drive,
             sensors,
             detector,
+            foreign,
+            time_limit,
             tolerance: tolerance(motor),
             seed: self.seed,
         })

@@ -4,6 +4,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::sync::LazyLock;
 
+use indexmap::IndexMap;
 use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
@@ -27,6 +28,16 @@ pub struct DetectorTable {
     pub polarity: Option<Named<PoleRule>>,
     /// Dead time that the detector is told.
     pub dead_time: Option<Quantity<Second>>,
+    /// Longest time that a detection may take.
+    pub time_limit: Option<Quantity<Second>>,
+    /// A shared library that is the detector, in place of a method.
+    pub library: Option<String>,
+    /// Longest time that a call of the library may take.
+    pub call_timeout: Option<Quantity<Second>>,
+    /// What the library is told: KEY=VALUE.
+    pub config: IndexMap<String, toml::Value>,
+    /// Whether `method` is set.
+    named: bool,
     /// The methods' own keys that are set.
     settings: Vec<(&'static Key, Value)>,
 }
@@ -38,6 +49,10 @@ enum Field {
     Signature,
     Polarity,
     DeadTime,
+    TimeLimit,
+    Library,
+    CallTimeout,
+    Config,
     Key(&'static Key),
 }
 
@@ -52,6 +67,11 @@ static FIELDS: LazyLock<Vec<(&'static str, Field)>> = LazyLock::new(|| {
         fields.push((key.name, Field::Key(key)));
     }
     fields.push(("dead_time", Field::DeadTime));
+    fields.push(("time_limit", Field::TimeLimit));
+    fields.push(("library", Field::Library));
+    fields.push(("call_timeout", Field::CallTimeout));
+    // A table, which stands behind plain values.
+    fields.push(("config", Field::Config));
     fields
 });
 
@@ -138,10 +158,14 @@ impl<'de> Deserialize<'de> for DetectorTable {
                 let mut table = DetectorTable::default();
                 while let Some(field) = map.next_key::<Field>()? {
                     match field {
-                        Field::Method => table.method = map.next_value()?,
+                        Field::Method => (table.method, table.named) = (map.next_value()?, true),
                         Field::Signature => table.signature = Some(map.next_value()?),
                         Field::Polarity => table.polarity = Some(map.next_value()?),
                         Field::DeadTime => table.dead_time = Some(map.next_value()?),
+                        Field::TimeLimit => table.time_limit = Some(map.next_value()?),
+                        Field::Library => table.library = Some(map.next_value()?),
+                        Field::CallTimeout => table.call_timeout = Some(map.next_value()?),
+                        Field::Config => table.config = map.next_value()?,
                         Field::Key(key) => {
                             let value = match key.kind {
                                 Kind::Flag => Value::Flag(map.next_value()?),
@@ -165,6 +189,7 @@ impl Serialize for DetectorTable {
         let mut table = serializer.serialize_struct("DetectorTable", FIELDS.len())?;
         for (name, field) in FIELDS.iter() {
             match field {
+                Field::Method if self.library.is_some() && !self.named => {}
                 Field::Method => table.serialize_field(name, &self.method)?,
                 Field::Signature => {
                     self.signature.iter().try_for_each(|it| table.serialize_field(name, it))?;
@@ -173,6 +198,15 @@ impl Serialize for DetectorTable {
                 Field::DeadTime => {
                     self.dead_time.iter().try_for_each(|it| table.serialize_field(name, it))?;
                 }
+                Field::TimeLimit => {
+                    self.time_limit.iter().try_for_each(|it| table.serialize_field(name, it))?;
+                }
+                Field::Library => self.library.iter().try_for_each(|it| table.serialize_field(name, it))?,
+                Field::CallTimeout => {
+                    self.call_timeout.iter().try_for_each(|it| table.serialize_field(name, it))?;
+                }
+                Field::Config if self.config.is_empty() => {}
+                Field::Config => table.serialize_field(name, &self.config)?,
                 Field::Key(key) => match self.value(key) {
                     Some(Value::Number(number)) => table.serialize_field(name, &number)?,
                     Some(Value::Flag(flag)) => table.serialize_field(name, &flag)?,
@@ -199,6 +233,29 @@ struct Common {
     /// Dead time that the detector is told.
     #[serde(skip_serializing_if = "Option::is_none")]
     dead_time: Option<Quantity<Second>>,
+    /// Longest time that a detection may take, in simulated time: one that is not done by then fails. Without it, 20 s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    time_limit: Option<Quantity<Second>>,
+    /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    library: Option<String>,
+    /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    call_timeout: Option<Quantity<Second>>,
+    /// What the library is told, handed over as lines KEY=VALUE.
+    #[serde(skip_serializing_if = "IndexMap::is_empty")]
+    #[schemars(with = "IndexMap<String, Scalar>")]
+    config: IndexMap<String, toml::Value>,
+}
+
+/// What a library can be told: a text, a number, or true or false.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum Scalar {
+    Text(String),
+    Number(f64),
+    Flag(bool),
 }
 
 impl JsonSchema for DetectorTable {
@@ -231,6 +288,22 @@ impl JsonSchema for DetectorTable {
 const ABOUT: &str = "The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.";
 
 impl DetectorTable {
+    /// What it is for people: the method, or the library's file.
+    pub fn name(&self) -> &str {
+        let stem = |library| std::path::Path::new(library).file_stem().and_then(|stem| stem.to_str());
+        match &self.library {
+            Some(library) => stem(library).unwrap_or(library),
+            None => self.method.0.name(),
+        }
+    }
+
+    /// Settings of methods beside a library, which has none of theirs.
+    pub(super) fn foreign_to_library(&self) -> Option<&'static str> {
+        let polarity = self.polarity.map(|_| "polarity");
+        let method = self.named.then_some("method");
+        method.or(polarity).or_else(|| self.settings.first().map(|(key, _)| key.name))
+    }
+
     /// What is set of a key.
     fn value(&self, key: &Key) -> Option<Value> {
         self.settings.iter().find(|(set, _)| set.name == key.name).map(|(_, value)| *value)

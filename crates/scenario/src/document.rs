@@ -129,6 +129,10 @@ impl FileError {
     /// A setting with which the method cannot work.
     pub fn settings(error: &SettingsError) -> Self {
         let SettingsError { setting, needed } = error;
+        if let Some(text) = error.own_text() {
+            let (message, key) = (text.to_owned(), "detector.library".to_owned());
+            return Self::Key { place: String::new(), key, message };
+        }
         let message = format!("the detector's setting {setting} must be {needed}");
         Self::Key { place: String::new(), key: "detector".to_owned(), message }
     }

@@ -1,8 +1,9 @@
 //! What a scenario file asks for: its points, and a scenario at each.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
-use standstill_detect::{Method, Settings};
+use standstill_detect::Method;
 use standstill_plant::{Digest, Motor};
 use standstill_sim::{Streams, Tape};
 use toml::Value;
@@ -13,12 +14,12 @@ use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
 use super::typed::Typed;
 use crate::scenario::side_by_side;
-use crate::{Record, Scenario, TrialError};
+use crate::{Record, Remote, Scenario, TrialError};
 
 /// Points of the axes, each with a scenario.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    document: Document,
+    pub(super) document: Document,
     /// The same with the whole motor in it, unless an axis changes of what: each trial with tolerances is made of it.
     resolved: Document,
     /// The motor, if it is the same at all points and in all trials.
@@ -30,6 +31,8 @@ pub struct Plan {
     pole_notes: Vec<&'static str>,
     /// What sets them without the document, if that is the same.
     pub(super) typed: Option<Typed>,
+    /// Who runs its trials in place of this process.
+    pub(super) remote: Option<Arc<dyn Remote>>,
 }
 
 /// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
@@ -89,7 +92,9 @@ impl Plan {
             return Err(document.locate(error));
         }
         let pole_notes = Vec::new();
-        let mut plan = Self { document, resolved, motor, file, points, tolerances, pole_notes, typed: None };
+        let (typed, remote) = (None, None);
+        let mut plan =
+            Self { document, resolved, motor, file, points, tolerances, pole_notes, typed, remote };
         for number in 0..plan.points.len() {
             let motor = plan.scenario(number)?.motor;
             // One motor for all points is looked at once.
@@ -197,11 +202,14 @@ impl Plan {
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let of_detector: Vec<(String, Value)> =
             drawn.iter().filter(|(key, _)| key.starts_with("detector.")).cloned().collect();
-        let detector = match told {
-            Some(told) if of_detector.is_empty() => told.detector,
-            _ => self.at(point, &of_detector)?.detector,
+        let (detector, foreign) = match told {
+            Some(told) if of_detector.is_empty() => (told.detector, told.foreign.clone()),
+            _ => {
+                let told = self.at(point, &of_detector)?;
+                (told.detector, told.foreign)
+            }
         };
-        Ok(Scenario { detector, ..self.at(point, drawn)? })
+        Ok(Scenario { detector, foreign, ..self.at(point, drawn)? })
     }
 
     /// Tries the extremes of what the trials will draw of each key: a value that cannot be shows before the first trial.
@@ -250,7 +258,7 @@ impl Plan {
         }
         let file = document.load()?;
         let scenario = match &self.motor {
-            Some(motor) => file.scenario_of(motor),
+            Some(motor) => file.scenario_of(motor, document.files()),
             None => file.scenario(document.files()),
         };
         scenario.map_err(|error| document.locate(error))
@@ -284,6 +292,9 @@ impl Plan {
         trials: &mut dyn Iterator<Item = u64>,
         done: &mut dyn FnMut(Record),
     ) -> Result<(), TrialError<FileError>> {
+        if let Some(remote) = &self.remote {
+            return self.remote_trials(remote.as_ref(), (point, scenario), trials, done);
+        }
         let failed = |trial| move |error| TrialError { trial, error };
         if !self.has_tolerances() {
             return scenario
@@ -296,9 +307,10 @@ impl Plan {
                 numbers.iter().map(|trial| self.drawn(point, Some(scenario), *trial).map_err(failed(*trial)));
             let drawn = all_until_error(drawn);
             let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
-                let detector = scenario.detector.detector();
+                let case = scenario.case(*trial);
+                let detector = scenario.detector_for(&case);
                 let detector = detector.map_err(|error| failed(*trial)(FileError::settings(&error)))?;
-                Ok((scenario.case(*trial), detector))
+                Ok((case, detector))
             });
             side_by_side(cases, |number, run| done(Record { trial: numbers[number], run }))?;
             drawn.ended?;
@@ -359,8 +371,9 @@ impl Plan {
         for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
             let drawn = all_until_error(tapes.iter().map(|tape| self.scenario_taped(point, scenario, tape)));
             let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
-                let detector = scenario.detector.detector().map_err(|error| FileError::settings(&error))?;
-                Ok((scenario.case_taped(tape), detector))
+                let case = scenario.case_taped(tape);
+                let detector = scenario.detector_for(&case).map_err(|error| FileError::settings(&error))?;
+                Ok((case, detector))
             });
             side_by_side(cases, |number, run| {
                 done(block * AT_A_TIME + number, Record { trial: tapes[number].index(), run });

@@ -6,6 +6,7 @@ use std::f64::consts::TAU;
 use standstill_detect::{
     Decay, LineInductanceSettings, Method, MethodName, Nameplate, Sensing, Settings, SettingsError, Signature,
 };
+use standstill_foreign::{Maker, kept};
 use standstill_interface::{Detector, Dq, Nanos};
 use standstill_numeric::{Heading, sin_cos};
 use standstill_plant::{Motor, NoConvergence, PolarityPoint};
@@ -15,7 +16,7 @@ use standstill_sim::{
 };
 
 use crate::errors::{dc_link, device_kind};
-use crate::{DriveSettings, ErrorSet, Record, TrialError};
+use crate::{DriveSettings, ErrorSet, Made, Record, TrialError};
 
 /// One motor, one kind of drive, one method with its settings `S`.
 #[derive(Clone, Debug, PartialEq)]
@@ -34,6 +35,10 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub sensors: SensorSettings,
     /// The method.
     pub detector: S,
+    /// A library whose detectors take the method's place.
+    pub foreign: Option<Maker>,
+    /// Longest time in simulated time that a detection may take.
+    pub time_limit: Nanos,
     /// Numerical tolerance.
     pub tolerance: Tolerance,
     /// Key of all random numbers.
@@ -171,6 +176,8 @@ impl<S: Settings<f64>> Scenario<S> {
             drive,
             sensors,
             detector,
+            foreign: None,
+            time_limit: Case::TIME_LIMIT,
             seed,
         }
     }
@@ -186,7 +193,21 @@ impl<S: Settings<f64>> Scenario<S> {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });
         }
-        self.detector.detector().map(|_| ())
+        self.detector_for(&self.case(0)).map(|_| ())
+    }
+
+    /// The detector of a case of this scenario: the method's, or a library's with the case's own seed.
+    ///
+    /// # Errors
+    /// Settings that cannot work, and what a library said that refused.
+    pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
+        let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
+        let mut draws = case.streams.open(Purpose::Detector);
+        // A draw has 48 bits.
+        let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
+        let seed = high << 32 | low;
+        let detector = foreign.detector(seed, case.streams.index());
+        detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
     }
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
@@ -228,7 +249,7 @@ impl<S: Settings<f64>> Scenario<S> {
             load_torque: self.load_torque,
             streams: noise,
             tolerance: self.tolerance,
-            time_limit: Case::TIME_LIMIT,
+            time_limit: self.time_limit,
         }
     }
 
@@ -248,7 +269,7 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// A trial with the scenario's own detector.
     pub fn trial(&self, trial: u64) -> Result<Record, SettingsError> {
-        Ok(self.trial_with(trial, &mut self.detector.detector()?))
+        Ok(self.trial_with(trial, &mut self.detector_for(&self.case(trial))?))
     }
 
     /// Trials side by side in this thread, which is several times as fast as one after the other; `done` gets each record
@@ -264,8 +285,9 @@ impl<S: Settings<f64>> Scenario<S> {
         let numbers = RefCell::new(Vec::new());
         let cases = trials.into_iter().map(|trial| {
             numbers.borrow_mut().push(trial);
-            let detector = self.detector.detector().map_err(|error| TrialError { trial, error })?;
-            Ok((self.case(trial), detector))
+            let case = self.case(trial);
+            let detector = self.detector_for(&case).map_err(|error| TrialError { trial, error })?;
+            Ok((case, detector))
         });
         side_by_side(cases, |number, run| done(Record { trial: numbers.borrow()[number], run }))
     }
@@ -291,7 +313,8 @@ impl<S: Settings<f64>> Scenario<S> {
     /// assert_ne!(scenario.trial_taped(&tape), scenario.trial(5));
     /// ```
     pub fn trial_taped(&self, tape: &Tape) -> Result<Record, SettingsError> {
-        let run = run(&self.case_taped(tape), &mut self.detector.detector()?, false, &mut NoProbe);
+        let case = self.case_taped(tape);
+        let run = run(&case, &mut self.detector_for(&case)?, false, &mut NoProbe);
         Ok(Record { trial: tape.index(), run })
     }
 
@@ -305,7 +328,11 @@ impl<S: Settings<f64>> Scenario<S> {
         tapes: &[Tape],
         mut done: impl FnMut(usize, Record),
     ) -> Result<(), SettingsError> {
-        let cases = tapes.iter().map(|tape| Ok((self.case_taped(tape), self.detector.detector()?)));
+        let cases = tapes.iter().map(|tape| {
+            let case = self.case_taped(tape);
+            let detector = self.detector_for(&case)?;
+            Ok((case, detector))
+        });
         side_by_side(cases, |number, run| done(number, Record { trial: tapes[number].index(), run }))
     }
 

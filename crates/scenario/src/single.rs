@@ -45,12 +45,12 @@ impl Document {
 
     /// The scenario on the document's motor, which is there already.
     pub fn scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
-        self.load()?.scenario_of(motor).map_err(|error| self.locate(error))
+        self.load()?.scenario_of(motor, self.files()).map_err(|error| self.locate(error))
     }
 
     /// The same, also where the method's settings cannot work.
     pub fn unchecked_scenario_of(&self, motor: &Motor) -> Result<Scenario<Method<f64>>, FileError> {
-        self.load()?.assemble(motor).map_err(|error| self.locate(error))
+        self.load()?.assemble(motor, self.files()).map_err(|error| self.locate(error))
     }
 }
 

@@ -58,11 +58,14 @@ impl From<Adc> for Converter {
 }
 
 impl Converter {
-    /// Rounds to the nearest code; true if that was the first or the last.
+    /// Rounds to the nearest code: its value, true if it was the first or the last, and the code.
     #[inline]
-    fn convert(&self, value: f64) -> (f64, bool) {
+    fn convert(&self, value: f64) -> (f64, bool, u32) {
         let code = nearest(((value - self.low) / self.step).clamp(0.0, self.last));
-        (self.low + code * self.step, code == 0.0 || code == self.last)
+        // Whole and from 0 to 2^24, as a converter has at most so many bits; not-a-number becomes 0.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let count = code as u32;
+        (self.low + code * self.step, code == 0.0 || code == self.last, count)
     }
 }
 

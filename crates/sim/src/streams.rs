@@ -45,6 +45,8 @@ pub enum Purpose {
     Tolerance = 12,
     /// The order of a Latin hypercube.
     Design = 13,
+    /// The seed that a detector from elsewhere is given.
+    Detector = 14,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].
@@ -81,6 +83,11 @@ impl<'t> Streams<'t> {
     /// The draws that a tape has. Beyond its end it grows by draws of its own seed.
     pub fn taped(tape: &'t Tape) -> Self {
         Self { source: tape.source(), tape: Some(tape) }
+    }
+
+    /// Number of the trial.
+    pub fn index(self) -> u64 {
+        self.source.index
     }
 
     /// Opens the draws of one purpose at their beginning. This computes nothing before the first draw.

@@ -40,6 +40,9 @@ pub struct Run {
     /// Worker threads [default: one per core]; the results do not depend on it
     #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone
+    #[arg(long)]
+    pub isolate: bool,
 }
 
 /// Where results go and what they are like.

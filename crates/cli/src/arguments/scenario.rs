@@ -24,6 +24,9 @@ pub struct Keys {
     /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of what the file has; any number of times
     #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
     pub set: Vec<(String, String)>,
+    /// A shared library that is the detector, as standstill.h declares it, in place of a method [key: detector.library]
+    #[arg(long, value_name = "FILE.so")]
+    pub detector: Option<PathBuf>,
 }
 
 /// What motor and drive are like: shorthands for keys.

@@ -45,7 +45,13 @@ fn document(options: &Check) -> Result<Document, Error> {
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
     let document = document(options)?;
-    let errors = document.load_single()?.errors.0;
+    let file = document.load_single()?;
+    if let Some(library) = &file.detector.library {
+        let needed =
+            "a scenario without: `check` looks for a method; `compare` sets a library beside the methods";
+        return Err(document.refuse("detector.library", &format!("\"{library}\""), needed).into());
+    }
+    let errors = file.errors.0;
     let motor = document.motor()?;
     let demands =
         Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };

@@ -33,7 +33,7 @@ const FILES: [&str; 3] = ["comparison.csv", "comparison.svg", "comparison.png"];
 /// A row of `comparison.csv` and of the JSON list. What does not exist is empty, or null.
 #[derive(Debug, Serialize)]
 struct Row {
-    method: &'static str,
+    method: String,
     rotor: &'static str,
     errors: &'static str,
     trials: u64,
@@ -73,7 +73,7 @@ impl Row {
     fn new(entry: &Entry) -> Self {
         let s = &entry.summary;
         Self {
-            method: entry.method.name(),
+            method: entry.method.clone(),
             rotor: entry.rotor.name(),
             errors: entry.errors.name(),
             trials: s.trials,
@@ -110,7 +110,7 @@ impl Row {
             if before.is_some_and(|row| row.method == self.method) {
                 String::new()
             } else {
-                self.method.to_owned()
+                self.method.clone()
             },
             self.rotor.to_owned(),
             self.errors.to_owned(),
@@ -163,7 +163,7 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
         let (bound, no_bound) = Bound::or_reason(&cell.scenario, angles, threads)?;
         let entry = Entry {
-            method: cell.method,
+            method: cell.method.clone(),
             rotor: cell.rotor,
             errors: cell.errors,
             summary: statistics.summary(),

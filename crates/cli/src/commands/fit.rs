@@ -62,7 +62,7 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
         )));
     }
     let shorthands = Shorthands::default().with("--motor", "motor", options.motor.as_deref());
-    let keys = Keys { set: options.set.clone() };
+    let keys = Keys { set: options.set.clone(), detector: None };
     let document = scenario::changed(Document::parse(Path::new("scenario"), "")?, &keys, shorthands)?;
     let motor = options.motor.as_ref().map(|_| document.motor()).transpose()?;
     let drive_of = if let Some(motor) = &motor {

@@ -6,7 +6,6 @@ use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::subset::{End, Run, Settings};
 use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, PLAIN, RUNS, Sector, Trials};
-use standstill_detect::Settings as _;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 use standstill_scenario::Plan;
@@ -303,9 +302,9 @@ fn page(
 fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);
-    let run = simulate(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+    let run = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
     let mut trace = Trace::new(RESOLUTION);
-    let _ = simulate(&case, &mut scenario.detector.detector()?, true, &mut trace);
+    let _ = simulate(&case, &mut scenario.detector_for(&case)?, true, &mut trace);
     let record = Record { trial: 0, run };
     let outcome = match (record.estimated_angle_deg(), record.error_deg()) {
         (Some(angle), Some(error)) => format!("found {angle:.2}°, error {error:+.2}°"),

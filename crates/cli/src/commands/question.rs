@@ -71,7 +71,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
     format!(
         "{}, {}, {} errors, {} rotor, seed {}",
         scenario.motor.name,
-        file.detector.method.0,
+        file.detector.name(),
         file.errors.0.name(),
         file.rotor.state.0.name(),
         file.seed
@@ -86,7 +86,7 @@ pub fn json(
 ) -> serde_json::Value {
     let mut json = answer;
     json["setup"] = super::setup_json(file, &scenario.motor);
-    json["method"] = file.detector.method.0.name().into();
+    json["method"] = file.detector.name().into();
     json
 }
 

@@ -124,6 +124,10 @@ impl Study {
     fn new(document: &Document) -> Result<Self, Error> {
         let file = document.load_single()?;
         let method = file.detector.method.0;
+        if let Some(library) = &file.detector.library {
+            let needed = "a method whose tables these are";
+            return Err(document.refuse("detector.library", &format!("\"{library}\""), needed).into());
+        }
         let Some(decay) = super::decay(method) else {
             let [slow, fast] = [MethodName::LineInductance, MethodName::LineInductanceFast];
             let needed = format!("\"{slow}\" or \"{fast}\", whose tables these are");

@@ -1,9 +1,11 @@
 //! `standstill run` and `standstill sweep`: a scenario file, trial by trial, into files.
 
 pub mod by_host;
+pub mod isolated;
 pub mod results;
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
@@ -13,6 +15,7 @@ use standstill_campaign::store::{
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
+use self::isolated::Workers;
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;
 use crate::arguments::{Keys, Results as Options, Rows, Run, Seed, Sweep};
@@ -60,7 +63,11 @@ fn document_of(options: &Run) -> Result<Document, Error> {
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
-    let plan = Plan::new(document)?;
+    let isolated = options.isolate.then(|| Workers::of(&document)).transpose()?;
+    let mut plan = Plan::new(document)?;
+    if let Some(workers) = isolated {
+        plan = plan.with_remote(Arc::new(workers));
+    }
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;
     let out = &options.results.out;

@@ -4,7 +4,7 @@ mod specimen;
 mod verify;
 
 use serde_json::json;
-use standstill_detect::{Method, MethodName, Settings};
+use standstill_detect::{Method, MethodName};
 use standstill_interface::Abc;
 use standstill_report::table::{Columns, Format, Writer};
 use standstill_scenario::{Plan, ScenarioFile};
@@ -32,7 +32,9 @@ fn plan(options: &Options) -> Result<Plan, Error> {
         .with("--angle", "rotor.angle", options.angle);
     // What is shipped is set up for the paper's method.
     let keys = &options.source.keys.set;
-    let names_method = options.method.is_some() || keys.iter().any(|(key, _)| key == "detector.method");
+    let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());
+    let names_method =
+        options.method.is_some() || options.source.keys.detector.is_some() || keys.iter().any(names);
     let shipped = if names_method { Shipped::Empty } else { Shipped::Paper };
     let given = shorthands.given();
     let mut document = scenario::document(&options.source, shipped, shorthands)?;
@@ -71,10 +73,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 
     let case = single.case();
     // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
-    let alone = simulate(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+    let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
     let record = Record { trial: single.trial, run: alone };
     let mut trace = Trace::new(RESOLUTION);
-    let watched = simulate(&case, &mut scenario.detector.detector()?, true, &mut trace);
+    let watched = simulate(&case, &mut scenario.detector_for(&case)?, true, &mut trace);
 
     if let Some(host) = &host {
         for table in TraceTable::ALL {
@@ -153,7 +155,7 @@ fn title(
         None => format!("{:.3}", record.start_angle_deg()),
     };
     let named = options.method.is_some() || options.source.scenario.is_some();
-    let method = if named { format!(", {}", file.detector.method.0) } else { String::new() };
+    let method = if named { format!(", {}", file.detector.name()) } else { String::new() };
     format!("{} at θ = {angle}°{method}", scenario.motor.name)
 }
 
@@ -195,7 +197,7 @@ fn result<S>(
     };
     json!({
         "setup": super::setup_json(file, &scenario.motor),
-        "method": file.detector.method.0.name(),
+        "method": file.detector.name(),
         "start_angle_deg": record.start_angle_deg(),
         "true_angle_deg": record.true_angle_deg(),
         "resolver_angle_deg": run.resolver_angle.to_degrees().rem_euclid(360.0),

@@ -93,13 +93,13 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
     let conditions = conditions(entries);
     let mut methods: Vec<&str> = Vec::new();
     for entry in entries {
-        if !methods.contains(&entry.method.name()) {
-            methods.push(entry.method.name());
+        if !methods.contains(&entry.method.as_str()) {
+            methods.push(entry.method.as_str());
         }
     }
     let row = |entry: &Entry| {
         let label = condition(entry);
-        let method = methods.iter().position(|known| *known == entry.method.name()).unwrap_or(0);
+        let method = methods.iter().position(|known| *known == entry.method.as_str()).unwrap_or(0);
         let place = conditions.iter().position(|known| *known == label).unwrap_or(0);
         let within = (place as f64 + 0.5) / conditions.len() as f64 - 0.5;
         let y = (methods.len() - 1 - method) as f64 - 0.7 * within;

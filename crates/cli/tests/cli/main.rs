@@ -6,6 +6,8 @@ mod bits;
 mod campaigns;
 mod clusters;
 mod files;
+#[cfg(target_os = "linux")]
+mod firmware;
 mod fits;
 mod maps;
 mod methods;

@@ -22,6 +22,7 @@ impl Drive {
             sensed: Abc([Sensed::Measured; 3]),
             dc_link: T::of(540.0),
             dc_link_clipped: false,
+            counts: standstill_interface::Counts::NONE,
         };
         if wild {
             let kinds = [Sensed::Measured, Sensed::Derived, Sensed::Clipped, Sensed::Hidden];
@@ -44,7 +45,7 @@ impl Drive {
     /// Triangles into the phases that are driven, rest without; and a wrong count once in a while.
     pub fn readings<T: Real>(&mut self, command: &Command<T>) -> Vec<Reading<T>> {
         let share = |leg: &Leg<T>| match leg {
-            Leg::Off => 0.0,
+            Leg::Off | Leg::Rise(_) | Leg::Fall(_) => 0.0,
             Leg::Low => -1.0,
             Leg::High => 1.0,
             Leg::Duty(duty) => {

@@ -88,6 +88,7 @@ fn spoil_both_ways<T: Real>(s: &mut BothWaysSettings<T>, random: &mut Random) {
 
 pub fn spoil<T: Real>(method: &mut Method<T>, random: &mut Random) {
     match method {
+        Method::Foreign(_) => {}
         Method::LineInductance(s) => match random.below(10) {
             0 => s.pulse = random.nanos(),
             1 => s.period = random.nanos(),

@@ -15,12 +15,18 @@ pub enum Task {
     Keep(Gate),
     /// In each period it is low for `idle`, high for `on`, and low for the rest.
     Modulate { idle: Nanos, on: Nanos },
+    /// It switches once, so long after the begin of the stage.
+    Once { from: Gate, at: Nanos, to: Gate },
 }
 
 impl Task {
     /// Of a leg that is asked for this, with a carrier of such a period.
     pub fn new(leg: Leg<f64>, carrier: Nanos) -> Self {
+        let once =
+            |from, at, to| if at == Nanos::ZERO { Self::Keep(to) } else { Self::Once { from, at, to } };
         match leg {
+            Leg::Rise(at) => once(Gate::Low, at, Gate::High),
+            Leg::Fall(at) => once(Gate::High, at, Gate::Low),
             Leg::Off => Self::Keep(Gate::Off),
             Leg::Low => Self::Keep(Gate::Low),
             Leg::High => Self::Keep(Gate::High),
@@ -36,7 +42,7 @@ impl Task {
     /// What the leg is told at the begin of the stage.
     fn first(self) -> Gate {
         match self {
-            Self::Keep(gate) => gate,
+            Self::Keep(gate) | Self::Once { from: gate, .. } => gate,
             Self::Modulate { idle: Nanos::ZERO, .. } => Gate::High,
             Self::Modulate { .. } => Gate::Low,
         }
@@ -104,6 +110,14 @@ impl LegPlan {
                 return;
             }
         }
+        if let Some(Task::Once { at, to, .. }) = self.tasks.get(self.stage)
+            && self.opens
+        {
+            (self.at, self.gate, self.opens) = (self.at + *at, *to, false);
+            if self.at < self.ends[self.stage] {
+                return;
+            }
+        }
         self.stage += 1;
         self.opens = true;
         if self.stage == 1 && self.ends[0] < self.ends[1] {
@@ -140,6 +154,13 @@ impl LegPlan {
         let (stage, stage_start) = if before < self.ends[0] { (0, self.start) } else { (1, self.ends[0]) };
         match self.tasks[stage] {
             Task::Keep(gate) => gate,
+            Task::Once { from, at, to } => {
+                if before - stage_start < at {
+                    from
+                } else {
+                    to
+                }
+            }
             Task::Modulate { idle, on } => {
                 let place = (before.0 - stage_start.0) % self.carrier.0;
                 if place >= idle.0 && place < idle.0 + on.0 { Gate::High } else { Gate::Low }

@@ -106,6 +106,7 @@ fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
         sensed: reading.sensed,
         dc_link: T::of(reading.dc_link),
         dc_link_clipped: reading.dc_link_clipped,
+        counts: reading.counts,
     }
 }
 
@@ -118,6 +119,8 @@ fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
             Leg::Low => Leg::Low,
             Leg::High => Leg::High,
             Leg::Duty(duty) => Leg::Duty(duty.to_double()),
+            Leg::Rise(at) => Leg::Rise(at),
+            Leg::Fall(at) => Leg::Fall(at),
         });
         Stage { legs: Abc(legs), duration: stage.duration }
     };

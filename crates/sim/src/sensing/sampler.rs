@@ -1,6 +1,6 @@
 //! Taking samples: from what is there to what the drive reads.
 
-use standstill_interface::{Abc, Nanos, Reading, Real, Sensed};
+use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
 use super::{Arrangement, Converter, Sensors};
@@ -52,16 +52,17 @@ impl<'t> Sampler<'t> {
     /// One sample; `at` is the trigger's nominal time after the start of its command.
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = &self.sensors.settings;
-        let mut raw = [(0.0, false); 3];
+        let mut raw = [(0.0, false, 0); 3];
         for (k, raw) in raw.iter_mut().enumerate() {
             let noise = if s.noise > 0.0 { s.noise * self.noise.normal() } else { 0.0 };
             let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise;
-            *raw = self.adc.map_or((value, false), |adc| adc.convert(value));
+            *raw = self.adc.map_or((value, false, 0), |adc| adc.convert(value));
         }
-        let measured = |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured });
+        let measured =
+            |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured }, raw[k].2);
         let derived = |k: usize| {
             let (x, y) = (raw[(k + 1) % 3], raw[(k + 2) % 3]);
-            (-(x.0 + y.0), if x.1 || y.1 { Sensed::Clipped } else { Sensed::Derived })
+            (-(x.0 + y.0), if x.1 || y.1 { Sensed::Clipped } else { Sensed::Derived }, 0)
         };
         let upper = there.requested.iter().filter(|gate| **gate == Gate::High).count();
         let phase = |k: usize| match s.arrangement {
@@ -70,7 +71,7 @@ impl<'t> Sampler<'t> {
                 if upper == 1 {
                     derived(k)
                 } else {
-                    (0.0, Sensed::Hidden)
+                    (0.0, Sensed::Hidden, 0)
                 }
             }
             _ => measured(k),
@@ -81,16 +82,17 @@ impl<'t> Sampler<'t> {
         if s.dc_link.noise > 0.0 {
             dc_link += s.dc_link.noise * self.link_noise.normal();
         }
-        let mut dc_link_clipped = false;
+        let (mut dc_link_clipped, mut link_count) = (false, 0);
         if let Some(adc) = self.link_adc {
-            (dc_link, dc_link_clipped) = adc.convert(dc_link);
+            (dc_link, dc_link_clipped, link_count) = adc.convert(dc_link);
         }
         Reading {
             at,
-            current: Abc(phases.map(|(value, _)| T::of(value))),
-            sensed: Abc(phases.map(|(_, sensed)| sensed)),
+            current: Abc(phases.map(|(value, ..)| T::of(value))),
+            sensed: Abc(phases.map(|(_, sensed, _)| sensed)),
             dc_link: T::of(dc_link),
             dc_link_clipped,
+            counts: Counts { current: Abc(phases.map(|(.., count)| count)), dc_link: link_count },
         }
     }
 }
@@ -123,9 +125,9 @@ mod tests {
     fn analytic_adc_rounds_and_clips() {
         let adc = Converter::from(Adc { bits: 12, low: -20.0, high: 20.0 });
         let step = 40.0 / 4096.0;
-        assert_eq!(adc.convert(0.6 * step), (step, false));
-        assert_eq!(adc.convert(25.0), (20.0 - step, true));
-        assert_eq!(adc.convert(-25.0), (-20.0, true));
+        assert_eq!(adc.convert(0.6 * step), (step, false, 2049));
+        assert_eq!(adc.convert(25.0), (20.0 - step, true, 4095));
+        assert_eq!(adc.convert(-25.0), (-20.0, true, 0));
     }
 
     #[test]
@@ -137,12 +139,17 @@ mod tests {
                 let value = adc.low + f64::from(n) * step * 0.125;
                 for value in [value.next_down(), value, value.next_up()] {
                     let code = ((value - adc.low) / step).round().clamp(0.0, last);
-                    let expected = (adc.low + code * step, code == 0.0 || code == last);
-                    assert_eq!(converter.convert(value), expected, "{value}");
+                    let (read, clipped, count) = converter.convert(value);
+                    assert_eq!(
+                        (read, clipped),
+                        (adc.low + code * step, code == 0.0 || code == last),
+                        "{value}"
+                    );
+                    assert_eq!(f64::from(count), code);
                 }
             }
             assert!(converter.convert(f64::NAN).0.is_nan());
-            assert_eq!(converter.convert(f64::INFINITY), (adc.low + last * step, true));
+            assert_eq!(converter.convert(f64::INFINITY).0, adc.low + last * step);
         }
     }
 

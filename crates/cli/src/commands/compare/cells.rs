@@ -15,7 +15,8 @@ use crate::scenario::{self, Shipped, Shorthands};
 
 /// What is compared, in the order of the table.
 pub struct Cell {
-    pub method: MethodName,
+    /// The method's name, or the library's.
+    pub method: String,
     pub rotor: Rotor,
     pub errors: ErrorSet,
     pub trials: u64,
@@ -77,22 +78,28 @@ impl Comparison {
         let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method.0]);
         let asked = if options.method.is_empty() { one } else { Some(each_once(&options.method)) };
         let trials = told("trials").then_some(file.trials);
-        for &method in asked.as_deref().unwrap_or(&MethodName::ALL) {
+        // A library beside all methods, or beside those that are asked for.
+        let library = comparison.document.get("detector.library").is_some();
+        let own_name = file.detector.name().to_owned();
+        let methods = asked.as_deref().unwrap_or(&MethodName::ALL).iter().map(|method| Some(*method));
+        for method in library.then_some(None).into_iter().chain(methods) {
             for &rotor in &rotors {
                 for &errors in &errors {
                     // No load moves a locked rotor; where all are locked it is a mistake.
                     let load = rotor != Rotor::Locked || rotors == [Rotor::Locked];
                     match comparison.scenario(method, rotor, errors, load) {
                         Ok(scenario) => {
-                            let usual = if method == MethodName::DcAlignment { 20 } else { 500 };
+                            let usual = if method == Some(MethodName::DcAlignment) { 20 } else { 500 };
                             let trials = trials.unwrap_or(usual);
+                            let name = |method: MethodName| method.name().to_owned();
+                            let method = method.map_or_else(|| own_name.clone(), name);
                             comparison.cells.push(Cell { method, rotor, errors, trials, scenario });
                         }
                         // Of all methods, those that have no use for a setting are left out; one that was asked for is a
                         // mistake.
-                        Err(error) if error.is_foreign_setting() => {
+                        Err(error) if error.is_foreign_setting() && method.is_some() => {
                             if asked.is_some() {
-                                return Err(comparison.no_use(Some(method)));
+                                return Err(comparison.no_use(method));
                             }
                         }
                         Err(error) => return Err(error.into()),
@@ -105,17 +112,20 @@ impl Comparison {
 
     fn scenario(
         &self,
-        method: MethodName,
+        method: Option<MethodName>,
         rotor: Rotor,
         errors: ErrorSet,
         load: bool,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let mut document = self.document.clone();
-        for (option, key, name) in [
-            ("--method", "detector.method", method.name()),
-            ("--rotor", "rotor.state", rotor.name()),
-            ("--errors", "errors", errors.name()),
-        ] {
+        let method = method.map(|method| ("--method", "detector.method", method.name()));
+        if method.is_some() {
+            // What only a library has.
+            document.remove("detector.library");
+            document.remove("detector.config");
+        }
+        let conditions = [("--rotor", "rotor.state", rotor.name()), ("--errors", "errors", errors.name())];
+        for (option, key, name) in method.into_iter().chain(conditions) {
             // What the scenario says itself is told of it.
             if document.get(key).and_then(Value::as_str) != Some(name) {
                 document.set_value(key, name.into(), Origin::Option(option))?;
@@ -144,7 +154,9 @@ impl Comparison {
         let table = self.document.get("detector").and_then(Value::as_table);
         let keys = table.into_iter().flatten().map(|(key, value)| (format!("detector.{key}"), value));
         let given: Vec<(String, Vec<MethodName>)> = keys
-            .filter(|(key, _)| key != "detector.method")
+            .filter(|(key, _)| {
+                !["detector.method", "detector.library", "detector.config"].contains(&key.as_str())
+            })
             .map(|(key, value)| {
                 let concerned = self.concerned(&key, value);
                 let name = match self.document.origin(&key) {

@@ -137,7 +137,7 @@ fn facts(run: &Run) -> Vec<(String, String)> {
         |key: &str, text: String| if file.axes.contains_key(key) { "varied".to_owned() } else { text };
     let mut facts = vec![
         ("Motor", varied("motor", file.motor.name())),
-        ("Method", varied("detector.method", file.detector.method.0.name().to_owned())),
+        ("Method", varied("detector.method", file.detector.name().to_owned())),
         ("Errors of drive and sensors", varied("errors", file.errors.0.name().to_owned())),
         ("Rotor", varied("rotor.state", file.rotor.state.0.name().to_owned())),
         ("Trials", run.summary.summary.trials.to_string()),

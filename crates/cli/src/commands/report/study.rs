@@ -50,7 +50,7 @@ pub fn setting(run: &Run) -> String {
     let fixed = |key: &str, text: String| (!file.axes.contains_key(key)).then_some(text);
     let parts = [
         fixed("motor", file.motor.name()),
-        fixed("detector.method", file.detector.method.0.name().to_owned()),
+        fixed("detector.method", file.detector.name().to_owned()),
         fixed("errors", format!("{} errors", file.errors.0.name())),
         fixed("rotor.state", format!("rotor {}", file.rotor.state.0.name())),
         Some(format!("seed {}", file.seed)),

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::json;
-use standstill_detect::{Settings, SettingsError};
+use standstill_detect::SettingsError;
 use standstill_interface::Outcome;
 use standstill_scenario::Record;
 use standstill_scenario::Single;
@@ -48,7 +48,7 @@ pub fn numerical_error(single: &Single) -> Result<NumericalError, SettingsError>
         case.sensors.settings.dc_link.adc = None;
         // Of the trace only the samples are wanted.
         let mut trace = Trace::new(f64::INFINITY);
-        let mut detector = scenario.detector.detector()?;
+        let mut detector = scenario.detector_for(&case)?;
         let by = if refereed { referee } else { run };
         let run = by(&case, &mut detector, false, &mut trace);
         let samples = trace.events.iter().filter_map(|(time, event)| match event {

@@ -55,6 +55,7 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
                 sensed: Abc([Sensed::Measured; 3]),
                 dc_link: 540.0,
                 dc_link_clipped: false,
+                counts: standstill_interface::Counts::NONE,
             })
             .collect();
     }

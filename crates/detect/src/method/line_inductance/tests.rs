@@ -93,6 +93,7 @@ impl Motor {
             sensed: Abc([Sensed::Measured; 3]),
             dc_link: 540.0,
             dc_link_clipped: false,
+            counts: standstill_interface::Counts::NONE,
         };
         currents.into_iter().enumerate().map(reading).collect()
     }

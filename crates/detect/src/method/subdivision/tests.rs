@@ -60,6 +60,7 @@ fn detect(
                 sensed: Abc([Sensed::Measured; 3]),
                 dc_link: 540.0,
                 dc_link_clipped: false,
+                counts: standstill_interface::Counts::NONE,
             })
             .collect();
     }

@@ -234,6 +234,7 @@ fn law_a_measurement_begins_after_its_ramp_and_has_no_offsets() {
         sensed: Abc([standstill_interface::Sensed::Measured; 3]),
         dc_link: 540.0,
         dc_link_clipped: false,
+        counts: standstill_interface::Counts::NONE,
     };
     let mut count = 0;
     let mut periods = 0;

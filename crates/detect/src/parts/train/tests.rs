@@ -71,6 +71,7 @@ fn reading(current: [f64; 3]) -> Reading<f64> {
         sensed: Abc([Sensed::Measured; 3]),
         dc_link: 540.0,
         dc_link_clipped: false,
+        counts: standstill_interface::Counts::NONE,
     }
 }
 

@@ -100,6 +100,17 @@ fn all_requests(command: &Command<f64>, leg: usize, start: Nanos) -> Vec<(Nanos,
             Leg::Off => seen.push((begin, Gate::Off)),
             Leg::Low => seen.push((begin, Gate::Low)),
             Leg::High => seen.push((begin, Gate::High)),
+            // At once: it does not switch.
+            Leg::Rise(Nanos::ZERO) => seen.push((begin, Gate::High)),
+            Leg::Fall(Nanos::ZERO) => seen.push((begin, Gate::Low)),
+            Leg::Rise(after) => {
+                seen.extend([(begin, Gate::Low), (begin + after, Gate::High)]);
+                seen.retain(|(at, _)| *at < end || *at == begin);
+            }
+            Leg::Fall(after) => {
+                seen.extend([(begin, Gate::High), (begin + after, Gate::Low)]);
+                seen.retain(|(at, _)| *at < end || *at == begin);
+            }
             Leg::Duty(duty) => {
                 let on = on_time(duty, CARRIER);
                 let idle = Nanos((CARRIER.0 - on.0) / 2);
@@ -131,7 +142,7 @@ impl Dice {
     }
 
     fn leg(&mut self) -> Leg<f64> {
-        match self.below(8) {
+        match self.below(10) {
             0 => Leg::Off,
             1 => Leg::Low,
             2 => Leg::High,
@@ -139,6 +150,9 @@ impl Dice {
             4 => Leg::Duty(1.0),
             // Pulses and gaps around the delays and the dead time.
             5 => Leg::Duty(self.below(6000) as f64 * 1e-5),
+            // Once, at the begin or the end of a stage too.
+            8 => Leg::Rise(Nanos(self.below(30) * 1000)),
+            9 => Leg::Fall(Nanos(self.below(300_000))),
             6 => Leg::Duty(1.0 - self.below(6000) as f64 * 1e-5),
             _ => Leg::Duty(self.below(1000) as f64 * 1e-3),
         }

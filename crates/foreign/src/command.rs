@@ -1,0 +1,65 @@
+//! Commands of a library, as the bench has them.
+
+use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Sampling, Stage};
+
+use crate::abi;
+use crate::detector::broken;
+
+const PHASES: [char; 3] = ['a', 'b', 'c'];
+
+/// A duty of a phase, if it is one.
+pub fn duty(phase: usize, duty: f32) -> Result<f64, Fault<f64>> {
+    if (0.0..=1.0).contains(&duty) {
+        Ok(f64::from(duty))
+    } else {
+        Err(broken(&format!("duty {duty} of phase {}, not from 0 to 1", PHASES[phase])))
+    }
+}
+
+/// A leg's state that there is not.
+pub fn no_leg(phase: usize, leg: u8) -> Fault<f64> {
+    broken(&format!("leg {} is asked for state {leg}, which is none of enum sts_leg", PHASES[phase]))
+}
+
+fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
+    let mut legs = [Leg::Off; 3];
+    for (k, leg) in legs.iter_mut().enumerate() {
+        let edge = Nanos(from.edge_ns[k].into());
+        *leg = match from.legs.leg[k] {
+            abi::OFF => Leg::Off,
+            abi::LOW => Leg::Low,
+            abi::HIGH => Leg::High,
+            abi::DUTY => Leg::Duty(duty(k, from.legs.duty[k])?),
+            abi::RISE => Leg::Rise(edge),
+            abi::FALL => Leg::Fall(edge),
+            other => return Err(no_leg(k, other)),
+        };
+    }
+    Ok(Stage { legs: Abc(legs), duration: Nanos(from.duration_ns) })
+}
+
+/// Samples of a command at most, as the bench has it.
+const MOST_SAMPLES: u32 = 1 << 20;
+
+/// A command as the bench carries it out.
+pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
+    let then = match from.stages {
+        1 => None,
+        2 => Some(stage(&from.stage[1])?),
+        other => return Err(broken(&format!("a command of {other} stages, not of 1 or 2"))),
+    };
+    let sampling =
+        Sampling { first: Nanos(from.first_ns), interval: Nanos(from.interval_ns), count: from.samples };
+    let command = Command { stage: stage(&from.stage[0])?, then, sampling };
+    let duration = command.duration();
+    if duration == Nanos::ZERO {
+        return Err(broken("a command without duration"));
+    }
+    if from.samples > MOST_SAMPLES {
+        return Err(broken(&format!("a command with {} samples, more than {MOST_SAMPLES}", from.samples)));
+    }
+    match sampling.last().filter(|last| *last > duration) {
+        Some(last) => Err(broken(&format!("a sample at {} ns of a command of {} ns", last.0, duration.0))),
+        None => Ok(command),
+    }
+}

@@ -1,0 +1,175 @@
+//! What the program says before a crash of a foreign library ends it: which library, in which trial. A worker process says
+//! nothing; the code or signal with which it ends tells its parent, and so does that of a call that takes too long.
+#![allow(
+    unsafe_code,
+    reason = "signal handlers are registered and write to standard error by system calls alone"
+)]
+
+use std::cell::Cell;
+use std::ptr;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Once, OnceLock};
+use std::time::{Duration, Instant};
+
+/// A detection for whoever must tell of its crash.
+#[derive(Debug)]
+pub struct Site {
+    text: String,
+}
+
+impl Site {
+    /// Of a trial with this library.
+    pub fn new(library: &str, trial: u64) -> Self {
+        Self { text: format!("the detector {library} in trial {trial}") }
+    }
+}
+
+thread_local! {
+    /// The detection that is inside its library in this thread. Without destructor, so that a signal handler may read it.
+    static HERE: Cell<*const Site> = const { Cell::new(ptr::null()) };
+}
+
+/// From here on to [`leave`] a crash is that detection's.
+#[inline]
+pub fn enter(site: &Site) -> *const Site {
+    if ISOLATED.load(Ordering::Relaxed) {
+        BEGAN.store(now(), Ordering::Relaxed);
+    }
+    HERE.replace(site)
+}
+
+/// See [`enter`].
+#[inline]
+pub fn leave(before: *const Site) {
+    HERE.set(before);
+    BEGAN.store(0, Ordering::Relaxed);
+}
+
+/// Whether this is a worker process.
+static ISOLATED: AtomicBool = AtomicBool::new(false);
+
+/// When the call that is under way began, in ns of the program's own clock; 0: none is.
+static BEGAN: AtomicU64 = AtomicU64::new(0);
+
+/// Ns since the first call of this, from 1.
+fn now() -> u64 {
+    static START: OnceLock<Instant> = OnceLock::new();
+    u64::try_from(START.get_or_init(Instant::now).elapsed().as_nanos()).unwrap_or(u64::MAX).saturating_add(1)
+}
+
+/// The code with which a worker ends whose library called `exit`.
+const CALLED_EXIT: i32 = 98;
+
+/// The code with which a worker ends whose library did not return in time.
+const TOO_LONG: i32 = 97;
+
+/// Makes this program a worker: a library that crashes, or calls `exit`, or does not return from a call within `limit`, ends
+/// it without a word. A worker runs one detection at a time.
+pub fn isolate(limit: Duration) {
+    ISOLATED.store(true, Ordering::Relaxed);
+    let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+    let watch = move || {
+        loop {
+            std::thread::sleep(Duration::from_nanos((limit / 4).clamp(1_000_000, 20_000_000)));
+            let began = BEGAN.load(Ordering::Relaxed);
+            if began != 0 && now().saturating_sub(began) > limit {
+                // SAFETY: the program ends here, as its parent expects.
+                unsafe { libc::_exit(TOO_LONG) };
+            }
+        }
+    };
+    std::thread::spawn(watch);
+}
+
+/// Why a worker ended, by its code or its signal.
+pub fn ending(code: Option<i32>, signal: Option<i32>) -> String {
+    let known = |number| SIGNALS.iter().find(|(known, _)| Some(*known) == number);
+    match (code, signal) {
+        (Some(TOO_LONG), _) => "a call took longer than detector.call_timeout".to_owned(),
+        (Some(CALLED_EXIT), _) => "the library called exit()".to_owned(),
+        (Some(code), _) => format!("its process ended with code {code}"),
+        (None, signal) => match known(signal) {
+            Some((_, name)) => format!("the library crashed: {name}"),
+            None => format!("its process was ended by signal {}", signal.unwrap_or(0)),
+        },
+    }
+}
+
+/// Signals that end a program because of what its code did.
+const SIGNALS: [(libc::c_int, &str); 5] = [
+    (libc::SIGSEGV, "SIGSEGV, memory that is not its own"),
+    (libc::SIGBUS, "SIGBUS, memory that is not there"),
+    (libc::SIGFPE, "SIGFPE, such as a division of whole numbers by zero"),
+    (libc::SIGILL, "SIGILL, no instruction"),
+    (libc::SIGABRT, "SIGABRT, abort() or a failed assert()"),
+];
+
+/// Makes crashes tell. Once for the program.
+pub fn watch() {
+    static WATCH: Once = Once::new();
+    WATCH.call_once(|| {
+        for (signal, _) in SIGNALS {
+            // SAFETY: a zeroed sigaction is one without flags and mask; the handler is one that signals allow.
+            unsafe {
+                let mut action: libc::sigaction = std::mem::zeroed();
+                action.sa_sigaction = on_signal as *const () as libc::sighandler_t;
+                // On the stack that threads have for the overflow of their own.
+                action.sa_flags = libc::SA_ONSTACK;
+                libc::sigaction(signal, &raw const action, ptr::null_mut());
+            }
+        }
+        // SAFETY: a function without arguments.
+        unsafe { libc::atexit(on_exit) };
+    });
+}
+
+/// Writes these at once, so that lines of several threads do not mix.
+fn write(texts: &[&str]) {
+    let mut line = [0_u8; 1024];
+    let mut length = 0;
+    for byte in texts.iter().flat_map(|text| text.bytes()).take(line.len()) {
+        line[length] = byte;
+        length += 1;
+    }
+    // SAFETY: so many bytes from there; nothing can be done where standard error takes none.
+    unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
+}
+
+/// Whose crash it is, if it is a library's.
+fn here() -> Option<&'static str> {
+    let site = HERE.get();
+    // SAFETY: null, or a detection that is inside its library, which outlives the call.
+    (!site.is_null()).then(|| unsafe { (*site).text.as_str() })
+}
+
+extern "C" fn on_signal(signal: libc::c_int) {
+    static TELLS: AtomicBool = AtomicBool::new(false);
+    // Threads may crash at the same time. The first one tells, and ends the program for all.
+    while TELLS.swap(true, Ordering::Relaxed) {
+        // SAFETY: waits for a signal.
+        unsafe { libc::pause() };
+    }
+    if let Some(site) = here()
+        && !ISOLATED.load(Ordering::Relaxed)
+    {
+        let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
+        write(&["\nstandstill: ", site, " crashed: ", name, "\n"]);
+    }
+    // SAFETY: without the handler the signal ends the program as it would have; sent to this thread itself.
+    unsafe {
+        libc::signal(signal, libc::SIG_DFL);
+        libc::raise(signal);
+    }
+}
+
+extern "C" fn on_exit() {
+    if let Some(site) = here() {
+        if ISOLATED.load(Ordering::Relaxed) {
+            // SAFETY: the program ends here, as its parent expects.
+            unsafe { libc::_exit(CALLED_EXIT) };
+        }
+        write(&["\nstandstill: ", site, " called exit(), which ends the whole program\n"]);
+        // SAFETY: the program ends here; results are not written, as their command is in the middle of its work.
+        unsafe { libc::_exit(1) };
+    }
+}

@@ -1,0 +1,263 @@
+//! A foreign detector as the bench sees it.
+
+use std::ffi::{CString, c_void};
+use std::fmt;
+use std::ptr::NonNull;
+use std::sync::Arc;
+
+use standstill_detect::{Nameplate, Signature};
+use standstill_interface::{
+    Angle, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Sensed, Step, Undetermined,
+};
+
+use crate::abi::{self, Answer, Drive, Sample};
+use crate::command;
+use crate::image::{Image, Site, during};
+use crate::interrupt::Interrupts;
+use crate::library::{Level, Library};
+use crate::texts::kept;
+
+/// What all detectors of a scenario are made from.
+#[derive(Clone, Debug)]
+pub struct Maker {
+    library: Arc<Library>,
+    drive: Drive,
+    config: CString,
+    time_limit: Nanos,
+}
+
+impl PartialEq for Maker {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.library, &other.library)
+            && (self.drive, &self.config, self.time_limit) == (other.drive, &other.config, other.time_limit)
+    }
+}
+
+/// A current or a voltage by its converter: its value is `at_zero` + code · `per_count`.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Scale {
+    /// Resolution in bits.
+    pub bits: u8,
+    /// From one code to the next, in A or V.
+    pub per_count: f64,
+    /// Value of the code zero, in A or V.
+    pub at_zero: f64,
+}
+
+impl Maker {
+    /// Detectors of a library on a drive that knows this, with converters for the currents and the DC link where it has some.
+    /// `config` has lines KEY=VALUE. A detection that is not done within `time_limit` fails.
+    pub fn new(
+        library: Arc<Library>,
+        knows: &Nameplate<f64>,
+        [current, dc_link]: [Option<Scale>; 2],
+        config: &str,
+        time_limit: Nanos,
+    ) -> Self {
+        // What a firmware has in its own numbers.
+        #[allow(clippy::cast_possible_truncation)]
+        let short = |value: f64| value as f32;
+        let (current, dc_link) = (current.unwrap_or_default(), dc_link.unwrap_or_default());
+        #[allow(clippy::cast_possible_truncation, reason = "eighty bytes")]
+        let drive = Drive {
+            size: size_of::<Drive>() as u32,
+            current_bits: current.bits.into(),
+            dc_link_bits: dc_link.bits.into(),
+            amps_per_count: short(current.per_count),
+            amps_at_zero: short(current.at_zero),
+            volts_per_count: short(dc_link.per_count),
+            dc_link: short(knows.dc_link),
+            rated_current: short(knows.rated_current),
+            resistance: short(knows.resistance),
+            ld: short(knows.d_axis_inductance),
+            lq: short(knows.q_axis_inductance),
+            flux: short(knows.magnet_flux),
+            dead_time: short(knows.dead_time.seconds()),
+            stronger_pole: match knows.signature {
+                Signature::Normal => 1,
+                Signature::Inverted => -1,
+                Signature::None => 0,
+            },
+            period_ns: knows.carrier_period.0,
+        };
+        // Lines come from a document, where a zero byte is refused; one that comes another way ends the text there.
+        let config = CString::new(config.split('\0').next().unwrap_or_default()).unwrap_or_default();
+        Self { library, drive, config, time_limit }
+    }
+
+    /// The library.
+    pub fn library(&self) -> &Library {
+        &self.library
+    }
+
+    /// A detector with its library's memory as after loading; `trial` is for messages.
+    ///
+    /// # Errors
+    /// What `create` said when it refused, and an image that cannot be loaded.
+    pub fn detector(&self, seed: u64, trial: u64) -> Result<Foreign, String> {
+        let mut image = self.library.image().map_err(|error| error.to_string())?;
+        let site = Box::new(Site::new(&self.library.path().display().to_string(), trial));
+        let detector = match during(&site, || image.create(&self.drive, &self.config, seed)) {
+            Ok(detector) => detector,
+            Err(refused) => {
+                self.library.give_back(image);
+                return Err(format!("{} refused: {refused}", self.library.name()));
+            }
+        };
+        let interrupts = match self.library.level() {
+            Level::Command => None,
+            Level::Interrupt(timing) => Some(Interrupts::new(timing, Nanos(self.drive.period_ns))),
+        };
+        Ok(Foreign {
+            library: Arc::clone(&self.library),
+            image: Some(image),
+            detector,
+            site,
+            interrupts,
+            samples: Vec::new(),
+            elapsed: Nanos::ZERO,
+            time_limit: self.time_limit,
+        })
+    }
+}
+
+/// A detector of a library, in an image of its own.
+pub struct Foreign {
+    library: Arc<Library>,
+    /// There until it is dropped.
+    image: Option<Image>,
+    detector: NonNull<c_void>,
+    /// At one place, because a crash handler may point at it.
+    site: Box<Site>,
+    interrupts: Option<Interrupts>,
+    samples: Vec<Sample>,
+    /// Time of all commands up to now.
+    elapsed: Nanos,
+    time_limit: Nanos,
+}
+
+impl fmt::Debug for Foreign {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a detector of {}", self.library.path().display())
+    }
+}
+
+/// Numbers of reasons that are the bench's: the last ones, so that a library's own are free from 0.
+const BROKE_ITS_SIDE: u32 = u32::MAX;
+const NEVER_DONE: u32 = u32::MAX - 1;
+
+/// A failure because the library did what the header does not allow.
+pub fn broken(text: &str) -> Fault<f64> {
+    Fault::Own(Own { code: BROKE_ITS_SIDE, text: kept(text) })
+}
+
+/// A reading as C has it.
+#[allow(clippy::cast_possible_truncation, reason = "a firmware's own numbers")]
+fn sample(reading: &Reading<f64>, before: Nanos, half: u8) -> Sample {
+    Sample {
+        time_ns: (before + reading.at).0,
+        current: reading.current.0.map(|current| current as f32),
+        dc_link: reading.dc_link as f32,
+        current_count: reading.counts.current.0,
+        dc_link_count: reading.counts.dc_link,
+        sensed: reading.sensed.0.map(|sensed| match sensed {
+            Sensed::Measured => 0,
+            Sensed::Derived => 1,
+            Sensed::Clipped => 2,
+            Sensed::Hidden => 3,
+        }),
+        dc_link_clipped: reading.dc_link_clipped.into(),
+        half,
+        reserved: [0; 3],
+    }
+}
+
+impl Foreign {
+    /// The next step, or why there is none.
+    fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
+        let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
+        let (detector, mut answer) = (self.detector, Answer::NONE);
+        let (status, command) = if let Some(interrupts) = &mut self.interrupts {
+            let mut status = abi::GO_ON;
+            if let Some(half) = interrupts.half() {
+                let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
+                let sample = sample(reading, interrupts.start(), half);
+                let legs = &mut interrupts.legs;
+                let called = during(&self.site, || image.isr(detector, &sample, legs, &mut answer));
+                status = called.unwrap_or(abi::FAILED);
+            }
+            (status, if status == abi::GO_ON { Some(interrupts.command()?) } else { None })
+        } else {
+            self.samples.clear();
+            self.samples.extend(readings.iter().map(|reading| sample(reading, Nanos::ZERO, 0)));
+            let (samples, mut command) = (&self.samples, abi::Command::default());
+            let called = during(&self.site, || image.step(detector, samples, &mut command, &mut answer));
+            let status = called.unwrap_or(abi::FAILED);
+            (status, if status == abi::GO_ON { Some(command::command(&command)?) } else { None })
+        };
+        if let Some(command) = command {
+            self.elapsed = self.elapsed + command.duration();
+            if self.elapsed > self.time_limit {
+                let text = kept(&format!("not done within {} s", self.time_limit.seconds()));
+                return Err(Fault::Own(Own { code: NEVER_DONE, text }));
+            }
+            return Ok(Step::Drive(command));
+        }
+        self.done(status, &answer)
+    }
+
+    /// The outcome that the library tells.
+    fn done(&mut self, status: i32, answer: &Answer) -> Result<Step<f64>, Fault<f64>> {
+        let known = |value: f32| (!value.is_nan()).then(|| f64::from(value));
+        let findings = Findings {
+            angle_deviation: known(answer.angle_deviation),
+            pole_evidence: known(answer.pole_evidence).map(|deviations| PoleEvidence {
+                deviations,
+                needed: known(answer.pole_needed).unwrap_or(0.0),
+            }),
+            ..Findings::default()
+        };
+        let angle = || {
+            if answer.angle.is_finite() {
+                Ok(Angle::from_radians(f64::from(answer.angle)))
+            } else {
+                Err(broken(&format!("the angle is {}, not a finite number", answer.angle)))
+            }
+        };
+        Ok(Step::Done(match status {
+            abi::FOUND => Outcome::Found { angle: angle()?, findings },
+            abi::AXIS => Outcome::Axis {
+                angle: angle()?,
+                reason: Undetermined::Own(self.reason(answer.reason)),
+                findings,
+            },
+            abi::FAILED => Outcome::Failed { fault: Fault::Own(self.reason(answer.reason)), findings },
+            other => {
+                let text = format!("status {other}, which is none of 0 to 3 (enum sts_status)");
+                Outcome::Failed { fault: broken(&text), findings }
+            }
+        }))
+    }
+
+    fn reason(&mut self, code: u32) -> Own {
+        let (site, image) = (&self.site, self.image.as_mut());
+        let text = image.and_then(|image| during(site, || image.reason(code)));
+        Own { code, text: kept(&text.unwrap_or_else(|| format!("reason {code}"))) }
+    }
+}
+
+impl Detector<f64> for Foreign {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        self.next(readings)
+            .unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: Findings::default() }))
+    }
+}
+
+impl Drop for Foreign {
+    fn drop(&mut self) {
+        if let Some(mut image) = self.image.take() {
+            during(&self.site, || image.destroy(self.detector));
+            self.library.give_back(image);
+        }
+    }
+}

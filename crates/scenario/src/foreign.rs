@@ -1,0 +1,129 @@
+//! A detector from a shared library: the keys `detector.library` and `detector.config`.
+
+use std::fmt::Write as _;
+use std::sync::Arc;
+use std::time::Duration;
+
+use standstill_detect::Nameplate;
+use standstill_foreign::{Foreign, Level, Library, Maker, Scale};
+use standstill_interface::{Detector, Nanos, Reading, Step};
+use standstill_plant::Files;
+use standstill_sim::{Adc, SensorSettings};
+use toml::Value;
+
+use super::build::in_range;
+use super::document::FileError;
+use crate::DriveSettings;
+use crate::detector::DetectorTable;
+
+/// A detector of a trial: a method's, or a library's in its place.
+#[derive(Debug)]
+// Made once for a trial of many steps.
+#[allow(clippy::large_enum_variant)]
+pub enum Made<D> {
+    /// Of the scenario's method.
+    Own(D),
+    /// Of its library.
+    Foreign(Foreign),
+}
+
+impl<D: Detector<f64>> Detector<f64> for Made<D> {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        match self {
+            Self::Own(detector) => detector.step(readings),
+            Self::Foreign(detector) => detector.step(readings),
+        }
+    }
+}
+
+impl DetectorTable {
+    /// Its library, if it has one, checked and loaded.
+    pub(super) fn load_library(&self, files: &Files) -> Result<Option<Arc<Library>>, FileError> {
+        const KEY: &str = "detector.library";
+        let Some(library) = &self.library else {
+            return match self.config.first() {
+                Some((key, _)) => Err(FileError::key(
+                    &format!("detector.config.{key}"),
+                    "a setting of a library",
+                    "`detector.library` beside it",
+                )),
+                None => Ok(None),
+            };
+        };
+        if let Some(key) = self.foreign_to_library() {
+            let key = format!("detector.{key}");
+            return Err(FileError::key(&key, "a method's, beside `detector.library`", "one of both"));
+        }
+        let path = files.folder().join(library);
+        let found = |what: &dyn std::fmt::Display| format!("\"{library}\", {what}");
+        let bytes = files.read(&path).map_err(|error| {
+            let needed = "a shared library that exports sts_entry, see standstill.h";
+            FileError::key(KEY, &found(&format!("which cannot be read: {error}")), needed)
+        })?;
+        let loaded = Library::of(&path, &bytes);
+        loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
+    }
+
+    /// Longest time that a call of the library may take.
+    ///
+    /// # Errors
+    /// No time that makes sense.
+    pub fn call_limit(&self) -> Result<Duration, FileError> {
+        let needed = "from 1 ms to 1000 s";
+        let limit =
+            self.call_timeout.map(|limit| in_range("detector.call_timeout", limit, [1e-3, 1e3], needed));
+        Ok(Duration::from_secs_f64(limit.transpose()?.unwrap_or(1.0)))
+    }
+
+    /// The library's PWM is the drive's, unless the scenario says another.
+    pub(super) fn adopt_pwm(
+        library: &Library,
+        drive: &mut DriveSettings,
+        carrier_is_set: bool,
+    ) -> Result<(), FileError> {
+        let Level::Interrupt(timing) = library.level() else { return Ok(()) };
+        let period = Nanos::from_seconds(1.0 / f64::from(timing.pwm_hz));
+        if carrier_is_set && period != drive.carrier_period {
+            let own = 1e9 / drive.carrier_period.0 as f64;
+            let found = format!("a library whose interrupt runs in a PWM of {} Hz", timing.pwm_hz);
+            let needed = format!("that of `inverter.carrier`, {own:.0} Hz, or no such key");
+            return Err(FileError::key("detector.library", &found, &needed));
+        }
+        drive.carrier_period = period;
+        Ok(())
+    }
+
+    /// What makes its detectors.
+    pub(super) fn maker(
+        &self,
+        library: Arc<Library>,
+        knows: &Nameplate<f64>,
+        sensors: &SensorSettings,
+        time_limit: Nanos,
+    ) -> Result<Maker, FileError> {
+        let scale = |adc: Adc| Scale {
+            bits: adc.bits,
+            per_count: (adc.high - adc.low) / f64::from(1_u32 << adc.bits),
+            at_zero: adc.low,
+        };
+        let mut lines = String::new();
+        for (key, value) in &self.config {
+            let text = match value {
+                Value::String(text) => text.clone(),
+                Value::Integer(_) | Value::Float(_) | Value::Boolean(_) => value.to_string(),
+                other => return Err(not_a_line(key, other.type_str())),
+            };
+            if text.contains(['\n', '\0']) || key.contains(['=', '\n', '\0']) {
+                return Err(not_a_line(key, "several lines, or a key with `=`"));
+            }
+            let _ = writeln!(lines, "{key}={text}");
+        }
+        let converters = [sensors.adc.map(scale), sensors.dc_link.adc.map(scale)];
+        Ok(Maker::new(library, knows, converters, &lines, time_limit))
+    }
+}
+
+fn not_a_line(key: &str, found: &str) -> FileError {
+    let needed = "a text, a number, true or false: it is handed over as a line KEY=VALUE";
+    FileError::key(&format!("detector.config.{key}"), found, needed)
+}

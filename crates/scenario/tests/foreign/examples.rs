@@ -1,0 +1,92 @@
+//! The examples in C find the rotor, and what the equations say of the rotating injection holds.
+
+use standstill_scenario::{Record, Verdict};
+
+use crate::{example, plan, records};
+
+/// The scenario of the rotating injection on its motors.
+fn rotating(motor: &str, errors: &str, config: &str) -> String {
+    // An ideal drive has no devices whose channels could have a resistance.
+    let drive = if errors == "none" {
+        ""
+    } else {
+        "[inverter]\ndc_link = \"50 V\"\ndead_time = \"0.5 us\"\ndevices = \"mosfet\"\nchannel_resistance = \"2 mohm\"\n"
+    };
+    format!(
+        "motor = \"{motor}\"\nerrors = \"{errors}\"\n{drive}[detector]\nlibrary = \"mine.so\"\n[detector.config]\nvoltage = 20\n{config}"
+    )
+}
+
+fn wrong(records: &[Record]) -> usize {
+    records.iter().filter(|record| record.pole_correct() == Some(false)).count()
+}
+
+fn worst_axis(records: &[Record]) -> f64 {
+    records.iter().filter_map(Record::axis_error_deg).fold(0.0, |worst, error| error.abs().max(worst))
+}
+
+#[test]
+fn law_the_papers_method_as_an_interrupt_finds_the_rotor() {
+    let (folder, _) = example("line_inductance.c");
+    for motor in ["light-vehicle", "paper-5k5"] {
+        let text = format!("motor = \"{motor}\"\nerrors = \"none\"\ndetector.library = \"mine.so\"\n");
+        let records = records(&plan(&folder, &text).expect("valid"), 0..40);
+        assert!(records.iter().all(|record| record.verdict() == Verdict::Found), "{}", records[0].reason());
+        assert_eq!(wrong(&records), 0, "{motor}");
+        assert!(worst_axis(&records) < 6.0, "{motor}: {}", worst_axis(&records));
+    }
+}
+
+#[test]
+fn law_an_ideal_drive_names_no_wrong_pole_by_rotating_injection() {
+    let (folder, _) = example("rotating.c");
+    let plan = plan(&folder, &rotating("light-vehicle", "none", "turns = 4\n")).expect("valid");
+    let all = records(&plan, 0..60);
+    assert!(all.iter().all(|record| record.verdict() == Verdict::Found));
+    assert_eq!(wrong(&all), 0);
+    assert!(worst_axis(&all) < 2.0, "{}", worst_axis(&all));
+    // A turn of 16 directions takes 16 periods of 80 µs; one is ignored, and the first two halves are off.
+    assert!((all[0].run.duration.seconds() - (5.0 * 16.0 + 1.0) * 80e-6).abs() < 60e-6);
+    // Lanes, threads and the order of trials do not show.
+    let scenario = plan.scenario(0).expect("valid");
+    for trial in [41, 3] {
+        let alone = plan.trial(0, &scenario, trial).expect("runs");
+        assert_eq!(alone, all[usize::try_from(trial).expect("small")]);
+    }
+}
+
+#[test]
+fn law_a_threshold_above_the_pole_difference_names_the_wrong_pole_for_half_of_all_positions() {
+    let (folder, _) = example("rotating.c");
+    let config = "turns = 4\npole = \"threshold\"\nthreshold = 0.5\n";
+    let plan = plan(&folder, &rotating("light-vehicle", "default", config)).expect("valid");
+    let all = records(&plan, 0..400);
+    let share = wrong(&all) as f64 / 400.0;
+    // 400 coins: ± 5 % is two standard deviations.
+    assert!((0.42..0.58).contains(&share), "{share}");
+    let axes = all.iter().filter(|record| record.axis_error_deg().is_some_and(|error| error.abs() < 2.0));
+    assert!(axes.count() > 390, "the axis is right meanwhile: {}", worst_axis(&all));
+}
+
+#[test]
+fn law_more_saturation_more_voltage_and_more_turns_speak_for_the_pole() {
+    let (folder, _) = example("rotating.c");
+    let evidence = |motor: &str, voltage: f64, turns: u32| {
+        let text = rotating(motor, "default", &format!("turns = {turns}\n"))
+            .replace("voltage = 20", &format!("voltage = {voltage}"));
+        let all = records(&plan(&folder, &text).expect("valid"), 0..60);
+        let told = all.iter().filter_map(|record| {
+            let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
+            outcome.evidence_for(standstill_interface::Angle::from_radians(record.run.end_angle))
+        });
+        let mut told: Vec<f64> = told.collect();
+        told.sort_by(f64::total_cmp);
+        told[told.len() / 2]
+    };
+    let usual = evidence("light-vehicle-stiff", 20.0, 8);
+    assert!(usual > 0.0, "{usual}");
+    assert!(evidence("light-vehicle", 20.0, 8) > usual);
+    assert!(evidence("light-vehicle-stiff", 8.0, 8) < usual);
+    // Noise averages away over the turns. What legs that switch unequally add to each of them does not.
+    assert!(evidence("light-vehicle-stiff", 20.0, 30) > usual);
+}

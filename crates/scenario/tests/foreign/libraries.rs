@@ -1,0 +1,194 @@
+//! What libraries may do, and what is told of those that cannot be a detector.
+
+use standstill_interface::{Angle, Outcome};
+use standstill_scenario::{Record, Verdict};
+use standstill_sim::Ended;
+
+use crate::{plan, probe, records};
+
+fn asking(what: &str) -> String {
+    format!(
+        "motor = \"light-vehicle\"\n[detector]\nlibrary = \"mine.so\"\n[detector.config]\nwhat = \"{what}\"\n"
+    )
+}
+
+fn angles(records: &[Record]) -> Vec<f64> {
+    records.iter().map(|record| record.estimated_angle_deg().expect("found").to_radians()).collect()
+}
+
+#[test]
+fn law_the_memory_of_a_library_is_set_back_before_each_trial() {
+    let (folder, _) = probe(&[]);
+    let starts = plan(&folder, &asking("starts")).expect("valid");
+    let all = records(&starts, 0..40);
+    assert!(angles(&all).iter().all(|angle| (angle - 0.1).abs() < 1e-6), "{:?}", angles(&all));
+    // A library that says that it keeps nothing is left as it is, and then one sees that this one does.
+    let (folder, _) = probe(&["-DFLAGS=STS_REENTRANT"]);
+    let kept = plan(&folder, &asking("starts")).expect("valid");
+    let angles = angles(&records(&kept, 0..40));
+    assert!(angles.iter().any(|angle| *angle > 0.15), "{angles:?}");
+}
+
+#[test]
+fn law_each_trial_has_a_seed_of_its_own_and_always_the_same() {
+    let (folder, _) = probe(&[]);
+    let seeded = plan(&folder, &asking("seed")).expect("valid");
+    let all = records(&seeded, 0..50);
+    let mut angles = angles(&all);
+    let scenario = seeded.scenario(0).expect("valid");
+    for trial in [0, 31, 49] {
+        assert_eq!(
+            seeded.trial(0, &scenario, trial).expect("runs"),
+            all[usize::try_from(trial).expect("small")]
+        );
+    }
+    angles.sort_by(f64::total_cmp);
+    angles.dedup();
+    assert!(angles.len() > 45, "{angles:?}");
+}
+
+#[test]
+fn law_an_outcome_carries_what_the_library_told() {
+    let (folder, _) = probe(&[]);
+    let of = |what: &str| records(&plan(&folder, &asking(what)).expect("valid"), 0..1)[0];
+    let found = of("found");
+    let Ended::Outcome(Outcome::Found { angle, findings }) = found.run.ended else { panic!("{found:?}") };
+    assert_eq!(angle, Angle::from_radians(1.0));
+    assert_eq!(findings.angle_deviation, Some(0.25));
+    let evidence = findings.pole_evidence.expect("told");
+    assert_eq!((evidence.deviations, evidence.needed), (4.0, 3.0));
+    let axis = of("axis");
+    assert_eq!(
+        (axis.verdict(), axis.reason().as_str()),
+        (Verdict::Undetermined, "the hall sensors disagree")
+    );
+    assert_eq!(axis.reason_name().as_deref(), Some("the hall sensors disagree"));
+    let failed = of("failed");
+    assert_eq!((failed.verdict(), failed.reason().as_str()), (Verdict::Failed, "reason 9"));
+    assert_eq!(of("counts").reason(), "", "codes and values of the converters");
+    assert_eq!(of("times").reason(), "", "times of the interrupts");
+}
+
+#[test]
+fn law_what_a_library_asks_for_takes_effect_when_it_says() {
+    for delay in 1..=4 {
+        let (folder, _) = probe(&[&format!("-DDELAY={delay}")]);
+        let seen = records(&plan(&folder, &asking("delay")).expect("valid"), 0..1);
+        let Ended::Outcome(Outcome::Found { angle, .. }) = seen[0].run.ended else { panic!("{seen:?}") };
+        // Asked for in call 0, it flows a quarter into half `delay`.
+        assert_eq!(angle, Angle::from_radians(f64::from(delay)));
+    }
+}
+
+#[test]
+fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
+    let (folder, _) = probe(&[]);
+    for (what, reason) in [
+        ("duty", "duty 1.5 of phase a, not from 0 to 1"),
+        ("nan", "duty NaN of phase a"),
+        ("leg", "leg a is asked for state 9"),
+        ("status", "status 17, which is none of 0 to 3"),
+        ("angle", "the angle is NaN"),
+        ("never", "not done within 0.05 s"),
+    ] {
+        let text = asking(what).replace("[detector]\n", "[detector]\ntime_limit = \"50 ms\"\n");
+        let all = records(&plan(&folder, &text).expect("valid"), 0..3);
+        for record in all {
+            assert_eq!(record.verdict(), Verdict::Failed, "{what}");
+            assert!(record.reason().contains(reason), "{what}: {}", record.reason());
+            assert!(record.run.duration.seconds() <= 0.05);
+        }
+    }
+}
+
+#[test]
+fn law_a_detector_that_cannot_be_made_in_the_middle_ends_the_run_with_what_the_library_says() {
+    let (folder, _) = probe(&[]);
+    let text = asking("refuse-some").replace("[detector]\n", "[detector]\ntime_limit = \"20 ms\"\n");
+    let plan = plan(&folder, &text).expect("the first trial's is made");
+    let scenario = plan.scenario(0).expect("valid");
+    let mut done = 0;
+    let failed = plan.trials(0, &scenario, &mut (0..100), &mut |_| done += 1).expect_err("an eighth refuse");
+    assert!(failed.error.to_string().contains("probe refused: this motor is not for me"), "{}", failed.error);
+    assert!(done <= failed.trial, "{done} {}", failed.trial);
+}
+
+#[test]
+fn law_configuration_can_be_an_axis_and_a_tolerance() {
+    let (folder, _) = probe(&[]);
+    let text = asking("found") + "angle = 0.5\n[axes]\n\"detector.config.angle\" = [0.5, 2.0]\n";
+    let points = plan(&folder, &text).expect("valid");
+    for (point, expected) in [0.5, 2.0].into_iter().enumerate() {
+        let scenario = points.scenario(point).expect("valid");
+        let record = points.trial(point, &scenario, 3).expect("runs");
+        assert!((angles(&[record])[0] - expected).abs() < 1e-6);
+    }
+    let text =
+        asking("found") + "angle = 0.5\n[tolerances]\n\"detector.config.angle\" = { uniform = \"20 %\" }\n";
+    let mut angles = angles(&records(&plan(&folder, &text).expect("valid"), 0..30));
+    angles.sort_by(f64::total_cmp);
+    assert!(angles[0] >= 0.4 && angles[29] <= 0.6 && angles[29] - angles[0] > 0.1, "{angles:?}");
+}
+
+#[test]
+fn law_the_library_is_part_of_the_run_and_its_text() {
+    let (folder, library) = probe(&[]);
+    let plan = plan(&folder, &asking("found")).expect("valid");
+    let bytes = std::fs::metadata(library).expect("there").len();
+    assert_eq!(plan.files()["mine.so"].bytes, bytes);
+    let text = plan.text().expect("TOML");
+    assert!(text.contains("library = \"mine.so\"") && text.contains("what = \"found\""), "{text}");
+    assert!(!text.contains("method"), "{text}");
+    let again = crate::plan(&folder, &text).expect("valid");
+    assert_eq!(again.text().expect("TOML"), text);
+    assert_eq!(again.scenario(0).expect("valid"), plan.scenario(0).expect("valid"));
+}
+
+/// Why a scenario with this library cannot be.
+fn refused(options: &[&str], change: impl FnOnce(&mut Vec<u8>), text: &str) -> String {
+    let (folder, library) = probe(options);
+    let mut bytes = std::fs::read(&library).expect("there");
+    change(&mut bytes);
+    std::fs::write(&library, bytes).expect("written");
+    plan(&folder, text).expect_err("must be refused").to_string()
+}
+
+#[test]
+fn law_what_is_wrong_with_a_library_is_said_in_a_line_before_anything_runs() {
+    let text = &asking("found");
+    let same = |_: &mut Vec<u8>| {};
+    let carrier = text.replace("[detector]\n", "inverter.carrier = \"10 kHz\"\n[detector]\n");
+    let method = text.replace("[detector]\n", "[detector]\nmethod = \"bipolar\"\n");
+    let pulse = text.replace("[detector]\n", "[detector]\npulse = \"100 us\"\n");
+    let cases = [
+        (
+            refused(&[], same, &text.replace("mine.so", "none.so")),
+            vec!["none.so", "cannot be read", "No such file"],
+        ),
+        (refused(&[], |bytes| *bytes = b"hello".to_vec(), text), vec!["no library"]),
+        (refused(&[], |bytes| bytes.truncate(900), text), vec!["a damaged library"]),
+        (refused(&["-c"], same, text), vec!["an object file, not yet linked"]),
+        // The machine's number of another processor.
+        (refused(&[], |bytes| bytes[18] = 40, text), vec!["a library for 32-bit Arm"]),
+        (refused(&["-DMISSING"], same, text), vec!["HAL_ADC_Start", "TIM1_CNT", "stub them"]),
+        (refused(&["-DNO_ENTRY"], same, text), vec!["without sts_entry"]),
+        (refused(&["-DABI=2"], same, text), vec!["a table of ABI 2", "one of ABI 1"]),
+        (refused(&["-DSIZE=40"], same, text), vec!["a table of 40 bytes", "at least 72 bytes"]),
+        (refused(&["-DDELAY=7"], same, text), vec!["update_delay 7", "from 1 to 4"]),
+        (refused(&["-DFLAGS=64"], same, text), vec!["flags 0x43"]),
+        (refused(&["-DTHREAD_LOCAL"], same, text), vec!["4 bytes of thread-local memory"]),
+        (refused(&[], same, &asking("refuse")), vec!["probe refused: this motor is not for me"]),
+        (refused(&[], same, &carrier), vec!["a PWM of 12500 Hz", "`inverter.carrier`, 10000 Hz"]),
+        (refused(&[], same, &method), vec!["`detector.method`", "beside `detector.library`"]),
+        (refused(&[], same, &pulse), vec!["`detector.pulse`", "beside `detector.library`"]),
+        (refused(&[], same, "detector.config.x = 1"), vec!["`detector.config.x`", "`detector.library`"]),
+        (refused(&[], same, &(text.clone() + "list = [1]\n")), vec!["`detector.config.list`", "found array"]),
+    ];
+    for (message, parts) in cases {
+        assert!(message.contains("s.toml"), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        for part in parts {
+            assert!(message.contains(part), "{part}: {message}");
+        }
+    }
+}
