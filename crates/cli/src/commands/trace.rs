@@ -9,7 +9,7 @@ use standstill_interface::Abc;
 use standstill_report::table::{Columns, Format, Writer};
 use standstill_scenario::{Plan, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Verdict};
-use standstill_sim::{Ended, NoProbe, Run, Trace, run as simulate};
+use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Trace as Options;
@@ -222,22 +222,27 @@ fn result<S>(
         "pole_evidence_needed": findings.and_then(|f| f.pole_evidence).map(|e| e.needed),
         "sensor_gain": findings.and_then(|f| f.sensor_gain).map(|g| g.0),
         "polarity_margin_A": findings.and_then(|f| f.polarity).map(|p| p.margin()),
-        "energy_J": watched.ledger.map(|e| json!({
-            "source": e.source,
-            "source_loss": e.source_loss,
-            "device_loss": e.device_loss,
-            "copper_loss": e.copper_loss,
-            "eddy_loss": e.eddy_loss,
-            "shaft_work": e.shaft_work,
-            "friction_loss": e.friction_loss,
-            "load_work": e.load_work,
-            "impact_loss": e.impact_loss,
-            "link_change": e.link_change,
-            "terminal_change": e.terminal_change,
-            "field_change": e.field_change,
-            "kinetic_change": e.kinetic_change,
-            "imbalance": e.imbalance(),
-        })),
+        "energy_J": watched.ledger.as_ref().map(energies),
         "right_hand_sides": watched.work.derivatives,
+    })
+}
+
+/// Where the energy of a run went, in J.
+fn energies(e: &Ledger) -> serde_json::Value {
+    json!({
+    "source": e.source,
+    "source_loss": e.source_loss,
+    "device_loss": e.device_loss,
+    "copper_loss": e.copper_loss,
+    "eddy_loss": e.eddy_loss,
+    "shaft_work": e.shaft_work,
+    "friction_loss": e.friction_loss,
+    "load_work": e.load_work,
+    "impact_loss": e.impact_loss,
+    "link_change": e.link_change,
+    "terminal_change": e.terminal_change,
+    "field_change": e.field_change,
+    "kinetic_change": e.kinetic_change,
+    "imbalance": e.imbalance(),
     })
 }
