@@ -1,0 +1,461 @@
+// The lab: what is set, what is asked of the engine, what is shown.
+import { open } from './engine.mjs';
+import { detection as decode, points, words as json } from './decode.mjs';
+import { Store, read, write } from './state.mjs';
+import { Controls } from './controls.mjs';
+import { Rotor } from './rotor.mjs';
+import { Waves } from './waves.mjs';
+import { Cloud } from './cloud.mjs';
+import { Files } from './folder.mjs';
+import { fixed, make, number, percent, quantity } from './words.mjs';
+
+const $ = id => document.getElementById(id);
+const root = document.documentElement;
+
+/** Asks for the newest only: while one question is out, later ones wait in a place for one. */
+class Newest {
+  constructor(ask) {
+    this.ask = ask;
+    this.busy = false;
+    this.next = null;
+  }
+
+  run(question) {
+    if (this.busy) {
+      this.next = question;
+      return;
+    }
+    this.busy = true;
+    this.ask(question).finally(() => {
+      this.busy = false;
+      const { next } = this;
+      this.next = null;
+      if (next) this.run(next);
+    });
+  }
+}
+
+class Lab {
+  constructor(engine, info) {
+    this.engine = engine;
+    this.info = info;
+    this.tab = crypto.randomUUID?.() ?? String(Math.random());
+    this.errors = { a: null, b: null };
+    this.values = { a: null, b: null };
+    this.summaries = { a: null, b: null };
+    this.clouds = { a: null, b: null };
+    this.begun = { a: 0, b: 0 };
+    this.timers = { a: null, b: null };
+    this.store = new Store(read(location.hash), before => this.#changed(before));
+    this.rotor = new Rotor($('rotor'), angle => this.store.change('angle', state => { state.angle = angle; }));
+    this.waves = new Waves($('waves'), $('readout'));
+    this.cloud = new Cloud($('cloud'), trial => this.#look(trial));
+    this.controls = new Controls($('controls'), info, (key, text, about) => this.#set(key, text, about));
+    this.asks = {};
+    for (const side of ['a', 'b']) {
+      this.asks[side] = {
+        detection: new Newest(() => this.#detection(side)),
+        values: new Newest(() => this.#values(side)),
+      };
+    }
+    this.#buttons();
+    if (engine.files && info.folder) this.#folder();
+    $('foot').textContent = `Standstill ${info.version}. ${engine.files ? 'Computed on this machine.' : 'Computed in this browser: one thread, no files.'}`;
+    this.#changed(null);
+    root.dataset.ready = 'yes';
+  }
+
+  get state() { return this.store.state; }
+
+  /** Which setting a key changes, and how. */
+  #set(key, text, about) {
+    this.store.change(about, state => {
+      const set = state[state.side];
+      if (text === null) delete set[key];
+      else set[key] = text;
+      // What the old method or motor had, the new one may not have.
+      if (key === 'detector.method') for (const other of Object.keys(set)) if (other.startsWith('detector.') && other !== key) delete set[other];
+      if (key === 'motor') for (const other of Object.keys(set)) if (other.startsWith('motor.')) delete set[other];
+    });
+  }
+
+  #look(trial) {
+    this.store.change(null, state => Object.assign(state, { trial, angle: null }));
+  }
+
+  /** Something was set: asks for what depends on it, and for nothing else. */
+  #changed(before) {
+    const { state } = this;
+    const fragment = write(state);
+    history.replaceState(null, '', fragment ? `#${fragment}` : location.pathname);
+    const frame = one => JSON.stringify([one.scenario, one.point]);
+    for (const side of ['a', 'b']) {
+      if (!state[side]) {
+        if (before?.[side] || before === null) this.#forget(side);
+        continue;
+      }
+      const other = before === null || !before[side] || frame(before) !== frame(state) || JSON.stringify(before[side]) !== JSON.stringify(state[side]);
+      const looks = other || before.trial !== state.trial || before.angle !== state.angle;
+      const many = before !== null && before.trials !== state.trials;
+      if (looks) this.asks[side].detection.run(true);
+      if (other || looks || many) this.asks[side].values.run(true);
+      if (other || many) this.#restart(side);
+    }
+    this.#tools();
+    if (before && (before.side !== state.side || Boolean(before.b) !== Boolean(state.b))) this.#showValues();
+  }
+
+  #forget(side) {
+    this.clouds[side]?.abort();
+    clearTimeout(this.timers[side]);
+    this.summaries[side] = null;
+    this.errors[side] = null;
+    this.values[side] = null;
+    this.cloud.begin(side);
+    this.waves.show(side, null);
+    this.rotor.found(side, null);
+    this.#numbers();
+    this.cloud.dirty();
+    this.#banner();
+  }
+
+  /** Says what cannot be; true where the engine is gone. */
+  #failed(side, error) {
+    if (error.name === 'AbortError') return;
+    if (error.lost) {
+      this.#lost();
+      return;
+    }
+    this.errors[side] = error;
+    this.#banner();
+    this.#showValues();
+  }
+
+  #banner() {
+    const wrong = ['a', 'b'].filter(side => this.errors[side] && this.state[side]);
+    $('wrong').hidden = wrong.length === 0;
+    $('wrong').replaceChildren(...wrong.map(side =>
+      make('span', {}, `${this.state.b ? `${side.toUpperCase()}: ` : ''}${this.errors[side].message}. `)),
+    wrong.length ? make('span', { class: 'hint', text: 'What is shown is the last setting that works. ' }) : '',
+    wrong.length ? make('button', { type: 'button', onclick: () => this.store.undo() }, 'Undo') : '');
+  }
+
+  async #detection(side) {
+    const { trial, angle } = this.state;
+    if (!this.state[side]) return;
+    try {
+      const found = decode(await this.engine.detection({ setting: this.store.setting(side), trial, angle }));
+      if (!this.state[side]) return;
+      this.waves.show(side, found);
+      this.rotor.found(side, found.estimate, found.outcome === 'found');
+      if (side === 'a') this.rotor.stand(found.true_angle);
+      this.#verdict(side, found);
+    } catch (error) {
+      this.#failed(side, error);
+    }
+  }
+
+  #verdict(side, found) {
+    this.found ??= {};
+    this.found[side] = found;
+    const shown = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
+    $('verdict').replaceChildren(...shown.map(([one, of]) => this.#told(one, of, shown.length > 1)));
+    const first = this.found.a;
+    if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
+    this.cloud.selected = this.state.trial;
+    this.cloud.here = first ? { angle: first.true_angle, error: first.axis_error } : null;
+    this.cloud.dirty();
+    $('specimen').replaceChildren(...shown.map(([one, of]) => make('dl', { class: 'specimen-list' },
+      ...(shown.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
+      ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
+    $('legend').replaceChildren(...(shown.length > 1 ? [make('span', {}, 'A: lines, dots '), make('span', {}, 'B: dashed, rings')] : []));
+  }
+
+  #told(side, of, both) {
+    const wrong = of.pole_correct === false;
+    const head = of.outcome === 'found'
+      ? `${wrong ? 'Wrong pole' : 'Found'} ${fixed(of.estimate, 2)}°, error ${of.error >= 0 ? '+' : ''}${fixed(of.error, 3)}°`
+      : of.outcome === 'undetermined' ? `Axis ${fixed(of.estimate % 180, 2)}°, pole undetermined` : `No angle: ${of.outcome}`;
+    const facts = [
+      ['rotor at', `${fixed(of.true_angle, 2)}°${Math.abs(of.moved) > 0.01 ? `, moved ${number(of.moved)}°` : ''}`],
+      ['took', quantity(of.duration, 's')],
+      ['peak current', quantity(of.peak_current, 'A')],
+      of.mean_inductance && ['L_A, L_B', `${quantity(of.mean_inductance, 'H')}, ${quantity(of.saliency, 'H')}`],
+      of.pole_evidence && ['pole evidence', `${number(of.pole_evidence[0])} σ, needed ${number(of.pole_evidence[1])}`],
+      of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
+      of.reason && ['why', of.reason],
+    ].filter(Boolean);
+    return make('div', { class: `told ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
+      make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),
+      make('dl', {}, ...facts.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value })))));
+  }
+
+  async #values(side) {
+    if (!this.state[side]) return;
+    const { trial, angle, trials } = this.state;
+    const setting = this.store.setting(side);
+    try {
+      const values = await this.engine.setting({ setting, trial, angle, trials });
+      if (!this.state[side]) return;
+      this.values[side] = values;
+      this.errors[side] = null;
+      this.#banner();
+      if (side === 'a') this.rotor.motor(values.motor);
+      this.#showValues();
+    } catch (error) {
+      this.#failed(side, error);
+    }
+  }
+
+  /** The controls and texts of the side that is being set. */
+  #showValues() {
+    const { state } = this;
+    const { side } = state;
+    const values = this.values[side] ?? this.values.a;
+    if (!values) return;
+    const other = state.b ? state[side === 'a' ? 'b' : 'a'] : null;
+    this.controls.show(values, state[side], values.axes, other, this.errors[side]);
+    $('what').textContent = `${values.motor.name}, ${values.method}${values.points.length > 1 ? `, point ${state.point}: ${values.points[state.point]}` : ''}`;
+    for (const name of ['trace', 'run', 'toml']) $(name).textContent = values[name];
+    this.#points(values);
+  }
+
+  /** Where the scenario has axes, one point of them is looked at. */
+  #points(values) {
+    let place = $('points');
+    if (values.points.length < 2) {
+      place?.remove();
+      return;
+    }
+    if (!place) {
+      const select = make('select', { id: 'point', onchange: () => this.store.change(null, state => { state.point = Number($('point').value); }) });
+      place = make('div', { id: 'points', class: 'row' }, make('label', { for: 'point' }, 'point of the axes'), select);
+      $('controls').before(place);
+    }
+    const names = values.points.slice(0, 500).map((text, k) => `${k}: ${text}`);
+    if ($('point').options.length !== names.length) $('point').replaceChildren(...names.map((text, k) => make('option', { value: String(k) }, text)));
+    $('point').value = String(this.state.point);
+  }
+
+  /** A new cloud of a side; while a hand is on a slider, not more often than the eye has use for. */
+  #restart(side) {
+    clearTimeout(this.timers[side]);
+    const wait = Math.max(0, this.begun[side] + 110 - performance.now());
+    if (wait > 0) this.timers[side] = setTimeout(() => this.#fill(side), wait);
+    else this.#fill(side);
+  }
+
+  async #fill(side) {
+    this.clouds[side]?.abort();
+    const abort = new AbortController();
+    this.clouds[side] = abort;
+    this.begun[side] = performance.now();
+    let first = true;
+    const current = () => this.clouds[side] === abort && this.state[side];
+    const frame = (kind, view) => {
+      if (!current()) return;
+      if (kind === 2) throw Object.assign(new Error(json(view).message), json(view));
+      if (kind === 1) {
+        if (first) this.cloud.begin(side);
+        first = false;
+        this.cloud.both = Boolean(this.state.b);
+        points(view, (...point) => this.cloud.sides[side].add(...point));
+        this.cloud.scale(false);
+        this.cloud.dirty();
+      } else {
+        this.summaries[side] = json(view);
+        this.#numbers();
+      }
+    };
+    try {
+      await this.engine.cloud({ setting: this.store.setting(side), trials: this.state.trials, slot: `${this.tab} ${side}` }, frame, abort.signal);
+      if (!current()) return;
+      this.cloud.scale(true);
+      this.cloud.dirty();
+      await this.#pair();
+    } catch (error) {
+      if (current()) this.#failed(side, error);
+    }
+  }
+
+  async #pair() {
+    $('pair').textContent = '';
+    if (!this.state.b) return;
+    const asked = [this.store.setting('a'), this.store.setting('b')];
+    const found = await this.engine.pair({ a: asked[0], b: asked[1] });
+    if (!found.trials || !this.state.b || JSON.stringify(asked) !== JSON.stringify([this.store.setting('a'), this.store.setting('b')])) return;
+    const { rms, wrong, share } = found;
+    const sure = rms.low > 0 || rms.high < 0;
+    const poles = wrong.a + wrong.b === 0 ? 'No trial in which only one of them names a wrong pole.'
+      : `Wrong poles only in A: ${wrong.a}, only in B: ${wrong.b}${share.low > 0.5 || share.high < 0.5 ? ', more than chance' : ', no more than chance'}.`;
+    $('pair').textContent = `B − A on the same ${found.trials} trials: rms ${rms.value >= 0 ? '+' : ''}${number(rms.value)}° [${number(rms.low)}, ${number(rms.high)}], ${sure ? (rms.value > 0 ? 'B is worse' : 'B is better') : 'no difference that these trials show'}. ${poles}`;
+  }
+
+  /** Statistics, side by side. */
+  #numbers() {
+    const sides = this.store.sides().filter(side => this.summaries[side]);
+    const of = side => this.summaries[side].summary;
+    const interval = e => `${number(e.value)}° [${number(e.low)}, ${number(e.high)}]`;
+    const odds = (count, e) => `${count}: ${percent(e.value)} [${percent(e.low)}, ${percent(e.high)}]`;
+    const rows = [
+      ['trials', s => String(s.trials)],
+      ['rms error of the axis', s => interval(s.rms_deg)],
+      ['mean error', s => interval(s.bias_deg)],
+      ['95th percentile', s => interval(s.p95_deg)],
+      ['largest', s => `${number(s.max_deg)}°`],
+      ['wrong pole', s => odds(s.wrong_poles, s.wrong_pole_probability), s => s.wrong_poles > 0],
+      ['pole undetermined', s => odds(s.undetermined, s.undetermined_probability)],
+      ['no angle', s => odds(s.failed, s.failed_probability)],
+      [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => `${percent(s.beyond_limit.value)} [${percent(s.beyond_limit.low)}, ${percent(s.beyond_limit.high)}]`],
+      ['detection takes', s => (s.mean_duration_s === null ? '–' : quantity(s.mean_duration_s, 's'))],
+      ['largest current', s => quantity(s.peak_current_a, 'A')],
+    ];
+    const table = $('numbers');
+    table.tHead.replaceChildren(make('tr', {}, make('th', { scope: 'col' }, make('span', { class: 'hidden' }, 'quantity')),
+      ...sides.map(side => make('th', { scope: 'col' }, make('i', { class: `dot ${side}` }), sides.length > 1 ? side.toUpperCase() : 'with 95 % interval'))));
+    table.tBodies[0].replaceChildren(...rows.map(([name, text, bad]) => make('tr', {}, make('th', { scope: 'row' }, name),
+      ...sides.map(side => make('td', { class: bad?.(of(side)) ? 'bad' : '' }, text(of(side)))))));
+    const shares = sides.map(side => of(side).trials / this.summaries[side].all);
+    $('progress').firstElementChild.style.width = `${100 * Math.min(...shares, 1)}%`;
+    $('progress').classList.toggle('done', shares.every(share => share >= 1));
+    const wrong = sides.some(side => of(side).wrong_poles);
+    const axis = sides.some(side => of(side).undetermined);
+    const failed = sides.some(side => of(side).failed + of(side).errors);
+    $('cloud-legend').textContent = [sides.length > 1 ? 'squares A, bars B' : 'a point for each trial', wrong && '× wrong pole', axis && '○ pole undetermined', failed && '| no angle, at the lower edge', 'ring: the detection above'].filter(Boolean).join(' · ');
+  }
+
+  #tools() {
+    const { store, state } = this;
+    $('undo').disabled = store.past.length === 0;
+    $('redo').disabled = store.future.length === 0;
+    const both = Boolean(state.b);
+    $('compare').setAttribute('aria-pressed', String(both));
+    $('compare').textContent = both ? 'End comparison' : 'Compare A | B';
+    $('sides').hidden = !both;
+    for (const side of ['a', 'b']) $(`side-${side}`).setAttribute('aria-pressed', String(state.side === side));
+    if (document.activeElement !== $('trial')) $('trial').value = String(state.trial);
+    $('trials').value = String(state.trials);
+    $('drawn').disabled = state.angle === null;
+    this.cloud.both = both;
+    if (!both) $('pair').textContent = '';
+    if (state.angle !== null) this.rotor.stand(state.angle);
+  }
+
+  #buttons() {
+    const { store } = this;
+    const on = (id, act) => $(id).addEventListener('click', act);
+    on('undo', () => store.undo());
+    on('redo', () => store.redo());
+    on('compare', () => store.change(null, state => Object.assign(state, state.b ? { b: null, side: 'a' } : { b: { ...state.a }, side: 'b' })));
+    for (const side of ['a', 'b']) on(`side-${side}`, () => store.change(null, state => { state.side = side; }));
+    on('swap', () => store.change(null, state => Object.assign(state, { a: state.b, b: state.a })));
+    on('keep', () => store.change(null, state => Object.assign(state, { a: state.b, b: null, side: 'a' })));
+    on('drawn', () => store.change(null, state => { state.angle = null; }));
+    on('zoom-in', () => this.waves.zoom(0.5));
+    on('zoom-out', () => this.waves.zoom(2));
+    on('zoom-all', () => this.waves.all());
+    on('zoom-pulse', () => this.waves.firstPulse());
+    on('worst', () => { const trial = this.cloud.worst(this.state.side); if (trial !== null) this.#look(trial); });
+    on('wrong-pole', () => {
+      const trial = this.cloud.nextOdd(this.state.side, this.state.trial);
+      if (trial === null) this.#say('Every trial found its angle and its pole.');
+      else this.#look(trial);
+    });
+    $('trial').addEventListener('change', () => {
+      const trial = Number($('trial').value);
+      if (Number.isInteger(trial) && trial >= 0 && trial < 1e9) this.#look(trial);
+    });
+    $('angle').addEventListener('change', () => {
+      const text = $('angle').value.replace('°', '').replace('−', '-').trim();
+      const angle = text === '' ? null : Number(text);
+      if (angle === null || Number.isFinite(angle)) store.change(null, state => { state.angle = angle; });
+    });
+    $('trials').addEventListener('change', () => store.change(null, state => { state.trials = Number($('trials').value); }));
+    $('find').addEventListener('input', () => this.controls.filter($('find').value));
+    on('link', () => this.#copy(location.href, 'The link is copied: it restores all that is set, in this lab or behind the # of another one’s address.'));
+    for (const button of document.querySelectorAll('[data-copy]')) {
+      button.addEventListener('click', () => this.#copy($(button.dataset.copy).textContent, 'Copied.'));
+    }
+    on('theme', () => {
+      const dark = matchMedia('(prefers-color-scheme: dark)').matches;
+      const now = root.dataset.theme ?? (dark ? 'dark' : 'light');
+      root.dataset.theme = now === 'dark' ? 'light' : 'dark';
+      try { localStorage.setItem('theme', root.dataset.theme); } catch { /* Not kept. */ }
+      this.#paint();
+    });
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#paint());
+    addEventListener('hashchange', () => store.replace(read(location.hash)));
+    addEventListener('keydown', event => {
+      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== 'z' || event.target.matches('input[type=text],input[type=search],input[type=number]')) return;
+      event.preventDefault();
+      if (event.shiftKey) store.redo();
+      else store.undo();
+    });
+  }
+
+  #paint() {
+    this.waves.dirty();
+    this.cloud.dirty();
+  }
+
+  #folder() {
+    const files = new Files($('entries'), this.engine, path => {
+      this.store.change(null, state => Object.assign(state, { scenario: path, point: 0, a: {}, b: null, side: 'a', trial: 0, angle: null }));
+      this.#say(`${path} is open.`);
+    });
+    $('files').hidden = false;
+    $('folder-path').textContent = this.info.folder;
+    $('files').addEventListener('click', () => {
+      const opened = $('folder').hidden;
+      $('folder').hidden = !opened;
+      $('files').setAttribute('aria-expanded', String(opened));
+      if (opened) files.show().catch(error => this.#say(error.message));
+      else files.hide();
+    });
+  }
+
+  async #copy(text, said) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.#say(said);
+    } catch {
+      this.#say('The browser does not let pages copy; the text is in the address, or above.');
+    }
+  }
+
+  #say(text) {
+    $('said').textContent = text;
+    clearTimeout(this.saying);
+    this.saying = setTimeout(() => { $('said').textContent = ''; }, 5000);
+  }
+
+  /** Nothing answers: says so, and tries again until something does. */
+  #lost() {
+    if (this.isLost) return;
+    this.isLost = true;
+    root.dataset.lost = 'yes';
+    $('lost').hidden = false;
+    $('lost').textContent = 'The lab does not answer: it has ended, or this machine was asleep. What is set is kept in the address; start `standstill lab` again, open the address that it prints, and put the part behind # after it.';
+    const again = async () => {
+      try {
+        await this.engine.start();
+        this.isLost = false;
+        delete root.dataset.lost;
+        $('lost').hidden = true;
+        this.#changed(null);
+      } catch {
+        setTimeout(again, 1000);
+      }
+    };
+    setTimeout(again, 1000);
+  }
+}
+
+try { if (localStorage.getItem('theme')) root.dataset.theme = localStorage.getItem('theme'); } catch { /* As the system has it. */ }
+try {
+  const engine = await open();
+  globalThis.lab = new Lab(engine, await engine.start());
+} catch (error) {
+  $('lost').hidden = false;
+  $('lost').textContent = error.message;
+}

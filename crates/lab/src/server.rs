@@ -1,0 +1,210 @@
+//! The lab behind an address of this machine.
+//!
+//! It listens on 127.0.0.1 alone. The address begins with a token of 128 random bits, so that nobody who was not told it gets
+//! an answer; what it serves is compiled in, so that no path of a request names a file.
+
+mod guard;
+mod pages;
+mod reply;
+
+use std::collections::HashMap;
+use std::fmt;
+use std::io::{self, Read as _, Write};
+use std::net::Ipv4Addr;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use tiny_http::{Method, Request};
+
+use self::guard::Guard;
+use self::reply::{Reply, respond};
+use crate::bench::{Bench, lock};
+use crate::cloud::CloudRequest;
+use crate::error::LabError;
+
+/// Makes the page of a finished run in a folder.
+pub type Report = Box<dyn Fn(&Path) -> Result<String, String> + Send + Sync>;
+
+/// Most bytes of a request's body.
+const MOST_BODY: u64 = 256 << 10;
+
+/// Requests that are answered at the same time; further ones are told to come back.
+const MOST_REQUESTS: usize = 64;
+
+/// Most clouds that are remembered so that new ones take their places.
+const MOST_SLOTS: usize = 1000;
+
+/// A server that cannot be.
+#[derive(Debug)]
+pub enum ServerError {
+    /// The port is not to be had.
+    Port(u16, String),
+    /// The operating system gave no random numbers.
+    Random(String),
+}
+
+impl fmt::Display for ServerError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Port(0, error) => write!(f, "no port of 127.0.0.1 is free: {error}"),
+            Self::Port(port, error) => {
+                write!(f, "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any")
+            }
+            Self::Random(error) => write!(f, "no random numbers for the token of the address: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ServerError {}
+
+/// The server.
+pub struct Server {
+    http: tiny_http::Server,
+    guard: Guard,
+    bench: Bench,
+    report: Report,
+    /// Clouds that are being computed, by the slots of their pages.
+    clouds: Mutex<HashMap<String, Arc<AtomicBool>>>,
+    requests: AtomicUsize,
+    stopped: AtomicBool,
+}
+
+impl Server {
+    /// Listens on a port, 0 for any that is free.
+    ///
+    /// # Errors
+    /// A port that somebody else has.
+    pub fn bind(port: u16, bench: Bench, report: Report) -> Result<Arc<Self>, ServerError> {
+        let refused = |error: &dyn fmt::Display| ServerError::Port(port, error.to_string());
+        let http = tiny_http::Server::http((Ipv4Addr::LOCALHOST, port)).map_err(|error| refused(&error))?;
+        let port = http.server_addr().to_ip().map_or(port, |address| address.port());
+        let mut token = [0; 16];
+        getrandom::fill(&mut token).map_err(|error| ServerError::Random(error.to_string()))?;
+        let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
+        let (clouds, requests, stopped) = (Mutex::default(), AtomicUsize::new(0), AtomicBool::new(false));
+        Ok(Arc::new(Self { http, guard: Guard { port, token }, bench, report, clouds, requests, stopped }))
+    }
+
+    /// What a browser opens.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.guard.port, self.guard.token)
+    }
+
+    /// Answers until [`Server::stop`].
+    pub fn serve(self: &Arc<Self>) {
+        while !self.stopped.load(Ordering::SeqCst) {
+            let Ok(request) = self.http.recv() else { continue };
+            let server = Arc::clone(self);
+            self.requests.fetch_add(1, Ordering::SeqCst);
+            let answer = move || {
+                server.answer(request);
+                server.requests.fetch_sub(1, Ordering::SeqCst);
+            };
+            // Without a thread the request is dropped, which its sender sees.
+            if std::thread::Builder::new().spawn(answer).is_err() {
+                self.requests.fetch_sub(1, Ordering::SeqCst);
+            }
+        }
+    }
+
+    /// Ends [`Server::serve`] and what is being computed.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::SeqCst);
+        lock(&self.clouds).values().for_each(|stop| stop.store(true, Ordering::SeqCst));
+        self.http.unblock();
+    }
+
+    fn answer(&self, mut request: Request) {
+        let reply = match self.guard.path(&request) {
+            Err(refusal) => Reply::text(403, refusal),
+            Ok(_) if self.requests.load(Ordering::SeqCst) > MOST_REQUESTS => {
+                Reply::text(503, "too many requests at a time")
+            }
+            Ok(path) => match (request.method(), path.strip_prefix("api/")) {
+                (Method::Get, None) => self.page(&path),
+                (Method::Post, Some("cloud")) => return self.cloud(request),
+                (Method::Post, Some(name)) => match text(&mut request) {
+                    Ok(body) => Reply::of(self.bench.answer(name, &body)),
+                    Err(refusal) => refusal,
+                },
+                _ => Reply::text(405, "not a request of the lab"),
+            },
+        };
+        // Whoever asked may be gone.
+        let _ = respond(request, reply);
+    }
+
+    /// A file of the page, or the report of a run.
+    fn page(&self, path: &str) -> Reply {
+        if let Some(name) = path.strip_prefix("report/") {
+            let Some(folder) = self.bench.folder() else { return Reply::text(404, "the lab has no folder") };
+            let name = guard::decoded(name);
+            return match folder.inside(&name).map(|path| (self.report)(&path)) {
+                Ok(Ok(html)) => Reply::report(html),
+                Ok(Err(error)) => Reply::text(422, &error),
+                Err(error) => Reply::text(404, &error.to_string()),
+            };
+        }
+        match pages::find(path) {
+            Some((kind, text)) => Reply::asset(kind, text),
+            None => Reply::text(404, "the lab has no such page"),
+        }
+    }
+
+    /// A cloud, in pieces as they come.
+    fn cloud(&self, mut request: Request) {
+        let parsed = text(&mut request).and_then(|body| {
+            serde_json::from_str::<CloudRequest>(&body).map_err(|error| Reply::of(Err(LabError::request(error))))
+        });
+        let wanted = match parsed {
+            Ok(wanted) => wanted,
+            Err(refusal) => {
+                let _ = respond(request, refusal);
+                return;
+            }
+        };
+        let stop = self.replaced(&wanted.slot);
+        let mut out = request.into_writer();
+        let mut write = |bytes: &[u8]| reply::chunk(&mut out, bytes).is_ok();
+        if !write(b"") {
+            return;
+        }
+        if let Err(error) = self.bench.cloud(&wanted, &stop, &mut write) {
+            let text = serde_json::to_vec(&error).unwrap_or_default();
+            let length = u32::try_from(text.len()).unwrap_or(0);
+            write(&[&length.to_le_bytes(), &2_u32.to_le_bytes(), &text[..]].concat());
+        }
+        let _ = end(&mut out);
+    }
+
+    /// Stops the cloud that had this slot; the flag that stops the new one.
+    fn replaced(&self, slot: &str) -> Arc<AtomicBool> {
+        let stop = Arc::new(AtomicBool::new(self.stopped.load(Ordering::SeqCst)));
+        let mut clouds = lock(&self.clouds);
+        if clouds.len() >= MOST_SLOTS {
+            clouds.retain(|_, stop| Arc::strong_count(stop) > 1);
+        }
+        if let Some(old) = clouds.insert(slot.to_owned(), Arc::clone(&stop)) {
+            old.store(true, Ordering::SeqCst);
+        }
+        stop
+    }
+}
+
+/// The last chunk.
+fn end(out: &mut dyn Write) -> io::Result<()> {
+    out.write_all(b"0\r\n\r\n")?;
+    out.flush()
+}
+
+/// The body of a request.
+fn text(request: &mut Request) -> Result<String, Reply> {
+    let mut body = String::new();
+    let read = request.as_reader().take(MOST_BODY + 1).read_to_string(&mut body);
+    match read {
+        Ok(length) if length as u64 <= MOST_BODY => Ok(body),
+        Ok(_) => Err(Reply::text(413, "too long")),
+        Err(error) => Err(Reply::text(400, &error.to_string())),
+    }
+}
