@@ -100,8 +100,12 @@ async function open(address, name, options = {}) {
 }
 
 /** Until all trials are there. */
-const settled = page => page.waitForFunction(() => document.querySelector('#progress.done') && globalThis.lab.waves.found.a
-  && globalThis.lab.values.a, null, { timeout: 60_000 });
+const settled = async page => {
+  // What waits for the hand to rest begins within a third of a second.
+  await sleep(300);
+  await page.waitForFunction(() => document.querySelector('#progress.done') && globalThis.lab.waves.found.a && globalThis.lab.values.a
+    && Object.values(globalThis.lab.asks).every(asks => Object.values(asks).every(ask => !ask.busy)), null, { timeout: 60_000 });
+};
 const state = page => page.evaluate(() => structuredClone(globalThis.lab.state));
 const rms = (page, side = 'a') => page.evaluate(one => globalThis.lab.summaries[one]?.summary.rms_deg.value, side);
 const ink = (page, id) => page.evaluate(name => {
@@ -221,6 +225,7 @@ async function type({ address }) {
   await page.fill('#find', '');
   // A slider: the cloud follows while the hand is on it.
   const slider = page.locator('.row[data-key="sensors.noise"] input[type=range]');
+  await slider.scrollIntoViewIfNeeded();
   const box = await slider.boundingBox();
   await page.mouse.move(box.x + box.width * 0.3, box.y + box.height / 2);
   await page.mouse.down();
@@ -228,6 +233,7 @@ async function type({ address }) {
   await page.mouse.up();
   await settled(page);
   const slid = (await state(page)).a['sensors.noise'];
+  expect(slid !== '60 mA', 'the slider sets nothing');
   await page.click('#undo');
   expect((await state(page)).a['sensors.noise'] === '60 mA', `a slide is not one step of undo: ${slid}, then ${(await state(page)).a['sensors.noise']}`);
   // Another method: its keys come, those that it lacks go.

@@ -103,7 +103,14 @@ mod tests {
         let glance = |threads| {
             let mut seen = Vec::new();
             let glance = Glance { plan: &plan, point: 1, trials: 5..205, threads };
-            assert!(glance.run(&AtomicBool::new(false), |records| { seen.extend_from_slice(records); true }).expect("runs"));
+            assert!(
+                glance
+                    .run(&AtomicBool::new(false), |records| {
+                        seen.extend_from_slice(records);
+                        true
+                    })
+                    .expect("runs")
+            );
             seen
         };
         let two = glance(Some(2));
@@ -113,7 +120,14 @@ mod tests {
         assert_eq!(Row::from(&two[100]), Row::from(&scenario.trial(105).expect("runs")));
         let glance = Glance { plan: &plan, point: 0, trials: 0..1_000_000, threads: Some(1) };
         let mut blocks = 0;
-        assert!(!glance.run(&AtomicBool::new(false), |_| { blocks += 1; false }).expect("runs"));
+        assert!(
+            !glance
+                .run(&AtomicBool::new(false), |_| {
+                    blocks += 1;
+                    false
+                })
+                .expect("runs")
+        );
         assert_eq!(blocks, 1);
     }
 

@@ -51,14 +51,21 @@ export class Cloud {
     this.range = 1;
     this.here = null;
     this.selected = null;
+    // Ten thousand points are drawn once, and what moves over them for each picture.
+    this.layer = document.createElement('canvas');
+    this.stale = true;
     this.picture = new Picture(canvas, (context, width, height) => this.#draw(context, width, height));
     canvas.addEventListener('click', event => this.#click(event));
     canvas.addEventListener('pointermove', event => this.#hover(event));
-    canvas.addEventListener('pointerleave', () => { this.hovered = null; this.dirty(); });
+    canvas.addEventListener('pointerleave', () => { this.hovered = null; this.dirty(false); });
     canvas.addEventListener('keydown', event => this.#key(event));
   }
 
-  dirty() { this.picture.dirty(); }
+  /** Draws anew; the points too, unless only what lies over them has changed. */
+  dirty(withPoints = true) {
+    this.stale ||= withPoints;
+    this.picture.dirty();
+  }
 
   /** Begins anew with the first points of a side; those before stay until then, so that nothing flickers. */
   begin(side) {
@@ -82,8 +89,17 @@ export class Cloud {
   #draw(context, width, height) {
     const colour = colours();
     const frame = this.#frame(width, height);
-    this.#axes(context, frame, colour, width, height);
-    for (const side of this.both ? ['a', 'b'] : ['a']) this.#points(context, frame, colour, side, width);
+    const { canvas, layer } = this;
+    if (this.stale || layer.width !== canvas.width || layer.height !== canvas.height) {
+      [layer.width, layer.height] = [canvas.width, canvas.height];
+      const below = layer.getContext('2d');
+      below.scale(canvas.width / width, canvas.height / height);
+      below.font = context.font;
+      this.#axes(below, frame, colour, width, height);
+      for (const side of this.both ? ['a', 'b'] : ['a']) this.#points(below, frame, colour, side, width);
+      this.stale = false;
+    }
+    context.drawImage(layer, 0, 0, width, height);
     this.#marks(context, frame, colour);
   }
 
@@ -251,7 +267,7 @@ export class Cloud {
   #hover(event) {
     this.hovered = this.#nearest(event, 12);
     this.canvas.classList.toggle('on-point', this.hovered !== null);
-    this.dirty();
+    this.dirty(false);
   }
 
   #click(event) {

@@ -7,7 +7,7 @@ import { Rotor } from './rotor.mjs';
 import { Waves } from './waves.mjs';
 import { Cloud } from './cloud.mjs';
 import { Files } from './folder.mjs';
-import { fixed, make, number, percent, quantity } from './words.mjs';
+import { fixed, make, number, percent, shown } from './words.mjs';
 
 const $ = id => document.getElementById(id);
 const root = document.documentElement;
@@ -98,11 +98,18 @@ class Lab {
       const looks = other || before.trial !== state.trial || before.angle !== state.angle;
       const many = before !== null && before.trials !== state.trials;
       if (looks) this.asks[side].detection.run(true);
-      if (other || looks || many) this.asks[side].values.run(true);
+      if (other || many) this.asks[side].values.run(true);
+      else if (looks) this.#valuesSoon(side);
       if (other || many) this.#restart(side);
     }
     this.#tools();
     if (before && (before.side !== state.side || Boolean(before.b) !== Boolean(state.b))) this.#showValues();
+  }
+
+  /** While a hand turns the rotor only the commands to copy change, which can wait. */
+  #valuesSoon(side) {
+    clearTimeout(this.soon?.[side]);
+    this.soon = { ...this.soon, [side]: setTimeout(() => this.asks[side].values.run(true), 250) };
   }
 
   #forget(side) {
@@ -148,7 +155,8 @@ class Lab {
       if (!this.state[side]) return;
       this.waves.show(side, found);
       this.rotor.found(side, found.estimate, found.outcome === 'found');
-      if (side === 'a') this.rotor.stand(found.true_angle);
+      // An answer that comes late must not turn back what the hand has turned on.
+      if (side === 'a' && this.state.angle === angle && this.state.trial === trial) this.rotor.stand(found.true_angle);
       this.#verdict(side, found);
     } catch (error) {
       this.#failed(side, error);
@@ -158,17 +166,17 @@ class Lab {
   #verdict(side, found) {
     this.found ??= {};
     this.found[side] = found;
-    const shown = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
-    $('verdict').replaceChildren(...shown.map(([one, of]) => this.#told(one, of, shown.length > 1)));
+    const sides = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
+    $('verdict').replaceChildren(...sides.map(([one, of]) => this.#told(one, of, sides.length > 1)));
     const first = this.found.a;
     if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
     this.cloud.selected = this.state.trial;
     this.cloud.here = first ? { angle: first.true_angle, error: first.axis_error } : null;
-    this.cloud.dirty();
-    $('specimen').replaceChildren(...shown.map(([one, of]) => make('dl', { class: 'specimen-list' },
-      ...(shown.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
+    this.cloud.dirty(false);
+    $('specimen').replaceChildren(...sides.map(([one, of]) => make('dl', { class: 'specimen-list' },
+      ...(sides.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
       ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
-    $('legend').replaceChildren(...(shown.length > 1 ? [make('span', {}, 'A: lines, dots '), make('span', {}, 'B: dashed, rings')] : []));
+    $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines, dots '), make('span', {}, 'B: dashed, rings')] : []));
   }
 
   #told(side, of, both) {
@@ -178,9 +186,9 @@ class Lab {
       : of.outcome === 'undetermined' ? `Axis ${fixed(of.estimate % 180, 2)}°, pole undetermined` : `No angle: ${of.outcome}`;
     const facts = [
       ['rotor at', `${fixed(of.true_angle, 2)}°${Math.abs(of.moved) > 0.01 ? `, moved ${number(of.moved)}°` : ''}`],
-      ['took', quantity(of.duration, 's')],
-      ['peak current', quantity(of.peak_current, 'A')],
-      of.mean_inductance && ['L_A, L_B', `${quantity(of.mean_inductance, 'H')}, ${quantity(of.saliency, 'H')}`],
+      ['took', shown(of.duration, 's')],
+      ['peak current', shown(of.peak_current, 'A')],
+      of.mean_inductance && ['L_A, L_B', `${shown(of.mean_inductance, 'H')}, ${shown(of.saliency, 'H')}`],
       of.pole_evidence && ['pole evidence', `${number(of.pole_evidence[0])} σ, needed ${number(of.pole_evidence[1])}`],
       of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
       of.reason && ['why', of.reason],
@@ -307,8 +315,8 @@ class Lab {
       ['pole undetermined', s => odds(s.undetermined, s.undetermined_probability)],
       ['no angle', s => odds(s.failed, s.failed_probability)],
       [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => `${percent(s.beyond_limit.value)} [${percent(s.beyond_limit.low)}, ${percent(s.beyond_limit.high)}]`],
-      ['detection takes', s => (s.mean_duration_s === null ? '–' : quantity(s.mean_duration_s, 's'))],
-      ['largest current', s => quantity(s.peak_current_a, 'A')],
+      ['detection takes', s => (s.mean_duration_s === null ? '–' : shown(s.mean_duration_s, 's'))],
+      ['largest current', s => shown(s.peak_current_a, 'A')],
     ];
     const table = $('numbers');
     table.tHead.replaceChildren(make('tr', {}, make('th', { scope: 'col' }, make('span', { class: 'hidden' }, 'quantity')),

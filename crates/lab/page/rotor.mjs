@@ -79,8 +79,11 @@ export class Rotor {
     draw(this.truth, 'line', { x1: 0, y1: 0, x2: 60, y2: 0 });
     draw(this.truth, 'path', { d: 'M68 0l-13 -6v12z' });
     if (magnet) {
-      this.north = draw(this.disc, 'text', { class: 'pole', x: 55, y: 5 }, 'N');
-      this.south = draw(this.disc, 'text', { class: 'pole', x: -55, y: 5 }, 'S');
+      // Beside the arrow, which lies along the axis.
+      [this.north, this.south] = [['N', 30], ['S', 210]].map(([letter, degrees]) => {
+        const [x, y] = at(55, degrees);
+        return draw(this.disc, 'text', { class: 'pole', x, y: y + 5 }, letter);
+      });
     }
     this.magnet = magnet;
     this.#turn();
@@ -114,8 +117,8 @@ export class Rotor {
     const turn = `rotate(${-angle})`;
     this.disc.setAttribute('transform', turn);
     this.truth.setAttribute('transform', turn);
-    for (const [text, x] of this.magnet ? [[this.north, 55], [this.south, -55]] : []) {
-      text.setAttribute('transform', `rotate(${angle} ${x} 0)`);
+    for (const text of this.magnet ? [this.north, this.south] : []) {
+      text.setAttribute('transform', `rotate(${angle} ${text.getAttribute('x')} ${text.getAttribute('y') - 5})`);
     }
     this.svg.setAttribute('aria-valuenow', angle.toFixed(1));
     this.svg.setAttribute('aria-valuetext', `${angle.toFixed(1)} degrees electrical`);

@@ -61,15 +61,19 @@ export class Waves {
 
   all() { this.look(0, this.end); }
 
-  /** The first pulse: from its first edge to when its current is gone, as far as that is near. */
+  /** The first pulse: from when a leg conducts to when none does, as far as that is near. */
   firstPulse() {
-    const [[, one]] = this.#all();
+    const one = this.#all()[0]?.[1];
     if (!one) return;
-    const begins = one.leg[0].findIndex((_, k) => one.leg.some(leg => leg[k] !== 6));
-    const from = one.time[Math.max(begins, 0)] ?? 0;
-    const next = one.commands.find(time => time > from + 1e-9) ?? this.end;
-    const width = Math.min(Math.max(next - from, 20e-6), 600e-6);
-    this.look(from - 0.08 * width, from + 1.08 * width);
+    const conducts = k => one.leg.some(leg => leg[k] !== 6);
+    let begin = 0;
+    while (begin < one.rows && !conducts(begin)) begin += 1;
+    let end = begin;
+    while (end < one.rows && conducts(end)) end += 1;
+    if (begin === one.rows) return;
+    const from = one.time[begin];
+    const width = Math.min(Math.max(one.time[Math.min(end, one.rows - 1)] - from, 20e-6), 2e-3);
+    this.look(from - 0.15 * width, from + 1.25 * width);
   }
 
   #panels() {

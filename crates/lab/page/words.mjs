@@ -14,6 +14,9 @@ export function quantity(value, unit, share, digits = 3) {
   return `${trimmed(value / factor, digits)} ${prefix}${unit}`;
 }
 
+/** The same to read and not to type: with a true minus sign. */
+export const shown = (value, unit) => quantity(value, unit, false).replace('-', '−');
+
 /** With so many digits, and a true minus sign. */
 export function number(value, digits = 3) {
   if (value === null || value === undefined || Number.isNaN(value)) return '–';

@@ -171,13 +171,14 @@ impl Bench {
         }
         let mut document = self.document(&setting.scenario)?;
         for (key, value) in setting.in_order() {
-            document.set(key, value, Origin::CommandLine)?;
+            document.set(key, value, Origin::Option("the lab"))?;
         }
         let like = {
             let ready = lock(&self.ready);
             let motor = document.get("motor");
             let same = ready.iter().rev().find(|(_, ready)| {
-                ready.document.files().folder() == document.files().folder() && ready.document.get("motor") == motor
+                ready.document.files().folder() == document.files().folder()
+                    && ready.document.get("motor") == motor
             });
             same.map(|(_, ready)| Arc::clone(ready))
         };

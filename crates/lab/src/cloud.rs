@@ -125,7 +125,8 @@ impl Filling {
         let ready = Arc::clone(&self.ready);
         let mut records = Vec::new();
         let mut trials = next..self.trials.min(next + STEP);
-        let run = ready.plan.trials(ready.point, &ready.scenario, &mut trials, &mut |record| records.push(record));
+        let run =
+            ready.plan.trials(ready.point, &ready.scenario, &mut trials, &mut |record| records.push(record));
         run.map_err(|of| LabError::from(of.error))?;
         records.sort_unstable_by_key(|record| record.trial);
         let mut frames = self.add(&records);
@@ -218,8 +219,7 @@ pub(crate) fn pair(bench: &Bench, request: &Pair) -> Result<serde_json::Value, L
 fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {
     let trials = a.len().min(b.len());
     let pairs = || a.iter().zip(b);
-    let axes: Vec<[f64; 2]> =
-        pairs().filter_map(|(a, b)| Some([a.axis_error?, b.axis_error?])).collect();
+    let axes: Vec<[f64; 2]> = pairs().filter_map(|(a, b)| Some([a.axis_error?, b.axis_error?])).collect();
     let only = |of: fn(&Kept) -> bool, not: fn(&Kept) -> bool| {
         [pairs().filter(|(a, b)| of(a) && not(b)).count(), pairs().filter(|(a, b)| of(b) && not(a)).count()]
     };

@@ -90,7 +90,10 @@ mod tests {
              --trial 7 --angle 43.2 --out standstill-out/trace"
         );
         let file = Written { file: Some("a b.toml".into()), keys: vec![("seed".to_owned(), "3".to_owned())] };
-        assert!(trace(&file, &setting, "bipolar", 0, None).starts_with("standstill trace 'a b.toml' -s seed=3 -s 'motor="));
+        assert!(
+            trace(&file, &setting, "bipolar", 0, None)
+                .starts_with("standstill trace 'a b.toml' -s seed=3 -s 'motor=")
+        );
         assert_eq!(run(&none, &setting, 500), "standstill run scenario.toml --trials 500");
     }
 }

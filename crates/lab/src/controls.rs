@@ -75,7 +75,9 @@ mod tests {
         let of = |key: &str| controls.iter().find(|control| control.key == key).expect("a control");
         assert_eq!(of("sensors.noise").range.as_deref(), Some("zero or more"));
         assert_eq!(of("sensors.gain_error").range.as_deref(), Some("a share from 0 to 1"));
-        assert!(of("inverter.ripple_frequency").range.as_deref().expect("a range").starts_with("from 0.1 Hz"));
+        assert!(
+            of("inverter.ripple_frequency").range.as_deref().expect("a range").starts_with("from 0.1 Hz")
+        );
         assert_eq!(of("detector.pulse").range.as_deref(), Some("from 1 µs to 10 ms"));
         assert_eq!(of("rotor.angle").range, None);
         assert_eq!((of("sensors.noise").unit.as_str(), of("sensors.noise").kind), ("A", "number"));

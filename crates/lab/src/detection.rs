@@ -151,7 +151,8 @@ fn bytes(header: &Value, trace: &Trace, samples: &[Sample]) -> Vec<u8> {
         text.push(b' ');
     }
     let rows = &trace.snapshots;
-    let mut out = Vec::with_capacity(text.len() + rows.len() * (8 + 4 * COLUMNS.len() + 4) + samples.len() * 40 + 64);
+    let mut out =
+        Vec::with_capacity(text.len() + rows.len() * (8 + 4 * COLUMNS.len() + 4) + samples.len() * 40 + 64);
     // A header has some kilobytes.
     out.extend(u32::try_from(text.len()).unwrap_or(0).to_le_bytes());
     out.extend(text);

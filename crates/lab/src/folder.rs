@@ -58,7 +58,8 @@ impl Folder {
     pub fn inside(&self, name: &str) -> Result<PathBuf, LabError> {
         let missing = || LabError::of(format!("there is no {name:?} in {}", self.path.display()));
         let relative = Path::new(name);
-        let plain = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+        let plain =
+            relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
         let path = self.path.join(relative).canonicalize().ok().filter(|_| plain).ok_or_else(missing)?;
         if path.starts_with(&self.path) { Ok(path) } else { Err(missing()) }
     }
@@ -108,7 +109,10 @@ impl Folder {
             }
             if path.is_dir() && depth > 0 {
                 self.look(&path, depth - 1, found);
-            } else if path.is_file() && path.extension().is_some_and(|extension| extension == "toml") && is_scenario(&path) {
+            } else if path.is_file()
+                && path.extension().is_some_and(|extension| extension == "toml")
+                && is_scenario(&path)
+            {
                 found.push(json!({ "kind": "scenario", "path": name(&path) }));
             }
         }

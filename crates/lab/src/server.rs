@@ -4,18 +4,16 @@
 //! an answer; what it serves is compiled in, so that no path of a request names a file.
 
 mod guard;
+mod http;
 mod pages;
 mod reply;
 
 use std::collections::HashMap;
 use std::fmt;
-use std::io::{self, Read as _, Write};
-use std::net::Ipv4Addr;
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex};
-
-use tiny_http::{Method, Request};
 
 use self::guard::Guard;
 use self::reply::{Reply, respond};
@@ -25,9 +23,6 @@ use crate::error::LabError;
 
 /// Makes the page of a finished run in a folder.
 pub type Report = Box<dyn Fn(&Path) -> Result<String, String> + Send + Sync>;
-
-/// Most bytes of a request's body.
-const MOST_BODY: u64 = 256 << 10;
 
 /// Requests that are answered at the same time; further ones are told to come back.
 const MOST_REQUESTS: usize = 64;
@@ -49,7 +44,10 @@ impl fmt::Display for ServerError {
         match self {
             Self::Port(0, error) => write!(f, "no port of 127.0.0.1 is free: {error}"),
             Self::Port(port, error) => {
-                write!(f, "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any")
+                write!(
+                    f,
+                    "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any"
+                )
             }
             Self::Random(error) => write!(f, "no random numbers for the token of the address: {error}"),
         }
@@ -60,7 +58,7 @@ impl std::error::Error for ServerError {}
 
 /// The server.
 pub struct Server {
-    http: tiny_http::Server,
+    listener: TcpListener,
     guard: Guard,
     bench: Bench,
     report: Report,
@@ -76,14 +74,22 @@ impl Server {
     /// # Errors
     /// A port that somebody else has.
     pub fn bind(port: u16, bench: Bench, report: Report) -> Result<Arc<Self>, ServerError> {
-        let refused = |error: &dyn fmt::Display| ServerError::Port(port, error.to_string());
-        let http = tiny_http::Server::http((Ipv4Addr::LOCALHOST, port)).map_err(|error| refused(&error))?;
-        let port = http.server_addr().to_ip().map_or(port, |address| address.port());
+        let refused = |error: std::io::Error| ServerError::Port(port, error.to_string());
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
+        let port = listener.local_addr().map_err(refused)?.port();
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| ServerError::Random(error.to_string()))?;
         let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
         let (clouds, requests, stopped) = (Mutex::default(), AtomicUsize::new(0), AtomicBool::new(false));
-        Ok(Arc::new(Self { http, guard: Guard { port, token }, bench, report, clouds, requests, stopped }))
+        Ok(Arc::new(Self {
+            listener,
+            guard: Guard { port, token },
+            bench,
+            report,
+            clouds,
+            requests,
+            stopped,
+        }))
     }
 
     /// What a browser opens.
@@ -91,17 +97,21 @@ impl Server {
         format!("http://127.0.0.1:{}/{}/", self.guard.port, self.guard.token)
     }
 
-    /// Answers until [`Server::stop`].
+    /// Answers until [`Server::stop`]: a thread a connection, and a request a connection.
     pub fn serve(self: &Arc<Self>) {
-        while !self.stopped.load(Ordering::SeqCst) {
-            let Ok(request) = self.http.recv() else { continue };
+        for stream in self.listener.incoming() {
+            if self.stopped.load(Ordering::SeqCst) {
+                return;
+            }
+            let Ok(mut stream) = stream else { continue };
             let server = Arc::clone(self);
             self.requests.fetch_add(1, Ordering::SeqCst);
             let answer = move || {
-                server.answer(request);
+                // Whoever asked may be gone.
+                let _ = server.answer(&mut stream);
                 server.requests.fetch_sub(1, Ordering::SeqCst);
             };
-            // Without a thread the request is dropped, which its sender sees.
+            // Without a thread the connection is closed, which its other end sees.
             if std::thread::Builder::new().spawn(answer).is_err() {
                 self.requests.fetch_sub(1, Ordering::SeqCst);
             }
@@ -112,27 +122,31 @@ impl Server {
     pub fn stop(&self) {
         self.stopped.store(true, Ordering::SeqCst);
         lock(&self.clouds).values().for_each(|stop| stop.store(true, Ordering::SeqCst));
-        self.http.unblock();
+        // It waits for a connection: this one.
+        let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.guard.port));
     }
 
-    fn answer(&self, mut request: Request) {
+    fn answer(&self, stream: &mut TcpStream) -> std::io::Result<()> {
+        if self.requests.load(Ordering::SeqCst) > MOST_REQUESTS {
+            return respond(stream, &Reply::text(503, "too many requests at a time"));
+        }
+        let request = match http::read(stream)? {
+            Ok(request) => request,
+            Err((code, text)) => return respond(stream, &Reply::text(code, text)),
+        };
         let reply = match self.guard.path(&request) {
             Err(refusal) => Reply::text(403, refusal),
-            Ok(_) if self.requests.load(Ordering::SeqCst) > MOST_REQUESTS => {
-                Reply::text(503, "too many requests at a time")
-            }
-            Ok(path) => match (request.method(), path.strip_prefix("api/")) {
-                (Method::Get, None) => self.page(&path),
-                (Method::Post, Some("cloud")) => return self.cloud(request),
-                (Method::Post, Some(name)) => match text(&mut request) {
-                    Ok(body) => Reply::of(self.bench.answer(name, &body)),
-                    Err(refusal) => refusal,
+            Ok(path) => match (request.method.as_str(), path.strip_prefix("api/")) {
+                ("GET", None) => self.page(&path),
+                ("POST", Some("cloud")) => match serde_json::from_str(&request.body) {
+                    Ok(wanted) => return self.cloud(stream, &wanted),
+                    Err(error) => Reply::of(Err(LabError::request(error))),
                 },
+                ("POST", Some(name)) => Reply::of(self.bench.answer(name, &request.body)),
                 _ => Reply::text(405, "not a request of the lab"),
             },
         };
-        // Whoever asked may be gone.
-        let _ = respond(request, reply);
+        respond(stream, &reply)
     }
 
     /// A file of the page, or the report of a run.
@@ -153,29 +167,17 @@ impl Server {
     }
 
     /// A cloud, in pieces as they come.
-    fn cloud(&self, mut request: Request) {
-        let parsed = text(&mut request).and_then(|body| {
-            serde_json::from_str::<CloudRequest>(&body).map_err(|error| Reply::of(Err(LabError::request(error))))
-        });
-        let wanted = match parsed {
-            Ok(wanted) => wanted,
-            Err(refusal) => {
-                let _ = respond(request, refusal);
-                return;
-            }
-        };
+    fn cloud(&self, stream: &mut TcpStream, wanted: &CloudRequest) -> std::io::Result<()> {
         let stop = self.replaced(&wanted.slot);
-        let mut out = request.into_writer();
-        let mut write = |bytes: &[u8]| reply::chunk(&mut out, bytes).is_ok();
-        if !write(b"") {
-            return;
-        }
-        if let Err(error) = self.bench.cloud(&wanted, &stop, &mut write) {
+        reply::begin(stream)?;
+        let mut write = |bytes: &[u8]| http::chunk(stream, bytes).is_ok();
+        if let Err(error) = self.bench.cloud(wanted, &stop, &mut write) {
             let text = serde_json::to_vec(&error).unwrap_or_default();
             let length = u32::try_from(text.len()).unwrap_or(0);
             write(&[&length.to_le_bytes(), &2_u32.to_le_bytes(), &text[..]].concat());
         }
-        let _ = end(&mut out);
+        // A chunk of nothing is the last.
+        http::chunk(stream, b"")
     }
 
     /// Stops the cloud that had this slot; the flag that stops the new one.
@@ -189,22 +191,5 @@ impl Server {
             old.store(true, Ordering::SeqCst);
         }
         stop
-    }
-}
-
-/// The last chunk.
-fn end(out: &mut dyn Write) -> io::Result<()> {
-    out.write_all(b"0\r\n\r\n")?;
-    out.flush()
-}
-
-/// The body of a request.
-fn text(request: &mut Request) -> Result<String, Reply> {
-    let mut body = String::new();
-    let read = request.as_reader().take(MOST_BODY + 1).read_to_string(&mut body);
-    match read {
-        Ok(length) if length as u64 <= MOST_BODY => Ok(body),
-        Ok(_) => Err(Reply::text(413, "too long")),
-        Err(error) => Err(Reply::text(400, &error.to_string())),
     }
 }

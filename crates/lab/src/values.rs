@@ -84,13 +84,20 @@ pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Val
     let entries: Vec<_> = sheet
         .entries()
         .into_iter()
-        .map(|entry| json!({ "key": format!("motor.{}", entry.key), "text": entry.value,
-            "source": entry.source.to_string(), "reason": entry.reason }))
+        .map(|entry| {
+            json!({ "key": format!("motor.{}", entry.key), "text": entry.value,
+            "source": entry.source.to_string(), "reason": entry.reason })
+        })
         .collect();
-    let points: Vec<String> = ready.plan.points().iter().map(|point| {
-        let values = point.values.iter().map(|(key, value)| format!("{key} = {}", written(value)));
-        values.collect::<Vec<_>>().join(", ")
-    }).collect();
+    let points: Vec<String> = ready
+        .plan
+        .points()
+        .iter()
+        .map(|point| {
+            let values = point.values.iter().map(|(key, value)| format!("{key} = {}", written(value)));
+            values.collect::<Vec<_>>().join(", ")
+        })
+        .collect();
     let place = bench.written(setting);
     let method = file.detector.method.0.name();
     Ok(json!({
@@ -136,7 +143,9 @@ fn is_there(key: &str, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
     match key.strip_prefix("detector.") {
         Some("polarity") => detector.clone().polarity_mut().is_some(),
-        Some(name) => methods::ALL.into_iter().find(|key| key.name == name).is_none_or(|key| detector.has(key)),
+        Some(name) => {
+            methods::ALL.into_iter().find(|key| key.name == name).is_none_or(|key| detector.has(key))
+        }
         None => has_value || !OPTIONAL.contains(&key),
     }
 }
@@ -207,7 +216,9 @@ mod tests {
 
     #[test]
     fn analytic_sliders_end_at_round_numbers() {
-        for (value, end) in [(0.04, 0.05), (3.2, 5.0), (1e-6, 1e-6), (0.0012, 0.002), (99.0, 100.0), (7.0, 10.0)] {
+        for (value, end) in
+            [(0.04, 0.05), (3.2, 5.0), (1e-6, 1e-6), (0.0012, 0.002), (99.0, 100.0), (7.0, 10.0)]
+        {
             assert_eq!(nice(value), end);
         }
     }

@@ -87,7 +87,9 @@ impl Running {
 fn unchunked(mut bytes: &[u8]) -> Vec<u8> {
     let mut out = Vec::new();
     while let Some(end) = bytes.windows(2).position(|two| two == b"\r\n") {
-        let size = std::str::from_utf8(&bytes[..end]).ok().and_then(|size| usize::from_str_radix(size.trim(), 16).ok());
+        let size = std::str::from_utf8(&bytes[..end])
+            .ok()
+            .and_then(|size| usize::from_str_radix(size.trim(), 16).ok());
         let size = size.expect("a size");
         if size == 0 {
             return out;
@@ -101,7 +103,8 @@ fn unchunked(mut bytes: &[u8]) -> Vec<u8> {
 /// Kind and bytes of each frame.
 fn frames(mut bytes: &[u8]) -> Vec<(u32, Vec<u8>)> {
     let mut frames = Vec::new();
-    let word = |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
+    let word =
+        |bytes: &[u8], at: usize| u32::from_le_bytes(bytes[at..at + 4].try_into().expect("four bytes"));
     while !bytes.is_empty() {
         let (length, kind) = (word(bytes, 0) as usize, word(bytes, 4));
         frames.push((kind, bytes[8..8 + length].to_vec()));
@@ -111,7 +114,8 @@ fn frames(mut bytes: &[u8]) -> Vec<(u32, Vec<u8>)> {
 }
 
 fn setting(keys: &[(&str, &str)]) -> Value {
-    let set: serde_json::Map<String, Value> = keys.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect();
+    let set: serde_json::Map<String, Value> =
+        keys.iter().map(|(key, value)| ((*key).to_owned(), json!(value))).collect();
     json!({ "scenario": "", "point": 0, "set": set })
 }
 
@@ -147,7 +151,8 @@ fn law_nobody_without_the_address_gets_an_answer() {
         assert!(!answer.text().contains(token) && !answer.head.contains(token));
     }
     for name in ["setting", "detection", "cloud", "start"] {
-        let lines = format!("POST {own}api/{name} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://evil.example\r\n");
+        let lines =
+            format!("POST {own}api/{name} HTTP/1.1\r\nHost: {host}\r\nOrigin: http://evil.example\r\n");
         assert_eq!(lab.raw(&lines, "{}").code, 403, "{name}");
     }
     // Two labs have two tokens.
@@ -158,7 +163,14 @@ fn law_nobody_without_the_address_gets_an_answer() {
 fn law_the_page_loads_nothing_from_elsewhere_and_says_so() {
     let lab = Running::new(None);
     let page = lab.get("");
-    for header in ["default-src 'none'", "script-src 'self'", "frame-ancestors 'none'", "nosniff", "no-referrer", "no-store"] {
+    for header in [
+        "default-src 'none'",
+        "script-src 'self'",
+        "frame-ancestors 'none'",
+        "nosniff",
+        "no-referrer",
+        "no-store",
+    ] {
         assert!(page.head.contains(header), "{header}: {}", page.head);
     }
     // Whatever a file of the page names is there, and has a kind.
@@ -168,8 +180,16 @@ fn law_the_page_loads_nothing_from_elsewhere_and_says_so() {
         let answer = lab.get(&files[at]);
         assert_eq!(answer.code, 200, "{}", files[at]);
         let text = answer.text();
-        let outside: Vec<&str> = text.split("http").skip(1).filter(|rest| rest.starts_with("://") || rest.starts_with("s://")).collect();
-        assert!(outside.iter().all(|rest| rest.starts_with("://www.w3.org/2000/svg")), "{}: {outside:?}", files[at]);
+        let outside: Vec<&str> = text
+            .split("http")
+            .skip(1)
+            .filter(|rest| rest.starts_with("://") || rest.starts_with("s://"))
+            .collect();
+        assert!(
+            outside.iter().all(|rest| rest.starts_with("://www.w3.org/2000/svg")),
+            "{}: {outside:?}",
+            files[at]
+        );
         for quote in ["src=\"", "href=\"", "from './"] {
             for rest in text.split(quote).skip(1) {
                 let name = rest.split(['"', '\'']).next().expect("a name").to_owned();
@@ -198,11 +218,21 @@ fn law_no_path_leads_out_of_the_folder() {
     let own = lab.post("setting", &of("own.toml"));
     assert_eq!((own.code, own.json()["values"]["seed"]["value"].as_i64()), (200, Some(7)));
     let secret = root.path().join("secret.toml").display().to_string();
-    for name in ["../secret.toml", "run/../../secret.toml", secret.as_str(), "link.toml", "./../secret.toml", "..", "/etc/passwd"] {
+    for name in [
+        "../secret.toml",
+        "run/../../secret.toml",
+        secret.as_str(),
+        "link.toml",
+        "./../secret.toml",
+        "..",
+        "/etc/passwd",
+    ] {
         let answer = lab.post("setting", &of(name));
         assert_eq!(answer.code, 422, "{name}: {}", answer.text());
         assert!(!answer.text().contains("4242"), "{name}");
-        for path in [format!("report/{name}"), format!("report/{}", name.replace('.', "%2e").replace('/', "%2F"))] {
+        for path in
+            [format!("report/{name}"), format!("report/{}", name.replace('.', "%2e").replace('/', "%2F"))]
+        {
             assert_eq!(lab.get(&path).code, 404, "{path}");
         }
         assert_eq!(lab.post("progress", &json!({ "path": name })).code, 422, "{name}");
@@ -212,7 +242,12 @@ fn law_no_path_leads_out_of_the_folder() {
     }
     // Nor through what a scenario may name.
     let sheet = root.path().join("sheet.toml").display().to_string();
-    for (key, value) in [("motor", sheet.as_str()), ("motor", "../sheet.toml"), ("motor.base", "../sheet.toml"), ("motor.map.file", "/etc/passwd")] {
+    for (key, value) in [
+        ("motor", sheet.as_str()),
+        ("motor", "../sheet.toml"),
+        ("motor.base", "../sheet.toml"),
+        ("motor.map.file", "/etc/passwd"),
+    ] {
         let asked = json!({ "setting": setting(&[(key, value)]), "trial": 0, "angle": null, "trials": 10 });
         let answer = lab.post("setting", &asked);
         assert_eq!(answer.code, 422, "{key} {value}");
@@ -225,14 +260,16 @@ fn law_no_path_leads_out_of_the_folder() {
     let lab = Running::new(None);
     assert_eq!(lab.get("report/run").code, 404);
     assert_eq!(lab.post("setting", &of("own.toml")).code, 422);
-    let asked = json!({ "setting": setting(&[("motor", sheet.as_str())]), "trial": 0, "angle": null, "trials": 10 });
+    let asked =
+        json!({ "setting": setting(&[("motor", sheet.as_str())]), "trial": 0, "angle": null, "trials": 10 });
     assert_eq!(lab.post("setting", &asked).code, 422);
 }
 
 #[test]
 fn law_bad_input_is_refused_in_words_and_harms_nobody() {
     let lab = Running::new(None);
-    let asked = |keys: &[(&str, &str)]| json!({ "setting": setting(keys), "trial": 3, "angle": null, "trials": 10 });
+    let asked =
+        |keys: &[(&str, &str)]| json!({ "setting": setting(keys), "trial": 3, "angle": null, "trials": 10 });
     for (key, value, word) in [
         ("sensors.noise", "-1 A", "zero or more"),
         ("sensors.noise", "20 mV", "not a finite number in A"),
@@ -261,15 +298,25 @@ fn law_bad_input_is_refused_in_words_and_harms_nobody() {
         ("cloud", json!([]), 422),
         ("setting", json!(long), 413),
     ] {
-        assert_eq!(lab.post(name, &body).code, code, "{name} {}", &body.to_string()[..body.to_string().len().min(80)]);
+        assert_eq!(
+            lab.post(name, &body).code,
+            code,
+            "{name} {}",
+            &body.to_string()[..body.to_string().len().min(80)]
+        );
     }
     let (host, own) = lab.place();
     assert_eq!(lab.raw(&format!("DELETE {own} HTTP/1.1\r\nHost: {host}\r\n"), "").code, 405);
     assert_eq!(lab.raw(&format!("GET {own}api/start HTTP/1.1\r\nHost: {host}\r\n"), "").code, 405);
     // A cloud that cannot be says so in its stream.
-    let cloud = lab.post("cloud", &json!({ "setting": setting(&[("sensors.noise", "-1")]), "trials": 10, "slot": "x" }));
+    let cloud = lab
+        .post("cloud", &json!({ "setting": setting(&[("sensors.noise", "-1")]), "trials": 10, "slot": "x" }));
     let frames = frames(&cloud.body);
-    assert!(frames.len() == 1 && frames[0].0 == 2 && String::from_utf8_lossy(&frames[0].1).contains("sensors.noise"));
+    assert!(
+        frames.len() == 1
+            && frames[0].0 == 2
+            && String::from_utf8_lossy(&frames[0].1).contains("sensors.noise")
+    );
     // Half a request does not keep others from theirs.
     let mut half = TcpStream::connect(&host).expect("it listens");
     half.write_all(b"POST /").expect("sent");
@@ -279,7 +326,10 @@ fn law_bad_input_is_refused_in_words_and_harms_nobody() {
 #[test]
 fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     let bench = bench(None);
-    let document = || Document::parse(Path::new("s.toml"), "detector.method = \"bipolar\"\nsensors.noise = \"15 mA\"").expect("TOML");
+    let document = || {
+        Document::parse(Path::new("s.toml"), "detector.method = \"bipolar\"\nsensors.noise = \"15 mA\"")
+            .expect("TOML")
+    };
     let plan = Plan::new(document()).expect("valid");
     let scenario = plan.scenario(0).expect("valid");
     let expected = scenario.trial(5).expect("runs");
@@ -299,9 +349,16 @@ fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     assert_eq!(bytes.len(), 4 + length + number("rows") * (8 + 10 * 4 + 3) + number("samples") * (8 + 7 * 4));
     assert!(number("samples") > 5 && number("rows") > 100);
     // Readings are off by noise, offset, gain and half a step, not by the current itself.
-    let at = 4 + length + 8 * number("rows") + 8 * number("samples") + 40 * number("rows") + 4 * 4 * number("samples");
+    let at = 4
+        + length
+        + 8 * number("rows")
+        + 8 * number("samples")
+        + 40 * number("rows")
+        + 4 * 4 * number("samples");
     let errors: Vec<f32> = bytes[at..at + 12 * number("samples")]
-        .chunks(4).map(|four| f32::from_le_bytes(four.try_into().expect("four"))).collect();
+        .chunks(4)
+        .map(|four| f32::from_le_bytes(four.try_into().expect("four")))
+        .collect();
     let rms = (errors.iter().map(|error| f64::from(error * error)).sum::<f64>() / errors.len() as f64).sqrt();
     assert!((0.01..0.08).contains(&rms), "{rms}");
     // At another angle it is the same drive with the same noise.
@@ -310,21 +367,27 @@ fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     assert_eq!(turned["specimen"][1], found["specimen"][1]);
     assert_ne!(turned["estimate"], found["estimate"]);
     // The cloud is the campaign, whatever else is going on.
-    let request: CloudRequest = serde_json::from_value(json!({ "setting": set, "trials": 300, "slot": "a" })).expect("a request");
+    let request: CloudRequest =
+        serde_json::from_value(json!({ "setting": set, "trials": 300, "slot": "a" })).expect("a request");
     let mut bytes = Vec::new();
     let mut frames_seen = 0;
-    bench.cloud(&request, &AtomicBool::new(false), &mut |frame| {
-        bytes.extend_from_slice(frame);
-        frames_seen += 1;
-        true
-    }).expect("runs");
+    bench
+        .cloud(&request, &AtomicBool::new(false), &mut |frame| {
+            bytes.extend_from_slice(frame);
+            frames_seen += 1;
+            true
+        })
+        .expect("runs");
     let frames = frames(&bytes);
-    let points: Vec<u8> = frames.iter().filter(|(kind, _)| *kind == 1).flat_map(|(_, bytes)| bytes.clone()).collect();
+    let points: Vec<u8> =
+        frames.iter().filter(|(kind, _)| *kind == 1).flat_map(|(_, bytes)| bytes.clone()).collect();
     assert_eq!(points.len(), 300 * 16);
     assert!(frames_seen > 1, "it comes in pieces");
     let error = f32::from_le_bytes(points[5 * 16 + 8..5 * 16 + 12].try_into().expect("four"));
     assert!((f64::from(error) - expected.axis_error_deg().expect("an axis")).abs() < 1e-6);
-    let summary: Value = serde_json::from_slice(&frames.iter().rfind(|(kind, _)| *kind == 0).expect("statistics").1).expect("JSON");
+    let summary: Value =
+        serde_json::from_slice(&frames.iter().rfind(|(kind, _)| *kind == 0).expect("statistics").1)
+            .expect("JSON");
     assert_eq!(summary["summary"]["trials"], 300);
     let mut statistics = standstill_campaign::Statistics::default();
     for trial in 0..300 {
@@ -336,7 +399,9 @@ fn law_what_the_page_shows_is_what_run_and_trace_compute() {
     let mut filling = Filling::new(&bench, &request).expect("valid");
     let mut stepped = Vec::new();
     while let Some(frames) = filling.step(&bench).expect("runs") {
-        stepped.extend(self::frames(&frames).into_iter().filter(|(kind, _)| *kind == 1).flat_map(|(_, bytes)| bytes));
+        stepped.extend(
+            self::frames(&frames).into_iter().filter(|(kind, _)| *kind == 1).flat_map(|(_, bytes)| bytes),
+        );
     }
     assert_eq!(stepped, points);
 }
@@ -348,7 +413,10 @@ fn law_a_new_cloud_takes_the_place_of_the_one_before_and_two_pages_have_each_the
     let begin = |slot: &str, trials: u64| {
         let body = json!({ "setting": setting(&[]), "trials": trials, "slot": slot }).to_string();
         let mut stream = TcpStream::connect(&host).expect("it listens");
-        let text = format!("POST {own}api/cloud HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}", body.len());
+        let text = format!(
+            "POST {own}api/cloud HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n{body}",
+            body.len()
+        );
         stream.write_all(text.as_bytes()).expect("sent");
         let mut first = [0; 2000];
         stream.read_exact(&mut first).expect("it begins");
@@ -357,7 +425,11 @@ fn law_a_new_cloud_takes_the_place_of_the_one_before_and_two_pages_have_each_the
     let (mut long, begun) = begin("tab 1 a", 1_000_000);
     // Another page, meanwhile.
     let other = lab.post("cloud", &json!({ "setting": setting(&[]), "trials": 64, "slot": "tab 2 a" }));
-    let points = frames(&other.body).iter().filter(|(kind, _)| *kind == 1).map(|(_, bytes)| bytes.len()).sum::<usize>();
+    let points = frames(&other.body)
+        .iter()
+        .filter(|(kind, _)| *kind == 1)
+        .map(|(_, bytes)| bytes.len())
+        .sum::<usize>();
     assert_eq!(points, 64 * 16);
     // The same page turns a knob: the first cloud ends long before its million trials.
     let next = lab.post("cloud", &json!({ "setting": setting(&[]), "trials": 64, "slot": "tab 1 a" }));
@@ -382,11 +454,16 @@ fn law_a_running_campaign_is_watched_and_not_disturbed() {
     let entries = lab.post("folder", &Value::Null).json();
     assert_eq!(entries["entries"][0]["path"], "night");
     let progress = || lab.post("progress", &json!({ "path": "night" })).json();
-    assert_eq!((progress()["journals"][0]["done"].as_u64(), progress()["journals"][0]["all"].as_u64()), (Some(0), Some(400)));
+    assert_eq!(
+        (progress()["journals"][0]["done"].as_u64(), progress()["journals"][0]["all"].as_u64()),
+        (Some(0), Some(400))
+    );
     let mut seen = Vec::new();
-    sweep.run(&mut journal, &AtomicBool::new(false), |_| {
-        seen.push(progress()["journals"][0]["done"].as_u64().expect("a number"));
-    }).expect("nobody stands in its way");
+    sweep
+        .run(&mut journal, &AtomicBool::new(false), |_| {
+            seen.push(progress()["journals"][0]["done"].as_u64().expect("a number"));
+        })
+        .expect("nobody stands in its way");
     assert!(seen.len() > 2 && seen.is_sorted() && seen.first() < seen.last(), "{seen:?}");
     let last = progress();
     let of = &last["journals"][0];
@@ -407,7 +484,8 @@ fn law_a_running_campaign_is_watched_and_not_disturbed() {
 #[test]
 fn law_every_key_has_a_control_and_what_a_method_does_not_have_is_not_there() {
     let bench = bench(None);
-    let start: Value = serde_json::from_slice(&bench.answer("start", "null").expect("a start")).expect("JSON");
+    let start: Value =
+        serde_json::from_slice(&bench.answer("start", "null").expect("a start")).expect("JSON");
     let controls = start["controls"].as_array().expect("a list");
     assert!(controls.len() > 60, "{}", controls.len());
     let values = |keys: &[(&str, &str)]| -> Value {
@@ -432,10 +510,19 @@ fn law_every_key_has_a_control_and_what_a_method_does_not_have_is_not_there() {
     let plan = Plan::new(Document::parse(Path::new("s.toml"), toml).expect("TOML")).expect("valid");
     assert_eq!(plan.scenario(0).expect("valid").sensors.noise, 0.035);
     assert_eq!(plan.file().trials, 1000);
-    assert!(noisy["trace"].as_str().expect("a text").contains("-s errors=harsh -s 'sensors.noise=35 mA' --trial 0"));
+    assert!(
+        noisy["trace"]
+            .as_str()
+            .expect("a text")
+            .contains("-s errors=harsh -s 'sensors.noise=35 mA' --trial 0")
+    );
     // One motor's numbers are not another's.
     let motor = values(&[("motor", "pm-reluctance"), ("motor.winding.resistance", "2 Ω")]);
-    let entry = motor["sheet"].as_array().expect("a list").iter().find(|entry| entry["key"] == "motor.winding.resistance");
+    let entry = motor["sheet"]
+        .as_array()
+        .expect("a list")
+        .iter()
+        .find(|entry| entry["key"] == "motor.winding.resistance");
     assert_eq!(entry.expect("there")["text"], "2 Ω");
     // Settings are told apart by all that they are.
     assert_ne!(Setting::default().name(), Setting { point: 1, ..Setting::default() }.name());

@@ -195,7 +195,8 @@ mod tests {
         assert!(there.contains("no such file in"), "{there}");
         #[cfg(unix)]
         {
-            std::os::unix::fs::symlink(root.path().join("secret.toml"), inside.join("link.toml")).expect("made");
+            std::os::unix::fs::symlink(root.path().join("secret.toml"), inside.join("link.toml"))
+                .expect("made");
             assert!(refused(inside.join("link.toml")).contains("no such file in"));
         }
     }

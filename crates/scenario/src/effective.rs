@@ -199,8 +199,13 @@ mod tests {
             let expected = format!("x = {value}").parse::<toml::Table>().expect("TOML").remove("x");
             assert_eq!(set.value(key), expected, "{key}");
             // The test could not fail if it had that value by itself.
-            if !["inverter.capacitance", "inverter.source_resistance", "inverter.sag_depth", "inverter.sag_duration"]
-                .contains(key)
+            if ![
+                "inverter.capacitance",
+                "inverter.source_resistance",
+                "inverter.sag_depth",
+                "inverter.sag_duration",
+            ]
+            .contains(key)
             {
                 assert_ne!(scenario(beside).value(key), expected, "{key}");
             }
@@ -212,7 +217,8 @@ mod tests {
         let schema = schema();
         // What only the document knows.
         let document = ["rotor.winding_temperature", "rotor.magnet_temperature", "detector.method"];
-        let document = document.into_iter().chain(["detector.signature", "detector.polarity", "detector.dead_time"]);
+        let document =
+            document.into_iter().chain(["detector.signature", "detector.polarity", "detector.dead_time"]);
         let known: Vec<&str> = OTHERS.iter().map(|(key, ..)| *key).chain(document).collect();
         for name in ["rotor", "inverter", "sensors", "detector"] {
             let table = schema["properties"][name]["$ref"].as_str().expect("a table").trim_start_matches('#');

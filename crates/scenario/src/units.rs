@@ -74,9 +74,9 @@ pub fn keys() -> Vec<KeyOf> {
             continue;
         }
         match resolved(place, &schema).get("properties").and_then(Value::as_object) {
-            Some(table) => keys.extend(table.iter().filter_map(|(key, place)| {
-                key_of(format!("{name}.{key}"), place, &schema)
-            })),
+            Some(table) => keys.extend(
+                table.iter().filter_map(|(key, place)| key_of(format!("{name}.{key}"), place, &schema)),
+            ),
             None => keys.extend(key_of(name.clone(), place, &schema)),
         }
     }
@@ -85,10 +85,12 @@ pub fn keys() -> Vec<KeyOf> {
 
 fn key_of(key: String, place: &Value, root: &Value) -> Option<KeyOf> {
     let text = |of: &Value| of.as_str().unwrap_or_default().trim().to_owned();
-    let is = |word: &str| find(place, "type", root).is_some_and(|kind| match kind {
-        Value::Array(kinds) => kinds.iter().any(|kind| kind == word),
-        kind => kind == word,
-    });
+    let is = |word: &str| {
+        find(place, "type", root).is_some_and(|kind| match kind {
+            Value::Array(kinds) => kinds.iter().any(|kind| kind == word),
+            kind => kind == word,
+        })
+    };
     let values = if let Some(unit) = find(place, "x-unit", root) {
         let share = find(place, "x-share", root).and_then(Value::as_bool).unwrap_or(false);
         Values::Number { unit: text(unit), share }
@@ -169,9 +171,14 @@ mod tests {
         assert_eq!(of("sensors.gain_error"), Some(Values::Number { unit: String::new(), share: true }));
         assert_eq!((of("trials"), of("seed")), (Some(Values::Whole), Some(Values::Whole)));
         assert_eq!(of("detector.compensation"), Some(Values::Flag));
-        for (key, name) in [("errors", "harsh"), ("detector.method", "bipolar"), ("inverter.devices", "mosfet")] {
+        for (key, name) in
+            [("errors", "harsh"), ("detector.method", "bipolar"), ("inverter.devices", "mosfet")]
+        {
             let Some(Values::Choice(names)) = of(key) else { panic!("{key} is no choice") };
-            assert!(names.iter().any(|(known, about)| known == name && !about.is_empty()), "{key}: {names:?}");
+            assert!(
+                names.iter().any(|(known, about)| known == name && !about.is_empty()),
+                "{key}: {names:?}"
+            );
         }
         // None is lost because its values are of another kind.
         let schema = schema();

@@ -13,7 +13,8 @@ use crate::interrupt;
 use crate::scenario::{self, Shorthands};
 
 pub fn run(options: &Options) -> Result<Report, Error> {
-    let server = Server::bind(options.port.unwrap_or(0), bench(options)?, Box::new(report)).map_err(Error::Lab)?;
+    let server =
+        Server::bind(options.port.unwrap_or(0), bench(options)?, Box::new(report)).map_err(Error::Lab)?;
     let stopped = Arc::clone(&server);
     interrupt::then(move || stopped.stop());
     crate::print(&format!(
@@ -61,7 +62,8 @@ fn open(address: &str) {
         ("xdg-open", &[])
     };
     let quiet = Stdio::null;
-    let browser = Command::new(program).args(words).arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
+    let browser =
+        Command::new(program).args(words).arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
     if let Ok(mut browser) = browser {
         // It may end before the lab does.
         std::thread::spawn(move || browser.wait());

@@ -2,8 +2,6 @@
 
 use std::io::{self, Write};
 
-use tiny_http::{Header, Request, Response};
-
 use crate::error::LabError;
 
 /// What the lab's own pages may do: run its own scripts and talk to it.
@@ -57,33 +55,25 @@ impl Reply {
     }
 }
 
-fn headers(kind: &str, policy: &str) -> Vec<(&'static str, String)> {
-    let common = COMMON.into_iter().map(|(name, value)| (name, value.to_owned()));
-    let own = [("Content-Type", kind.to_owned()), ("Content-Security-Policy", policy.to_owned())];
-    common.chain(own).collect()
+/// The lines above an answer. A connection has one: nothing waits for another behind it.
+fn head(code: u16, kind: &str, policy: &str, length: &str) -> String {
+    let mut head = format!(
+        "HTTP/1.1 {code} \r\nConnection: close\r\n{length}\r\nContent-Type: {kind}\r\nContent-Security-Policy: {policy}\r\n"
+    );
+    for (name, value) in COMMON {
+        head += &format!("{name}: {value}\r\n");
+    }
+    head + "\r\n"
 }
 
 /// Sends an answer.
-pub(super) fn respond(request: Request, reply: Reply) -> io::Result<()> {
+pub(super) fn respond(out: &mut impl Write, reply: &Reply) -> io::Result<()> {
     let Reply { code, kind, policy, body } = reply;
-    let headers = headers(kind, policy);
-    let headers = headers.iter().filter_map(|(name, value)| Header::from_bytes(name.as_bytes(), value.as_bytes()).ok());
-    let length = body.len();
-    request.respond(Response::new(code.into(), headers.collect(), body.as_slice(), Some(length), None))
+    let head = head(*code, kind, policy, &format!("Content-Length: {}", body.len()));
+    out.write_all(&[head.as_bytes(), body].concat())
 }
 
-/// Sends a piece of an answer whose length nobody knows yet, at once; an empty one is its beginning.
-pub(super) fn chunk(out: &mut dyn Write, bytes: &[u8]) -> io::Result<()> {
-    if bytes.is_empty() {
-        let mut head = "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n".to_owned();
-        for (name, value) in headers("application/octet-stream", OWN) {
-            head += &format!("{name}: {value}\r\n");
-        }
-        out.write_all(format!("{head}\r\n").as_bytes())?;
-    } else {
-        out.write_all(format!("{:x}\r\n", bytes.len()).as_bytes())?;
-        out.write_all(bytes)?;
-        out.write_all(b"\r\n")?;
-    }
-    out.flush()
+/// Begins an answer whose length nobody knows yet.
+pub(super) fn begin(out: &mut impl Write) -> io::Result<()> {
+    out.write_all(head(200, "application/octet-stream", OWN, "Transfer-Encoding: chunked").as_bytes())
 }
