@@ -7,6 +7,7 @@ mod campaigns;
 mod clusters;
 mod files;
 mod fits;
+mod lab;
 mod maps;
 mod methods;
 mod mistakes;
