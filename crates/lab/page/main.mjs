@@ -176,7 +176,7 @@ class Lab {
     $('specimen').replaceChildren(...sides.map(([one, of]) => make('dl', { class: 'specimen-list' },
       ...(sides.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
       ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
-    $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines, dots '), make('span', {}, 'B: dashed, rings')] : []));
+    $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines and dots · B: dashed lines and rings')] : []));
   }
 
   #told(side, of, both) {

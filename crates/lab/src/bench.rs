@@ -112,7 +112,7 @@ impl Bench {
         let answer = match request {
             "start" => self.start()?,
             "setting" => values::answer(self, &body(text)?)?,
-            "pair" => cloud::pair(self, &body::<Pair>(text)?)?,
+            "pair" => cloud::pair(self, &body::<Pair>(text)?),
             "folder" => json!({ "entries": self.folder.as_ref().map(Folder::entries) }),
             "progress" => {
                 let path: BTreeMap<String, String> = body(text)?;

@@ -130,7 +130,7 @@ impl Filling {
         run.map_err(|of| LabError::from(of.error))?;
         records.sort_unstable_by_key(|record| record.trial);
         let mut frames = self.add(&records);
-        if next % (8 * STEP) == 0 || self.is_done() {
+        if next.is_multiple_of(8 * STEP) || self.is_done() {
             frames.extend(self.summary());
         }
         if self.is_done() {
@@ -205,15 +205,15 @@ fn points(records: &[Record]) -> Vec<u8> {
 }
 
 /// How much B differs from A, and how surely.
-pub(crate) fn pair(bench: &Bench, request: &Pair) -> Result<serde_json::Value, LabError> {
+pub(crate) fn pair(bench: &Bench, request: &Pair) -> serde_json::Value {
     let find = |setting: &Setting| {
         let clouds = lock(&bench.clouds);
         clouds.iter().find(|(known, _)| *known == setting.name()).map(|(_, kept)| Arc::clone(kept))
     };
     let (Some(a), Some(b)) = (find(&request.a), find(&request.b)) else {
-        return Ok(json!({ "trials": 0 }));
+        return json!({ "trials": 0 });
     };
-    Ok(compared(&a, &b))
+    compared(&a, &b)
 }
 
 fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {

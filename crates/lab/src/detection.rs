@@ -147,7 +147,7 @@ fn header(record: &Record, trace: &Trace, samples: usize, words: &[(String, Stri
 fn bytes(header: &Value, trace: &Trace, samples: &[Sample]) -> Vec<u8> {
     let mut text = header.to_string().into_bytes();
     // Times are numbers of eight bytes, which must lie at multiples of eight for a page to see them as such.
-    while (text.len() + 4) % 8 != 0 {
+    while !(text.len() + 4).is_multiple_of(8) {
         text.push(b' ');
     }
     let rows = &trace.snapshots;
@@ -156,13 +156,13 @@ fn bytes(header: &Value, trace: &Trace, samples: &[Sample]) -> Vec<u8> {
     // A header has some kilobytes.
     out.extend(u32::try_from(text.len()).unwrap_or(0).to_le_bytes());
     out.extend(text);
-    rows.iter().for_each(|row| out.extend(row.time.to_le_bytes()));
-    samples.iter().for_each(|sample| out.extend(sample.time.to_le_bytes()));
+    out.extend(rows.iter().flat_map(|row| row.time.to_le_bytes()));
+    out.extend(samples.iter().flat_map(|sample| sample.time.to_le_bytes()));
     for column in 0..COLUMNS.len() {
-        rows.iter().for_each(|row| out.extend(single(cell(row, column)).to_le_bytes()));
+        out.extend(rows.iter().flat_map(|row| single(cell(row, column)).to_le_bytes()));
     }
     for column in 0..SAMPLES.len() {
-        samples.iter().for_each(|sample| out.extend(single(sample.columns[column]).to_le_bytes()));
+        out.extend(samples.iter().flat_map(|sample| single(sample.columns[column]).to_le_bytes()));
     }
     for leg in 0..3 {
         let number = |mode: Conduction| Conduction::ALL.iter().position(|known| *known == mode).unwrap_or(6);

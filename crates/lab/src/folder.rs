@@ -156,7 +156,9 @@ impl Followed {
     /// What has come since.
     fn read(&mut self) -> Result<(), LabError> {
         while let Some(block) = self.rows.block().map_err(LabError::of)? {
-            block.iter().for_each(|(_, row)| self.statistics.add_row(row));
+            for (_, row) in &block {
+                self.statistics.add_row(row);
+            }
         }
         Ok(())
     }

@@ -79,7 +79,7 @@ impl Server {
         let port = listener.local_addr().map_err(refused)?.port();
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| ServerError::Random(error.to_string()))?;
-        let token = token.iter().map(|byte| format!("{byte:02x}")).collect();
+        let token = format!("{:032x}", u128::from_be_bytes(token));
         let (clouds, requests, stopped) = (Mutex::default(), AtomicUsize::new(0), AtomicBool::new(false));
         Ok(Arc::new(Self {
             listener,

@@ -174,7 +174,7 @@ fn law_the_page_loads_nothing_from_elsewhere_and_says_so() {
         assert!(page.head.contains(header), "{header}: {}", page.head);
     }
     // Whatever a file of the page names is there, and has a kind.
-    let mut files = vec!["".to_owned()];
+    let mut files = vec![String::new()];
     let mut at = 0;
     while at < files.len() {
         let answer = lab.get(&files[at]);
@@ -472,7 +472,9 @@ fn law_a_running_campaign_is_watched_and_not_disturbed() {
     let mut statistics = standstill_campaign::Statistics::default();
     let mut rows = Rows::open(&path).expect("a journal");
     while let Some(block) = rows.block().expect("readable") {
-        block.iter().for_each(|(_, row)| statistics.add_row(row));
+        for (_, row) in &block {
+            statistics.add_row(row);
+        }
     }
     assert_eq!(of["summary"]["rms_deg"]["value"].as_f64(), Some(statistics.rms().value));
     // Another run in its place is read from its beginning.

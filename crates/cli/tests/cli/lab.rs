@@ -74,7 +74,7 @@ fn law_a_lab_that_cannot_be_says_why() {
         (&["lab", "--port", "0"], "--port"),
         (&["lab", "--port", "70000"], "--port"),
         (&["lab", "missing.toml", "--no-browser"], "cannot read missing.toml"),
-        (&["lab", "bad.toml", "--no-browser"], "bad.toml: line 1: `sensors.noise`: found -1000 mA"),
+        (&["lab", "bad.toml", "--no-browser"], "bad.toml: line 1: `sensors.noise`: found -1 A"),
         (&["lab", "-s", "sensors.noize=1", "--no-browser"], "did you mean `noise`"),
     ] {
         let message = mistake(arguments, folder.path());

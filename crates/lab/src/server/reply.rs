@@ -61,7 +61,7 @@ fn head(code: u16, kind: &str, policy: &str, length: &str) -> String {
         "HTTP/1.1 {code} \r\nConnection: close\r\n{length}\r\nContent-Type: {kind}\r\nContent-Security-Policy: {policy}\r\n"
     );
     for (name, value) in COMMON {
-        head += &format!("{name}: {value}\r\n");
+        head.extend([name, ": ", value, "\r\n"]);
     }
     head + "\r\n"
 }
