@@ -7,6 +7,7 @@
 //! [`Bench`] is what the page talks to: it knows the scenario that was given and answers what a changed one does. Scenarios,
 //! trials and waveforms are those of `standstill run` and `standstill trace`, to the last bit. `Server` puts it behind an
 //! address of this machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod bench;
 mod cloud;

@@ -1,4 +1,4 @@
-//! The lab's bench as a WebAssembly module without imports: bytes in, bytes out.
+//! The lab's bench as a WebAssembly module: bytes in, bytes out.
 //!
 //! A caller writes a text into memory that `reserve` gives, calls, and reads `[code: u32, length: u32, bytes …]` at the
 //! address that it gets. Code 0: an answer; 1: an error in JSON; 2: there is no more. What is there is overwritten by the
