@@ -1,51 +1,26 @@
 // The lab: what is set, what is asked of the engine, what is shown.
 import { open } from './engine.mjs';
 import { detection as decode, points, words as json } from './decode.mjs';
-import { Store, read, write } from './state.mjs';
+import { Newest, Store, read, write } from './state.mjs';
 import { Controls } from './controls.mjs';
 import { Rotor } from './rotor.mjs';
 import { Waves } from './waves.mjs';
 import { Cloud } from './cloud.mjs';
 import { Files } from './folder.mjs';
-import { fixed, make, number, percent, shown } from './words.mjs';
+import { difference, statistics, told } from './told.mjs';
+import { fixed, make } from './words.mjs';
 
 const $ = id => document.getElementById(id);
 const root = document.documentElement;
-
-/** Asks for the newest only: while one question is out, later ones wait in a place for one. */
-class Newest {
-  constructor(ask) {
-    this.ask = ask;
-    this.busy = false;
-    this.next = null;
-  }
-
-  run(question) {
-    if (this.busy) {
-      this.next = question;
-      return;
-    }
-    this.busy = true;
-    this.ask(question).finally(() => {
-      this.busy = false;
-      const { next } = this;
-      this.next = null;
-      if (next) this.run(next);
-    });
-  }
-}
 
 class Lab {
   constructor(engine, info) {
     this.engine = engine;
     this.info = info;
     this.tab = crypto.randomUUID?.() ?? String(Math.random());
-    this.errors = { a: null, b: null };
-    this.values = { a: null, b: null };
-    this.summaries = { a: null, b: null };
-    this.clouds = { a: null, b: null };
+    // Of each side: what is wrong, what its keys come to, its statistics, and the cloud that is being filled.
+    for (const name of ['errors', 'values', 'summaries', 'clouds', 'timers']) this[name] = { a: null, b: null };
     this.begun = { a: 0, b: 0 };
-    this.timers = { a: null, b: null };
     this.store = new Store(read(location.hash), before => this.#changed(before));
     this.rotor = new Rotor($('rotor'), angle => this.store.change('angle', state => { state.angle = angle; }));
     this.waves = new Waves($('waves'), $('readout'));
@@ -53,10 +28,7 @@ class Lab {
     this.controls = new Controls($('controls'), info, (key, text, about) => this.#set(key, text, about));
     this.asks = {};
     for (const side of ['a', 'b']) {
-      this.asks[side] = {
-        detection: new Newest(() => this.#detection(side)),
-        values: new Newest(() => this.#values(side)),
-      };
+      this.asks[side] = { detection: new Newest(() => this.#detection(side)), values: new Newest(() => this.#values(side)) };
     }
     this.#buttons();
     if (engine.files && info.folder) this.#folder();
@@ -167,7 +139,7 @@ class Lab {
     this.found ??= {};
     this.found[side] = found;
     const sides = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
-    $('verdict').replaceChildren(...sides.map(([one, of]) => this.#told(one, of, sides.length > 1)));
+    $('verdict').replaceChildren(...sides.map(([one, of]) => told(one, of, sides.length > 1)));
     const first = this.found.a;
     if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
     this.cloud.selected = this.state.trial;
@@ -177,25 +149,6 @@ class Lab {
       ...(sides.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
       ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
     $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines and dots · B: dashed lines and rings')] : []));
-  }
-
-  #told(side, of, both) {
-    const wrong = of.pole_correct === false;
-    const head = of.outcome === 'found'
-      ? `${wrong ? 'Wrong pole' : 'Found'} ${fixed(of.estimate, 2)}°, error ${of.error >= 0 ? '+' : ''}${fixed(of.error, 3)}°`
-      : of.outcome === 'undetermined' ? `Axis ${fixed(of.estimate % 180, 2)}°, pole undetermined` : `No angle: ${of.outcome}`;
-    const facts = [
-      ['rotor at', `${fixed(of.true_angle, 2)}°${Math.abs(of.moved) > 0.01 ? `, moved ${number(of.moved)}°` : ''}`],
-      ['took', shown(of.duration, 's')],
-      ['peak current', shown(of.peak_current, 'A')],
-      of.mean_inductance && ['L_A, L_B', `${shown(of.mean_inductance, 'H')}, ${shown(of.saliency, 'H')}`],
-      of.pole_evidence && ['pole evidence', `${number(of.pole_evidence[0])} σ, needed ${number(of.pole_evidence[1])}`],
-      of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
-      of.reason && ['why', of.reason],
-    ].filter(Boolean);
-    return make('div', { class: `told ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
-      make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),
-      make('dl', {}, ...facts.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value })))));
   }
 
   async #values(side) {
@@ -292,37 +245,14 @@ class Lab {
     const asked = [this.store.setting('a'), this.store.setting('b')];
     const found = await this.engine.pair({ a: asked[0], b: asked[1] });
     if (!found.trials || !this.state.b || JSON.stringify(asked) !== JSON.stringify([this.store.setting('a'), this.store.setting('b')])) return;
-    const { rms, wrong, share } = found;
-    const sure = rms.low > 0 || rms.high < 0;
-    const poles = wrong.a + wrong.b === 0 ? 'No trial in which only one of them names a wrong pole.'
-      : `Wrong poles only in A: ${wrong.a}, only in B: ${wrong.b}${share.low > 0.5 || share.high < 0.5 ? ', more than chance' : ', no more than chance'}.`;
-    $('pair').textContent = `B − A on the same ${found.trials} trials: rms ${rms.value >= 0 ? '+' : ''}${number(rms.value)}° [${number(rms.low)}, ${number(rms.high)}], ${sure ? (rms.value > 0 ? 'B is worse' : 'B is better') : 'no difference that these trials show'}. ${poles}`;
+    $('pair').textContent = difference(found);
   }
 
   /** Statistics, side by side. */
   #numbers() {
     const sides = this.store.sides().filter(side => this.summaries[side]);
     const of = side => this.summaries[side].summary;
-    const interval = e => `${number(e.value)}° [${number(e.low)}, ${number(e.high)}]`;
-    const odds = (count, e) => `${count}: ${percent(e.value)} [${percent(e.low)}, ${percent(e.high)}]`;
-    const rows = [
-      ['trials', s => String(s.trials)],
-      ['rms error of the axis', s => interval(s.rms_deg)],
-      ['mean error', s => interval(s.bias_deg)],
-      ['95th percentile', s => interval(s.p95_deg)],
-      ['largest', s => `${number(s.max_deg)}°`],
-      ['wrong pole', s => odds(s.wrong_poles, s.wrong_pole_probability), s => s.wrong_poles > 0],
-      ['pole undetermined', s => odds(s.undetermined, s.undetermined_probability)],
-      ['no angle', s => odds(s.failed, s.failed_probability)],
-      [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => `${percent(s.beyond_limit.value)} [${percent(s.beyond_limit.low)}, ${percent(s.beyond_limit.high)}]`],
-      ['detection takes', s => (s.mean_duration_s === null ? '–' : shown(s.mean_duration_s, 's'))],
-      ['largest current', s => shown(s.peak_current_a, 'A')],
-    ];
-    const table = $('numbers');
-    table.tHead.replaceChildren(make('tr', {}, make('th', { scope: 'col' }, make('span', { class: 'hidden' }, 'quantity')),
-      ...sides.map(side => make('th', { scope: 'col' }, make('i', { class: `dot ${side}` }), sides.length > 1 ? side.toUpperCase() : 'with 95 % interval'))));
-    table.tBodies[0].replaceChildren(...rows.map(([name, text, bad]) => make('tr', {}, make('th', { scope: 'row' }, name),
-      ...sides.map(side => make('td', { class: bad?.(of(side)) ? 'bad' : '' }, text(of(side)))))));
+    statistics($('numbers'), sides, of);
     const shares = sides.map(side => of(side).trials / this.summaries[side].all);
     $('progress').firstElementChild.style.width = `${100 * Math.min(...shares, 1)}%`;
     $('progress').classList.toggle('done', shares.every(share => share >= 1));

@@ -92,3 +92,26 @@ export class Store {
   /** The sides that are there. */
   sides() { return this.state.b ? ['a', 'b'] : ['a']; }
 }
+
+/** Asks for the newest only: while one question is out, later ones wait in a place for one. */
+export class Newest {
+  constructor(ask) {
+    this.ask = ask;
+    this.busy = false;
+    this.next = null;
+  }
+
+  run(question) {
+    if (this.busy) {
+      this.next = question;
+      return;
+    }
+    this.busy = true;
+    this.ask(question).finally(() => {
+      this.busy = false;
+      const { next } = this;
+      this.next = null;
+      if (next) this.run(next);
+    });
+  }
+}

@@ -1,5 +1,6 @@
 // Waveforms of one detection, and of a second one laid over: panels over a common time.
-import { colours, fixed, make, number, quantity } from './words.mjs';
+import { values } from './told.mjs';
+import { colours, make, quantity } from './words.mjs';
 import { Picture, lower, tickText, ticks } from './plot.mjs';
 
 const [LEFT, RIGHT, TOP, BOTTOM, GAP] = [56, 14, 8, 34, 26];
@@ -317,35 +318,8 @@ export class Waves {
       return;
     }
     this.readout.dataset.empty = 'no';
-    const rows = this.#all().map(([side, one]) => this.#values(side, one));
+    const rows = this.#all().map(([side, one]) => values(side, one, this.cursor, this.span, this.#all().length > 1));
     this.readout.replaceChildren(make('span', { class: 'at', text: `t = ${quantity(this.cursor, 's', false, 6)}` }), ...rows);
-  }
-
-  #values(side, one) {
-    const k = Math.min(Math.max(lower(one.time, this.cursor) - 1, 0), one.rows - 1);
-    const next = Math.min(k + 1, one.rows - 1);
-    const span = one.time[next] - one.time[k];
-    const share = span > 0 ? Math.min(Math.max((this.cursor - one.time[k]) / span, 0), 1) : 0;
-    const value = name => one[name][k] + share * (one[name][next] - one[name][k]);
-    const row = make('dl', { class: 'values' });
-    const put = (name, text, style) => row.append(make('div', {}, make('dt', { class: style ?? '', text: name }), make('dd', { text })));
-    if (this.#all().length > 1) put('', side.toUpperCase(), `side ${side}`);
-    for (const letter of LETTERS) put(`i ${letter}`, `${fixed(value(`i_${letter}`), 3)} A`, `phase ${letter}`);
-    for (const letter of LETTERS) put(`v ${letter}`, `${fixed(value(`v_${letter}`), 1)} V`, `phase ${letter}`);
-    put('u DC', `${fixed(value('u_dc'), 1)} V`);
-    put('θ', `${fixed(((value('theta') % 360) + 360) % 360, 2)}°`);
-    put('speed', `${number(value('omega'), 3)} rad/s`);
-    put('torque', `${number(value('torque'), 3)} N m`);
-    for (const [leg, letter] of LETTERS.entries()) put(`leg ${letter}`, one.modes[one.leg[leg][next]], `phase ${letter}`);
-    const near = lower(one.sample.time, this.cursor);
-    const s = [near - 1, near].filter(i => i >= 0 && i < one.samples)
-      .sort((i, j) => Math.abs(one.sample.time[i] - this.cursor) - Math.abs(one.sample.time[j] - this.cursor))[0];
-    const [from, to] = this.span;
-    if (s !== undefined && Math.abs(one.sample.time[s] - this.cursor) < (to - from) / 100) {
-      put('sample', `${LETTERS.map(letter => fixed(one.sample[`i_${letter}`][s], 3)).join(', ')} A`);
-      put('off by', `${LETTERS.map(letter => fixed(1e3 * one.sample[`e_${letter}`][s], 1)).join(', ')} mA`);
-    }
-    return row;
   }
 
   #hands() {

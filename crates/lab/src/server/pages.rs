@@ -30,5 +30,6 @@ assets! {
     "cloud.mjs": SCRIPT,
     "plot.mjs": SCRIPT,
     "folder.mjs": SCRIPT,
+    "told.mjs": SCRIPT,
     "words.mjs": SCRIPT,
 }
