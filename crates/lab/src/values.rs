@@ -143,9 +143,10 @@ fn is_there(key: &str, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
     match key.strip_prefix("detector.") {
         Some("polarity") => detector.clone().polarity_mut().is_some(),
-        Some(name) => {
-            methods::ALL.into_iter().find(|key| key.name == name).is_none_or(|key| detector.has(key))
-        }
+        Some(name) => methods::ALL
+            .into_iter()
+            .find(|key| key.name == name)
+            .is_none_or(|key| detector.get(key).is_some()),
         None => has_value || !OPTIONAL.contains(&key),
     }
 }

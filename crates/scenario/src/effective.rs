@@ -182,13 +182,13 @@ mod tests {
         ("sensors.resolver_error", "0.5", ""),
         ("detector.pulse", "6e-5", ""),
         ("detector.rounds", "4.0", ""),
-        ("detector.least_saliency", "0.05", ""),
-        ("detector.pole_error", "0.002", ""),
+        ("detector.least_saliency", "0.07", ""),
+        ("detector.pole_error", "0.002", "detector.method = \"bipolar\""),
         ("detector.vector_current", "7.0", ""),
         ("detector.gain_tolerance", "0.02", "detector.method = \"maximum-likelihood\""),
         ("detector.bandwidth", "250000.0", "detector.method = \"maximum-likelihood\""),
-        ("detector.deviation", "0.2", "detector.method = \"maximum-likelihood-adaptive\""),
-        ("detector.voltage", "25.0", "detector.method = \"hfi-rotating\""),
+        ("detector.deviation", "0.23", "detector.method = \"maximum-likelihood-adaptive\""),
+        ("detector.voltage", "23.0", "detector.method = \"hfi-rotating\""),
         ("detector.compensation", "false", "detector.method = \"hfi-rotating\""),
     ];
 
