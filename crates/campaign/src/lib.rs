@@ -24,6 +24,7 @@ pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
 pub use compare::{Entry, mean_energy, told};
 pub use numerics::NUMERICS;
+pub use plan::Glance;
 pub use statistics::{
     Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval, student,
 };

@@ -1,9 +1,13 @@
 //! The trials of a plan, at each point of its axes.
 
+use std::ops::Range;
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use standstill_detect::Method;
 use standstill_scenario::{FileError, Plan, Record, Scenario, TrialError};
 
-use crate::engine::Trials;
+use crate::engine::{Engine, Trials};
+use crate::store::SweepError;
 
 impl Trials for Plan {
     type Point = Scenario<Method<f64>>;
@@ -24,6 +28,62 @@ impl Trials for Plan {
     }
 }
 
+/// Trials of a plan at one of its points, which are looked at and not stored.
+#[derive(Clone, Debug)]
+pub struct Glance<'a> {
+    /// What each trial is.
+    pub plan: &'a Plan,
+    /// The point.
+    pub point: usize,
+    /// Their numbers.
+    pub trials: Range<u64>,
+    /// Threads; none: as many as there are cores. The records do not depend on it.
+    pub threads: Option<usize>,
+}
+
+impl Glance<'_> {
+    /// Hands the records to `sink`, block by block in the order of their numbers, until all are there, `stop` is set, or
+    /// `sink` says that nobody looks any more by returning false. True if all are done.
+    ///
+    /// # Errors
+    /// A trial that cannot be run, once the records before it are handed over.
+    ///
+    /// ```
+    /// use standstill_campaign::Glance;
+    /// use standstill_scenario::{Document, Plan};
+    ///
+    /// let plan = Plan::new(Document::parse("s.toml".as_ref(), "")?)?;
+    /// let mut worst = 0.0_f64;
+    /// Glance { plan: &plan, point: 0, trials: 0..50, threads: None }.run(&false.into(), |records| {
+    ///     for record in records {
+    ///         worst = worst.max(record.axis_error_deg().unwrap_or(0.0).abs());
+    ///     }
+    ///     true
+    /// })?;
+    /// assert!(worst > 0.1 && worst < 10.0);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn run(
+        &self,
+        stop: &AtomicBool,
+        mut sink: impl FnMut(&[Record]) -> bool,
+    ) -> Result<bool, SweepError> {
+        let mut engine = Engine::new(self.plan, self.threads).map_err(SweepError::Threads)?;
+        let Range { start: mut next, end } = self.trials;
+        while next < end && !stop.load(Ordering::Relaxed) {
+            let block: Vec<(usize, u64)> =
+                (next..end.min(next + engine.size())).map(|trial| (self.point, trial)).collect();
+            let (records, outcome) = engine.block(&block, stop);
+            next += records.len() as u64;
+            if !sink(&records) {
+                return Ok(false);
+            }
+            outcome?;
+        }
+        Ok(next >= end)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::path::Path;
@@ -35,6 +95,40 @@ mod tests {
 
     fn plan(text: &str) -> Plan {
         Plan::new(Document::parse(Path::new("s.toml"), text).expect("valid")).expect("valid")
+    }
+
+    #[test]
+    fn law_a_glance_shows_the_campaigns_trials_in_order_and_stops_when_nobody_looks() {
+        let plan = plan("[axes]\n\"sensors.noise\" = [\"1 mA\", \"40 mA\"]");
+        let glance = |threads| {
+            let mut seen = Vec::new();
+            let glance = Glance { plan: &plan, point: 1, trials: 5..205, threads };
+            assert!(
+                glance
+                    .run(&AtomicBool::new(false), |records| {
+                        seen.extend_from_slice(records);
+                        true
+                    })
+                    .expect("runs")
+            );
+            seen
+        };
+        let two = glance(Some(2));
+        assert_eq!(two, glance(Some(1)));
+        assert!(two.iter().zip(5..).all(|(record, trial)| record.trial == trial) && two.len() == 200);
+        let scenario = plan.scenario(1).expect("valid");
+        assert_eq!(Row::from(&two[100]), Row::from(&scenario.trial(105).expect("runs")));
+        let glance = Glance { plan: &plan, point: 0, trials: 0..1_000_000, threads: Some(1) };
+        let mut blocks = 0;
+        assert!(
+            !glance
+                .run(&AtomicBool::new(false), |_| {
+                    blocks += 1;
+                    false
+                })
+                .expect("runs")
+        );
+        assert_eq!(blocks, 1);
     }
 
     #[test]

@@ -13,7 +13,7 @@ use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
-    Bounds, Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results,
+    Bounds, Budget, Completions, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require, Results,
     Rows, Run, Slurm, Status, Sweep,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
@@ -56,6 +56,8 @@ pub enum Command {
     Bounds(Bounds),
     /// A finished run as one HTML file, and its figures
     Report(Report),
+    /// A page in the browser: move the rotor, turn any key, and see one detection and ten thousand at once
+    Lab(Lab),
     /// An example of a scenario file, with every key, or a motor's data sheet to fill in
     Init(Init),
     /// JSON Schema of scenario files, for editors

@@ -6,6 +6,7 @@ pub mod check;
 pub mod compare;
 pub mod fit;
 pub mod init;
+pub mod lab;
 pub mod magnetics;
 pub mod merge;
 pub mod motors;

@@ -25,6 +25,18 @@ pub fn at_once() {
     handle(|| true);
 }
 
+/// Calls this at the first interrupt; the second one ends the process at once.
+pub fn then(act: impl Fn() + Send + 'static) {
+    let seen = AtomicBool::new(false);
+    handle(move || {
+        let again = seen.swap(true, Ordering::SeqCst);
+        if !again {
+            act();
+        }
+        again
+    });
+}
+
 fn handle(ends: impl Fn() -> bool + Send + 'static) {
     // Interrupts are its own.
     if host::current().is_some() {

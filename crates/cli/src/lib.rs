@@ -65,6 +65,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Require(options) => commands::require::run(&options),
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),
+        Command::Lab(options) => commands::lab::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
         Command::Slurm(options) => commands::slurm::run(&options),
         Command::Status(options) => commands::status::run(&options),

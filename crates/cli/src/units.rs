@@ -50,24 +50,12 @@ impl Shown {
     }
 }
 
-/// Values in the unit that suits the largest of them, in four digits.
-pub fn listed(values: &[f64], symbol: &str) -> String {
-    let scale =
-        Scale::suiting(symbol, values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs())));
-    let text = |value: &f64| {
-        let value = scale.number(*value);
-        format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
-    };
-    format!("{} {}", values.iter().map(text).collect::<Vec<_>>().join(", "), scale.unit)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn analytic_values_stand_in_their_unit() {
-        assert_eq!(listed(&[0.012_345_6, -0.003, 0.0], "A"), "12.35, -3, 0 mA");
         let shown = Shown { key: "sensors.noise".to_owned(), scale: Scale::suiting("A", 0.05) };
         assert_eq!(
             (shown.text(&Value::from(0.05)), shown.title().as_str()),

@@ -24,6 +24,8 @@ pub struct Files {
     folder: PathBuf,
     read: Arc<Mutex<BTreeMap<PathBuf, Arc<[u8]>>>>,
     sealed: bool,
+    /// The folder in which what is not read yet must lie, with all its symbolic links followed.
+    fence: Option<PathBuf>,
 }
 
 /// What tells the content of one file from that of another.
@@ -99,6 +101,11 @@ impl Files {
         if self.sealed {
             return Err(io::Error::other("it was not read when the run began"));
         }
+        // Whether a file elsewhere exists is nobody's business either: one message for both.
+        let within = |fence: &PathBuf| path.canonicalize().is_ok_and(|path| path.starts_with(fence));
+        if let Some(fence) = self.fence.as_ref().filter(|fence| !within(fence)) {
+            return Err(io::Error::other(format!("there is no such file in {}", fence.display())));
+        }
         let bytes: Arc<[u8]> = read_at_most(&path, MOST_BYTES)?.into();
         read.insert(path, Arc::clone(&bytes));
         Ok(bytes)
@@ -122,7 +129,16 @@ impl Files {
     #[must_use]
     pub fn sealed(&self) -> Self {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        Self { folder: self.folder.clone(), read: Arc::new(Mutex::new(read)), sealed: true }
+        Self { folder: self.folder.clone(), read: Arc::new(Mutex::new(read)), sealed: true, fence: None }
+    }
+
+    /// The same files, and further ones from below this folder alone, wherever symbolic links lead: for whoever takes paths
+    /// from others.
+    ///
+    /// # Errors
+    /// A folder that is none.
+    pub fn fenced(&self, folder: &Path) -> io::Result<Self> {
+        Ok(Self { fence: Some(folder.canonicalize()?), ..self.clone() })
     }
 
     /// What was read so far, by path.
@@ -158,6 +174,31 @@ mod tests {
         file.set_len(3 << 30).expect("room");
         let error = Files::default().read(&path).expect_err("must be refused").to_string();
         assert!(error.contains("3072.0 MiB; needed: at most 128 MiB"), "{error}");
+    }
+
+    #[test]
+    fn law_a_fence_lets_nothing_in_that_lies_outside() {
+        let root = tempfile::tempdir().expect("a folder");
+        let inside = root.path().join("in");
+        std::fs::create_dir(&inside).expect("made");
+        for (path, text) in [("in/a.toml", "a"), ("secret.toml", "s"), ("known.toml", "k")] {
+            std::fs::write(root.path().join(path), text).expect("written");
+        }
+        let files = Files::of(&inside);
+        assert_eq!(files.text(&root.path().join("known.toml")).expect("there"), "k");
+        let fenced = files.fenced(&inside).expect("a folder");
+        assert_eq!(fenced.text(&inside.join("a.toml")).expect("inside"), "a");
+        assert_eq!(fenced.text(&root.path().join("known.toml")).expect("read before"), "k");
+        let refused = |path: PathBuf| fenced.text(&path).expect_err("outside").to_string();
+        let there = refused(inside.join("../secret.toml"));
+        assert_eq!(there, refused(root.path().join("missing.toml")), "nothing told of what exists");
+        assert!(there.contains("no such file in"), "{there}");
+        #[cfg(unix)]
+        {
+            std::os::unix::fs::symlink(root.path().join("secret.toml"), inside.join("link.toml"))
+                .expect("made");
+            assert!(refused(inside.join("link.toml")).contains("no such file in"));
+        }
     }
 
     #[test]

@@ -86,6 +86,21 @@ impl Scale {
     }
 }
 
+/// Values in the unit that suits the largest of them, in four digits.
+///
+/// ```
+/// assert_eq!(standstill_quantity::listed(&[0.012_345_6, -0.003, 0.0], "A"), "12.35, -3, 0 mA");
+/// ```
+pub fn listed(values: &[f64], symbol: &str) -> String {
+    let scale =
+        Scale::suiting(symbol, values.iter().fold(0.0_f64, |largest, value| largest.max(value.abs())));
+    let text = |value: &f64| {
+        let value = scale.number(*value);
+        format!("{value:.3e}").parse::<f64>().unwrap_or(value).to_string()
+    };
+    format!("{} {}", values.iter().map(text).collect::<Vec<_>>().join(", "), scale.unit)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

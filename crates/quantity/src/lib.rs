@@ -25,7 +25,7 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
 
-pub use human::{Scale, decimals, magnitude, number, rounded};
+pub use human::{Scale, decimals, listed, magnitude, number, rounded};
 pub use serial::Number;
 pub use text::{QuantityError, any_quantity, si_value, split};
 pub use unit::{Dimension, Unit};

@@ -295,6 +295,22 @@ impl Document {
         self.files = self.files.sealed();
     }
 
+    /// From now on, further files are read from below this folder alone; without one, none are.
+    ///
+    /// # Errors
+    /// A folder that is none.
+    pub fn fence(&mut self, folder: Option<&Path>) -> Result<(), FileError> {
+        let fenced = match folder {
+            None => Ok(self.files.sealed()),
+            Some(folder) => self.files.fenced(folder),
+        };
+        self.files = fenced.map_err(|error| FileError::Read {
+            file: folder.unwrap_or_else(|| Path::new("")).to_owned(),
+            error: error.to_string(),
+        })?;
+        Ok(())
+    }
+
     /// Takes a key out, so that it is as if it had never been set.
     pub fn remove(&mut self, key: &str) {
         let mut parts: Vec<&str> = key.split('.').collect();

@@ -50,6 +50,19 @@ const FIXED: [&str; 6] = ["trials", "stop_at", "limit", "axes", "design", "toler
 impl Plan {
     /// The plan of a document. Every point is checked: what is wrong with one shows before the first trial.
     pub fn new(document: Document) -> Result<Self, FileError> {
+        Self::with_motor_of(document, None)
+    }
+
+    /// The plan of a changed document. Where it has the same motor, that is not made again: to fit a flux map takes seconds.
+    ///
+    /// # Errors
+    /// As [`Plan::new`].
+    pub fn changed(&self, document: Document) -> Result<Self, FileError> {
+        let same = self.document.get("motor") == document.get("motor");
+        Self::with_motor_of(document, same.then_some(self))
+    }
+
+    fn with_motor_of(document: Document, known: Option<&Self>) -> Result<Self, FileError> {
         let file = document.load()?;
         let keys = file.axes.keys().map(|key| ("axes", key));
         for (table, key) in keys.chain(file.tolerances.keys().map(|key| ("tolerances", key))) {
@@ -80,6 +93,8 @@ impl Plan {
         let mut keys = file.axes.keys().chain(file.tolerances.keys());
         let motor = if keys.any(|key| key == "motor" || key.starts_with("motor.")) {
             None
+        } else if let Some(motor) = known.and_then(|known| known.motor.clone()) {
+            Some(motor)
         } else {
             Some(file.motor(document.files()).map_err(|error| document.locate(error))?)
         };

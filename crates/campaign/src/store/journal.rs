@@ -297,12 +297,17 @@ impl Rows {
         &self.identity
     }
 
-    /// The next rows with their points; none at the end, or where a block is not whole.
+    /// The next rows with their points; none at the end, or where a block is not whole. A journal that is being written may
+    /// have more when asked again.
     pub fn block(&mut self) -> Result<Option<Vec<(usize, Row)>>, JournalError> {
         let block = read_block(&mut self.file, &mut self.whole);
         let bytes = match block.map_err(|error| JournalError::Io(self.path.clone(), error))? {
             Block::Whole(bytes) => bytes,
-            Block::Short => return Ok(None),
+            Block::Short => {
+                let back = self.file.seek(SeekFrom::Start(self.whole));
+                back.map_err(|error| JournalError::Io(self.path.clone(), error))?;
+                return Ok(None);
+            }
             Block::Wrong => {
                 self.damaged = true;
                 return Ok(None);

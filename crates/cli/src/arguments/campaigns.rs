@@ -60,6 +60,22 @@ pub struct Results {
 }
 
 #[derive(Debug, Args)]
+pub struct Lab {
+    /// A scenario file (.toml), or a folder with scenarios and runs; the page reads no file outside the folder [without:
+    /// the default scenario and no files]
+    #[arg(value_name = "SCENARIO | FOLDER")]
+    pub place: Option<PathBuf>,
+    #[command(flatten)]
+    pub keys: Keys,
+    /// Port of 127.0.0.1 [default: any that is free]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_hyphen_values = true)]
+    pub port: Option<u16>,
+    /// Only print the address
+    #[arg(long)]
+    pub no_browser: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Sweep {
     #[command(flatten)]
     pub run: Run,

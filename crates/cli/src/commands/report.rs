@@ -5,6 +5,7 @@ mod study;
 
 use std::path::{Path, PathBuf};
 
+use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
 use standstill_report::table::{Format, Reader};
 use standstill_scenario::{Document, ScenarioFile};
@@ -29,11 +30,7 @@ struct Run {
 pub fn run(options: &Report) -> Result<Said, Error> {
     interrupt::at_once();
     let run = Run::open(&options.folder)?;
-    let cloud = run.cloud()?;
-    let study = study::study(&run, cloud);
-    let figures = figures(&study);
-    let page = page::page(&run, &figures);
-    let html = page.html().map_err(Error::Page)?;
+    let (html, figures) = made(&run)?;
     let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
     let names: Vec<String> =
         figures.iter().flat_map(|(name, _)| ["svg", "png"].map(|kind| format!("{name}.{kind}"))).collect();
@@ -49,6 +46,20 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     let (_, headline, details) = page::verdict(&run.summary);
     let text = format!("{headline}\n  {}\n\n{}", details.join("\n  "), file_list(&out, &files));
     Ok(Said { text, code: 0 })
+}
+
+/// The page of a finished run, with nothing written.
+pub fn html(folder: &Path) -> Result<String, Error> {
+    made(&Run::open(folder)?).map(|(html, _)| html)
+}
+
+/// The page and its figures.
+fn made(run: &Run) -> Result<(String, Vec<(String, Figure)>), Error> {
+    let cloud = run.cloud()?;
+    let study = study::study(run, cloud);
+    let figures = figures(&study);
+    let html = page::page(run, &figures).html().map_err(Error::Page)?;
+    Ok((html, figures))
 }
 
 /// Figures of an earlier report that this one does not have would be taken for its own.

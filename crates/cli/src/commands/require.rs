@@ -11,7 +11,7 @@ use standstill_analysis::bracket::{Edge, Found, Search, Side};
 use standstill_analysis::limit::Limits;
 use standstill_analysis::require::Bench;
 use standstill_campaign::Estimate;
-use standstill_quantity::si_value;
+use standstill_quantity::{listed, si_value};
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
@@ -25,7 +25,6 @@ use crate::error::Error;
 use crate::figures::{self, Judged};
 use crate::output::Output;
 use crate::progress::Watched;
-use crate::units::listed;
 
 const FILES: [&str; 5] = ["require.csv", "require.json", "require.html", "require.svg", "require.png"];
 

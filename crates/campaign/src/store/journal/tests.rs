@@ -123,3 +123,34 @@ fn law_a_journal_has_one_writer() {
     assert_eq!(all(&path).len(), 1);
     resume(&path).expect("free again");
 }
+
+#[test]
+fn law_a_journal_is_read_on_while_it_grows_without_a_row_lost_to_a_torn_block() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    let mut journal = Journal::create(&path, &identity()).expect("writable");
+    let rows: Vec<Row> = (0..30).map(|trial| row(trial, 0.1)).collect();
+    for rows in rows.chunks(7) {
+        journal.append(rows).expect("written");
+    }
+    journal.sync().expect("written");
+    let bytes = std::fs::read(&path).expect("there");
+    // Somebody else's journal, of which every time some bytes more have come.
+    let growing = folder.path().join("growing");
+    let begin = bytes.len() / 3;
+    std::fs::write(&growing, &bytes[..begin]).expect("written");
+    let mut reader = Rows::open(&growing).expect("a journal");
+    let (mut seen, mut empty) = (Vec::new(), 0);
+    for end in begin..=bytes.len() {
+        std::fs::write(&growing, &bytes[..end]).expect("written");
+        match reader.block().expect("readable") {
+            Some(block) => seen.extend(block.into_iter().map(|(_, row)| row)),
+            None => empty += 1,
+        }
+    }
+    while let Some(block) = reader.block().expect("readable") {
+        seen.extend(block.into_iter().map(|(_, row)| row));
+    }
+    assert_eq!(seen, rows);
+    assert!(empty > 20, "the blocks came torn: {empty}");
+}

@@ -1,0 +1,71 @@
+//! `standstill lab`: a page in the browser on which one sees what a detection does.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::sync::Arc;
+
+use standstill_lab::{Bench, Folder, Given, LabError, Server};
+
+use crate::Report;
+use crate::arguments::Lab as Options;
+use crate::error::Error;
+use crate::interrupt;
+use crate::scenario::{self, Shorthands};
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let server =
+        Server::bind(options.port.unwrap_or(0), bench(options)?, Box::new(report)).map_err(Error::Lab)?;
+    let stopped = Arc::clone(&server);
+    interrupt::then(move || stopped.stop());
+    crate::print(&format!(
+        "The lab is at {}\nWho has this address can use it. Ctrl-C ends the lab.\n",
+        server.address()
+    ))?;
+    if !options.no_browser {
+        open(&server.address());
+    }
+    server.serve();
+    Ok(Report { text: "The lab has ended.\n".to_owned(), code: 0 })
+}
+
+/// The lab of what the command line names.
+fn bench(options: &Options) -> Result<Bench, Error> {
+    let folder = |path: &Path| {
+        let path = if path.as_os_str().is_empty() { Path::new(".") } else { path };
+        Folder::open(path).map_err(|error| Error::Read(path.to_owned(), error))
+    };
+    let (document, file, folder) = match &options.place {
+        None => (Given::nothing()?.document, None, None),
+        Some(path) if path.is_dir() => (Given::nothing()?.document, None, Some(folder(path)?)),
+        Some(path) => {
+            let beside = path.parent().unwrap_or_else(|| Path::new(""));
+            (scenario::read(path)?, Some(path.clone()), Some(folder(beside)?))
+        }
+    };
+    let document = scenario::changed(document, &options.keys, Shorthands::default())?;
+    let given = Given { document, file, keys: options.keys.set.clone() };
+    Bench::new(given, folder).map_err(|LabError { message, .. }| Error::Arguments(message))
+}
+
+/// The page of a run.
+fn report(folder: &Path) -> Result<String, String> {
+    super::report::html(folder).map_err(|error| error.to_string())
+}
+
+/// Opens the page where that can be done; else the address is printed anyway.
+fn open(address: &str) {
+    let (program, words): (_, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
+    } else if cfg!(windows) {
+        ("rundll32", &["url.dll,FileProtocolHandler"])
+    } else {
+        ("xdg-open", &[])
+    };
+    let quiet = Stdio::null;
+    let browser =
+        Command::new(program).args(words).arg(address).stdin(quiet()).stdout(quiet()).stderr(quiet()).spawn();
+    if let Ok(mut browser) = browser {
+        // It may end before the lab does.
+        std::thread::spawn(move || browser.wait());
+    }
+}

@@ -1,0 +1,399 @@
+// The lab: what is set, what is asked of the engine, what is shown.
+import { open } from './engine.mjs';
+import { detection as decode, points, words as json } from './decode.mjs';
+import { Newest, Store, read, write } from './state.mjs';
+import { Controls } from './controls.mjs';
+import { Rotor } from './rotor.mjs';
+import { Waves } from './waves.mjs';
+import { Cloud } from './cloud.mjs';
+import { Files } from './folder.mjs';
+import { difference, statistics, told } from './told.mjs';
+import { fixed, make } from './words.mjs';
+
+const $ = id => document.getElementById(id);
+const root = document.documentElement;
+
+class Lab {
+  constructor(engine, info) {
+    this.engine = engine;
+    this.info = info;
+    this.tab = crypto.randomUUID?.() ?? String(Math.random());
+    // Of each side: what is wrong, what its keys come to, its statistics, and the cloud that is being filled.
+    for (const name of ['errors', 'values', 'summaries', 'clouds', 'timers']) this[name] = { a: null, b: null };
+    this.begun = { a: 0, b: 0 };
+    this.store = new Store(read(location.hash), before => this.#changed(before));
+    this.rotor = new Rotor($('rotor'), angle => this.store.change('angle', state => { state.angle = angle; }));
+    this.waves = new Waves($('waves'), $('readout'));
+    this.cloud = new Cloud($('cloud'), trial => this.#look(trial));
+    this.controls = new Controls($('controls'), info, (key, text, about) => this.#set(key, text, about));
+    this.asks = {};
+    for (const side of ['a', 'b']) {
+      this.asks[side] = { detection: new Newest(() => this.#detection(side)), values: new Newest(() => this.#values(side)) };
+    }
+    this.#buttons();
+    if (engine.files && info.folder) this.#folder();
+    $('foot').textContent = `Standstill ${info.version}. ${engine.files ? 'Computed on this machine.' : 'Computed in this browser: one thread, no files.'}`;
+    this.#changed(null);
+    root.dataset.ready = 'yes';
+  }
+
+  get state() { return this.store.state; }
+
+  /** Which setting a key changes, and how. */
+  #set(key, text, about) {
+    this.store.change(about, state => {
+      const set = state[state.side];
+      if (text === null) delete set[key];
+      else set[key] = text;
+      // What the old method or motor had, the new one may not have.
+      if (key === 'detector.method') for (const other of Object.keys(set)) if (other.startsWith('detector.') && other !== key) delete set[other];
+      if (key === 'motor') for (const other of Object.keys(set)) if (other.startsWith('motor.')) delete set[other];
+    });
+  }
+
+  #look(trial) {
+    this.store.change(null, state => Object.assign(state, { trial, angle: null }));
+  }
+
+  /** Something was set: asks for what depends on it, and for nothing else. */
+  #changed(before) {
+    const { state } = this;
+    const fragment = write(state);
+    history.replaceState(null, '', fragment ? `#${fragment}` : location.pathname);
+    const frame = one => JSON.stringify([one.scenario, one.point]);
+    for (const side of ['a', 'b']) {
+      if (!state[side]) {
+        if (before?.[side] || before === null) this.#forget(side);
+        continue;
+      }
+      const other = before === null || !before[side] || frame(before) !== frame(state) || JSON.stringify(before[side]) !== JSON.stringify(state[side]);
+      const looks = other || before.trial !== state.trial || before.angle !== state.angle;
+      const many = before !== null && before.trials !== state.trials;
+      if (looks) this.asks[side].detection.run(true);
+      if (other || many) this.asks[side].values.run(true);
+      else if (looks) this.#valuesSoon(side);
+      if (other || many) this.#restart(side);
+    }
+    this.#tools();
+    if (before && (before.side !== state.side || Boolean(before.b) !== Boolean(state.b))) this.#showValues();
+  }
+
+  /** While a hand turns the rotor only the commands to copy change, which can wait. */
+  #valuesSoon(side) {
+    clearTimeout(this.soon?.[side]);
+    this.soon = { ...this.soon, [side]: setTimeout(() => this.asks[side].values.run(true), 250) };
+  }
+
+  #forget(side) {
+    this.clouds[side]?.abort();
+    clearTimeout(this.timers[side]);
+    this.summaries[side] = null;
+    this.errors[side] = null;
+    this.values[side] = null;
+    this.cloud.begin(side);
+    this.waves.show(side, null);
+    this.rotor.found(side, null);
+    this.#numbers();
+    this.cloud.dirty();
+    this.#banner();
+  }
+
+  /** Says what cannot be; true where the engine is gone. */
+  #failed(side, error) {
+    if (error.name === 'AbortError') return;
+    if (error.lost) {
+      this.#lost();
+      return;
+    }
+    this.errors[side] = error;
+    this.#banner();
+    this.#showValues();
+  }
+
+  #banner() {
+    const wrong = ['a', 'b'].filter(side => this.errors[side] && this.state[side]);
+    $('wrong').hidden = wrong.length === 0;
+    $('wrong').replaceChildren(...wrong.map(side =>
+      make('span', {}, `${this.state.b ? `${side.toUpperCase()}: ` : ''}${this.errors[side].message}. `)),
+    wrong.length ? make('span', { class: 'hint', text: 'What is shown is the last setting that works. ' }) : '',
+    wrong.length ? make('button', { type: 'button', onclick: () => this.store.undo() }, 'Undo') : '');
+  }
+
+  async #detection(side) {
+    const { trial, angle } = this.state;
+    if (!this.state[side]) return;
+    try {
+      const found = decode(await this.engine.detection({ setting: this.store.setting(side), trial, angle }));
+      if (!this.state[side]) return;
+      this.waves.show(side, found);
+      this.rotor.found(side, found.estimate, found.outcome === 'found');
+      // An answer that comes late must not turn back what the hand has turned on.
+      if (side === 'a' && this.state.angle === angle && this.state.trial === trial) this.rotor.stand(found.true_angle);
+      this.#verdict(side, found);
+    } catch (error) {
+      this.#failed(side, error);
+    }
+  }
+
+  #verdict(side, found) {
+    this.found ??= {};
+    this.found[side] = found;
+    const sides = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
+    $('verdict').replaceChildren(...sides.map(([one, of]) => told(one, of, sides.length > 1)));
+    const first = this.found.a;
+    if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
+    this.cloud.selected = this.state.trial;
+    this.cloud.here = first ? { angle: first.true_angle, error: first.axis_error } : null;
+    this.cloud.dirty(false);
+    $('specimen').replaceChildren(...sides.map(([one, of]) => make('dl', { class: 'specimen-list' },
+      ...(sides.length > 1 ? [make('div', {}, make('dt', {}, one.toUpperCase()), make('dd', {}, ''))] : []),
+      ...of.specimen.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value }))))));
+    $('legend').replaceChildren(...(sides.length > 1 ? [make('span', {}, 'A: lines and dots · B: dashed lines and rings')] : []));
+  }
+
+  async #values(side) {
+    if (!this.state[side]) return;
+    const { trial, angle, trials } = this.state;
+    const setting = this.store.setting(side);
+    try {
+      const values = await this.engine.setting({ setting, trial, angle, trials });
+      if (!this.state[side]) return;
+      this.values[side] = values;
+      this.errors[side] = null;
+      this.#banner();
+      if (side === 'a') this.rotor.motor(values.motor);
+      this.#showValues();
+    } catch (error) {
+      this.#failed(side, error);
+    }
+  }
+
+  /** The controls and texts of the side that is being set. */
+  #showValues() {
+    const { state } = this;
+    const { side } = state;
+    const values = this.values[side] ?? this.values.a;
+    if (!values) return;
+    const other = state.b ? state[side === 'a' ? 'b' : 'a'] : null;
+    this.controls.show(values, state[side], values.axes, other, this.errors[side]);
+    $('what').textContent = `${values.motor.name}, ${values.method}${values.points.length > 1 ? `, point ${state.point}: ${values.points[state.point]}` : ''}`;
+    for (const name of ['trace', 'run', 'toml']) $(name).textContent = values[name];
+    this.#points(values);
+  }
+
+  /** Where the scenario has axes, one point of them is looked at. */
+  #points(values) {
+    let place = $('points');
+    if (values.points.length < 2) {
+      place?.remove();
+      return;
+    }
+    if (!place) {
+      const select = make('select', { id: 'point', onchange: () => this.store.change(null, state => { state.point = Number($('point').value); }) });
+      place = make('div', { id: 'points', class: 'row' }, make('label', { for: 'point' }, 'point of the axes'), select);
+      $('controls').before(place);
+    }
+    const names = values.points.slice(0, 500).map((text, k) => `${k}: ${text}`);
+    if ($('point').options.length !== names.length) $('point').replaceChildren(...names.map((text, k) => make('option', { value: String(k) }, text)));
+    $('point').value = String(this.state.point);
+  }
+
+  /** A new cloud of a side; while a hand is on a slider, not more often than the eye has use for. */
+  #restart(side) {
+    clearTimeout(this.timers[side]);
+    const wait = Math.max(0, this.begun[side] + 110 - performance.now());
+    if (wait > 0) this.timers[side] = setTimeout(() => this.#fill(side), wait);
+    else this.#fill(side);
+  }
+
+  async #fill(side) {
+    this.clouds[side]?.abort();
+    const abort = new AbortController();
+    this.clouds[side] = abort;
+    this.begun[side] = performance.now();
+    let first = true;
+    const current = () => this.clouds[side] === abort && this.state[side];
+    const frame = (kind, view) => {
+      if (!current()) return;
+      if (kind === 2) throw Object.assign(new Error(json(view).message), json(view));
+      if (kind === 1) {
+        if (first) this.cloud.begin(side);
+        first = false;
+        this.cloud.both = Boolean(this.state.b);
+        points(view, (...point) => this.cloud.sides[side].add(...point));
+        this.cloud.scale(false);
+        this.cloud.dirty();
+      } else {
+        this.summaries[side] = json(view);
+        this.#numbers();
+      }
+    };
+    try {
+      await this.engine.cloud({ setting: this.store.setting(side), trials: this.state.trials, slot: `${this.tab} ${side}` }, frame, abort.signal);
+      if (!current()) return;
+      this.cloud.scale(true);
+      this.cloud.dirty();
+      await this.#pair();
+    } catch (error) {
+      if (current()) this.#failed(side, error);
+    }
+  }
+
+  async #pair() {
+    $('pair').textContent = '';
+    if (!this.state.b) return;
+    const asked = [this.store.setting('a'), this.store.setting('b')];
+    const found = await this.engine.pair({ a: asked[0], b: asked[1] });
+    if (!found.trials || !this.state.b || JSON.stringify(asked) !== JSON.stringify([this.store.setting('a'), this.store.setting('b')])) return;
+    $('pair').textContent = difference(found);
+  }
+
+  /** Statistics, side by side. */
+  #numbers() {
+    const sides = this.store.sides().filter(side => this.summaries[side]);
+    const of = side => this.summaries[side].summary;
+    statistics($('numbers'), sides, of);
+    const shares = sides.map(side => of(side).trials / this.summaries[side].all);
+    $('progress').firstElementChild.style.width = `${100 * Math.min(...shares, 1)}%`;
+    $('progress').classList.toggle('done', shares.every(share => share >= 1));
+    const wrong = sides.some(side => of(side).wrong_poles);
+    const axis = sides.some(side => of(side).undetermined);
+    const failed = sides.some(side => of(side).failed + of(side).errors);
+    $('cloud-legend').textContent = [sides.length > 1 ? 'squares A, bars B' : 'a point for each trial', wrong && '× wrong pole', axis && '○ pole undetermined', failed && '| no angle, at the lower edge', 'ring: the detection above'].filter(Boolean).join(' · ');
+  }
+
+  #tools() {
+    const { store, state } = this;
+    $('undo').disabled = store.past.length === 0;
+    $('redo').disabled = store.future.length === 0;
+    const both = Boolean(state.b);
+    $('compare').setAttribute('aria-pressed', String(both));
+    $('compare').textContent = both ? 'End comparison' : 'Compare A | B';
+    $('sides').hidden = !both;
+    for (const side of ['a', 'b']) $(`side-${side}`).setAttribute('aria-pressed', String(state.side === side));
+    if (document.activeElement !== $('trial')) $('trial').value = String(state.trial);
+    $('trials').value = String(state.trials);
+    $('drawn').disabled = state.angle === null;
+    this.cloud.both = both;
+    if (!both) $('pair').textContent = '';
+    if (state.angle !== null) this.rotor.stand(state.angle);
+  }
+
+  #buttons() {
+    const { store } = this;
+    const on = (id, act) => $(id).addEventListener('click', act);
+    on('undo', () => store.undo());
+    on('redo', () => store.redo());
+    on('compare', () => store.change(null, state => Object.assign(state, state.b ? { b: null, side: 'a' } : { b: { ...state.a }, side: 'b' })));
+    for (const side of ['a', 'b']) on(`side-${side}`, () => store.change(null, state => { state.side = side; }));
+    on('swap', () => store.change(null, state => Object.assign(state, { a: state.b, b: state.a })));
+    on('keep', () => store.change(null, state => Object.assign(state, { a: state.b, b: null, side: 'a' })));
+    on('drawn', () => store.change(null, state => { state.angle = null; }));
+    on('zoom-in', () => this.waves.zoom(0.5));
+    on('zoom-out', () => this.waves.zoom(2));
+    on('zoom-all', () => this.waves.all());
+    on('zoom-pulse', () => this.waves.firstPulse());
+    on('worst', () => { const trial = this.cloud.worst(this.state.side); if (trial !== null) this.#look(trial); });
+    on('wrong-pole', () => {
+      const trial = this.cloud.nextOdd(this.state.side, this.state.trial);
+      if (trial === null) this.#say('Every trial found its angle and its pole.');
+      else this.#look(trial);
+    });
+    $('trial').addEventListener('change', () => {
+      const trial = Number($('trial').value);
+      if (Number.isInteger(trial) && trial >= 0 && trial < 1e9) this.#look(trial);
+    });
+    $('angle').addEventListener('change', () => {
+      const text = $('angle').value.replace('°', '').replace('−', '-').trim();
+      const angle = text === '' ? null : Number(text);
+      if (angle === null || Number.isFinite(angle)) store.change(null, state => { state.angle = angle; });
+    });
+    $('trials').addEventListener('change', () => store.change(null, state => { state.trials = Number($('trials').value); }));
+    $('find').addEventListener('input', () => this.controls.filter($('find').value));
+    on('link', () => this.#copy(location.href, 'The link is copied: it restores all that is set, in this lab or behind the # of another one’s address.'));
+    for (const button of document.querySelectorAll('[data-copy]')) {
+      button.addEventListener('click', () => this.#copy($(button.dataset.copy).textContent, 'Copied.'));
+    }
+    on('theme', () => {
+      const dark = matchMedia('(prefers-color-scheme: dark)').matches;
+      const now = root.dataset.theme ?? (dark ? 'dark' : 'light');
+      root.dataset.theme = now === 'dark' ? 'light' : 'dark';
+      try { localStorage.setItem('theme', root.dataset.theme); } catch { /* Not kept. */ }
+      this.#paint();
+    });
+    matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#paint());
+    addEventListener('hashchange', () => store.replace(read(location.hash)));
+    addEventListener('keydown', event => {
+      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== 'z' || event.target.matches('input[type=text],input[type=search],input[type=number]')) return;
+      event.preventDefault();
+      if (event.shiftKey) store.redo();
+      else store.undo();
+    });
+  }
+
+  #paint() {
+    this.waves.dirty();
+    this.cloud.dirty();
+  }
+
+  #folder() {
+    const files = new Files($('entries'), this.engine, path => {
+      this.store.change(null, state => Object.assign(state, { scenario: path, point: 0, a: {}, b: null, side: 'a', trial: 0, angle: null }));
+      this.#say(`${path} is open.`);
+    });
+    $('files').hidden = false;
+    $('folder-path').textContent = this.info.folder;
+    $('files').addEventListener('click', () => {
+      const opened = $('folder').hidden;
+      $('folder').hidden = !opened;
+      $('files').setAttribute('aria-expanded', String(opened));
+      if (opened) files.show().catch(error => this.#say(error.message));
+      else files.hide();
+    });
+  }
+
+  async #copy(text, said) {
+    try {
+      await navigator.clipboard.writeText(text);
+      this.#say(said);
+    } catch {
+      this.#say('The browser does not let pages copy; the text is in the address, or above.');
+    }
+  }
+
+  #say(text) {
+    $('said').textContent = text;
+    clearTimeout(this.saying);
+    this.saying = setTimeout(() => { $('said').textContent = ''; }, 5000);
+  }
+
+  /** Nothing answers: says so, and tries again until something does. */
+  #lost() {
+    if (this.isLost) return;
+    this.isLost = true;
+    root.dataset.lost = 'yes';
+    $('lost').hidden = false;
+    $('lost').textContent = 'The lab does not answer: it has ended, or this machine was asleep. What is set is kept in the address; start `standstill lab` again, open the address that it prints, and put the part behind # after it.';
+    const again = async () => {
+      try {
+        await this.engine.start();
+        this.isLost = false;
+        delete root.dataset.lost;
+        $('lost').hidden = true;
+        this.#changed(null);
+      } catch {
+        setTimeout(again, 1000);
+      }
+    };
+    setTimeout(again, 1000);
+  }
+}
+
+try { if (localStorage.getItem('theme')) root.dataset.theme = localStorage.getItem('theme'); } catch { /* As the system has it. */ }
+try {
+  const engine = await open();
+  globalThis.lab = new Lab(engine, await engine.start());
+} catch (error) {
+  $('lost').hidden = false;
+  $('lost').textContent = error.message;
+}

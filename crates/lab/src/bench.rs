@@ -1,0 +1,224 @@
+//! The scenarios of the lab, and what was made of them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use standstill_detect::Method;
+use standstill_scenario::{Document, FileError, Origin, Plan, Scenario, Single};
+
+use crate::cloud::{self, CloudRequest, Clouds, Pair};
+use crate::commands::Written;
+use crate::controls;
+use crate::detection::{self, DetectionRequest};
+use crate::error::LabError;
+use crate::folder::Folder;
+use crate::setting::Setting;
+use crate::values;
+
+/// What the lab is started with.
+#[derive(Clone, Debug)]
+pub struct Given {
+    /// The scenario.
+    pub document: Document,
+    /// Its file as the command line names it, if there is one.
+    pub file: Option<PathBuf>,
+    /// What the command line sets of it; the document has it already.
+    pub keys: Vec<(String, String)>,
+}
+
+impl Given {
+    /// A scenario that says nothing.
+    pub fn nothing() -> Result<Self, FileError> {
+        Ok(Self { document: Document::parse(Path::new("scenario"), "")?, file: None, keys: Vec::new() })
+    }
+}
+
+/// A scenario of the lab, ready to run.
+pub(crate) struct Ready {
+    pub plan: Plan,
+    pub point: usize,
+    /// At its point, without what trials draw.
+    pub scenario: Scenario<Method<f64>>,
+    /// The document without what the plan resolved.
+    pub document: Document,
+    /// The trial that was looked at last.
+    single: Mutex<Option<Arc<Single>>>,
+}
+
+impl Ready {
+    /// A trial with what it draws.
+    pub fn single(&self, trial: u64) -> Result<Arc<Single>, LabError> {
+        let mut last = lock(&self.single);
+        if let Some(single) = last.as_ref().filter(|single| single.trial == trial) {
+            return Ok(Arc::clone(single));
+        }
+        let single = Arc::new(self.plan.single(self.point, trial)?);
+        *last = Some(Arc::clone(&single));
+        Ok(single)
+    }
+}
+
+/// Scenarios that are kept ready, so that going back and forth costs nothing.
+const KEPT: usize = 48;
+
+/// What the page asks: see the crate's documentation.
+pub struct Bench {
+    given: Given,
+    folder: Option<Folder>,
+    /// Those looked at last come last.
+    ready: Mutex<Vec<(String, Arc<Ready>)>>,
+    pub(crate) clouds: Mutex<Clouds>,
+}
+
+/// A thread that panicked has either put something whole in or nothing.
+pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A request by its name, with its body in JSON.
+fn body<'a, T: Deserialize<'a>>(text: &'a str) -> Result<T, LabError> {
+    serde_json::from_str(text).map_err(LabError::request)
+}
+
+impl Bench {
+    /// A lab of this scenario; what the page names of files is read from below the folder alone, without one not at all.
+    ///
+    /// # Errors
+    /// A scenario that cannot be run.
+    pub fn new(mut given: Given, folder: Option<Folder>) -> Result<Self, LabError> {
+        // What the scenario itself names is read here, wherever it lies.
+        let plan = Plan::new(given.document.clone())?;
+        given.document.fence(folder.as_ref().map(Folder::path))?;
+        let bench = Self { given, folder, ready: Mutex::default(), clouds: Mutex::default() };
+        let name = Setting::default().name();
+        let ready = bench.made(plan, bench.given.document.clone(), 0)?;
+        lock(&bench.ready).push((name, Arc::new(ready)));
+        Ok(bench)
+    }
+
+    /// The folder, if there is one.
+    pub fn folder(&self) -> Option<&Folder> {
+        self.folder.as_ref()
+    }
+
+    /// The answer to a request in JSON: `start`, `setting`, `pair`, `folder`, `progress`; `detection` has one in bytes.
+    ///
+    /// # Errors
+    /// Requests that no page makes, and scenarios that cannot be.
+    pub fn answer(&self, request: &str, text: &str) -> Result<Vec<u8>, LabError> {
+        let answer = match request {
+            "start" => self.start()?,
+            "setting" => values::answer(self, &body(text)?)?,
+            "pair" => cloud::pair(self, &body::<Pair>(text)?),
+            "folder" => json!({ "entries": self.folder.as_ref().map(Folder::entries) }),
+            "progress" => {
+                let path: BTreeMap<String, String> = body(text)?;
+                let folder = self.folder.as_ref().ok_or_else(|| LabError::of("the lab has no folder"))?;
+                folder.progress(path.get("path").map_or("", String::as_str))?
+            }
+            "detection" => return detection::answer(self, &body::<DetectionRequest>(text)?),
+            _ => return Err(LabError::request(request)),
+        };
+        serde_json::to_vec(&answer).map_err(LabError::of)
+    }
+
+    /// See [`CloudRequest`]; `sink` gets frames of bytes and returns whether anybody still looks.
+    ///
+    /// # Errors
+    /// A scenario that cannot be run.
+    pub fn cloud(
+        &self,
+        request: &CloudRequest,
+        stop: &std::sync::atomic::AtomicBool,
+        sink: &mut dyn FnMut(&[u8]) -> bool,
+    ) -> Result<(), LabError> {
+        cloud::run(self, request, stop, sink)
+    }
+
+    /// What a page needs to know once.
+    fn start(&self) -> Result<Value, LabError> {
+        Ok(json!({
+            "version": env!("CARGO_PKG_VERSION"),
+            "motors": standstill_plant::built_in_names().collect::<Vec<_>>(),
+            "controls": controls::controls(&self.given.document)?,
+            "scenario": self.given.file.as_ref().map(|file| file.display().to_string()),
+            "folder": self.folder.as_ref().map(|folder| folder.path().display().to_string()),
+            "scenarios": self.folder.as_ref().map(Folder::scenarios),
+        }))
+    }
+
+    /// How a command line names the scenario of a setting.
+    pub(crate) fn written(&self, setting: &Setting) -> Written {
+        let other = || self.folder.as_ref().map(|folder| folder.path().join(&setting.scenario));
+        if setting.scenario.is_empty() {
+            Written { file: self.given.file.clone(), keys: self.given.keys.clone() }
+        } else {
+            Written { file: other(), keys: Vec::new() }
+        }
+    }
+
+    /// The scenario of a setting.
+    pub(crate) fn ready(&self, setting: &Setting) -> Result<Arc<Ready>, LabError> {
+        if !setting.is_sensible() {
+            return Err(LabError::request("too much is set"));
+        }
+        let name = setting.name();
+        if let Some(known) = self.known(&name) {
+            return Ok(known);
+        }
+        let mut document = self.document(&setting.scenario)?;
+        for (key, value) in setting.in_order() {
+            document.set(key, value, Origin::Option("the lab"))?;
+        }
+        let like = {
+            let ready = lock(&self.ready);
+            let motor = document.get("motor");
+            let same = ready.iter().rev().find(|(_, ready)| {
+                ready.document.files().folder() == document.files().folder()
+                    && ready.document.get("motor") == motor
+            });
+            same.map(|(_, ready)| Arc::clone(ready))
+        };
+        let plan = match like {
+            Some(like) => like.plan.changed(document.clone())?,
+            None => Plan::new(document.clone())?,
+        };
+        let ready = Arc::new(self.made(plan, document, setting.point)?);
+        let mut all = lock(&self.ready);
+        if all.len() >= KEPT {
+            all.remove(0);
+        }
+        all.push((name, Arc::clone(&ready)));
+        Ok(ready)
+    }
+
+    /// One that is ready, which becomes the one looked at last.
+    fn known(&self, name: &str) -> Option<Arc<Ready>> {
+        let mut ready = lock(&self.ready);
+        let place = ready.iter().position(|(known, _)| known == name)?;
+        let found = ready.remove(place);
+        ready.push(found);
+        ready.last().map(|(_, ready)| Arc::clone(ready))
+    }
+
+    /// The document of a scenario by its name in the lab.
+    fn document(&self, name: &str) -> Result<Document, LabError> {
+        match (name, &self.folder) {
+            ("", _) => Ok(self.given.document.clone()),
+            (_, Some(folder)) => folder.document(name),
+            (_, None) => Err(LabError::of("the lab has no folder to take scenarios from")),
+        }
+    }
+
+    #[expect(clippy::unused_self, reason = "a scenario is one of a lab")]
+    fn made(&self, plan: Plan, document: Document, point: usize) -> Result<Ready, LabError> {
+        if point >= plan.points().len() {
+            return Err(LabError::of(format!("point {point} of {}: there is none", plan.points().len())));
+        }
+        let scenario = plan.scenario(point)?;
+        Ok(Ready { plan, point, scenario, document, single: Mutex::default() })
+    }
+}

@@ -1,0 +1,189 @@
+//! One detection with all its waveforms, as bytes that a page draws without reading numbers from text.
+//!
+//! ```text
+//!   length of the header │ header (JSON, padded to 8 bytes) │ times (f64) │ a column (f32) after the other │ modes (bytes)
+//! ```
+//! The same again for the samples: times, then columns. All little-endian.
+
+use serde::Deserialize;
+use serde_json::{Value, json};
+use standstill_detect::Settings;
+use standstill_interface::Outcome;
+use standstill_inverter::Conduction;
+use standstill_scenario::{Record, Scenario, Specimen, specimen};
+use standstill_sim::{Case, Ended, Event, NoProbe, Snapshot, Trace, run as simulate};
+
+use crate::bench::Bench;
+use crate::error::LabError;
+use crate::setting::Setting;
+
+/// One trial, at its own angle or at another.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DetectionRequest {
+    /// Of which scenario.
+    pub setting: Setting,
+    /// Its number, which says what drive, sensors and noise it has.
+    pub trial: u64,
+    /// Electrical angle at the start in degrees; none: as the trial draws it.
+    pub angle: Option<f64>,
+}
+
+/// Time in s between two rows at most, as in `waveform.csv`.
+const RESOLUTION: f64 = 5e-6;
+
+/// Rows of a long detection: more than a screen has points.
+const MOST_ROWS: f64 = 30e3;
+
+/// Columns beside the time.
+const COLUMNS: [&str; 10] = ["i_a", "i_b", "i_c", "v_a", "v_b", "v_c", "u_dc", "theta", "omega", "torque"];
+
+/// Columns of the samples: readings, and by how much they are off.
+const SAMPLES: [&str; 7] = ["i_a", "i_b", "i_c", "u_dc", "e_a", "e_b", "e_c"];
+
+pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8>, LabError> {
+    let ready = bench.ready(&request.setting)?;
+    let single = ready.single(request.trial)?;
+    let scenario = &single.scenario;
+    let case = match request.angle {
+        Some(angle) if angle.is_finite() => {
+            let specimen = Specimen { drive: request.trial, noise: request.trial };
+            scenario.case_at(angle.to_radians(), specimen)
+        }
+        Some(_) => return Err(LabError::request("an angle that is no number")),
+        None => single.case(),
+    };
+    let (record, trace) = traced(scenario, &case, request.trial)?;
+    let samples = samples(&trace);
+    let words = specimen(&case, &single.drawn);
+    let header = header(&record, &trace, samples.len(), &words);
+    Ok(bytes(&header, &trace, &samples))
+}
+
+/// The trial as a campaign runs it, and watched.
+fn traced<S: Settings<f64>>(
+    scenario: &Scenario<S>,
+    case: &Case<'_>,
+    trial: u64,
+) -> Result<(Record, Trace), LabError> {
+    let detector = || scenario.detector.detector().map_err(LabError::of);
+    let run = simulate(case, &mut detector()?, false, &mut NoProbe);
+    let resolution = RESOLUTION.max(run.duration.seconds() / MOST_ROWS);
+    let mut trace = Trace::new(resolution);
+    simulate(case, &mut detector()?, false, &mut trace);
+    Ok((Record { trial, run }, trace))
+}
+
+/// What a sample reads, and by how much it is off the current that flows.
+struct Sample {
+    time: f64,
+    columns: [f64; 7],
+}
+
+fn samples(trace: &Trace) -> Vec<Sample> {
+    let read = trace.events.iter().filter_map(|(time, event)| match event {
+        Event::Sample(current, link) => Some((*time, *current, *link)),
+        _ => None,
+    });
+    read.map(|(time, [a, b, c], link)| {
+        let [true_a, true_b, true_c] = current_at(&trace.snapshots, time);
+        Sample { time, columns: [a, b, c, link, a - true_a, b - true_b, c - true_c] }
+    })
+    .collect()
+}
+
+/// Between the rows before and after a time.
+fn current_at(snapshots: &[Snapshot], time: f64) -> [f64; 3] {
+    let after = snapshots.partition_point(|snapshot| snapshot.time < time);
+    let Some(next) = snapshots.get(after).or(snapshots.last()) else { return [f64::NAN; 3] };
+    let before = snapshots.get(after.wrapping_sub(1)).unwrap_or(next);
+    let span = next.time - before.time;
+    let share = if span > 0.0 { ((time - before.time) / span).clamp(0.0, 1.0) } else { 0.0 };
+    std::array::from_fn(|k| before.current[k] + share * (next.current[k] - before.current[k]))
+}
+
+fn header(record: &Record, trace: &Trace, samples: usize, words: &[(String, String)]) -> Value {
+    let findings = match &record.run.ended {
+        Ended::Outcome(outcome) => Some(*outcome.findings()),
+        Ended::Error(_) => None,
+    };
+    let commands: Vec<f64> = trace
+        .events
+        .iter()
+        .filter_map(|(time, event)| matches!(event, Event::Command).then_some(*time))
+        .collect();
+    let estimate = match &record.run.ended {
+        Ended::Outcome(Outcome::Found { angle, .. } | Outcome::Axis { angle, .. }) => Some(angle.degrees()),
+        _ => None,
+    };
+    json!({
+        "rows": trace.snapshots.len(),
+        "columns": COLUMNS,
+        "modes": Conduction::ALL.map(|mode| mode.to_string().replace('_', " ")),
+        "samples": samples,
+        "sample_columns": SAMPLES,
+        "commands": commands,
+        "trial": record.trial,
+        "outcome": record.verdict().name(),
+        "reason": record.reason(),
+        "start_angle": record.start_angle_deg(),
+        "true_angle": record.true_angle_deg(),
+        "estimate": estimate,
+        "error": record.error_deg(),
+        "axis_error": record.axis_error_deg(),
+        "pole_correct": record.pole_correct(),
+        "moved": record.rotor_moved_deg(),
+        "duration": record.run.duration.seconds(),
+        "peak_current": record.run.peak_current,
+        "mean_inductance": findings.and_then(|f| f.mean_inductance),
+        "saliency": findings.and_then(|f| f.saliency),
+        "angle_deviation": findings.and_then(|f| f.angle_deviation).map(f64::to_degrees),
+        "pole_error": findings.and_then(|f| f.pole_error),
+        "pole_evidence": findings.and_then(|f| f.pole_evidence).map(|e| [e.deviations, e.needed]),
+        "specimen": words,
+    })
+}
+
+fn bytes(header: &Value, trace: &Trace, samples: &[Sample]) -> Vec<u8> {
+    let mut text = header.to_string().into_bytes();
+    // Times are numbers of eight bytes, which must lie at multiples of eight for a page to see them as such.
+    while !(text.len() + 4).is_multiple_of(8) {
+        text.push(b' ');
+    }
+    let rows = &trace.snapshots;
+    let mut out =
+        Vec::with_capacity(text.len() + rows.len() * (8 + 4 * COLUMNS.len() + 4) + samples.len() * 40 + 64);
+    // A header has some kilobytes.
+    out.extend(u32::try_from(text.len()).unwrap_or(0).to_le_bytes());
+    out.extend(text);
+    out.extend(rows.iter().flat_map(|row| row.time.to_le_bytes()));
+    out.extend(samples.iter().flat_map(|sample| sample.time.to_le_bytes()));
+    for column in 0..COLUMNS.len() {
+        out.extend(rows.iter().flat_map(|row| single(cell(row, column)).to_le_bytes()));
+    }
+    for column in 0..SAMPLES.len() {
+        out.extend(samples.iter().flat_map(|sample| single(sample.columns[column]).to_le_bytes()));
+    }
+    for leg in 0..3 {
+        let number = |mode: Conduction| Conduction::ALL.iter().position(|known| *known == mode).unwrap_or(6);
+        out.extend(rows.iter().map(|row| u8::try_from(number(row.modes[leg])).unwrap_or(6)));
+    }
+    out
+}
+
+/// For a picture, seven digits do.
+#[expect(clippy::cast_possible_truncation, reason = "what is drawn")]
+const fn single(value: f64) -> f32 {
+    value as f32
+}
+
+fn cell(row: &Snapshot, column: usize) -> f64 {
+    match column {
+        0..=2 => row.current[column],
+        3..=5 => row.potential[column - 3],
+        6 => row.dc_link,
+        7 => row.angle.to_degrees(),
+        8 => row.speed,
+        _ => row.torque,
+    }
+}

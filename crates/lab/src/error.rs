@@ -1,0 +1,45 @@
+//! What the page is told when something cannot be.
+
+use std::fmt;
+
+use serde::Serialize;
+use standstill_scenario::FileError;
+
+/// Why there is no answer.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LabError {
+    /// The key of the scenario that it is about, if it is about one.
+    pub key: Option<String>,
+    /// What is wrong, and what would be right.
+    pub message: String,
+}
+
+impl LabError {
+    /// A request that the page never makes.
+    pub fn request(message: impl fmt::Display) -> Self {
+        Self { key: None, message: format!("not a request of the lab: {message}") }
+    }
+
+    /// Anything else.
+    pub fn of(message: impl fmt::Display) -> Self {
+        Self { key: None, message: message.to_string() }
+    }
+}
+
+impl fmt::Display for LabError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for LabError {}
+
+impl From<FileError> for LabError {
+    fn from(error: FileError) -> Self {
+        let key = match &error {
+            FileError::Key { key, .. } => Some(key.clone()),
+            _ => None,
+        };
+        Self { key, message: error.to_string() }
+    }
+}

@@ -1,0 +1,31 @@
+//! The lab: one moves the rotor, turns a knob, and sees at once what that does to one detection and to ten thousand.
+//!
+//! ```text
+//!   page (canvas, no framework) ◄─ engine.mjs ─┬─► server: 127.0.0.1, a token ─┐
+//!                                              └─► worker: WebAssembly ────────┴─► Bench ─► scenario, campaign, sim
+//! ```
+//! [`Bench`] is what the page talks to: it knows the scenario that was given and answers what a changed one does. Scenarios,
+//! trials and waveforms are those of `standstill run` and `standstill trace`, to the last bit. `Server` puts it behind an
+//! address of this machine.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
+
+mod bench;
+mod cloud;
+mod commands;
+mod controls;
+mod detection;
+mod error;
+mod folder;
+#[cfg(feature = "server")]
+mod server;
+mod setting;
+mod values;
+
+pub use bench::{Bench, Given};
+pub use cloud::{CloudRequest, Filling, Pair};
+pub use detection::DetectionRequest;
+pub use error::LabError;
+pub use folder::Folder;
+#[cfg(feature = "server")]
+pub use server::{Report, Server, ServerError};
+pub use setting::Setting;

@@ -1,0 +1,195 @@
+//! The lab behind an address of this machine.
+//!
+//! It listens on 127.0.0.1 alone. The address begins with a token of 128 random bits, so that nobody who was not told it gets
+//! an answer; what it serves is compiled in, so that no path of a request names a file.
+
+mod guard;
+mod http;
+mod pages;
+mod reply;
+
+use std::collections::HashMap;
+use std::fmt;
+use std::net::{Ipv4Addr, TcpListener, TcpStream};
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex};
+
+use self::guard::Guard;
+use self::reply::{Reply, respond};
+use crate::bench::{Bench, lock};
+use crate::cloud::CloudRequest;
+use crate::error::LabError;
+
+/// Makes the page of a finished run in a folder.
+pub type Report = Box<dyn Fn(&Path) -> Result<String, String> + Send + Sync>;
+
+/// Requests that are answered at the same time; further ones are told to come back.
+const MOST_REQUESTS: usize = 64;
+
+/// Most clouds that are remembered so that new ones take their places.
+const MOST_SLOTS: usize = 1000;
+
+/// A server that cannot be.
+#[derive(Debug)]
+pub enum ServerError {
+    /// The port is not to be had.
+    Port(u16, String),
+    /// The operating system gave no random numbers.
+    Random(String),
+}
+
+impl fmt::Display for ServerError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Port(0, error) => write!(f, "no port of 127.0.0.1 is free: {error}"),
+            Self::Port(port, error) => {
+                write!(
+                    f,
+                    "cannot listen on 127.0.0.1:{port}: {error}; needed: a port that is free, or none, for any"
+                )
+            }
+            Self::Random(error) => write!(f, "no random numbers for the token of the address: {error}"),
+        }
+    }
+}
+
+impl std::error::Error for ServerError {}
+
+/// The server.
+pub struct Server {
+    listener: TcpListener,
+    guard: Guard,
+    bench: Bench,
+    report: Report,
+    /// Clouds that are being computed, by the slots of their pages.
+    clouds: Mutex<HashMap<String, Arc<AtomicBool>>>,
+    requests: AtomicUsize,
+    stopped: AtomicBool,
+}
+
+impl Server {
+    /// Listens on a port, 0 for any that is free.
+    ///
+    /// # Errors
+    /// A port that somebody else has.
+    pub fn bind(port: u16, bench: Bench, report: Report) -> Result<Arc<Self>, ServerError> {
+        let refused = |error: std::io::Error| ServerError::Port(port, error.to_string());
+        let listener = TcpListener::bind((Ipv4Addr::LOCALHOST, port)).map_err(refused)?;
+        let port = listener.local_addr().map_err(refused)?.port();
+        let mut token = [0; 16];
+        getrandom::fill(&mut token).map_err(|error| ServerError::Random(error.to_string()))?;
+        let token = format!("{:032x}", u128::from_be_bytes(token));
+        let (clouds, requests, stopped) = (Mutex::default(), AtomicUsize::new(0), AtomicBool::new(false));
+        Ok(Arc::new(Self {
+            listener,
+            guard: Guard { port, token },
+            bench,
+            report,
+            clouds,
+            requests,
+            stopped,
+        }))
+    }
+
+    /// What a browser opens.
+    pub fn address(&self) -> String {
+        format!("http://127.0.0.1:{}/{}/", self.guard.port, self.guard.token)
+    }
+
+    /// Answers until [`Server::stop`]: a thread a connection, and a request a connection.
+    pub fn serve(self: &Arc<Self>) {
+        for stream in self.listener.incoming() {
+            if self.stopped.load(Ordering::SeqCst) {
+                return;
+            }
+            let Ok(mut stream) = stream else { continue };
+            let server = Arc::clone(self);
+            self.requests.fetch_add(1, Ordering::SeqCst);
+            let answer = move || {
+                // Whoever asked may be gone.
+                let _ = server.answer(&mut stream);
+                server.requests.fetch_sub(1, Ordering::SeqCst);
+            };
+            // Without a thread the connection is closed, which its other end sees.
+            if std::thread::Builder::new().spawn(answer).is_err() {
+                self.requests.fetch_sub(1, Ordering::SeqCst);
+            }
+        }
+    }
+
+    /// Ends [`Server::serve`] and what is being computed.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::SeqCst);
+        lock(&self.clouds).values().for_each(|stop| stop.store(true, Ordering::SeqCst));
+        // It waits for a connection: this one.
+        let _ = TcpStream::connect((Ipv4Addr::LOCALHOST, self.guard.port));
+    }
+
+    fn answer(&self, stream: &mut TcpStream) -> std::io::Result<()> {
+        if self.requests.load(Ordering::SeqCst) > MOST_REQUESTS {
+            return respond(stream, &Reply::text(503, "too many requests at a time"));
+        }
+        let request = match http::read(stream)? {
+            Ok(request) => request,
+            Err((code, text)) => return respond(stream, &Reply::text(code, text)),
+        };
+        let reply = match self.guard.path(&request) {
+            Err(refusal) => Reply::text(403, refusal),
+            Ok(path) => match (request.method.as_str(), path.strip_prefix("api/")) {
+                ("GET", None) => self.page(&path),
+                ("POST", Some("cloud")) => match serde_json::from_str(&request.body) {
+                    Ok(wanted) => return self.cloud(stream, &wanted),
+                    Err(error) => Reply::of(Err(LabError::request(error))),
+                },
+                ("POST", Some(name)) => Reply::of(self.bench.answer(name, &request.body)),
+                _ => Reply::text(405, "not a request of the lab"),
+            },
+        };
+        respond(stream, &reply)
+    }
+
+    /// A file of the page, or the report of a run.
+    fn page(&self, path: &str) -> Reply {
+        if let Some(name) = path.strip_prefix("report/") {
+            let Some(folder) = self.bench.folder() else { return Reply::text(404, "the lab has no folder") };
+            let name = guard::decoded(name);
+            return match folder.inside(&name).map(|path| (self.report)(&path)) {
+                Ok(Ok(html)) => Reply::report(html),
+                Ok(Err(error)) => Reply::text(422, &error),
+                Err(error) => Reply::text(404, &error.to_string()),
+            };
+        }
+        match pages::find(path) {
+            Some((kind, text)) => Reply::asset(kind, text),
+            None => Reply::text(404, "the lab has no such page"),
+        }
+    }
+
+    /// A cloud, in pieces as they come.
+    fn cloud(&self, stream: &mut TcpStream, wanted: &CloudRequest) -> std::io::Result<()> {
+        let stop = self.replaced(&wanted.slot);
+        reply::begin(stream)?;
+        let mut write = |bytes: &[u8]| http::chunk(stream, bytes).is_ok();
+        if let Err(error) = self.bench.cloud(wanted, &stop, &mut write) {
+            let text = serde_json::to_vec(&error).unwrap_or_default();
+            let length = u32::try_from(text.len()).unwrap_or(0);
+            write(&[&length.to_le_bytes(), &2_u32.to_le_bytes(), &text[..]].concat());
+        }
+        // A chunk of nothing is the last.
+        http::chunk(stream, b"")
+    }
+
+    /// Stops the cloud that had this slot; the flag that stops the new one.
+    fn replaced(&self, slot: &str) -> Arc<AtomicBool> {
+        let stop = Arc::new(AtomicBool::new(self.stopped.load(Ordering::SeqCst)));
+        let mut clouds = lock(&self.clouds);
+        if clouds.len() >= MOST_SLOTS {
+            clouds.retain(|_, stop| Arc::strong_count(stop) > 1);
+        }
+        if let Some(old) = clouds.insert(slot.to_owned(), Arc::clone(&stop)) {
+            old.store(true, Ordering::SeqCst);
+        }
+        stop
+    }
+}

@@ -1,0 +1,54 @@
+//! What the page has set: a scenario and what differs from it.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+/// A scenario, by its name in the lab, with keys in place of what it has.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Setting {
+    /// Its path from the lab's folder; empty: the scenario that the lab was started with.
+    pub scenario: String,
+    /// Keys and their values, as `-s KEY=VALUE` takes them.
+    pub set: BTreeMap<String, String>,
+    /// The point of the axes, if there are any.
+    pub point: usize,
+}
+
+/// Most keys and most bytes of what is set: a page sends far less.
+const MOST: usize = 64 << 10;
+
+impl Setting {
+    /// What tells it from others.
+    pub fn name(&self) -> String {
+        // Texts and a number: nothing that JSON lacks.
+        serde_json::to_string(self).unwrap_or_default()
+    }
+
+    /// Whether it is of a size that a page may send.
+    pub fn is_sensible(&self) -> bool {
+        self.set.iter().map(|(key, value)| key.len() + value.len() + 8).sum::<usize>() <= MOST
+    }
+
+    /// The same without what is set of a key.
+    #[must_use]
+    pub fn without(&self, key: &str) -> Self {
+        let mut other = self.clone();
+        other.set.remove(key);
+        other
+    }
+
+    /// What is set, in the order in which a document takes it: a motor comes before what is changed of it.
+    pub fn in_order(&self) -> impl Iterator<Item = (&str, &str)> {
+        let rank = |key: &str| match key {
+            "motor" => 0,
+            "motor.base" => 1,
+            _ => 2,
+        };
+        let mut all: Vec<(&str, &str)> =
+            self.set.iter().map(|(key, value)| (key.as_str(), value.as_str())).collect();
+        all.sort_by_key(|(key, _)| rank(key));
+        all.into_iter()
+    }
+}

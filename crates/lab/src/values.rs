@@ -1,0 +1,226 @@
+//! What all keys come to in a setting: what the controls show.
+
+use std::collections::BTreeMap;
+use std::sync::LazyLock;
+
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+use standstill_detect::keys as methods;
+use standstill_plant::Motor;
+use standstill_quantity::{Scale, any_quantity, rounded};
+use standstill_scenario::{KeyOf, ScenarioFile, Values, keys, written};
+use toml::Value;
+
+use crate::bench::{Bench, Ready};
+use crate::commands;
+use crate::error::LabError;
+use crate::setting::Setting;
+
+/// Of which setting, and what is looked at of it.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct Request {
+    setting: Setting,
+    trial: u64,
+    angle: Option<f64>,
+    trials: u64,
+}
+
+/// What a control shows.
+#[derive(Debug, PartialEq, Serialize)]
+struct Shown {
+    /// In SI, angles in degrees; a choice by its name.
+    value: Option<Value>,
+    /// With its unit.
+    text: String,
+    /// What it is where the page sets nothing.
+    default: String,
+    /// From where to where a slider goes.
+    slider: Option<[f64; 2]>,
+    /// Whether the scenario has such a thing.
+    there: bool,
+}
+
+static KEYS: LazyLock<Vec<KeyOf>> = LazyLock::new(keys);
+
+/// Keys of things that not every scenario has.
+const OPTIONAL: [&str; 6] = [
+    "inverter.channel_resistance",
+    "inverter.switch_drop",
+    "inverter.switch_resistance",
+    "rotor.load",
+    "sensors.pick_up_decay",
+    "sensors.pick_up_frequency",
+];
+
+pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Value, LabError> {
+    let Request { setting, trial, angle, trials } = request;
+    let ready = bench.ready(setting)?;
+    let motor = &ready.scenario.motor;
+    let file = ready.plan.file_at(ready.point)?;
+    let mut defaults = BTreeMap::new();
+    for key in setting.set.keys() {
+        // What others rest on cannot be left out: then there is no default.
+        let Ok(without) = bench.ready(&setting.without(key)) else { continue };
+        let file = without.plan.file_at(without.point)?;
+        defaults.insert(key.as_str(), (without, file));
+    }
+    let mut values = BTreeMap::new();
+    for of in KEYS.iter() {
+        let value = value(&of.key, &ready, &file);
+        let text = value.as_ref().map_or_else(String::new, |value| text(value, &of.values));
+        let own = setting.set.contains_key(&of.key);
+        let default = match defaults.get(of.key.as_str()) {
+            Some((ready, file)) => self::value(&of.key, ready, file),
+            None if own => None,
+            None => value.clone(),
+        };
+        let slider = slider(of, default.as_ref().or(value.as_ref()), value.as_ref(), motor);
+        let default = default.as_ref().map_or_else(String::new, |value| self::text(value, &of.values));
+        let there = is_there(&of.key, value.is_some(), &ready);
+        values.insert(of.key.clone(), Shown { value, text, default, slider, there });
+    }
+    let sheet = ready.document.data_sheet()?;
+    let entries: Vec<_> = sheet
+        .entries()
+        .into_iter()
+        .map(|entry| {
+            json!({ "key": format!("motor.{}", entry.key), "text": entry.value,
+            "source": entry.source.to_string(), "reason": entry.reason })
+        })
+        .collect();
+    let points: Vec<String> = ready
+        .plan
+        .points()
+        .iter()
+        .map(|point| {
+            let values = point.values.iter().map(|(key, value)| format!("{key} = {}", written(value)));
+            values.collect::<Vec<_>>().join(", ")
+        })
+        .collect();
+    let place = bench.written(setting);
+    let method = file.detector.method.0.name();
+    Ok(json!({
+        "values": values,
+        "sheet": entries,
+        "motor": { "name": file.motor.name(), "title": sheet.title(), "pole_pairs": motor.pole_pairs,
+            "magnet": motor.magnet_flux != 0.0, "rated_current": motor.rated_current },
+        "method": method,
+        "points": points,
+        "axes": file.axes.keys().collect::<Vec<_>>(),
+        "tolerances": ready.document.get("tolerances"),
+        "toml": toml(&ready, *trials)?,
+        "trace": commands::trace(&place, setting, method, *trial, *angle),
+        "run": commands::run(&place, setting, *trials),
+    }))
+}
+
+/// The scenario as a file, with so many trials.
+fn toml(ready: &Ready, trials: u64) -> Result<String, LabError> {
+    let mut file = ready.plan.file().clone();
+    file.trials = trials;
+    Ok(file.text()?)
+}
+
+/// What a key comes to.
+fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
+    ready.scenario.value(key).or_else(|| match key {
+        "errors" => Some(file.errors.0.name().into()),
+        "detector.method" => Some(file.detector.method.0.name().into()),
+        "trials" => i64::try_from(file.trials).ok().map(Value::Integer),
+        "seed" => Some(standstill_scenario::seed_value(file.seed)),
+        _ => {
+            // What only the document knows; a text there has a unit.
+            let value = ready.document.get(key)?;
+            let number = value.as_str().and_then(any_quantity).map(|(number, _)| Value::Float(number));
+            Some(number.unwrap_or_else(|| value.clone()))
+        }
+    })
+}
+
+/// Whether the scenario has such a thing.
+fn is_there(key: &str, has_value: bool, ready: &Ready) -> bool {
+    let detector = &ready.scenario.detector;
+    match key.strip_prefix("detector.") {
+        Some("polarity") => detector.clone().polarity_mut().is_some(),
+        Some(name) => methods::ALL
+            .into_iter()
+            .find(|key| key.name == name)
+            .is_none_or(|key| detector.get(key).is_some()),
+        None => has_value || !OPTIONAL.contains(&key),
+    }
+}
+
+/// A value with the unit that suits it.
+fn text(value: &Value, values: &Values) -> String {
+    let (Values::Number { unit, share }, Some(number)) = (values, number(value)) else {
+        return written(value);
+    };
+    let scale = if *share { Scale::percent() } else { Scale::suiting(unit, number.abs()) };
+    format!("{} {}", rounded(scale.number(number), 0), scale.unit).trim_end().to_owned()
+}
+
+fn number(value: &Value) -> Option<f64> {
+    match value {
+        Value::Float(number) => Some(*number),
+        Value::Integer(number) => Some(*number as f64),
+        _ => None,
+    }
+}
+
+/// From nothing to four times what it is by itself, which is where the hand looks first; any value can be typed.
+fn slider(of: &KeyOf, default: Option<&Value>, now: Option<&Value>, motor: &Motor) -> Option<[f64; 2]> {
+    let Values::Number { unit, share } = &of.values else { return None };
+    let known = default.and_then(number).map(f64::abs).filter(|value| *value > 0.0);
+    let [mut low, mut high] = match (of.key.as_str(), unit.as_str()) {
+        ("rotor.angle", _) => [0.0, 360.0],
+        ("rotor.load", _) => [-2.0, 2.0],
+        ("sensors.bits" | "sensors.dc_link_bits", _) => [0.0, 16.0],
+        (_, "°C") => [-40.0, 180.0],
+        (_, unit) => {
+            let usual = match unit {
+                "A" => 0.01 * motor.rated_current,
+                "V" => 1.0,
+                "Ω" => 0.1 * motor.resistance,
+                "s" => 1e-6,
+                "Hz" => 100e3,
+                "deg" => 0.5,
+                "F" => 500e-6,
+                _ => 0.01,
+            };
+            [0.0, nice(4.0 * known.unwrap_or(usual))]
+        }
+    };
+    if *share {
+        high = high.min(1.0);
+    }
+    if let Some(now) = now.and_then(number) {
+        low = low.min(now);
+        high = high.max(now);
+    }
+    Some([low, high])
+}
+
+/// The next of 1, 2, 5, 10, … above.
+fn nice(value: f64) -> f64 {
+    let power = standstill_quantity::magnitude(value).unwrap_or(0);
+    [1.0, 2.0, 5.0, 10.0]
+        .into_iter()
+        .map(|step| rounded(step, power))
+        .find(|step| *step >= value * (1.0 - 1e-9))
+        .unwrap_or(value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_sliders_end_at_round_numbers() {
+        for (value, end) in
+            [(0.04, 0.05), (3.2, 5.0), (1e-6, 1e-6), (0.0012, 0.002), (99.0, 100.0), (7.0, 10.0)]
+        {
+            assert_eq!(nice(value), end);
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What was drawn for a trial, in words.
+
+use std::f64::consts::TAU;
+
+use standstill_quantity::listed;
+use standstill_sim::{Case, RotorState};
+use toml::Value;
+
+/// What was drawn for a case and for its tolerances: names and values. Of what no trial draws, because its spread is zero,
+/// nothing is said.
+///
+/// ```
+/// use standstill_scenario::{Document, Plan, specimen};
+///
+/// let plan = Plan::new(Document::parse("s.toml".as_ref(), "errors = \"noise\"")?)?;
+/// let single = plan.single(0, 7)?;
+/// // Noise differs from sample to sample; the sensors themselves are exact here.
+/// let words = specimen(&single.case(), &single.drawn);
+/// assert_eq!(words.len(), 1);
+/// assert_eq!(words[0].0, "rotor starts at");
+/// # Ok::<(), standstill_scenario::FileError>(())
+/// ```
+pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, String)> {
+    let Case { inverter, sensors, .. } = case;
+    let settings = &sensors.settings;
+    let three = |values: [f64; 3], unit: &str| format!("{} (phases a, b, c)", listed(&values, unit));
+    let share = |gain: f64| format!("{:+.3} %", 100.0 * (gain - 1.0));
+    let mut lines = vec![("rotor starts at", degrees(case.start_angle.rem_euclid(TAU)))];
+    if let RotorState::Braked(play) = case.rotor {
+        let (below, above) = (degrees(play.below), degrees(play.above));
+        lines.push(("brake lets it turn", format!("{below} back and {above} forward")));
+    }
+    if settings.gain_error > 0.0 {
+        let gains = sensors.gain.map(share).join(", ");
+        lines.push(("current gains", format!("{gains} (phases a, b, c)")));
+    }
+    if settings.offset > 0.0 {
+        lines.push(("current offsets", three(sensors.offset, "A")));
+    }
+    if settings.dc_link.gain_error > 0.0 {
+        lines.push(("DC-link gain", share(sensors.dc_link_gain)));
+    }
+    if settings.dc_link.offset > 0.0 {
+        lines.push(("DC-link offset", listed(&[sensors.dc_link_offset], "V")));
+    }
+    if inverter.gates.iter().any(|gate| gate.turn_on_delay.0 + gate.turn_off_delay.0 > 0) {
+        lines.push(("switch-on delays", three(inverter.gates.map(|gate| gate.turn_on_delay.seconds()), "s")));
+        lines.push((
+            "switch-off delays",
+            three(inverter.gates.map(|gate| gate.turn_off_delay.seconds()), "s"),
+        ));
+    }
+    if inverter.link.ripple > 0.0 {
+        lines.push(("ripple begins at", degrees(inverter.link.ripple_phase)));
+    }
+    if settings.resolver.error > 0.0 {
+        lines.push((
+            "resolver reads",
+            format!("{:+.3}° beside the angle", sensors.resolver_error.to_degrees()),
+        ));
+    }
+    let lines = lines.into_iter().map(|(name, value)| (name.to_owned(), value));
+    lines.chain(drawn.iter().map(|(key, value)| (key.clone(), written(value)))).collect()
+}
+
+/// A value as a scenario has it, a text without its quotes.
+pub fn written(value: &Value) -> String {
+    value.as_str().map_or_else(|| value.to_string(), str::to_owned)
+}
+
+fn degrees(angle: f64) -> String {
+    format!("{:.3}°", angle.to_degrees())
+}

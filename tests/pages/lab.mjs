@@ -1,0 +1,449 @@
+// Uses the lab in a browser, as its users do:
+//
+//     cd tests/pages && npm ci
+//     node lab.mjs PROGRAM FOLDER          # PROGRAM: the path of `standstill`
+//     node lab.mjs static SITE FOLDER      # SITE: what scripts/lab-static.sh made
+//
+// Pictures go into FOLDER. Ends with code 1 and one line per objection. The browser is that of the environment variable
+// CHROMIUM, or /usr/bin/chromium. Not part of `cargo test`: it needs a browser.
+
+import { spawn } from 'node:child_process';
+import { createServer } from 'node:http';
+import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { tmpdir } from 'node:os';
+import { join, normalize, resolve } from 'node:path';
+import { chromium } from 'playwright-core';
+
+const words = process.argv.slice(2);
+const isStatic = words[0] === 'static';
+const [program, folder] = isStatic ? words.slice(1) : words;
+if (!program || !folder) {
+  console.error('usage: node lab.mjs PROGRAM FOLDER, or node lab.mjs static SITE FOLDER');
+  process.exit(2);
+}
+mkdirSync(folder, { recursive: true });
+const picture = name => join(folder, name);
+const objections = [];
+const expect = (holds, what) => { if (!holds) objections.push(what); };
+const sleep = time => new Promise(done => setTimeout(done, time));
+
+const desk = mkdtempSync(join(tmpdir(), 'lab-'));
+writeFileSync(join(desk, 'noisy.toml'), 'detector.method = "bipolar"\nsensors.noise = "40 mA"\n');
+writeFileSync(join(desk, 'axes.toml'), '[axes]\n"sensors.noise" = ["1 mA", "40 mA"]\n');
+const children = [];
+
+/** A lab with these arguments; its address and its process. */
+async function lab(...options) {
+  const child = spawn(resolve(program), ['lab', '--no-browser', ...options], { stdio: ['ignore', 'pipe', 'inherit'] });
+  children.push(child);
+  let text = '';
+  const address = await new Promise((done, failed) => {
+    child.stdout.on('data', data => {
+      text += data;
+      const found = /http:\S+/.exec(text);
+      if (found) done(found[0]);
+    });
+    child.on('exit', () => failed(new Error(`the lab ended: ${text}`)));
+  });
+  return { address, child, port: new URL(address).port, end: () => new Promise(done => {
+    child.removeAllListeners('exit');
+    child.on('exit', code => done(code));
+    child.kill('SIGINT');
+  }) };
+}
+
+/** A static folder behind a server that does nothing else. */
+async function site(root) {
+  const kinds = { html: 'text/html', css: 'text/css', mjs: 'text/javascript', svg: 'image/svg+xml', wasm: 'application/wasm' };
+  const server = createServer((request, response) => {
+    const path = normalize(new URL(request.url, 'http://x').pathname).replace(/\/$/, '/index.html');
+    try {
+      const bytes = readFileSync(join(root, path));
+      response.writeHead(200, { 'content-type': kinds[path.split('.').pop()] ?? 'application/octet-stream' });
+      response.end(bytes);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise(done => server.listen(0, '127.0.0.1', done));
+  return { address: `http://127.0.0.1:${server.address().port}/`, end: async () => { server.close(); return 0; } };
+}
+
+const flags = ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
+  '--disable-component-update', '--disable-sync'];
+const profile = mkdtempSync(join(tmpdir(), 'pages-'));
+const browser = await chromium.launchPersistentContext(profile, {
+  executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, args: flags,
+});
+await browser.grantPermissions(['clipboard-read', 'clipboard-write']);
+
+let quiet = true;
+async function open(address, name, options = {}) {
+  const page = await browser.newPage();
+  page.on('console', message => {
+    if (quiet && ['error', 'warning'].includes(message.type()) && !/status of 422/.test(message.text())) {
+      objections.push(`${name}: console: ${message.text()}`);
+    }
+  });
+  page.on('pageerror', error => objections.push(`${name}: ${error.message}`));
+  page.on('request', request => {
+    if (!request.url().startsWith(new URL(address).origin) && !/^(data|blob):/.test(request.url())) {
+      objections.push(`${name}: asked the network for ${request.url()}`);
+    }
+  });
+  await page.setViewportSize({ width: options.width ?? 1440, height: options.height ?? 1000 });
+  await page.emulateMedia({ colorScheme: options.scheme ?? 'light' });
+  await page.goto(address);
+  await page.waitForSelector('html[data-ready]', { state: 'attached' });
+  await settled(page);
+  return page;
+}
+
+/** Until all trials are there. */
+const settled = async page => {
+  // What waits for the hand to rest begins within a third of a second.
+  await sleep(300);
+  await page.waitForFunction(() => document.querySelector('#progress.done') && globalThis.lab.waves.found.a && globalThis.lab.values.a
+    && Object.values(globalThis.lab.asks).every(asks => Object.values(asks).every(ask => !ask.busy)), null, { timeout: 60_000 });
+};
+const state = page => page.evaluate(() => structuredClone(globalThis.lab.state));
+const rms = (page, side = 'a') => page.evaluate(one => globalThis.lab.summaries[one]?.summary.rms_deg.value, side);
+const ink = (page, id) => page.evaluate(name => {
+  const canvas = document.getElementById(name);
+  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
+  let sum = 0;
+  for (let k = 3; k < data.length; k += 4) sum += data[k] > 0 ? 1 : 0;
+  return sum / (data.length / 4);
+}, id);
+
+async function looks({ address }) {
+  for (const scheme of ['light', 'dark']) {
+    for (const width of [360, 768, 1440, 2560]) {
+      const name = `${scheme}-${width}`;
+      const page = await open(address, name, { scheme, width, height: width > 2000 ? 1300 : 900 });
+      expect(await page.evaluate(() => document.scrollingElement.scrollWidth <= innerWidth), `${name}: wider than the window`);
+      for (const id of ['waves', 'cloud']) expect(await ink(page, id) > 0.01, `${name}: ${id} is empty`);
+      await page.screenshot({ path: picture(`${name}.png`), fullPage: width < 2000 });
+      await page.close();
+    }
+  }
+}
+
+async function structure({ address }) {
+  const page = await open(address, 'structure');
+  const found = await page.evaluate(() => ({
+    levels: [...document.querySelectorAll('h1,h2,h3')].filter(head => head.offsetParent).map(head => Number(head.tagName[1])),
+    unnamed: [...document.querySelectorAll('button,input,select,[role=slider],[role=application]')].filter(element => !element.labels?.length
+      && !element.textContent.trim() && !element.getAttribute('aria-label') && !element.title).map(element => element.outerHTML.slice(0, 80)),
+    ids: [...document.querySelectorAll('[id]')].map(element => element.id),
+  }));
+  expect(found.levels[0] === 1 && found.levels.every((level, k) => k === 0 || level <= found.levels[k - 1] + 1), `headings: ${found.levels}`);
+  expect(found.unnamed.length === 0, `without a name: ${found.unnamed}`);
+  expect(new Set(found.ids).size === found.ids.length, 'an id stands twice');
+  // All can be reached and seen with the keyboard alone.
+  await page.keyboard.press('Tab');
+  expect(await page.evaluate(() => getComputedStyle(document.activeElement).outlineStyle !== 'none'), 'focus cannot be seen');
+  await page.focus('#rotor');
+  await page.keyboard.press('ArrowUp');
+  await page.keyboard.press('ArrowUp');
+  const before = await page.evaluate(() => Number(document.getElementById('rotor').getAttribute('aria-valuenow')));
+  await page.keyboard.press('PageUp');
+  const after = await page.evaluate(() => Number(document.getElementById('rotor').getAttribute('aria-valuenow')));
+  expect(Math.abs(((after - before + 540) % 360) - 180 - 30) < 0.2, `the keyboard turns the rotor from ${before} to ${after}`);
+  await page.focus('#waves');
+  await page.keyboard.press('ArrowRight');
+  expect(/t = .*i a/s.test(await page.textContent('#readout')), 'the keyboard moves no cursor');
+  await page.keyboard.press('+');
+  const [from, to] = await page.evaluate(() => globalThis.lab.waves.span);
+  expect(to - from < 0.6 * await page.evaluate(() => globalThis.lab.waves.end), 'the keyboard does not zoom');
+  await page.close();
+}
+
+async function drag({ address }) {
+  const page = await open(address, 'drag');
+  const box = await page.locator('#rotor').boundingBox();
+  const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
+  const at = degrees => [cx + 0.28 * box.width * Math.cos((degrees * Math.PI) / 180), cy - 0.28 * box.width * Math.sin((degrees * Math.PI) / 180)];
+  const first = await page.evaluate(() => globalThis.lab.waves.found.a.start_angle);
+  await page.mouse.move(...at(10));
+  await page.mouse.down();
+  // From the hand to the picture: what the page itself took between an event and the picture that shows it.
+  await page.evaluate(() => {
+    const { lab } = globalThis;
+    const times = [];
+    globalThis.times = times;
+    let moved = null;
+    document.getElementById('rotor').addEventListener('pointermove', () => { moved ??= performance.now(); }, true);
+    const show = lab.waves.show.bind(lab.waves);
+    lab.waves.show = (side, found) => {
+      show(side, found);
+      const since = moved;
+      moved = null;
+      if (since !== null) requestAnimationFrame(() => setTimeout(() => times.push(performance.now() - since)));
+    };
+  });
+  for (let k = 1; k <= 40; k += 1) {
+    await page.mouse.move(...at(10 + 2 * k));
+    await sleep(25);
+  }
+  await page.mouse.up();
+  await sleep(400);
+  const found = await page.evaluate(() => ({ angle: globalThis.lab.state.angle, shown: globalThis.lab.waves.found.a.start_angle, times: globalThis.times }));
+  const turned = ((found.angle - first + 540) % 360) - 180;
+  expect(Math.abs(turned - 80) < 3, `dragging by 80° turned the rotor by ${turned}°`);
+  expect(Math.abs(found.shown - found.angle) < 0.06, `the waveforms are of ${found.shown}°, the rotor is at ${found.angle}°`);
+  const times = found.times.sort((a, b) => a - b);
+  const median = times[times.length >> 1];
+  console.log(`hand to picture: median ${median?.toFixed(0)} ms, largest ${times.at(-1)?.toFixed(0)} ms, of ${times.length}`);
+  expect(times.length > 10 && median < 250, `hand to picture: ${times.map(time => time.toFixed(0))}`);
+  await page.click('#undo');
+  expect((await state(page)).angle === null, 'a drag is not one step of undo');
+  await page.click('#redo');
+  expect(Math.abs((await state(page)).angle - found.angle) < 1e-9, 'redo does not turn it again');
+  await page.close();
+}
+
+async function type({ address }) {
+  const page = await open(address, 'type');
+  const plain = await rms(page);
+  await page.fill('#find', 'noise');
+  await page.fill('#key-sensors-noise', '60');
+  await page.keyboard.press('Enter');
+  await page.waitForFunction(old => globalThis.lab.summaries.a.summary.rms_deg.value > 1.5 * old, plain);
+  await settled(page);
+  expect((await state(page)).a['sensors.noise'] === '60 mA', `a number without a unit is ${(await state(page)).a['sensors.noise']}`);
+  expect(/noise = 0.06/.test(await page.textContent('#toml')), 'the text does not have the noise');
+  expect(/-s 'sensors.noise=60 mA'/.test(await page.textContent('#trace')), 'the command does not have the noise');
+  await page.fill('#key-sensors-noise', '-3 A');
+  await page.keyboard.press('Enter');
+  await page.waitForSelector('#wrong:not([hidden])');
+  expect(/zero or more/.test(await page.textContent('#wrong')), 'no word of what is wrong');
+  expect(await page.getAttribute('#key-sensors-noise', 'aria-invalid') === 'true', 'the key is not marked');
+  await page.screenshot({ path: picture('wrong.png') });
+  await page.click('#wrong button');
+  await page.waitForSelector('#wrong', { state: 'hidden' });
+  await page.fill('#find', '');
+  // A slider: the cloud follows while the hand is on it.
+  const slider = page.locator('.row[data-key="sensors.noise"] input[type=range]');
+  await slider.scrollIntoViewIfNeeded();
+  const box = await slider.boundingBox();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + box.height / 2);
+  await page.mouse.down();
+  for (let k = 0; k < 20; k += 1) { await page.mouse.move(box.x + box.width * (0.3 + 0.03 * k), box.y + box.height / 2); await sleep(20); }
+  await page.mouse.up();
+  await settled(page);
+  const slid = (await state(page)).a['sensors.noise'];
+  expect(slid !== '60 mA', 'the slider sets nothing');
+  await page.click('#undo');
+  expect((await state(page)).a['sensors.noise'] === '60 mA', `a slide is not one step of undo: ${slid}, then ${(await state(page)).a['sensors.noise']}`);
+  // Another method: its keys come, those that it lacks go.
+  await page.selectOption('#key-detector-method', 'hfi-rotating');
+  await page.waitForFunction(() => globalThis.lab.values.a.method === 'hfi-rotating');
+  expect(await page.isVisible('#key-detector-voltage') && !await page.isVisible('#key-detector-pulse'), 'the keys are not the method’s');
+  await page.selectOption('#key-detector-method', 'bipolar');
+  await page.selectOption('#key-motor', 'pm-reluctance');
+  await page.waitForFunction(() => globalThis.lab.values.a.motor.name === 'pm-reluctance');
+  await settled(page);
+  await page.close();
+}
+
+async function zoom({ address }) {
+  const page = await open(address, 'zoom');
+  const box = await page.locator('#waves').boundingBox();
+  const span = () => page.evaluate(() => globalThis.lab.waves.span);
+  const before = await span();
+  await page.mouse.move(box.x + box.width * 0.3, box.y + 60);
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.5, box.y + 80, { steps: 5 });
+  await page.mouse.up();
+  const zoomed = await span();
+  expect(zoomed[1] - zoomed[0] < 0.4 * (before[1] - before[0]), 'dragging does not zoom');
+  await page.keyboard.down('Shift');
+  await page.mouse.down();
+  await page.mouse.move(box.x + box.width * 0.4, box.y + 80, { steps: 5 });
+  await page.mouse.up();
+  await page.keyboard.up('Shift');
+  const moved = await span();
+  expect(moved[0] !== zoomed[0] && Math.abs(moved[1] - moved[0] - zoomed[1] + zoomed[0]) < 1e-9, 'Shift and drag does not move the view');
+  await page.click('#zoom-pulse');
+  await page.mouse.move(box.x + box.width * 0.5, box.y + 60);
+  await sleep(150);
+  const read = await page.textContent('#readout');
+  for (const word of ['i a', 'v c', 'u DC', 'θ', 'leg b', 'torque']) expect(read.includes(word), `the cursor does not read ${word}: ${read}`);
+  expect(!/NaN|undefined/.test(read), `the cursor reads ${read}`);
+  await page.screenshot({ path: picture('pulse.png') });
+  await page.locator('#waves').dblclick({ position: { x: 200, y: 60 } });
+  const after = await span();
+  expect(Math.abs(after[1] - before[1]) < 1e-9 && after[0] === 0, 'a double click does not show all');
+  await page.close();
+}
+
+async function compare({ address }) {
+  const page = await open(address, 'compare');
+  await page.selectOption('#key-detector-method', 'bipolar');
+  await settled(page);
+  await page.click('#compare');
+  await page.selectOption('#key-detector-method', 'maximum-likelihood');
+  await page.waitForFunction(() => /same 10000 trials/.test(document.getElementById('pair').textContent), null, { timeout: 60_000 });
+  expect((await state(page)).a['detector.method'] === 'bipolar', 'B changed A');
+  const [a, b] = [await rms(page, 'a'), await rms(page, 'b')];
+  const told = await page.textContent('#pair');
+  expect((a > b) === /B is better/.test(told), `rms ${a} and ${b}: ${told}`);
+  expect(await page.evaluate(() => {
+    const { a, b } = globalThis.lab.cloud.sides;
+    return a.count === b.count && a.angle.slice(0, 100).every((angle, k) => angle === b.angle[k]);
+  }), 'the trials of A and B do not start at the same angles');
+  await page.screenshot({ path: picture('compare.png'), fullPage: true });
+  await page.emulateMedia({ colorScheme: 'dark' });
+  await sleep(200);
+  await page.screenshot({ path: picture('compare-dark.png'), fullPage: true });
+  await page.click('#keep');
+  await settled(page);
+  expect((await state(page)).a['detector.method'] === 'maximum-likelihood' && (await state(page)).b === null, 'B is not kept');
+  await page.close();
+}
+
+async function link({ address }) {
+  const page = await open(address, 'link');
+  await page.selectOption('#key-detector-method', 'bipolar');
+  await page.selectOption('#key-errors', 'harsh');
+  await page.click('#compare');
+  await page.fill('#key-sensors-noise', '33 mA');
+  await page.keyboard.press('Enter');
+  await settled(page);
+  await page.click('#worst');
+  await sleep(300);
+  const [known, error] = [await state(page), await page.evaluate(() => globalThis.lab.waves.found.b.error)];
+  await page.click('#link');
+  const text = await page.evaluate(() => navigator.clipboard.readText());
+  const other = await open(text, 'link restored');
+  expect(JSON.stringify(await state(other)) === JSON.stringify(known), `the link ${text} restores ${JSON.stringify(await state(other))} of ${JSON.stringify(known)}`);
+  await other.waitForFunction(() => globalThis.lab.waves.found.b);
+  expect(await other.evaluate(() => globalThis.lab.waves.found.b.error) === error, 'the link restores another detection');
+  // Typed behind the address of a lab that is open.
+  await other.evaluate(() => { location.hash = '#errors=field&~trial=7'; });
+  await other.waitForFunction(() => globalThis.lab.state.trial === 7 && globalThis.lab.state.a.errors === 'field' && !globalThis.lab.state.b);
+  await other.close();
+  await page.close();
+}
+
+async function point({ address }) {
+  const page = await open(`${address}#detector.method=bipolar`, 'point');
+  const box = await page.locator('#cloud').boundingBox();
+  const place = await page.evaluate(() => {
+    const { a } = globalThis.lab.cloud.sides;
+    const { cloud } = globalThis.lab;
+    const k = a.error.findIndex((error, i) => i > 200 && Math.abs(error) > 0.7 * cloud.range && Math.abs(error) < cloud.range);
+    const width = document.getElementById('cloud').clientWidth;
+    const height = document.getElementById('cloud').clientHeight;
+    return { trial: a.trial[k], x: 50 + (a.angle[k] / 360) * (width - 128), y: (22 + height - 36) / 2 - (a.error[k] / cloud.range) * (height - 58) / 2, error: a.error[k] };
+  });
+  await page.mouse.move(box.x + place.x, box.y + place.y);
+  await sleep(100);
+  await page.screenshot({ path: picture('point.png'), clip: { x: Math.max(box.x, 0), y: Math.max(box.y, 0), width: box.width, height: Math.min(box.height, 990 - box.y) } });
+  await page.locator('#cloud').click({ position: { x: place.x, y: place.y } });
+  await page.waitForFunction(trial => globalThis.lab.waves.found.a.trial === trial, place.trial);
+  const shown = await page.evaluate(() => globalThis.lab.waves.found.a.axis_error);
+  expect(Math.abs(shown - place.error) < 1e-4, `the point says ${place.error}°, its waveforms ${shown}°`);
+  await page.click('.specimen summary');
+  expect(/current gains.*phases a, b, c/s.test(await page.textContent('#specimen')), 'no word of the specimen');
+  await page.close();
+}
+
+async function folders() {
+  const running = spawn(resolve(program), ['run', join(desk, 'noisy.toml'), '--trials', '400000', '--threads', '1', '--out', join(desk, 'night')], { stdio: 'ignore' });
+  children.push(running);
+  const finished = spawn(resolve(program), ['run', join(desk, 'noisy.toml'), '--trials', '300', '--out', join(desk, 'done')], { stdio: 'ignore' });
+  await new Promise(done => finished.on('exit', done));
+  const started = await lab(desk);
+  const page = await open(started.address, 'folder');
+  await page.click('#files');
+  const done = () => page.evaluate(() => Number(document.querySelector('li[data-path="night"] progress')?.value ?? -1));
+  await page.waitForFunction(() => Number(document.querySelector('li[data-path="night"] progress')?.value) > 0, null, { timeout: 60_000 });
+  const first = await done();
+  await page.waitForFunction(old => Number(document.querySelector('li[data-path="night"] progress').value) > old, first, { timeout: 30_000 });
+  await page.screenshot({ path: picture('folder.png') });
+  expect(running.exitCode === null, 'the run beside ended');
+  const [report] = await Promise.all([browser.waitForEvent('page'), page.click('li[data-path="done"] a')]);
+  await report.waitForSelector('html[data-ready]', { state: 'attached', timeout: 30_000 });
+  expect(/300 starts/.test(await report.textContent('body')), 'the report says something else');
+  await report.screenshot({ path: picture('report.png') });
+  await report.close();
+  await page.click('text=noisy.toml');
+  await page.waitForFunction(() => globalThis.lab.values.a?.values['sensors.noise'].text === '40 mA');
+  await page.click('text=axes.toml');
+  await page.waitForSelector('#point');
+  await page.selectOption('#point', '1');
+  await page.waitForFunction(() => globalThis.lab.values.a?.values['sensors.noise'].text === '40 mA');
+  expect(await page.isDisabled('#key-sensors-noise'), 'an axis can be set');
+  running.kill('SIGINT');
+  await page.close();
+  expect(await started.end() === 0, 'the lab does not end cleanly');
+}
+
+async function twoTabs({ address }) {
+  const pages = await Promise.all(['one', 'two'].map(name => open(address, name)));
+  await pages[0].selectOption('#key-errors', 'harsh');
+  await pages[1].selectOption('#key-errors', 'none');
+  for (const page of pages) await settled(page);
+  await sleep(300);
+  const [harsh, none] = [await rms(pages[0]), await rms(pages[1])];
+  expect(harsh > 2 * none || none === 0, `two pages have the errors ${harsh} and ${none}`);
+  for (const page of pages) expect(await page.evaluate(() => globalThis.lab.cloud.sides.a.count) === 10000, 'a page lost trials to the other');
+  for (const page of pages) await page.close();
+}
+
+async function filling({ address }) {
+  const page = await open(`${address}#detector.method=bipolar`, 'filling');
+  const times = await page.evaluate(async () => {
+    const begun = performance.now();
+    let [thousand, count] = [null, 0];
+    await globalThis.lab.engine.cloud({ setting: { scenario: '', point: 0, set: { 'detector.method': 'bipolar', seed: '99' } }, trials: 10000, slot: 'test' }, (kind, view) => {
+      if (kind === 1) count += view.byteLength / 16;
+      if (count >= 1000) thousand ??= performance.now() - begun;
+    });
+    return [thousand, performance.now() - begun, count];
+  });
+  console.log(`cloud: the first thousand after ${times[0].toFixed(0)} ms, ${times[2]} after ${times[1].toFixed(0)} ms`);
+  expect(times[2] === 10000, `${times[2]} points`);
+  await page.close();
+}
+
+async function lost() {
+  const started = await lab();
+  const page = await open(`${started.address}#errors=harsh`, 'lost');
+  quiet = false;
+  expect(await started.end() === 0, 'Ctrl-C does not end the lab cleanly');
+  await page.selectOption('#key-errors', 'none');
+  await page.waitForSelector('#lost:not([hidden])');
+  expect(/does not answer/.test(await page.textContent('#lost')), 'no word of the lost connection');
+  await page.screenshot({ path: picture('lost.png') });
+  expect(page.url().includes('errors=none'), 'what was set is lost');
+  quiet = true;
+  await page.close();
+}
+
+const all = isStatic ? [looks, structure, drag, type, zoom, compare, link, point, filling]
+  : [looks, structure, drag, type, zoom, compare, link, point, filling, twoTabs, folders, lost];
+try {
+  const only = process.env.ONLY?.split(',');
+  const started = isStatic ? await site(resolve(program)) : await lab();
+  for (const check of all.filter(check => !only || only.includes(check.name))) {
+    try {
+      await check(started);
+    } catch (error) {
+      objections.push(`${check.name}: ${error.message}`);
+    }
+  }
+  if (!isStatic) expect(await started.end() === 0, 'the lab does not end cleanly');
+  else await started.end();
+} finally {
+  await browser.close();
+  children.forEach(child => child.kill());
+  rmSync(profile, { recursive: true, force: true });
+  rmSync(desk, { recursive: true, force: true });
+}
+const different = [...new Set(objections)];
+for (const objection of different) console.error(objection);
+console.log(different.length ? `${different.length} objections` : 'no objections');
+process.exitCode = different.length ? 1 : 0;
