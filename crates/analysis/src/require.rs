@@ -1,6 +1,7 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
 use standstill_campaign::Estimate;
+use standstill_detect::{Kind, keys};
 use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan};
 use standstill_sim::Tape;
@@ -61,9 +62,23 @@ impl<'a> Bench<'a> {
         trials: u64,
         watch: &dyn Watch,
     ) -> Result<Option<(Vec<Estimate>, Verdict)>, Halt<FileError>> {
+        let tally = self.tally(values, self.document.load()?.seed, trials, watch)?;
+        Ok(tally.map(|tally| (tally.estimates(), tally.verdict())))
+    }
+
+    /// What the first trials of a seed contribute with these values. None where the values cannot be.
+    ///
+    /// # Errors
+    /// A trial that cannot be run; that it was stopped.
+    pub fn tally(
+        &self,
+        values: &[f64],
+        seed: u64,
+        trials: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Tally>, Halt<FileError>> {
         let Ok(plan) = self.plan(values) else { return Ok(None) };
         let runs = Trials::new(&plan)?;
-        let seed = runs.scenario().seed;
         let mut tally = Tally::new(self.limits);
         let mut begin = 0;
         while begin < trials {
@@ -74,7 +89,7 @@ impl<'a> Bench<'a> {
             }
             begin = end;
         }
-        Ok(Some((tally.estimates(), tally.verdict())))
+        Ok(Some(tally))
     }
 
     /// The value of a key in the scenario, in SI; none where it says nothing of it.
@@ -90,12 +105,16 @@ impl<'a> Bench<'a> {
         value.or_else(|| self.resolved(key))
     }
 
-    /// What the error set makes of it.
+    /// What the error set, or what suits the motor, makes of it.
     fn resolved(&self, key: &str) -> Option<f64> {
         let plan = Plan::new(self.document.clone()).ok()?;
         let scenario = plan.scenario(0).ok()?;
         let (sensors, drive) = (&scenario.sensors, &scenario.drive);
         let devices = drive.bridge.devices;
+        if let Some(name) = key.strip_prefix("detector.") {
+            let setting = keys::ALL.iter().find(|setting| setting.name == name)?;
+            return scenario.detector.get(setting).map(|value| value.number());
+        }
         Some(match key {
             "sensors.noise" => sensors.noise,
             "sensors.gain_error" => sensors.gain_error,
@@ -139,6 +158,11 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
         document.set_value(key, value, Origin::CommandLine)?;
         document.load().map(|_| ())
     };
+    // Which settings of methods are whole numbers, their descriptions say.
+    let setting = key.strip_prefix("detector.").and_then(|name| keys::ALL.iter().find(|key| key.name == name));
+    if let Some(Kind::Number { whole, .. }) = setting.map(|setting| setting.kind) {
+        return Ok(whole);
+    }
     // What is no number of the key's fails both ways, and the second says why.
     match accepts(Value::Float(4.5)) {
         Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),

@@ -14,6 +14,7 @@ use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
     Budget, Completions, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
+    Tune,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -45,6 +46,8 @@ pub enum Command {
     Budget(Budget),
     /// What a part must do: the largest or smallest value of a key with which limits hold
     Require(Require),
+    /// Which settings are best: a measure as small as can be while limits hold, with the settings to copy
+    Tune(Tune),
     /// The shards of a run, put together
     Merge(Merge),
     /// A finished run as one HTML file, and its figures

@@ -16,6 +16,7 @@ pub mod require;
 pub mod run;
 pub mod shell;
 pub mod trace;
+pub mod tune;
 
 use std::path::Path;
 

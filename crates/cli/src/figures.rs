@@ -15,12 +15,14 @@ mod comparison;
 mod fit;
 mod odds;
 mod require;
+mod tune;
 
 pub use budget::{Bar, over_angle, shares};
 pub use comparison::comparison;
 pub use fit::fit;
 pub use odds::odds;
 pub use require::{Judged, require, tradeoff};
+pub use tune::tune;
 
 const WIDTH: u32 = 900;
 

@@ -1,4 +1,4 @@
-//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`.
+//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`, `tune`.
 
 use std::path::PathBuf;
 
