@@ -1,15 +1,15 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
+use rayon::prelude::*;
 use standstill_campaign::Estimate;
 use standstill_detect::{Kind, keys};
 use standstill_quantity::si_value;
-use standstill_scenario::{Document, FileError, Origin, Plan};
-use standstill_sim::Tape;
+use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
 
 use crate::bracket::Verdict;
 use crate::limit::{Limits, Tally};
-use crate::{Halt, Trials, Watch};
+use crate::{Halt, Watch};
 
 /// A scenario whose key is to be judged. All values have the same random numbers: those of the scenario's seed.
 #[derive(Debug)]
@@ -22,8 +22,8 @@ pub struct Bench<'a> {
     pub keys: Vec<(String, bool)>,
 }
 
-/// Trials whose records are held at a time.
-const AT_ONCE: u64 = 20_000;
+/// Trials that a thread runs at a time.
+const AT_ONCE: u64 = 256;
 
 impl<'a> Bench<'a> {
     /// Of keys whose values are numbers.
@@ -77,17 +77,29 @@ impl<'a> Bench<'a> {
         trials: u64,
         watch: &dyn Watch,
     ) -> Result<Option<Tally>, Halt<FileError>> {
-        let Ok(plan) = self.plan(values) else { return Ok(None) };
-        let runs = Trials::new(&plan)?;
+        let mut document = self.document.clone();
+        document.set_value("seed", seed_value(seed), Origin::CommandLine)?;
+        let Ok(plan) = (Self { document: &document, limits: self.limits, keys: self.keys.clone() }).plan(values) else {
+            return Ok(None);
+        };
+        let scenario = plan.scenario(0)?;
         let mut tally = Tally::new(self.limits);
-        let mut begin = 0;
-        while begin < trials {
-            let end = (begin + AT_ONCE).min(trials);
-            let tapes = (begin..end).map(|trial| Tape::new(seed, trial)).collect();
-            for record in runs.all_records(tapes, watch)? {
-                tally.add(&record);
+        let parts = (0..trials.div_ceil(AT_ONCE)).into_par_iter().map(|part| {
+            if watch.stopped() {
+                return Err(Halt::Stopped);
             }
-            begin = end;
+            let mut numbers = part * AT_ONCE..trials.min((part + 1) * AT_ONCE);
+            let mut records: Vec<Record> = Vec::new();
+            plan.trials(0, &scenario, &mut numbers, &mut |record| records.push(record))
+                .map_err(|error| Halt::Failed(error.error))?;
+            records.sort_by_key(|record| record.trial);
+            watch.did(records.len() as u64);
+            Ok(records)
+        });
+        for records in parts.collect::<Result<Vec<_>, _>>()? {
+            for record in &records {
+                tally.add(record);
+            }
         }
         Ok(Some(tally))
     }

@@ -3,6 +3,7 @@
 pub mod budget;
 pub mod check;
 pub mod compare;
+pub mod explain;
 pub mod fit;
 pub mod init;
 pub mod magnetics;
@@ -23,9 +24,15 @@ use std::path::Path;
 use standstill_detect::{Decay, MethodName};
 use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
-use standstill_scenario::{MotorSpec, ScenarioFile};
+use standstill_scenario::{MotorSpec, Record, ScenarioFile};
 
 use crate::error::Error;
+
+/// The angle that a detector named, or the end of its axis that is nearer to the rotor, in rad.
+fn found(record: &Record) -> Option<f64> {
+    let error = record.error_deg().or_else(|| record.axis_error_deg())?;
+    Some((record.true_angle_deg() + error).to_radians())
+}
 
 /// A data sheet by built-in name or by its path.
 fn sheet(name: &str) -> Result<DataSheet, Error> {

@@ -43,6 +43,7 @@ fn main() -> ExitCode {
         Command::Sweep(options) => commands::run::sweep(&options),
         Command::Budget(options) => commands::budget::run(&options),
         Command::Require(options) => commands::require::run(&options),
+        Command::Explain(options) => commands::explain::run(&options),
         Command::Tune(options) => commands::tune::run(&options),
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),

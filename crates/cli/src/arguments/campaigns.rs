@@ -147,6 +147,33 @@ pub struct Tune {
 }
 
 #[derive(Debug, Args)]
+pub struct Explain {
+    /// Folder of the run, with summary.json and the trials
+    pub folder: PathBuf,
+    /// This trial, by its number in the trials' file
+    #[arg(long, value_name = "N", conflicts_with_all = ["worst", "wrong_poles"])]
+    pub trial: Option<u64>,
+    /// The K trials with the largest axis errors, those without an axis before [default: 1]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub worst: Option<u16>,
+    /// Trials that named the wrong pole, those with the largest axis errors first; up to 10, or up to --worst K
+    #[arg(long)]
+    pub wrong_poles: bool,
+    /// Only of this point of the axes, from 0 as in summary.json [default: of all; of --trial the first]
+    #[arg(long, value_name = "P")]
+    pub point: Option<usize>,
+    /// Folder from which the scenario's paths go, of a motor's data sheet, say [default: this folder]
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Folder for table, figures and page; made if it does not exist [default: `explain` in the run's folder; with --json none]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON; files are written only with --out
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct Merge {
     /// Folders with the shards' journals
     #[arg(required = true, value_name = "SHARDS")]

@@ -72,9 +72,10 @@ pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
         if let (Some(first), Some(last)) = (edges.first(), edges.last()) {
             axis = axis.range(*first, *last);
         }
-        if numbers.len() <= MOST_TICKS {
-            axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, significant(*at))).collect());
-        }
+    }
+    // What was measured is what is marked.
+    if numbers.len() <= MOST_TICKS {
+        axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, significant(*at))).collect());
     }
     Place { axis, values, at: numbers, named: false, edges }
 }
