@@ -37,7 +37,12 @@ impl Explained {
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.
-    pub fn of(trials: &Trials<'_>, seed: u64, trial: u64, watch: &dyn Watch) -> Result<Self, Halt<FileError>> {
+    pub fn of(
+        trials: &Trials<'_>,
+        seed: u64,
+        trial: u64,
+        watch: &dyn Watch,
+    ) -> Result<Self, Halt<FileError>> {
         let (mut records, mut tapes) = trials.all_with_tapes(vec![Tape::new(seed, trial)], watch)?;
         let (Some(record), Some(mut tape)) = (records.pop(), tapes.pop()) else { return Err(Halt::Stopped) };
         let longest = lengths(std::slice::from_mut(&mut tape));

@@ -45,7 +45,10 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// A value that cannot be.
     pub fn plan(&self, values: &[f64]) -> Result<Plan, FileError> {
-        let mut document = self.document.clone();
+        self.plan_of(self.document.clone(), values)
+    }
+
+    fn plan_of(&self, mut document: Document, values: &[f64]) -> Result<Plan, FileError> {
         for ((key, whole), value) in self.keys.iter().zip(values) {
             document.set_value(key, number(*value, *whole), Origin::CommandLine)?;
         }
@@ -79,9 +82,7 @@ impl<'a> Bench<'a> {
     ) -> Result<Option<Tally>, Halt<FileError>> {
         let mut document = self.document.clone();
         document.set_value("seed", seed_value(seed), Origin::CommandLine)?;
-        let Ok(plan) = (Self { document: &document, limits: self.limits, keys: self.keys.clone() }).plan(values) else {
-            return Ok(None);
-        };
+        let Ok(plan) = self.plan_of(document, values) else { return Ok(None) };
         let scenario = plan.scenario(0)?;
         let mut tally = Tally::new(self.limits);
         let parts = (0..trials.div_ceil(AT_ONCE)).into_par_iter().map(|part| {
@@ -125,7 +126,7 @@ impl<'a> Bench<'a> {
         let devices = drive.bridge.devices;
         if let Some(name) = key.strip_prefix("detector.") {
             let setting = keys::ALL.iter().find(|setting| setting.name == name)?;
-            return scenario.detector.get(setting).map(|value| value.number());
+            return scenario.detector.get(setting).map(standstill_detect::Value::number);
         }
         Some(match key {
             "sensors.noise" => sensors.noise,
@@ -171,7 +172,8 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
         document.load().map(|_| ())
     };
     // Which settings of methods are whole numbers, their descriptions say.
-    let setting = key.strip_prefix("detector.").and_then(|name| keys::ALL.iter().find(|key| key.name == name));
+    let setting =
+        key.strip_prefix("detector.").and_then(|name| keys::ALL.iter().find(|key| key.name == name));
     if let Some(Kind::Number { whole, .. }) = setting.map(|setting| setting.kind) {
         return Ok(whole);
     }

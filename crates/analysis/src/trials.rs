@@ -55,7 +55,8 @@ impl<'a> Trials<'a> {
     /// A value drawn that cannot be.
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
-        self.plan.trials_taped(self.point, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
+        self.plan
+            .trials_taped(self.point, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
         Ok(records.into_iter().flatten().collect())
     }
 

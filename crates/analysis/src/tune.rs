@@ -17,6 +17,9 @@ mod space;
 #[cfg(test)]
 mod tests;
 
+use std::cell::RefCell;
+use std::collections::HashMap;
+
 use standstill_campaign::Estimate;
 use standstill_scenario::{Document, FileError};
 
@@ -71,8 +74,9 @@ const NEEDED: f64 = 4.5;
 
 impl Effort {
     /// Trials of the close descents.
-    const fn fine(last: u64) -> u64 {
-        last / 8
+    fn fine(last: u64) -> u64 {
+        // Of fewer trials, the bad end of a 99th percentile is unknown.
+        (last / 8).max(600)
     }
 
     /// The least share that they can tell to be kept.
@@ -90,6 +94,9 @@ pub struct Question<'a> {
     pub ranges: Vec<Range>,
     /// What is wanted.
     pub goal: Goal,
+    /// Measures whose limit is what the start reaches: they are compared with the start trial by trial, because their
+    /// own intervals are far wider than that of the difference.
+    pub relative: Vec<Measure>,
     /// What the measure is drawn against.
     pub against: Measure,
     /// How much is done.
@@ -168,12 +175,15 @@ impl Question<'_> {
             (0..self.ranges.len()).map(|key| bench.nominal(key).unwrap_or(f64::NAN)).collect();
         let Effort { coarse, fine, last, .. } = self.effort;
         let seed = |more: u64| self.seed.wrapping_add(more);
+        let starts = Starts { own: &own, known: RefCell::default() };
         let mut take = |values: &[f64], trials: u64| {
-            let tally = bench.tally(values, seed(0), trials, watch)?;
-            Ok::<_, Halt<FileError>>(tally.map(|tally| measured(&taken, &tally)))
+            let Some(tally) = bench.tally(values, seed(0), trials, watch)? else { return Ok(None) };
+            let start = starts.at(seed(0), trials, watch)?;
+            Ok::<_, Halt<FileError>>(Some(self.related(measured(&taken, &tally), &start)))
         };
         let mut search = Search::new(&self.ranges, &mut take);
-        let wide = Descent { goal: &self.goal, trials: coarse, view: View::Likely, width: 0.25, often: OFTEN_WIDE };
+        let wide =
+            Descent { goal: &self.goal, trials: coarse, view: View::Likely, width: 0.25, often: OFTEN_WIDE };
         let mut ends: Vec<(Score, Vec<f64>)> = Vec::new();
         for (number, from) in self.starts(&nominal).iter().enumerate() {
             hear(format!("start {} of {}", number + 1, self.effort.starts));
@@ -197,25 +207,56 @@ impl Question<'_> {
         sort(&mut final_ones);
         final_ones.truncate(CLOSE_KEPT);
         hear("choice".to_owned());
-        let chosen = self.choose(&bench, &taken, final_ones, watch)?;
+        let chosen = self.choose(&bench, &starts, final_ones, watch)?;
         hear("front".to_owned());
         let along = front::along(self, &mut search, &chosen)?;
         let looks = search.looks;
         hear("start and best on fresh trials".to_owned());
         let of_start = own.tally(&[], seed(2), last, watch)?.ok_or(Halt::Stopped)?;
+
         let of_best = bench.tally(&chosen, seed(2), last, watch)?.ok_or(Halt::Stopped)?;
+        let differences = Measured(paired(&taken, &of_start, &of_best, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
         let points = front::judged(&bench, &taken, along, seed(2), last / 4, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
         front::keep(&mut front, self);
         Ok(Tuned {
             start: Judged { values: nominal, measured: measured(&taken, &of_start) },
-            differences: Measured(paired(&taken, &of_start, &of_best, self.seed)),
-            limits: verdict(&self.goal.limits, &best.measured),
+            limits: self.kept(&best.measured, &differences),
+            differences,
             best,
             front,
             looks,
         })
+    }
+
+    /// Measures as the search takes them: where a limit is what the start reaches, the limit times what the settings have
+    /// of the start's on the same trials.
+    fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
+        for (measure, estimate) in
+            measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))
+        {
+            let (own, of_start) = (estimate.value, start.get(*measure).value);
+            let limit = self.goal.limits.0.iter().find(|limit| limit.measure == *measure);
+            let share = if own == of_start { 1.0 } else { own / of_start };
+            let value = limit.map_or(own, |limit| limit.most * share);
+            *estimate = Estimate { value, low: value, high: value };
+        }
+        measured
+    }
+
+    /// Whether limits are kept, those that are what the start reaches by the difference to it.
+    fn kept(&self, best: &Measured, differences: &Measured) -> Verdict {
+        let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
+        let of_best = verdict(&Limits(absolute.copied().collect()), best);
+        let no_worse = |of: fn(&Estimate) -> f64| {
+            self.relative.iter().all(|measure| of(&differences.get(*measure)) <= 0.0)
+        };
+        Verdict {
+            holds: of_best.holds && no_worse(|e| e.value),
+            surely: of_best.surely && no_worse(|e| e.high),
+            possibly: of_best.possibly && no_worse(|e| e.low),
+        }
     }
 
     /// Where the search begins: at the scenario's settings, and at points of a Sobol sequence.
@@ -239,16 +280,21 @@ impl Question<'_> {
     fn choose(
         &self,
         bench: &Bench<'_>,
-        taken: &Limits,
+        starts: &Starts<'_>,
         settings: Vec<(Score, Vec<f64>)>,
         watch: &dyn Watch,
     ) -> Result<Vec<f64>, Halt<FileError>> {
-        let mut left: Vec<Judged> =
-            settings.into_iter().map(|(_, values)| Judged { values, measured: Measured(Vec::new()) }).collect();
+        let mut left: Vec<Judged> = settings
+            .into_iter()
+            .map(|(_, values)| Judged { values, measured: Measured(Vec::new()) })
+            .collect();
         for trials in [self.effort.last / 4, self.effort.last] {
             for judged in &mut left {
-                let tally = bench.tally(&judged.values, self.seed.wrapping_add(1), trials, watch)?;
-                judged.measured = tally.map_or(Measured(Vec::new()), |tally| measured(taken, &tally));
+                let seed = self.seed.wrapping_add(1);
+                if let Some(tally) = bench.tally(&judged.values, seed, trials, watch)? {
+                    let start = starts.at(seed, trials, watch)?;
+                    judged.measured = self.related(measured(bench.limits, &tally), &start);
+                }
             }
             let possible = |judged: &Judged| verdict(&self.goal.limits, &judged.measured).possibly;
             if left.iter().any(possible) {
@@ -264,6 +310,24 @@ impl Question<'_> {
             .collect();
         sort(&mut scored);
         scored.into_iter().next().map(|(_, values)| values).ok_or(Halt::Stopped)
+    }
+}
+
+/// What the start shows, each seed and number of trials once.
+struct Starts<'a> {
+    own: &'a Bench<'a>,
+    known: RefCell<HashMap<(u64, u64), Measured>>,
+}
+
+impl Starts<'_> {
+    fn at(&self, seed: u64, trials: u64, watch: &dyn Watch) -> Result<Measured, Halt<FileError>> {
+        if let Some(known) = self.known.borrow().get(&(seed, trials)) {
+            return Ok(known.clone());
+        }
+        let tally = self.own.tally(&[], seed, trials, watch)?.ok_or(Halt::Stopped)?;
+        let found = measured(self.own.limits, &tally);
+        self.known.borrow_mut().insert((seed, trials), found.clone());
+        Ok(found)
     }
 }
 

@@ -13,8 +13,8 @@ use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
-    Budget, Completions, Explain, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results, Run, Sweep,
-    Tune,
+    Budget, Completions, Explain, FormatName, Init, Man, Merge, Odds, Question, Report, Require, Results,
+    Run, Sweep, Tune,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 

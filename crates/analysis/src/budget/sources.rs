@@ -105,7 +105,8 @@ impl Source {
 
     /// Its only draw on a tape, in standard deviations; none of many draws, or of a phase, which has no mean.
     pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
-        (self.draws.len() == 1).then(|| tape.normals_named(self.purpose, &self.name).get(self.draws.start).copied())?
+        (self.draws.len() == 1)
+            .then(|| tape.normals_named(self.purpose, &self.name).get(self.draws.start).copied())?
     }
 
     /// The draws of `a` with this source's of `b`. What `b` did not need is new where `a` needs it.

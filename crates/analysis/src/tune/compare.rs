@@ -34,8 +34,7 @@ pub fn paired(taken: &Limits, first: &Tally, second: &Tally, seed: u64) -> Vec<(
             apart(x, y)
         };
         let same = a.iter().zip(b).all(|(a, b)| a == b);
-        let mut samples: Vec<f64> =
-            if same { vec![0.0] } else { (0..SAMPLES).map(sample).collect() };
+        let mut samples: Vec<f64> = if same { vec![0.0] } else { (0..SAMPLES).map(sample).collect() };
         samples.sort_by(f64::total_cmp);
         let at = |share: usize| samples[(samples.len() - 1) * share / 1000];
         let value = apart(a.clone(), b.clone());

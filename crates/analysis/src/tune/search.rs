@@ -148,7 +148,8 @@ impl<'a, E> Search<'a, E> {
         let ranges = self.ranges;
         let free: Vec<usize> = (0..ranges.len()).filter(|key| !ranges[*key].whole).collect();
         let mut best = self.move_free(from, &free, how)?;
-        let steps = (0..ranges.len()).filter(|key| ranges[*key].whole).flat_map(|key| [(key, 1.0), (key, -1.0)]);
+        let steps =
+            (0..ranges.len()).filter(|key| ranges[*key].whole).flat_map(|key| [(key, 1.0), (key, -1.0)]);
         let steps: Vec<(usize, f64)> = steps.collect();
         let (mut next, mut missed) = (0, 0);
         while missed < steps.len() {

@@ -18,7 +18,11 @@ fn exactly(value: f64) -> Estimate {
 }
 
 /// Seeks the least of a function of two values, while `limited` is at most one.
-fn sought(f: impl Fn(f64, f64) -> f64, limited: impl Fn(f64, f64) -> f64, from: [f64; 2]) -> (Vec<f64>, usize) {
+fn sought(
+    f: impl Fn(f64, f64) -> f64,
+    limited: impl Fn(f64, f64) -> f64,
+    from: [f64; 2],
+) -> (Vec<f64>, usize) {
     let ranges = ranges(true);
     let mut take = |values: &[f64], _: u64| {
         let (x, n) = (values[0], values[1]);
@@ -52,7 +56,9 @@ fn analytic_a_limit_and_a_whole_number_have_their_best_values() {
         let n = f64::from(n);
         (error(1.0 / n - 0.05, n), n)
     });
-    let best = best.filter(|(error, _)| error.is_finite()).fold((f64::INFINITY, 0.0), |a, b| if b.0 < a.0 { b } else { a });
+    let best = best
+        .filter(|(error, _)| error.is_finite())
+        .fold((f64::INFINITY, 0.0), |a, b| if b.0 < a.0 { b } else { a });
     let (end, _) = sought(error, |x, n| n * (x + 0.05), [2.0, 2.0]);
     assert!((error(end[0], end[1]) / best.0 - 1.0).abs() < 0.03, "{end:?}, not {best:?}");
 }
@@ -101,4 +107,15 @@ fn analytic_a_paired_difference_is_known_far_better_than_its_parts() {
     assert!(found.low > 0.0 && found.high - found.low < 0.05 * (rms.high - rms.low), "{found:?}");
     let same = paired(&limits, &tally(&first), &tally(&first), 1)[0].1;
     assert_eq!((same.value, same.low, same.high), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
+    let effort = Effort::new(1000, &Limits(Vec::new()));
+    let values: Vec<f64> = (0..effort.fine).map(|k| k as f64).collect();
+    assert!(Measure::Duration.estimate(values).high.is_finite());
+    // A share of 0.1 % can hold surely.
+    let limits = "undetermined <= 0.1 %".parse::<Limits>().expect("limits");
+    let none = vec![0.0; usize::try_from(Effort::new(1000, &limits).fine).expect("few")];
+    assert!(Measure::Undetermined.estimate(none).high < 0.001);
 }

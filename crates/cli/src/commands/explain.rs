@@ -3,6 +3,7 @@
 mod choose;
 mod words;
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
@@ -88,7 +89,8 @@ fn plan(run: &Run, options: &Options) -> Result<Plan, Error> {
         Some(difference) => Err(Error::Results {
             path: run.folder.clone(),
             found: format!("a run that cannot be repeated: {difference}"),
-            needed: "the program that made it, and the files that it read (--files says where they are)".to_owned(),
+            needed: "the program that made it, and the files that it read (--files says where they are)"
+                .to_owned(),
         }),
         None => Ok(plan),
     }
@@ -98,10 +100,11 @@ fn plan(run: &Run, options: &Options) -> Result<Plan, Error> {
 fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Error>> {
     let failed = |error: FileError| Halt::Failed(Error::from(error));
     let trials = Trials::at(plan, chosen.point).map_err(failed)?;
-    let explained = Explained::of(&trials, plan.file().seed, chosen.trial, watched).map_err(|halt| match halt {
-        Halt::Stopped => Halt::Stopped,
-        Halt::Failed(error) => failed(error),
-    })?;
+    let explained =
+        Explained::of(&trials, plan.file().seed, chosen.trial, watched).map_err(|halt| match halt {
+            Halt::Stopped => Halt::Stopped,
+            Halt::Failed(error) => failed(error),
+        })?;
     let single = plan.single(chosen.point, chosen.trial).map_err(failed)?;
     let (record, trace) = watch(&single).map_err(|error| Halt::Failed(error.into()))?;
     let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
@@ -142,9 +145,7 @@ fn ended(record: &Record) -> serde_json::Value {
 }
 
 fn json_of(told: &Told) -> serde_json::Value {
-    let cause = |cause: &standstill_analysis::Cause| {
-        json!({ "error": cause.name, "key": cause.key, "drawn_deviations": cause.drawn, "without": ended(&cause.without) })
-    };
+    let cause = |cause: &standstill_analysis::Cause| json!({ "error": cause.name, "key": cause.key, "drawn_deviations": cause.drawn, "without": ended(&cause.without) });
     json!({
         "point": told.chosen.point,
         "trial": told.chosen.trial,
@@ -162,7 +163,7 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
     let mut sections = Vec::new();
     for told in all {
         let about = words::about(plan, told);
-        text += &format!("\n{}\n{}\n{}", about.headline, about.body, about.table);
+        let _ = write!(text, "\n{}\n{}\n{}", about.headline, about.body, about.table);
         let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
         let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
         sections.push(Section {

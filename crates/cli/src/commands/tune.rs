@@ -63,8 +63,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         let limits = limits(options, &document, plan.file().seed, last, &watched)?;
         let effort = Effort::new(last, &limits);
         let starts = options.starts.map_or(effort.starts, usize::from);
+        let wanted = options.subject_to.iter().flat_map(|subject| &subject.0);
+        let relative = wanted.filter(|(measure, most)| most.is_none() && measure.unit().is_some());
         let asked = Asked {
             document: &document,
+            relative: relative.map(|(measure, _)| *measure).collect(),
             ranges,
             goal: Goal { minimise, limits },
             against,
@@ -175,7 +178,10 @@ fn measures_json(measures: &[(Measure, Estimate)]) -> serde_json::Value {
     // Beyond every bound is no number in JSON.
     let number = |value: f64| if value.is_finite() { json!(value) } else { serde_json::Value::Null };
     let one = |(measure, e): &(Measure, Estimate)| {
-        (measure.to_string(), json!({ "value": number(e.value), "low": number(e.low), "high": number(e.high) }))
+        (
+            measure.to_string(),
+            json!({ "value": number(e.value), "low": number(e.low), "high": number(e.high) }),
+        )
     };
     json!(measures.iter().map(one).collect::<IndexMap<String, serde_json::Value>>())
 }

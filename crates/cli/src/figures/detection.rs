@@ -61,7 +61,9 @@ impl Window<'_> {
             .events
             .iter()
             .filter_map(|(time, event)| match event {
-                Event::Sample(current, _) if (self.from..=self.to).contains(time) => Some((self.place(*time), *current)),
+                Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
+                    Some((self.place(*time), *current))
+                }
                 _ => None,
             })
             .collect();
@@ -78,9 +80,8 @@ impl Window<'_> {
 
     /// The current out of the DC link: that of the legs whose upper side conducts.
     fn with_link(&self, panel: Panel) -> Panel {
-        let link = |s: &Snapshot| -> f64 {
-            (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum()
-        };
+        let link =
+            |s: &Snapshot| -> f64 { (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum() };
         panel.with(curve("out of the DC link", self.points(link), Style::Orange))
     }
 }
@@ -101,8 +102,7 @@ pub fn detection(trace: &Trace, title: &str, estimate: Option<f64>) -> Figure {
         }
         let to = (pulse.to + BEFORE).min(pulse.from + LONGEST);
         let near = Window { trace, from: pulse.from - BEFORE, to, origin: pulse.from, unit: 1e-6 };
-        let names: Vec<String> =
-            pulse.phases.iter().map(|k| Phase::ALL[*k].letter().to_string()).collect();
+        let names: Vec<String> = pulse.phases.iter().map(|k| Phase::ALL[*k].letter().to_string()).collect();
         let close = || near.axis(&format!("phases {}: time from the pulse's gate edge", names.join(" and ")));
         let currents = near.with_link(near.with_samples(near.currents(close())));
         if seen.is_empty() {
@@ -114,7 +114,9 @@ pub fn detection(trace: &Trace, title: &str, estimate: Option<f64>) -> Figure {
     }
     Figure {
         title: format!("One detection: {title}"),
-        subtitle: Some("above: from start to end; below: the first pulse, and the first of each other line".to_owned()),
+        subtitle: Some(
+            "above: from start to end; below: the first pulse, and the first of each other line".to_owned(),
+        ),
         width: WIDTH,
         height: 1000 + 230 * u32::try_from(seen.len().saturating_sub(1)).unwrap_or(0),
         panels,
@@ -151,7 +153,8 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
     let end = runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time).fold(0.0, f64::max);
     let window = |trace| Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
     let over = |label: &str, value: &dyn Fn(&Trace, &Snapshot) -> f64| {
-        let axis = runs.first().map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace).axis("time"));
+        let axis =
+            runs.first().map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace).axis("time"));
         runs.iter().enumerate().fold(Panel::new(axis, Axis::new(label)), |panel, (k, (name, trace))| {
             panel.with(curve(name, window(trace).points(|s| value(trace, s)), Style::nth(k)))
         })

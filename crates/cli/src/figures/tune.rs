@@ -12,7 +12,9 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let measures = [asked.against, asked.goal.minimise];
     let largest = |measure: Measure| {
         let all = tuned.front.iter().chain([&tuned.start, &tuned.best]);
-        all.map(|judged| judged.measured.get(measure).value).filter(|value| value.is_finite()).fold(0.0, f64::max)
+        all.map(|judged| judged.measured.get(measure).value)
+            .filter(|value| value.is_finite())
+            .fold(0.0, f64::max)
     };
     let scales = measures.map(|measure| scale(measure, largest(measure)));
     let place = |judged: &Judged| {
@@ -31,7 +33,8 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         (x.is_finite() && y.is_finite()).then_some((kept, (x, y)))
     });
     let (kept, broken): (Vec<_>, Vec<_>) = looked.partition(|(kept, _)| *kept);
-    let shown: Vec<f64> = kept.iter().map(|(_, (_, y))| *y).chain([place(&tuned.start).1, place(&tuned.best).1]).collect();
+    let shown: Vec<f64> =
+        kept.iter().map(|(_, (_, y))| *y).chain([place(&tuned.start).1, place(&tuned.best).1]).collect();
     let (low, high) = shown
         .iter()
         .filter(|y| **y > 0.0)

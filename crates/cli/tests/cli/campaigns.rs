@@ -243,9 +243,7 @@ fn a_sweep_takes_axes_from_the_command_line() {
         ],
         path,
     );
-    for part in
-        ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "right %"]
-    {
+    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "right %"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let arguments =
@@ -259,6 +257,17 @@ fn a_sweep_takes_axes_from_the_command_line() {
 }
 
 #[test]
+fn a_rule_that_is_not_reached_is_said() {
+    let folder = folder();
+    let path = folder.path();
+    succeed(&["init", "s.toml"], path);
+    let run =
+        |stop: &str| succeed(&["run", "s.toml", "--trials", "150", "--stop-at", stop, "--out", "o"], path);
+    assert!(run("rms=1%").contains("stop_at was not reached in 150 trials"));
+    assert!(!run("rms=50%").contains("not reached"));
+}
+
+#[test]
 fn a_report_is_one_file_that_says_what_was_run() {
     let folder = folder();
     let path = folder.path();
@@ -266,12 +275,15 @@ fn a_report_is_one_file_that_says_what_was_run() {
     for format in ["csv", "parquet"] {
         succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
         let text = succeed(&["report", format], path);
-        assert!(text.contains("in 240 starts") && text.contains("Worst point: ") && text.contains("answered rightly"), "{text}");
+        assert!(
+            text.contains("in 240 starts")
+                && text.contains("Worst point: ")
+                && text.contains("answered rightly"),
+            "{text}"
+        );
         let report = path.join(format).join("report");
         let made = names(&report);
-        for name in
-            ["report.html", "sweep_sensors.noise.png", "heat_sensors.noise_errors.png"]
-        {
+        for name in ["report.html", "sweep_sensors.noise.png", "heat_sensors.noise_errors.png"] {
             assert!(made.iter().any(|made| made == name), "{name} in {made:?}");
         }
         let page = fs::read_to_string(report.join("report.html")).expect("readable");

@@ -230,7 +230,9 @@ impl ErrorCloud {
         let enough = |count: usize| {
             self.bins.chunks(count).all(|bins| bins.iter().map(Thinned::seen).sum::<u64>() >= ENOUGH)
         };
-        let Some(together) = [1, 2, 3, 4, 6].into_iter().find(|count| enough(*count)) else { return Vec::new() };
+        let Some(together) = [1, 2, 3, 4, 6].into_iter().find(|count| enough(*count)) else {
+            return Vec::new();
+        };
         let width = 360.0 / BINS as f64 * together as f64;
         let bins = self.bins.chunks(together).enumerate();
         bins.map(|(index, bins)| {

@@ -187,7 +187,8 @@ impl Study {
 
     /// Whether starts at all the points with these values are answered rightly, but for one in a hundred at most.
     fn answers(&self, wanted: &[(usize, &Coordinate)]) -> bool {
-        let fails = |p: &StudyPoint| (p.wrong_poles + p.undetermined + p.failed) as f64 > FAILING * p.trials as f64;
+        let fails =
+            |p: &StudyPoint| (p.wrong_poles + p.undetermined + p.failed) as f64 > FAILING * p.trials as f64;
         !pool::at(self, wanted).into_iter().any(fails)
     }
 

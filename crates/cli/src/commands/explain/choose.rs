@@ -24,12 +24,17 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
     if options.point.is_some_and(|point| point >= points) {
-        return Err(Error::Arguments(format!("--point: needed from 0 to {}, the last of the run", points - 1)));
+        return Err(Error::Arguments(format!(
+            "--point: needed from 0 to {}, the last of the run",
+            points - 1
+        )));
     }
     if let Some(trial) = options.trial {
         if trial >= identity.trials {
             let last = identity.trials - 1;
-            return Err(Error::Arguments(format!("--trial {trial}: needed from 0 to {last}, the last of the run")));
+            return Err(Error::Arguments(format!(
+                "--trial {trial}: needed from 0 to {last}, the last of the run"
+            )));
         }
         return Ok(vec![Chosen { point: options.point.unwrap_or(0), trial, far: 0.0 }]);
     }

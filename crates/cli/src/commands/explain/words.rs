@@ -61,7 +61,8 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     let (explained, single) = (&told.explained, &told.single);
     let record = &explained.record;
     let place = specimen::heading(plan, single);
-    let headline = format!("{}, rotor at {:.2}°: {}", place.trim_end(), record.start_angle_deg(), ended(record));
+    let headline =
+        format!("{}, rotor at {:.2}°: {}", place.trim_end(), record.start_angle_deg(), ended(record));
     let mut far: Vec<_> = explained.causes.iter().filter_map(|cause| Some((cause, cause.drawn?))).collect();
     far.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
     let largest: Vec<String> =

@@ -4,8 +4,8 @@ use standstill_campaign::{Occurrence, Summary};
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, Tone};
 
-use super::{Run, setup};
 use super::study::setting;
+use super::{Run, setup};
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
 use crate::summary::{FAILING, GOOD, digits, number, rank, right};
@@ -105,10 +105,18 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         let told = |point: &PointSummary| {
             let s = &point.summary;
             let right = percent(right(s));
-            format!("{right} right, {}° rms over {} axes at {}", number(s.rms_deg.value, 3), s.axes, describe(point, &shown))
+            format!(
+                "{right} right, {}° rms over {} axes at {}",
+                number(s.rms_deg.value, 3),
+                s.axes,
+                describe(point, &shown)
+            )
         };
-        let best_point =
-            if 1.0 - right(&best.summary) > FAILING { "No point answers 99 % of its starts; nearest" } else { "Best point" };
+        let best_point = if 1.0 - right(&best.summary) > FAILING {
+            "No point answers 99 % of its starts; nearest"
+        } else {
+            "Best point"
+        };
         details.push(format!("{best_point}: {}", told(best)));
         details.push(format!("Worst point: {}", told(worst)));
         let without = |point: &PointSummary| 1.0 - point.summary.found as f64 / point.summary.trials as f64;

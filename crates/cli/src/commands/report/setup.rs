@@ -16,7 +16,11 @@ pub fn blocks(run: &Run) -> Vec<Block> {
     let (sheet, plan) = match found {
         Ok(found) => found,
         // A motor's own file may be elsewhere, or another by now.
-        Err(error) => return vec![Block::Text(format!("Not shown, because the scenario's files are not here: {error}"))],
+        Err(error) => {
+            return vec![Block::Text(format!(
+                "Not shown, because the scenario's files are not here: {error}"
+            ))];
+        }
     };
     let mut blocks = vec![Block::Facts(facts(&plan, &run.file))];
     if !run.file.axes.contains_key("motor") {

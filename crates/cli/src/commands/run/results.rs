@@ -1,5 +1,6 @@
 //! The files of a finished run: `trials.csv` or `trials.parquet`, and `summary.json`.
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -210,7 +211,7 @@ impl Results {
             text += &points_text(&file.points);
         }
         if let Some(note) = file.unreached() {
-            text += &format!("\n{note}\n");
+            let _ = write!(text, "\n{note}\n");
         }
         text += "\n";
         text += &file_list(&options.out, &files);

@@ -32,7 +32,10 @@ pub fn settings(keys: &Keys) -> Vec<Setting> {
             let name = if several { format!("{name}{gap}{key} = {value}") } else { name.clone() };
             (name, [&set[..], &[(key.clone(), value.clone())]].concat())
         };
-        all = all.iter().flat_map(|known| values.iter().map(|value| longer(known, value)).collect::<Vec<_>>()).collect();
+        all = all
+            .iter()
+            .flat_map(|known| values.iter().map(|value| longer(known, value)).collect::<Vec<_>>())
+            .collect();
     }
     all
 }
@@ -94,10 +97,8 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("overlay.svg", figure.svg()?.as_bytes())?;
     output.file("overlay.png", &figure.png()?)?;
     let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
-    let blocks = vec![
-        Block::Code { caption: "How they ended".to_owned(), text: table.clone() },
-        Block::Chart(chart),
-    ];
+    let blocks =
+        vec![Block::Code { caption: "How they ended".to_owned(), text: table.clone() }, Block::Chart(chart)];
     let page = Page {
         title,
         subtitle: String::new(),
@@ -106,7 +107,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     };
     output.file("overlay.html", page.html().map_err(Error::Page)?.as_bytes())?;
     let files = output.finish()?;
-    Ok(Report { text: format!("trial {}\n{table}\n{}", options.trial, file_list(&options.out, &files)), code: 0 })
+    Ok(Report {
+        text: format!("trial {}\n{table}\n{}", options.trial, file_list(&options.out, &files)),
+        code: 0,
+    })
 }
 
 #[cfg(test)]
@@ -121,7 +125,10 @@ mod tests {
         };
         let names = |all: Vec<Setting>| all.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
         let all = set(&[("a", "[1, 2]"), ("b", "x"), ("c", "[\"20 us\",y]")]);
-        assert_eq!(all[2].1, [("a", "2"), ("b", "x"), ("c", "20 us")].map(|(k, v)| (k.to_owned(), v.to_owned())));
+        assert_eq!(
+            all[2].1,
+            [("a", "2"), ("b", "x"), ("c", "20 us")].map(|(k, v)| (k.to_owned(), v.to_owned()))
+        );
         assert_eq!(names(all), ["a = 1, c = 20 us", "a = 1, c = y", "a = 2, c = 20 us", "a = 2, c = y"]);
         assert_eq!(names(set(&[("axes.\"x\"", "[1, 2]"), ("b", "x")])), [""]);
         assert_eq!(set(&[]).len(), 1);

@@ -1,6 +1,6 @@
 //! What is said of settings.
 
-use standstill_analysis::limit::Measure;
+use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
@@ -43,14 +43,18 @@ fn with_unit(measure: Measure, estimate: &Estimate) -> String {
 
 /// Measures in a line.
 pub fn measures(all: &[(Measure, Estimate)]) -> String {
-    let one = |(measure, estimate): &(Measure, Estimate)| format!("{measure} {}", with_unit(*measure, estimate));
+    let one =
+        |(measure, estimate): &(Measure, Estimate)| format!("{measure} {}", with_unit(*measure, estimate));
     all.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
 /// Settings in a line.
 pub fn settings(asked: &Asked<'_>, values: &[f64]) -> String {
     let pairs = asked.ranges.iter().zip(values);
-    pairs.map(|(range, value)| format!("{} = {}", range.key, value_of(&range.key, *value))).collect::<Vec<_>>().join(", ")
+    pairs
+        .map(|(range, value)| format!("{} = {}", range.key, value_of(&range.key, *value)))
+        .collect::<Vec<_>>()
+        .join(", ")
 }
 
 fn value_of(key: &str, value: f64) -> String {
@@ -70,9 +74,10 @@ pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
 /// What was found, in a line.
 pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let minimise = asked.goal.minimise;
-    let [start, best] = [&tuned.start, &tuned.best].map(|judged| with_unit(minimise, &judged.measured.get(minimise)));
+    let [start, best] =
+        [&tuned.start, &tuned.best].map(|judged| with_unit(minimise, &judged.measured.get(minimise)));
     let settings = settings(asked, &tuned.best.values);
-    let limits = asked.goal.limits.to_string();
+    let limits = limits(asked);
     let start_keeps = standstill_analysis::tune::verdict(&asked.goal.limits, &tuned.start.measured).holds;
     if !tuned.limits.possibly {
         return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
@@ -80,13 +85,27 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     if !tuned.surely_better(&asked.goal) && start_keeps {
         return (
             Tone::Neutral,
-            format!("No settings found that are surely better than the start: {minimise} {best} against {start}"),
+            format!(
+                "No settings found that are surely better than the start: {minimise} {best} against {start}"
+            ),
         );
     }
     (
         if tuned.limits.surely || asked.goal.limits.0.is_empty() { Tone::Good } else { Tone::Warning },
         format!("{settings}: {minimise} {best}, at the start {start}"),
     )
+}
+
+/// The limits as they are read, those of the start in few digits.
+pub fn limits(asked: &Asked<'_>) -> String {
+    let one = |limit: &Limit| {
+        let scale = scale(limit.measure, limit.most);
+        let most = scale.number(limit.most);
+        let most = format!("{most:.3e}").parse::<f64>().unwrap_or(most);
+        let start = if asked.relative.contains(&limit.measure) { " (start)" } else { "" };
+        format!("{} <= {most} {}{start}", limit.measure, scale.unit)
+    };
+    asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
 }
 
 /// What it rests on.
@@ -106,7 +125,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
             v if v.possibly => "possibly, but not by these trials",
             _ => "not",
         };
-        details.push(format!("{}: kept {holds}", asked.goal.limits));
+        details.push(format!("{}: kept {holds}", limits(asked)));
     }
     let ends: Vec<String> = asked
         .ranges
