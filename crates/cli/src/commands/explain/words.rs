@@ -50,7 +50,7 @@ fn evidence(record: &Record) -> Option<String> {
         let gap = if text.is_empty() { "" } else { "; " };
         let _ = write!(
             text,
-            "{gap}current along the angle found {:.3} A, against it {:.3} A",
+            "{gap}currents of the two vectors {:.3} A and {:.3} A",
             polarity.along, polarity.against
         );
     }
