@@ -177,7 +177,7 @@ impl Sums {
 }
 
 /// What a draw is, in words.
-fn name(purpose: Purpose, key: &str, number: usize) -> String {
+pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
     let phase = |number: usize| ["a", "b", "c"][number % 3];
     match purpose {
         Purpose::CurrentGain => format!("gain of {}", phase(number)),

@@ -14,6 +14,7 @@ use standstill_scenario::Record;
 use standstill_sim::{Purpose, Tape};
 
 pub use sources::Source;
+pub(crate) use sources::lengths;
 
 use crate::sobol::{Shares, Tuple, ratio};
 use crate::{Halt, Trials, Watch};

@@ -4,8 +4,10 @@
 //!   odds     P(event) down to one in a billion:  tape of standard normals ─► subset simulation, several runs ─► Odds
 //!   budget   where the error comes from:         tapes that share draws   ─► Sobol' indices               ─► Budget
 //!   require  what a part must do:                a key, a limit           ─► bracketing on common draws   ─► Requirement
+//!   tune     which settings are best:            keys, a measure, limits  ─► search on common draws       ─► Tuned
+//!   explain  why a trial ended as it did:       its tape, one draw at its mean              ─► Explained
 //! ```
-//! All three rest on one fact: a trial is a pure function of its draws, and these can be given on a [`Tape`]. The
+//! All rest on one fact: a trial is a pure function of its draws, and these can be given on a [`Tape`]. The
 //! mathematics ([`subset`], [`sobol`], [`bracket`]) knows no motor: it works on any [`System`], a function of a vector of
 //! standard normals that grows as it is read. [`Trials`] makes such a system of a scenario.
 //!
@@ -16,6 +18,7 @@ mod anatomy;
 pub mod bracket;
 mod budget;
 mod event;
+mod explain;
 pub mod fit;
 pub mod limit;
 mod odds;
@@ -24,10 +27,12 @@ pub mod sobol;
 pub mod subset;
 mod system;
 mod trials;
+pub mod tune;
 
 pub use anatomy::{Anatomy, Draw, Sector};
 pub use budget::{Budget, Item, PAIRS, Part, Source, trials as trials_of_budget};
 pub use event::{Event, EventError};
+pub use explain::{Cause, Explained};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
 pub use system::{Halt, System, Watch};
 pub use trials::Trials;

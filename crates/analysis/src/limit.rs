@@ -67,7 +67,59 @@ impl fmt::Display for LimitError {
 
 impl std::error::Error for LimitError {}
 
+/// A text that is no measure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeasureError(String);
+
+impl fmt::Display for MeasureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "`{}` is no measure: needed rms, p95, p99, P(|e| > 2 deg), wrong_poles, undetermined, failed, moved, duration or \
+             peak_current",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for MeasureError {}
+
+impl FromStr for Measure {
+    type Err = MeasureError;
+
+    fn from_str(text: &str) -> Result<Self, MeasureError> {
+        Self::named(text.trim()).ok_or_else(|| MeasureError(text.trim().to_owned()))
+    }
+}
+
+impl fmt::Display for Measure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rms => "rms",
+            Self::P95 => "p95",
+            Self::P99 => "p99",
+            Self::Beyond(bound) => return write!(f, "P(|e| > {bound} deg)"),
+            Self::WrongPoles => "wrong_poles",
+            Self::Undetermined => "undetermined",
+            Self::Failed => "failed",
+            Self::Moved => "moved",
+            Self::Duration => "duration",
+            Self::PeakCurrent => "peak_current",
+        })
+    }
+}
+
 impl Measure {
+    /// Symbol of the unit of its values; of shares none.
+    pub const fn unit(self) -> Option<&'static str> {
+        match self {
+            Self::Rms | Self::P95 | Self::P99 | Self::Moved => Some("deg"),
+            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => None,
+            Self::Duration => Some("s"),
+            Self::PeakCurrent => Some("A"),
+        }
+    }
+
     fn named(name: &str) -> Option<Self> {
         Some(match name {
             "rms" => Self::Rms,
@@ -117,7 +169,7 @@ impl Measure {
     }
 
     /// The measure over starts with its 95 % interval.
-    fn estimate(self, mut values: Vec<f64>) -> Estimate {
+    pub(crate) fn estimate(self, mut values: Vec<f64>) -> Estimate {
         match self {
             Self::Rms => {
                 let square = ratio(values.iter().map(|error| (error * error, 1.0)));
@@ -165,9 +217,32 @@ impl FromStr for Limits {
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
         let limit = |part: &str| {
-            let (name, bound) = part.split_once("<=").or_else(|| part.split_once('≤'))?;
-            let measure = Measure::named(name.trim())?;
-            Some(Limit { measure, most: measure.value(bound.trim())? })
+            let (measure, bound) = halves(part)?;
+            Some(Limit { measure, most: measure.value(bound)? })
+        };
+        let limits =
+            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
+        limits.collect::<Result<Vec<_>, _>>().map(Self)
+    }
+}
+
+/// A limit's measure and the text of its bound.
+fn halves(part: &str) -> Option<(Measure, &str)> {
+    let (name, bound) = part.split_once("<=").or_else(|| part.split_once('≤'))?;
+    Some((Measure::named(name.trim())?, bound.trim()))
+}
+
+/// Limits of which some are what the settings that one starts from reach: `moved <= start, undetermined <= 0.1 %`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Subject(pub Vec<(Measure, Option<f64>)>);
+
+impl FromStr for Subject {
+    type Err = LimitError;
+
+    fn from_str(text: &str) -> Result<Self, LimitError> {
+        let limit = |part: &str| match halves(part)? {
+            (measure, "start") => Some((measure, None)),
+            (measure, bound) => Some((measure, Some(measure.value(bound)?))),
         };
         let limits =
             text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
@@ -179,18 +254,9 @@ impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (k, Limit { measure, most }) in self.0.iter().enumerate() {
             f.write_str(if k > 0 { ", " } else { "" })?;
-            let percent = 100.0 * most;
-            match measure {
-                Measure::Rms => write!(f, "rms <= {most} deg"),
-                Measure::P95 => write!(f, "p95 <= {most} deg"),
-                Measure::P99 => write!(f, "p99 <= {most} deg"),
-                Measure::Beyond(bound) => write!(f, "P(|e| > {bound} deg) <= {percent} %"),
-                Measure::WrongPoles => write!(f, "wrong_poles <= {percent} %"),
-                Measure::Undetermined => write!(f, "undetermined <= {percent} %"),
-                Measure::Failed => write!(f, "failed <= {percent} %"),
-                Measure::Moved => write!(f, "moved <= {most} deg"),
-                Measure::Duration => write!(f, "duration <= {most} s"),
-                Measure::PeakCurrent => write!(f, "peak_current <= {most} A"),
+            match measure.unit() {
+                Some(unit) => write!(f, "{measure} <= {most} {unit}"),
+                None => write!(f, "{measure} <= {} %", 100.0 * most),
             }?;
         }
         Ok(())
@@ -210,11 +276,22 @@ impl Tally {
         Self { limits: limits.clone(), values: vec![Vec::new(); limits.0.len()] }
     }
 
+    /// With what starts contributed, limit by limit.
+    #[cfg(test)]
+    pub(crate) fn of(limits: &Limits, values: Vec<Vec<f64>>) -> Self {
+        Self { limits: limits.clone(), values }
+    }
+
     /// A start.
     pub fn add(&mut self, record: &Record) {
         for (values, limit) in self.values.iter_mut().zip(&self.limits.0) {
             values.push(limit.measure.of(record));
         }
+    }
+
+    /// What each start contributed to each limit, in their order.
+    pub fn values(&self) -> &[Vec<f64>] {
+        &self.values
     }
 
     /// The measures.
@@ -248,6 +325,18 @@ mod tests {
             assert_eq!(text.parse::<Limits>().expect("limits").to_string(), text);
         }
         assert_eq!("duration<=20 ms".parse::<Limits>().expect("limits").0[0].most, 0.02);
+    }
+
+    #[test]
+    fn law_limits_may_be_what_the_start_reaches() {
+        let Subject(limits) = "moved <= start, rms<=1 deg".parse().expect("limits");
+        assert_eq!(limits, [(Measure::Moved, None), (Measure::Rms, Some(1.0))]);
+        assert!("moved < start".parse::<Subject>().is_err() && "start <= start".parse::<Subject>().is_err());
+        for name in ["rms", "P(|e| > 2 deg)", "peak_current"] {
+            assert_eq!(name.parse::<Measure>().expect("a measure").to_string(), name);
+        }
+        let message = "rmse".parse::<Measure>().expect_err("no measure").to_string();
+        assert!(message.contains("`rmse`") && message.contains("duration"), "{message}");
     }
 
     #[test]

@@ -1,14 +1,15 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
+use rayon::prelude::*;
 use standstill_campaign::Estimate;
+use standstill_detect::{Kind, keys};
 use standstill_quantity::si_value;
-use standstill_scenario::{Document, FileError, Origin, Plan};
-use standstill_sim::Tape;
+use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
 
 use crate::bracket::Verdict;
 use crate::limit::{Limits, Tally};
-use crate::{Halt, Trials, Watch};
+use crate::{Halt, Watch};
 
 /// A scenario whose key is to be judged. All values have the same random numbers: those of the scenario's seed.
 #[derive(Debug)]
@@ -21,8 +22,8 @@ pub struct Bench<'a> {
     pub keys: Vec<(String, bool)>,
 }
 
-/// Trials whose records are held at a time.
-const AT_ONCE: u64 = 20_000;
+/// Trials that a thread runs at a time.
+const AT_ONCE: u64 = 256;
 
 impl<'a> Bench<'a> {
     /// Of keys whose values are numbers.
@@ -44,7 +45,10 @@ impl<'a> Bench<'a> {
     /// # Errors
     /// A value that cannot be.
     pub fn plan(&self, values: &[f64]) -> Result<Plan, FileError> {
-        let mut document = self.document.clone();
+        self.plan_of(self.document.clone(), values)
+    }
+
+    fn plan_of(&self, mut document: Document, values: &[f64]) -> Result<Plan, FileError> {
         for ((key, whole), value) in self.keys.iter().zip(values) {
             document.set_value(key, number(*value, *whole), Origin::CommandLine)?;
         }
@@ -61,20 +65,44 @@ impl<'a> Bench<'a> {
         trials: u64,
         watch: &dyn Watch,
     ) -> Result<Option<(Vec<Estimate>, Verdict)>, Halt<FileError>> {
-        let Ok(plan) = self.plan(values) else { return Ok(None) };
-        let runs = Trials::new(&plan)?;
-        let seed = runs.scenario().seed;
+        let tally = self.tally(values, self.document.load()?.seed, trials, watch)?;
+        Ok(tally.map(|tally| (tally.estimates(), tally.verdict())))
+    }
+
+    /// What the first trials of a seed contribute with these values. None where the values cannot be.
+    ///
+    /// # Errors
+    /// A trial that cannot be run; that it was stopped.
+    pub fn tally(
+        &self,
+        values: &[f64],
+        seed: u64,
+        trials: u64,
+        watch: &dyn Watch,
+    ) -> Result<Option<Tally>, Halt<FileError>> {
+        let mut document = self.document.clone();
+        document.set_value("seed", seed_value(seed), Origin::CommandLine)?;
+        let Ok(plan) = self.plan_of(document, values) else { return Ok(None) };
+        let scenario = plan.scenario(0)?;
         let mut tally = Tally::new(self.limits);
-        let mut begin = 0;
-        while begin < trials {
-            let end = (begin + AT_ONCE).min(trials);
-            let tapes = (begin..end).map(|trial| Tape::new(seed, trial)).collect();
-            for record in runs.all_records(tapes, watch)? {
-                tally.add(&record);
+        let parts = (0..trials.div_ceil(AT_ONCE)).into_par_iter().map(|part| {
+            if watch.stopped() {
+                return Err(Halt::Stopped);
             }
-            begin = end;
+            let mut numbers = part * AT_ONCE..trials.min((part + 1) * AT_ONCE);
+            let mut records: Vec<Record> = Vec::new();
+            plan.trials(0, &scenario, &mut numbers, &mut |record| records.push(record))
+                .map_err(|error| Halt::Failed(error.error))?;
+            records.sort_by_key(|record| record.trial);
+            watch.did(records.len() as u64);
+            Ok(records)
+        });
+        for records in parts.collect::<Result<Vec<_>, _>>()? {
+            for record in &records {
+                tally.add(record);
+            }
         }
-        Ok(Some((tally.estimates(), tally.verdict())))
+        Ok(Some(tally))
     }
 
     /// The value of a key in the scenario, in SI; none where it says nothing of it.
@@ -90,12 +118,16 @@ impl<'a> Bench<'a> {
         value.or_else(|| self.resolved(key))
     }
 
-    /// What the error set makes of it.
+    /// What the error set, or what suits the motor, makes of it.
     fn resolved(&self, key: &str) -> Option<f64> {
         let plan = Plan::new(self.document.clone()).ok()?;
         let scenario = plan.scenario(0).ok()?;
         let (sensors, drive) = (&scenario.sensors, &scenario.drive);
         let devices = drive.bridge.devices;
+        if let Some(name) = key.strip_prefix("detector.") {
+            let setting = keys::ALL.iter().find(|setting| setting.name == name)?;
+            return scenario.detector.get(setting).map(standstill_detect::Value::number);
+        }
         Some(match key {
             "sensors.noise" => sensors.noise,
             "sensors.gain_error" => sensors.gain_error,
@@ -139,6 +171,12 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
         document.set_value(key, value, Origin::CommandLine)?;
         document.load().map(|_| ())
     };
+    // Which settings of methods are whole numbers, their descriptions say.
+    let setting =
+        key.strip_prefix("detector.").and_then(|name| keys::ALL.iter().find(|key| key.name == name));
+    if let Some(Kind::Number { whole, .. }) = setting.map(|setting| setting.kind) {
+        return Ok(whole);
+    }
     // What is no number of the key's fails both ways, and the second says why.
     match accepts(Value::Float(4.5)) {
         Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),

@@ -15,6 +15,7 @@ use crate::{Alarm, Event, Halt, Odds, System, Watch};
 #[derive(Clone, Debug)]
 pub struct Trials<'a> {
     plan: &'a Plan,
+    point: usize,
     scenario: Scenario<Method<f64>>,
 }
 
@@ -24,7 +25,18 @@ impl<'a> Trials<'a> {
     /// # Errors
     /// Values that make no scenario.
     pub fn new(plan: &'a Plan) -> Result<Self, FileError> {
-        Ok(Self { plan, scenario: plan.scenario(0)? })
+        Self::at(plan, 0)
+    }
+
+    /// Those of a point of a plan's axes.
+    ///
+    /// # Errors
+    /// Values that make no scenario.
+    ///
+    /// # Panics
+    /// If there is no such point.
+    pub fn at(plan: &'a Plan, point: usize) -> Result<Self, FileError> {
+        Ok(Self { plan, point, scenario: plan.scenario(point)? })
     }
 
     /// What they have in common.
@@ -43,7 +55,8 @@ impl<'a> Trials<'a> {
     /// A value drawn that cannot be.
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
-        self.plan.trials_taped(0, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
+        self.plan
+            .trials_taped(self.point, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
         Ok(records.into_iter().flatten().collect())
     }
 

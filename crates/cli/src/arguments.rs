@@ -13,8 +13,8 @@ use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
-    Bounds, Budget, Completions, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require, Results,
-    Rows, Run, Slurm, Status, Sweep,
+    Bounds, Budget, Completions, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
+    Results, Rows, Run, Slurm, Status, Sweep, Tune,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -46,6 +46,10 @@ pub enum Command {
     Budget(Budget),
     /// What a part must do: the largest or smallest value of a key with which limits hold
     Require(Require),
+    /// Why trials of a finished run ended as they did: what they drew, their waveforms, and each without one of its errors
+    Explain(Explain),
+    /// Which settings are best: a measure as small as can be while limits hold, with the settings to copy
+    Tune(Tune),
     /// The shards of a run, put together
     Merge(Merge),
     /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
@@ -180,6 +184,9 @@ pub struct Compare {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/compare")]
     pub out: PathBuf,
+    /// Leave out the Cramér–Rao limits, which for injections take longer than the trials
+    #[arg(long)]
+    pub no_limit: bool,
     /// Print a JSON list and write no files
     #[arg(long)]
     pub json: bool,

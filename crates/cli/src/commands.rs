@@ -4,6 +4,7 @@ pub mod bounds;
 pub mod budget;
 pub mod check;
 pub mod compare;
+pub mod explain;
 pub mod fit;
 pub mod init;
 pub mod lab;
@@ -20,15 +21,22 @@ pub mod shell;
 pub mod slurm;
 pub mod status;
 pub mod trace;
+pub mod tune;
 
 use std::path::Path;
 
 use standstill_detect::{Decay, MethodName};
 use standstill_plant::{DataSheet, Files, Motor};
 use standstill_quantity::Quantity;
-use standstill_scenario::{MotorSpec, ScenarioFile};
+use standstill_scenario::{MotorSpec, Record, ScenarioFile};
 
 use crate::error::Error;
+
+/// The angle that a detector named, or the end of its axis that is nearer to the rotor, in rad.
+fn found(record: &Record) -> Option<f64> {
+    let error = record.error_deg().or_else(|| record.axis_error_deg())?;
+    Some((record.true_angle_deg() + error).to_radians())
+}
 
 /// A data sheet by built-in name or by its path.
 fn sheet(name: &str) -> Result<DataSheet, Error> {

@@ -12,15 +12,19 @@ use crate::log::Entry;
 
 mod budget;
 mod comparison;
+mod detection;
 mod fit;
 mod odds;
 mod require;
+mod tune;
 
 pub use budget::{Bar, over_angle, shares};
 pub use comparison::comparison;
+pub use detection::{detection, overlaid};
 pub use fit::fit;
 pub use odds::odds;
 pub use require::{Judged, require, tradeoff};
+pub use tune::tune;
 
 const WIDTH: u32 = 900;
 
@@ -101,47 +105,6 @@ impl Window<'_> {
             }
         }
         spans
-    }
-}
-
-/// A whole detection, and its first pulse close up.
-pub fn detection(trace: &Trace, title: &str) -> Figure {
-    let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
-    let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
-    let first = trace
-        .events
-        .iter()
-        .find_map(|(time, event)| matches!(event, Event::Gate(..)).then_some(*time))
-        .unwrap_or_default();
-    let near = Window { trace, from: first - 20e-6, to: first + 230e-6, origin: first, unit: 1e-6 };
-
-    let start = trace.snapshots.first().map_or(0.0, |s| s.angle);
-    let moved = whole.points(|s| (s.angle - start).to_degrees());
-    let time = || whole.axis("time");
-    let mut panels = vec![whole.currents(time())];
-    if moved.iter().any(|(_, y)| y.abs() > 1e-3) {
-        panels.push(Panel { weight: 0.8, ..Panel::new(time(), Axis::new("rotor moved (°)")) }.with(curve(
-            "electrical angle from the start",
-            moved,
-            Style::Blue,
-        )));
-    }
-    panels.push(whole.modes(time()));
-    let close = || near.axis("time from the first gate edge");
-    let potentials = Phase::ALL.into_iter().enumerate().fold(
-        Panel::new(close(), Axis::new("potential (V)")),
-        |panel, (k, phase)| {
-            let label = format!("v_{} against the negative rail", phase.letter());
-            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::nth(k)))
-        },
-    );
-    panels.extend([potentials, near.currents(close()), near.modes(close())]);
-    Figure {
-        title: format!("One detection: {title}"),
-        subtitle: Some("above: from start to end; below: the first pulse".to_owned()),
-        width: WIDTH,
-        height: 1000,
-        panels,
     }
 }
 

@@ -63,6 +63,8 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Sweep(options) => commands::run::sweep(&options),
         Command::Budget(options) => commands::budget::run(&options),
         Command::Require(options) => commands::require::run(&options),
+        Command::Explain(options) => commands::explain::run(&options),
+        Command::Tune(options) => commands::tune::run(&options),
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),
         Command::Lab(options) => commands::lab::run(&options),

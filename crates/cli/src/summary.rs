@@ -43,6 +43,25 @@ pub fn share(count: u64, probability: &Estimate) -> String {
     }
 }
 
+/// The share of starts that were answered rightly: an angle, and the right pole.
+pub fn right(s: &Summary) -> f64 {
+    s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
+}
+
+/// More starts than this that are not answered rightly make a point no good, whatever its error.
+pub const FAILING: f64 = 0.01;
+
+/// Fewer right answers than this are worth a warning.
+pub const GOOD: f64 = 0.999;
+
+/// Which of two points is better: by the share of right answers, to a tenth of a per cent, which chance hardly changes;
+/// then by the rms error.
+pub fn rank(a: &Summary, b: &Summary) -> std::cmp::Ordering {
+    let missed = |s: &Summary| (1000.0 * (1.0 - right(s))).round();
+    let rms = |s: &Summary| if s.rms_deg.value.is_nan() { f64::INFINITY } else { s.rms_deg.value };
+    missed(a).total_cmp(&missed(b)).then(rms(a).total_cmp(&rms(b)))
+}
+
 /// Every figure with its interval, a line each.
 pub fn text(s: &Summary) -> String {
     let trials = if s.trials == 1 { "trial" } else { "trials" };
@@ -88,6 +107,20 @@ mod tests {
     use standstill_campaign::binomial_interval;
 
     use super::*;
+
+    #[test]
+    fn law_points_that_answer_are_better_than_points_that_do_not() {
+        use standstill_campaign::Statistics;
+        let of = |found: u64, rms: f64| {
+            let mut s = Statistics::default().summary();
+            (s.trials, s.found, s.rms_deg.value) = (1000, found, rms);
+            s
+        };
+        assert_eq!(rank(&of(1000, 2.0), &of(700, 0.1)), std::cmp::Ordering::Less);
+        assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1)), std::cmp::Ordering::Greater);
+        assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0)), std::cmp::Ordering::Greater);
+        assert!(right(&of(700, 0.1)) < GOOD && 1.0 - right(&of(700, 0.1)) > FAILING);
+    }
 
     #[test]
     fn regress_a_zero_count_prints_its_upper_limit_however_small() {

@@ -51,7 +51,7 @@ fn grid() -> Study {
         for noise in [0.01, 0.1, 1.0] {
             for dead in [0.0, 1.0] {
                 let at = vec![Coordinate::Name(method.into()), number(noise), number(dead)];
-                points.push(point(at, interval(noise * (1.0 + dead), 0.1 * noise), 100, 3));
+                points.push(point(at, interval(noise * (1.0 + dead), 0.1 * noise), 1000, 3));
             }
         }
     }
@@ -128,6 +128,40 @@ fn law_missing_combinations_are_cells_without_value() {
     assert!(map.svg().unwrap().contains("no value"));
     let (_, whole) = figures(&grid()).into_iter().find(|(name, _)| name == "heat_noise_dead_time").unwrap();
     assert!(!whole.svg().unwrap().contains("no value"));
+}
+
+#[test]
+fn law_points_that_fail_too_often_are_hatched_and_sweeps_pool_no_trials() {
+    let mut study = grid();
+    for point in study.points.iter_mut().filter(|p| p.coordinates[1] == number(0.01)) {
+        (point.wrong_poles, point.undetermined) = (0, 11);
+    }
+    let mut cloud = ErrorCloud::new();
+    cloud.add(10.0, Some(0.1), Some(0.1));
+    study.cloud = Some(cloud);
+    let all = figures(&study);
+    let (_, map) = all.iter().find(|(name, _)| name == "heat_noise_dead_time").expect("a map");
+    let Layer::Heat { values, .. } = &map.panels[0].layers[0] else { panic!("a heat map") };
+    // The smallest errors, but of starts of which 1.1 % have no answer.
+    assert_eq!(
+        values.iter().map(|v| v.is_nan()).collect::<Vec<_>>(),
+        [true, false, false, true, false, false]
+    );
+    assert!(map.subtitle.as_ref().is_some_and(|text| text.contains("more than 1 %")));
+    assert!(all.iter().all(|(name, _)| name != "error_over_angle" && name != "distribution"));
+}
+
+#[test]
+fn law_bands_are_of_bins_with_starts_enough() {
+    let of = |starts: u32| {
+        let mut cloud = ErrorCloud::new();
+        for k in 0..starts {
+            cloud.add(f64::from(k) * 360.0 / f64::from(starts), Some(f64::from(k % 7)), None);
+        }
+        cloud.angle_quantiles([0.5]).len()
+    };
+    // 40 in each bin of 5°; then of 10°, 20° and 30°; below, no band.
+    assert_eq!([2880, 2879, 1440, 720, 480, 479].map(of), [72, 36, 36, 18, 12, 0]);
 }
 
 #[test]

@@ -20,12 +20,12 @@ pub struct Source {
 }
 
 /// How many draws of each sample a trial reads at most, of noise, of the link's noise, and of the jitter.
-pub(super) type Lengths = [usize; 3];
+pub(crate) type Lengths = [usize; 3];
 
 const SAMPLED: [Purpose; 3] = [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter];
 
 /// The most that any of these tapes was read.
-pub(super) fn lengths(tapes: &mut [Tape]) -> Lengths {
+pub(crate) fn lengths(tapes: &mut [Tape]) -> Lengths {
     let mut most = [0; 3];
     for tape in tapes {
         for strip in tape.strips().iter() {
@@ -84,6 +84,31 @@ impl Source {
         sources
     }
 
+    /// Its parts, each with its name: draw by draw, but the draws of all samples, and of a phase, together.
+    pub(crate) fn parts(&self) -> Vec<(String, Self)> {
+        let together = of_samples(self.purpose) || self.purpose == Purpose::Ripple;
+        if together {
+            let of = match self.purpose {
+                Purpose::CurrentNoise => "noise of all current samples",
+                Purpose::LinkNoise => "noise of all samples of the DC link",
+                Purpose::Jitter => "jitter of all samples",
+                _ => "phase of the DC link's ripple",
+            };
+            return vec![(of.to_owned(), self.clone())];
+        }
+        let part = |draw: usize| {
+            let words = crate::anatomy::name(self.purpose, &self.name, draw);
+            (words, Self { draws: draw..draw + 1, ..self.clone() })
+        };
+        self.draws.clone().map(part).collect()
+    }
+
+    /// Its only draw on a tape, in standard deviations; none of many draws, or of a phase, which has no mean.
+    pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
+        (self.draws.len() == 1)
+            .then(|| tape.normals_named(self.purpose, &self.name).get(self.draws.start).copied())?
+    }
+
     /// The draws of `a` with this source's of `b`. What `b` did not need is new where `a` needs it.
     pub(super) fn mixed(&self, a: &Tape, b: &Tape) -> Tape {
         let (mut mixed, mut b) = (a.clone(), b.clone());
@@ -98,7 +123,7 @@ impl Source {
     }
 
     /// The same draws with this source at its mean.
-    pub(super) fn without(&self, tape: &Tape, longest: &Lengths) -> Tape {
+    pub(crate) fn without(&self, tape: &Tape, longest: &Lengths) -> Tape {
         let mut tape = tape.clone();
         self.silence(&mut tape, longest);
         tape

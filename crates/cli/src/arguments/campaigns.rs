@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
-use standstill_analysis::limit::{LimitError, Limits};
+use standstill_analysis::limit::{LimitError, Limits, Measure, MeasureError, Subject};
 use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
@@ -140,6 +140,59 @@ pub struct Require {
     /// Trials at one value at most [default: 300000]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
     pub most: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+pub struct Tune {
+    #[command(flatten)]
+    pub question: Question,
+    /// A key to be set, and from where to where, such as `detector.pulse=50us:400us` or `detector.rounds=1:12`; any number of
+    /// times
+    #[arg(long, value_name = "KEY=LOW:HIGH", value_parser = assignment, required = true)]
+    pub vary: Vec<(String, String)>,
+    /// What is to be small: rms, p95, p99, P(|e| > X), wrong_poles, undetermined, failed, moved, duration, peak_current
+    #[arg(long, value_name = "MEASURE", value_parser = measure)]
+    pub minimise: Measure,
+    /// What must hold, such as `moved <= 0.1 deg, undetermined <= 0.1 %`; `duration <= start`: no more than with the scenario's own
+    /// settings. Starts without an answer count against each
+    #[arg(long, value_name = "LIMITS", value_parser = subject)]
+    pub subject_to: Option<Subject>,
+    /// What the measure is drawn against [default: duration; of duration itself rms]
+    #[arg(long, value_name = "MEASURE", value_parser = measure)]
+    pub against: Option<Measure>,
+    /// Trials at the last settings; those before have fewer [default: 20000, more where a limit needs it]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
+    pub trials: Option<u32>,
+    /// Places that the search begins from, the scenario's own settings among them [default: 6]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    pub starts: Option<u16>,
+}
+
+#[derive(Debug, Args)]
+pub struct Explain {
+    /// Folder of the run, with summary.json and the trials
+    pub folder: PathBuf,
+    /// This trial, by its number in the trials' file
+    #[arg(long, value_name = "N", conflicts_with_all = ["worst", "wrong_poles"])]
+    pub trial: Option<u64>,
+    /// The K trials with the largest axis errors, those without an axis before [default: 1]
+    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=100))]
+    pub worst: Option<u16>,
+    /// Trials that named the wrong pole, those with the largest axis errors first; up to 10, or up to --worst K
+    #[arg(long)]
+    pub wrong_poles: bool,
+    /// Only of this point of the axes, from 0 as in summary.json [default: of all; of --trial the first]
+    #[arg(long, value_name = "P")]
+    pub point: Option<usize>,
+    /// Folder from which the scenario's paths go, of a motor's data sheet, say [default: this folder]
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Folder for table, figures and page; made if it does not exist [default: `explain` in the run's folder; with --json none]
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Print JSON; files are written only with --out
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]
@@ -294,6 +347,14 @@ impl From<FormatName> for Format {
 
 fn event(text: &str) -> Result<Event, String> {
     text.parse().map_err(|error: standstill_analysis::EventError| error.to_string())
+}
+
+fn measure(text: &str) -> Result<Measure, String> {
+    text.parse().map_err(|error: MeasureError| error.to_string())
+}
+
+fn subject(text: &str) -> Result<Subject, String> {
+    text.parse().map_err(|error: LimitError| error.to_string())
 }
 
 fn limits(text: &str) -> Result<Limits, String> {

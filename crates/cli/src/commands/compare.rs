@@ -143,7 +143,7 @@ fn reasons(counts: &BTreeMap<String, Occurrence>, no_bound: Option<RunError>) ->
 }
 
 /// The cells one after the other, as far as nobody interrupts.
-fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> {
+fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<Entry>, Error> {
     let stop = interrupt::flag();
     let bar = progress::bar(cells.iter().map(|cell| cell.trials).sum());
     let mut entries = Vec::new();
@@ -161,7 +161,8 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
             break;
         }
         let angles = if cell.scenario.detector.has_line_pulses() { ANGLES } else { FEW_ANGLES };
-        let (bound, no_bound) = Bound::or_reason(&cell.scenario, angles, threads)?;
+        let (bound, no_bound) =
+            if limits { Bound::or_reason(&cell.scenario, angles, threads)? } else { (None, None) };
         let entry = Entry {
             method: cell.method.clone(),
             rotor: cell.rotor,
@@ -180,7 +181,7 @@ fn entries(cells: &[Cell], threads: Option<usize>) -> Result<Vec<Entry>, Error> 
 pub fn run(options: &Compare) -> Result<Report, Error> {
     let Comparison { motor, seed, cells, .. } = Comparison::new(options)?;
     let output = if options.json { None } else { Some(Output::create(&options.out, &FILES)?) };
-    let entries = entries(&cells, options.threads.map(usize::from))?;
+    let entries = entries(&cells, !options.no_limit, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
     let rows: Vec<Row> = entries.iter().map(Row::new).collect();
     let failed = rows.iter().any(|row| row.simulation_errors > 0);

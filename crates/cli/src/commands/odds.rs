@@ -312,7 +312,7 @@ fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> 
     };
     let title = format!("a start with the event, rotor at {:.1}°", record.true_angle_deg());
     Ok((
-        figures::detection(&trace, &title),
+        figures::detection(&trace, &title, super::found(&record)),
         format!("Of the likeliest sector the start nearest to its means: {outcome}."),
     ))
 }

@@ -1,4 +1,4 @@
-//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`.
+//! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`, `tune`.
 
 use std::path::PathBuf;
 
@@ -122,10 +122,16 @@ impl Answer {
     }
 
     /// Writes the files that are wanted; what is printed.
-    pub fn report(mut self, question: &Question) -> Result<Report, Error> {
+    pub fn report(self, question: &Question) -> Result<Report, Error> {
+        let folder = folder(question, self.name);
+        self.written(folder, question.json)
+    }
+
+    /// The same into a folder.
+    pub fn written(mut self, folder: Option<PathBuf>, as_json: bool) -> Result<Report, Error> {
         let json = format!("{:#}\n", self.json);
         let mut files = String::new();
-        if let Some(folder) = folder(question, self.name) {
+        if let Some(folder) = folder {
             let names = self.names();
             let mut output = Output::create(&folder, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
             output.file(&names[0], &self.csv)?;
@@ -144,7 +150,7 @@ impl Answer {
             output.file(&names[2], html.as_bytes())?;
             files = format!("\n{}", file_list(&folder, &output.finish()?));
         }
-        let text = if question.json { json } else { self.text + &files };
+        let text = if as_json { json } else { self.text + &files };
         Ok(Report { text, code: self.code })
     }
 }

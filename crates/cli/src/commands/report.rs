@@ -1,9 +1,12 @@
 //! `standstill report`: a finished run as one page to mail, and its figures.
 
 mod page;
+mod setup;
 mod study;
 
 use std::path::{Path, PathBuf};
+
+pub use self::study::setting;
 
 use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
@@ -20,11 +23,11 @@ use crate::output::Output;
 use crate::progress;
 
 /// What a run's folder holds.
-struct Run {
-    folder: PathBuf,
-    trials: PathBuf,
-    summary: SummaryFile,
-    file: ScenarioFile,
+pub struct Run {
+    pub folder: PathBuf,
+    pub trials: PathBuf,
+    pub summary: SummaryFile,
+    pub file: ScenarioFile,
 }
 
 pub fn run(options: &Report) -> Result<Said, Error> {
@@ -75,7 +78,8 @@ fn remove_stale(folder: &Path, files: &[String]) {
 }
 
 impl Run {
-    fn open(folder: &Path) -> Result<Self, Error> {
+    /// Opens a finished run's folder.
+    pub fn open(folder: &Path) -> Result<Self, Error> {
         let summary = SummaryFile::read(folder)?;
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
@@ -89,24 +93,34 @@ impl Run {
         Ok(Self { folder: folder.to_owned(), trials, summary, file })
     }
 
-    /// The errors of all trials, of which only as much is kept as can be drawn.
-    fn cloud(&self) -> Result<ErrorCloud, Error> {
-        let reader = Reader::open(&self.trials).map_err(Error::Table)?;
-        let foreign = |found: String| Error::Results {
+    /// What is wrong with a table of trials that is not this run's.
+    pub fn foreign(&self, found: String) -> Error {
+        Error::Results {
             path: self.trials.clone(),
             found,
             needed: "the trials that summary.json beside it is of".to_owned(),
-        };
+        }
+    }
+
+    /// The trials, and the places of columns.
+    pub fn columns<const N: usize>(&self, names: [&str; N]) -> Result<(Reader, [usize; N]), Error> {
+        let reader = Reader::open(&self.trials).map_err(Error::Table)?;
         for (key, needed) in self.summary.run.metadata() {
             if reader.metadata.get(&key) != Some(&needed) {
-                return Err(foreign(format!("another {key}, or none")));
+                return Err(self.foreign(format!("another {key}, or none")));
             }
         }
-        let place = |name: &str| {
-            let place = reader.columns.iter().position(|column| column == name);
-            place.ok_or_else(|| foreign(format!("no column {name}")))
-        };
-        let places = [place("true_angle_deg")?, place("axis_error_deg")?, place("error_deg")?];
+        let mut places = [0; N];
+        for (place, name) in places.iter_mut().zip(names) {
+            let found = reader.columns.iter().position(|column| column == name);
+            *place = found.ok_or_else(|| self.foreign(format!("no column {name}")))?;
+        }
+        Ok((reader, places))
+    }
+
+    /// The errors of all trials, of which only as much is kept as can be drawn.
+    fn cloud(&self) -> Result<ErrorCloud, Error> {
+        let (reader, places) = self.columns(["true_angle_deg", "axis_error_deg", "error_deg"])?;
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
         let bar = progress::reading(self.summary.summary.trials);
         let read = reader.numbers(places, |[angle, axis_error, error]| {
@@ -117,11 +131,11 @@ impl Run {
         bar.finish_and_clear();
         read.map_err(Error::Table)?;
         if !complete {
-            return Err(foreign("a trial without its angle".to_owned()));
+            return Err(self.foreign("a trial without its angle".to_owned()));
         }
         let found = cloud.trials();
         if found != self.summary.summary.trials {
-            return Err(foreign(format!("{found} trials instead of {}", self.summary.summary.trials)));
+            return Err(self.foreign(format!("{found} trials instead of {}", self.summary.summary.trials)));
         }
         Ok(cloud)
     }

@@ -140,7 +140,7 @@ fn si(text: &str) -> Option<f64> {
 }
 
 /// A key's value in its unit.
-fn shown(key: &str, value: f64) -> String {
+pub fn shown(key: &str, value: f64) -> String {
     if standstill_scenario::is_share(key) {
         return format!("{} %", listed(&[100.0 * value], "").trim_end());
     }

@@ -1,6 +1,7 @@
 //! `standstill trace`: one trial of a campaign, every waveform of it.
 
-mod specimen;
+mod overlay;
+pub mod specimen;
 mod verify;
 
 use serde_json::json;
@@ -12,7 +13,7 @@ use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;
-use crate::arguments::Trace as Options;
+use crate::arguments::{Source, Trace as Options};
 use crate::columns::{self, traces::TraceTable};
 use crate::error::Error;
 use crate::figures;
@@ -23,21 +24,20 @@ use crate::{host, interrupt};
 /// Time in s between two rows of `waveform.csv` at most; instants have rows of their own.
 const RESOLUTION: f64 = 5e-6;
 
-/// The campaign that a trial is of.
-fn plan(options: &Options) -> Result<Plan, Error> {
+/// The campaign that a trial is of, with these keys in place of the command line's.
+fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let shorthands = Shorthands::default()
         .setup(&options.setup)
         .decay(options.decay)
         .with("--method", "detector.method", options.method.map(MethodName::name))
         .with("--angle", "rotor.angle", options.angle);
     // What is shipped is set up for the paper's method.
-    let keys = &options.source.keys.set;
+    let keys = &source.keys.set;
     let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());
-    let names_method =
-        options.method.is_some() || options.source.keys.detector.is_some() || keys.iter().any(names);
+    let names_method = options.method.is_some() || source.keys.detector.is_some() || keys.iter().any(names);
     let shipped = if names_method { Shipped::Empty } else { Shipped::Paper };
     let given = shorthands.given();
-    let mut document = scenario::document(&options.source, shipped, shorthands)?;
+    let mut document = scenario::document(source, shipped, shorthands)?;
     scenario::vary(&mut document, &options.axes)?;
     let plan = Plan::new(document)?;
     let set = keys.iter().map(|(key, _)| ("-s", key.as_str())).chain(given);
@@ -58,7 +58,11 @@ fn plan(options: &Options) -> Result<Plan, Error> {
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
-    let plan = plan(options)?;
+    let settings = overlay::settings(&options.source.keys);
+    if settings.len() > 1 {
+        return overlay::run(options, &settings);
+    }
+    let plan = plan(options, &options.source)?;
     let single = plan.single(options.point, options.trial)?;
     let file = plan.file_at(options.point)?;
     let scenario = &single.scenario;
@@ -104,7 +108,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         output.file("verify.csv", error.csv().as_bytes())?;
     }
     output.file("result.json", json.as_bytes())?;
-    let figure = figures::detection(&trace, &title(options, &file, &record, scenario));
+    let figure = figures::detection(&trace, &title(options, &file, &record, scenario), super::found(&record));
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;
@@ -159,11 +163,16 @@ fn title(
     format!("{} at θ = {angle}°{method}", scenario.motor.name)
 }
 
-fn summary(record: &Record, watched: &Run<f64>) -> String {
-    let found = match (record.estimated_angle_deg(), record.error_deg()) {
+/// How it ended.
+fn ended(record: &Record) -> String {
+    match (record.estimated_angle_deg(), record.error_deg()) {
         (Some(angle), Some(error)) => format!("found {angle:.3}°, error {error:+.3}°"),
         _ => format!("{}: {}", record.verdict().name(), record.reason()),
-    };
+    }
+}
+
+fn summary(record: &Record, watched: &Run<f64>) -> String {
+    let found = ended(record);
     let work = watched.work;
     format!(
         "rotor at {:.3}°: {found}\nrotor moved {:.3}°, detection took {:.1} ms, largest phase current {:.2} A\n\

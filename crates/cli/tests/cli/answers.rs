@@ -1,4 +1,4 @@
-//! `odds`, `budget` and `require`.
+//! `odds`, `budget`, `require`, `tune` and `explain`.
 
 use std::fs;
 
@@ -79,6 +79,118 @@ fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
 }
 
 #[test]
+fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
+    let folder = folder();
+    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
+    let arguments = [
+        "tune",
+        "s.toml",
+        "-s",
+        "detector.pulse=40 us",
+        "-s",
+        "detector.rounds=1",
+        "--vary",
+        "detector.pulse=20us:200us",
+        "--vary",
+        "detector.rounds=1:4",
+        "--minimise",
+        "rms",
+        "--subject-to",
+        "duration <= 26 ms, undetermined <= 2 %",
+        "--trials",
+        "1600",
+        "--starts",
+        "2",
+        "--json",
+        "--out",
+        "t",
+    ];
+    let tuned = answer(&arguments, 0, folder.path());
+    let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
+    // The default's pulse and rounds make 0.84°.
+    assert!(rms("start") > 1.8 && rms("best") < 1.05 * 0.84, "{} to {}", rms("start"), rms("best"));
+    assert!(tuned["surely_better"] == true && tuned["limits_hold"]["likely"] == true);
+    assert_eq!(tuned["start"]["settings"]["detector.pulse"], 40e-6);
+    assert_eq!(tuned["settings"], tuned["best"]["settings"]);
+    assert_eq!(tuned["judged_on_seed"], 3);
+    let duration = number(&tuned["best"]["measures"]["duration"], "value");
+    assert!(duration <= 26e-3, "{duration}");
+    // What is to be copied is what was judged: `run` finds the same on the seed that is named.
+    fs::write(
+        folder.path().join("best.toml"),
+        format!("{SCENARIO}{}", tuned["toml"].as_str().expect("text")),
+    )
+    .expect("written");
+    let again = ["run", "best.toml", "--trials", "1600", "--seed", "3", "--json", "--out", "r"];
+    let again = answer(&again, 0, folder.path());
+    let found = number(&again["summary"]["rms_deg"], "value");
+    assert!((found / rms("best") - 1.0).abs() < 1e-6, "{found} and {}", rms("best"));
+    assert_eq!(
+        names(&folder.path().join("t")),
+        ["tune.csv", "tune.html", "tune.json", "tune.png", "tune.svg"]
+    );
+}
+
+#[test]
+fn a_trial_is_explained_as_it_was_and_by_what_it_drew() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    assert!(standstill(&["run", "s.toml", "--trials", "300", "--out", "r"], path).status.success());
+    let trials = fs::read_to_string(path.join("r/trials.csv")).expect("trials.csv");
+    let axis_error = |line: &str| line.split(',').nth(9).and_then(|cell| cell.parse::<f64>().ok());
+    let worst = trials.lines().skip(1).filter_map(axis_error).map(f64::abs).fold(0.0, f64::max);
+    let told = answer(&["explain", "r", "--json", "--out", "e"], 0, path);
+    let trial = &told["trials"][0];
+    let error = number(&trial["ended"], "axis_error_deg");
+    assert!((error.abs() - worst).abs() < 1e-9, "{error} and {worst}");
+    let causes = trial["causes"].as_array().expect("a list");
+    let cause = |name: &str| causes.iter().find(|cause| cause["error"] == name).expect(name);
+    for name in ["gain of a", "gain of b", "gain of c", "noise of all current samples"] {
+        assert!(cause(name)["without"]["outcome"] == "found", "{name}");
+    }
+    // An error in the tail is one of several that add up: without the first it is smaller.
+    let without = number(&causes[0]["without"], "axis_error_deg");
+    assert!(without.abs() < error.abs(), "{without}");
+    // Without all of them the method's own error is left, which is below 0.7° at each angle.
+    assert!(number(&trial["without_all"], "axis_error_deg").abs() < 0.7);
+    assert!(
+        cause("gain of a")["drawn_deviations"]
+            .as_f64()
+            .is_some_and(|drawn| drawn != 0.0 && drawn.abs() < 5.0)
+    );
+    let made = names(&path.join("e"));
+    assert!(
+        ["explain.csv", "explain.html", "explain.json"].iter().all(|name| made.contains(&(*name).to_owned()))
+    );
+    assert_eq!(made.iter().filter(|name| name.starts_with("trial_0_")).count(), 2);
+    // What cannot be is said.
+    assert!(mistake(&["explain", "r", "--wrong-poles"], path).contains("no wrong pole"));
+    assert!(mistake(&["explain", "r", "--trial", "300"], path).contains("from 0 to 299"));
+    let summary = fs::read_to_string(path.join("r/summary.json")).expect("summary.json");
+    let foreign = summary.replace("\"numerics\": ", "\"numerics\": 9");
+    fs::write(path.join("r/summary.json"), foreign).expect("written");
+    assert!(mistake(&["explain", "r", "--trial", "1"], path).contains("cannot be repeated"));
+}
+
+#[test]
+fn a_trace_lays_settings_over_one_another() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let list = "detector.pulse=[40 us, 80 us]";
+    let output = standstill(&["trace", "s.toml", "-s", list, "--out", "t"], path);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert_eq!(names(&path.join("t")), ["overlay.html", "overlay.png", "overlay.svg", "result.json"]);
+    let results = fs::read_to_string(path.join("t/result.json")).expect("result.json");
+    let results: Value = serde_json::from_str(&results).expect("JSON");
+    let error = |k: usize| number(&results[k], "error_deg");
+    assert!(results[1]["setting"] == "detector.pulse = 80 us" && error(0) != error(1));
+    let many = "detector.pulse=[40 us, 50 us, 60 us, 70 us, 80 us, 90 us, 100 us]";
+    assert!(mistake(&["trace", "s.toml", "-s", many, "--out", "u"], path).contains("7 settings"));
+}
+
+#[test]
 fn mistakes_name_what_there_is() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
@@ -100,6 +212,17 @@ fn mistakes_name_what_there_is() {
     says(
         &["require", "s.toml", "--key", "rotor.state", "--limit", "rms <= 1 deg"],
         &["rotor.state", "expected a string"],
+    );
+    let tune = |vary: &'static str, minimise: &'static str| {
+        ["tune", "s.toml", "--vary", vary, "--minimise", minimise]
+    };
+    says(&tune("detector.pulse=20us:200us", "rmse"), &["`rmse`", "wrong_poles", "duration"]);
+    says(&tune("detector.pulse=200us:20us", "rms"), &["LOW:HIGH"]);
+    says(&tune("detector.pulse=20 A:200us", "rms"), &["detector.pulse", "20 A"]);
+    says(&tune("detector.puls=20us:200us", "rms"), &["detector.puls", "pulse"]);
+    says(
+        &tune("detector.voltage=20 V:200 V", "rms"),
+        &["detector.voltage", "a method that has such a setting"],
     );
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");

@@ -243,19 +243,28 @@ fn a_sweep_takes_axes_from_the_command_line() {
         ],
         path,
     );
-    for part in
-        ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "All points together"]
-    {
+    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "right %"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let arguments =
         ["sweep", "s.toml", "--trials", "3", "--vary", "sensors.noise=1 mA:9 mA:2", "--design", "sobol"];
     let many = [&arguments[..], &["--points", "64", "--out", "p"]].concat();
-    assert!(succeed(&many, path).contains("64 points: the 15 with the smallest"));
+    assert!(succeed(&many, path).contains("64 points: the best 15"));
     assert!(mistake(&arguments, path).contains("design.points"));
     assert!(mistake(&["sweep", "s.toml"], path).contains("has no axes"));
     let message = mistake(&["sweep", "s.toml", "--vary", "trials=1,2"], path);
     assert!(message.contains("a key of the run itself"), "{message}");
+}
+
+#[test]
+fn a_rule_that_is_not_reached_is_said() {
+    let folder = folder();
+    let path = folder.path();
+    succeed(&["init", "s.toml"], path);
+    let run =
+        |stop: &str| succeed(&["run", "s.toml", "--trials", "150", "--stop-at", stop, "--out", "o"], path);
+    assert!(run("rms=1%").contains("stop_at was not reached in 150 trials"));
+    assert!(!run("rms=50%").contains("not reached"));
 }
 
 #[test]
@@ -266,12 +275,15 @@ fn a_report_is_one_file_that_says_what_was_run() {
     for format in ["csv", "parquet"] {
         succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
         let text = succeed(&["report", format], path);
-        assert!(text.contains("in 240 starts") && text.contains("Largest rms error of a point: "), "{text}");
+        assert!(
+            text.contains("in 240 starts")
+                && text.contains("Worst point: ")
+                && text.contains("answered rightly"),
+            "{text}"
+        );
         let report = path.join(format).join("report");
         let made = names(&report);
-        for name in
-            ["report.html", "error_over_angle.png", "distribution.svg", "heat_sensors.noise_errors.png"]
-        {
+        for name in ["report.html", "sweep_sensors.noise.png", "heat_sensors.noise_errors.png"] {
             assert!(made.iter().any(|made| made == name), "{name} in {made:?}");
         }
         let page = fs::read_to_string(report.join("report.html")).expect("readable");

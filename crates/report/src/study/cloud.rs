@@ -4,6 +4,8 @@
 pub(super) const BINS: usize = 72;
 /// Errors kept for the quantiles of one bin: the 5 % quantile of half as many is uncertain by 0.7 % of probability.
 const PER_BIN: usize = 2048;
+/// Errors of a bin from which on its 5 and 95 % quantiles say something: two lie beyond each.
+const ENOUGH: u64 = 40;
 /// Errors kept for the histogram.
 const SIGNED: usize = 20_000;
 /// Trials kept for the cloud of points.
@@ -222,16 +224,22 @@ impl ErrorCloud {
         self.magnitudes.larger().map(|(edge, larger)| (edge, larger as f64 / n)).collect()
     }
 
-    /// `(middle of the bin in degrees, [quantile for each share])` of the angle bins with at least 20 errors.
+    /// `(middle of the bin in degrees, [quantile for each share])` of angle bins of 5° or wider, so wide that each has
+    /// enough errors for its quantiles; nothing where even bins of 30° have not.
     pub fn angle_quantiles<const N: usize>(&self, shares: [f64; N]) -> Vec<(f64, [f64; N])> {
-        let width = 360.0 / BINS as f64;
-        let filled = self.bins.iter().enumerate().filter(|(_, bin)| bin.seen() >= 20);
-        filled
-            .map(|(index, bin)| {
-                let mut errors = bin.kept().to_vec();
-                ((index as f64 + 0.5) * width, shares.map(|p| quantile(&mut errors, p)))
-            })
-            .collect()
+        let enough = |count: usize| {
+            self.bins.chunks(count).all(|bins| bins.iter().map(Thinned::seen).sum::<u64>() >= ENOUGH)
+        };
+        let Some(together) = [1, 2, 3, 4, 6].into_iter().find(|count| enough(*count)) else {
+            return Vec::new();
+        };
+        let width = 360.0 / BINS as f64 * together as f64;
+        let bins = self.bins.chunks(together).enumerate();
+        bins.map(|(index, bins)| {
+            let mut errors: Vec<f64> = bins.iter().flat_map(|bin| bin.kept().iter().copied()).collect();
+            ((index as f64 + 0.5) * width, shares.map(|p| quantile(&mut errors, p)))
+        })
+        .collect()
     }
 
     /// The axis errors that are kept, in degrees.

@@ -11,10 +11,14 @@ const WIDE: f64 = 30.0;
 /// evenly, as names are.
 pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
     let (columns, rows) = (place(study, x, true), place(study, y, true));
+    let mut hatched = false;
     let mut values = Vec::with_capacity(columns.values.len() * rows.values.len());
     for row in &rows.values {
         for column in &columns.values {
-            values.push(study.at(&[(x, column), (y, row)]).rms_deg.value);
+            let wanted = [(x, column), (y, row)];
+            let answers = study.answers(&wanted);
+            hatched |= !answers;
+            values.push(if answers { study.at(&wanted).rms_deg.value } else { f64::NAN });
         }
     }
     let positive = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
@@ -32,5 +36,9 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
         colour: if high > WIDE * low { colour.log10() } else { colour },
         numbers: true,
     });
-    caption.figure(&study.remark_on_others(&[x, y]), height, vec![cells])
+    let mut remarks = study.remark_on_others(&[x, y]);
+    if hatched {
+        remarks.push("hatched: more than 1 % of starts without a right answer".to_owned());
+    }
+    caption.figure(&remarks, height, vec![cells])
 }

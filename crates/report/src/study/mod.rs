@@ -140,6 +140,8 @@ impl Caption {
 }
 
 const WIDTH: u32 = 900;
+/// Share of starts without a right answer above which a point is no good, whatever its error.
+const FAILING: f64 = 0.01;
 /// Most pairs of axes that get a heat map.
 const MOST_PAIRS: usize = 6;
 /// Most axes that get their own figures.
@@ -183,6 +185,13 @@ impl Study {
         pool(self, &pool::at(self, wanted))
     }
 
+    /// Whether starts at all the points with these values are answered rightly, but for one in a hundred at most.
+    fn answers(&self, wanted: &[(usize, &Coordinate)]) -> bool {
+        let fails =
+            |p: &StudyPoint| (p.wrong_poles + p.undetermined + p.failed) as f64 > FAILING * p.trials as f64;
+        !pool::at(self, wanted).into_iter().any(fails)
+    }
+
     /// Over which axes a figure pools that shows these.
     fn remark_on_others(&self, shown: &[usize]) -> Vec<String> {
         let others = self.varied().into_iter().filter(|axis| !shown.contains(axis));
@@ -194,7 +203,7 @@ impl Study {
 ///
 /// | with | figures |
 /// |---|---|
-/// | a cloud | `error_over_angle`, `distribution` |
+/// | a cloud of one point | `error_over_angle`, `distribution` |
 /// | an axis of a grid | `sweep_KEY`, `wrong_poles_KEY` |
 /// | two and more | `heat_KEY_KEY` for up to six pairs, those first whose axes change the rms error most |
 /// | an axis of methods | `methods` in place of its `sweep_KEY` and `wrong_poles_KEY`, the former only where nothing else is varied |
@@ -202,11 +211,12 @@ impl Study {
 pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     let mut all = Vec::new();
     let mut add = |name: String, figure: Figure| all.push((name, figure));
-    if let Some(cloud) = &study.cloud {
+    let varied = study.varied();
+    // Over axes that are varied on purpose, what all trials say together depends on how the points were chosen.
+    if let Some(cloud) = study.cloud.as_ref().filter(|_| varied.is_empty()) {
         add("error_over_angle".into(), error_over_angle(&study.caption("Error over the rotor angle"), cloud));
         add("distribution".into(), distribution(&study.caption("Distribution of the error"), cloud));
     }
-    let varied = study.varied();
     let method = varied.iter().copied().find(|axis| study.axes[*axis].is_method());
     if let Some(axis) = method {
         add("methods".into(), methods(&study.caption("Methods compared"), study, axis));

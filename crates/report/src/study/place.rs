@@ -68,13 +68,12 @@ pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     let scale = if logarithmic { AxisScale::Log10 } else { AxisScale::Linear };
     let edges = cell_edges(&numbers, scale);
     let mut axis = Axis { scale, ..Axis::new(described.title()) };
-    if cells {
-        if let (Some(first), Some(last)) = (edges.first(), edges.last()) {
-            axis = axis.range(*first, *last);
-        }
-        if numbers.len() <= MOST_TICKS {
-            axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, significant(*at))).collect());
-        }
+    if let (true, Some(first), Some(last)) = (cells, edges.first(), edges.last()) {
+        axis = axis.range(*first, *last);
+    }
+    // What was measured is what is marked.
+    if numbers.len() <= MOST_TICKS {
+        axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, significant(*at))).collect());
     }
     Place { axis, values, at: numbers, named: false, edges }
 }

@@ -4,11 +4,11 @@ use standstill_campaign::{Occurrence, Summary};
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, Tone};
 
-use super::Run;
 use super::study::setting;
+use super::{Run, setup};
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{digits, number};
+use crate::summary::{FAILING, GOOD, digits, number, rank, right};
 use crate::units::Shown;
 
 /// More starts than this without an angle are worth a warning.
@@ -16,7 +16,11 @@ const OFTEN: f64 = 0.01;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let summary = &run.summary;
-    let mut results = vec![Block::Table(statistics(&summary.summary))];
+    let mut results = Vec::new();
+    // Axes are varied on purpose: what they say together depends on how they were chosen.
+    if summary.points.is_empty() {
+        results.push(Block::Table(statistics(&summary.summary)));
+    }
     if !summary.summary.reasons.is_empty() {
         results.push(Block::Table(reasons(&summary.summary)));
     }
@@ -37,6 +41,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
             section("Verdict", vec![Block::Verdict { tone, headline, details }, Block::Facts(facts(run))]),
             section("Results", results),
             section("Figures", figures.iter().map(chart).collect()),
+            section("Motor, drive and sensors", setup::blocks(run)),
             section("How to reproduce it", reproduce(run)),
         ],
         footer: format!("Standstill {}", summary.run.version),
@@ -49,8 +54,12 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let percent = |share: f64| format!("{:.*} %", digits(share), 100.0 * share);
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
     let unsure = s.wrong_pole_probability.high > OFTEN;
+    let answered = right(s);
+    let ends = extremes(&summary.points);
     let tone = if s.wrong_poles > 0 || s.errors > 0 || s.found == 0 {
         Tone::Bad
+    } else if answered < GOOD {
+        Tone::Warning
     } else if !summary.points.is_empty() {
         // A sweep goes where the method fails: that is what it is for.
         Tone::Neutral
@@ -66,6 +75,8 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     };
     let rms = if s.axes == 0 {
         "no axis found".to_owned()
+    } else if let Some((best, _)) = &ends {
+        format!("best point {}° rms", number(best.summary.rms_deg.value, 3))
     } else {
         format!("{}° rms", number(s.rms_deg.value, 3))
     };
@@ -92,14 +103,25 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     if unsure && s.wrong_poles == 0 {
         details.push("Too few starts to rule out wrong poles in one of a hundred".to_owned());
     }
-    if let (Some(best), Some(worst)) = extremes(&summary.points) {
+    if let Some((best, worst)) = ends {
         let shown = Shown::of(&summary.points);
-        let rms = |point: &PointSummary| {
+        let told = |point: &PointSummary| {
             let s = &point.summary;
-            format!("{}° over {} axes at {}", number(s.rms_deg.value, 3), s.axes, describe(point, &shown))
+            let right = percent(right(s));
+            format!(
+                "{right} right, {}° rms over {} axes at {}",
+                number(s.rms_deg.value, 3),
+                s.axes,
+                describe(point, &shown)
+            )
         };
-        details.push(format!("Smallest rms error of a point: {}", rms(best)));
-        details.push(format!("Largest rms error of a point: {}", rms(worst)));
+        let best_point = if 1.0 - right(&best.summary) > FAILING {
+            "No point answers 99 % of its starts; nearest"
+        } else {
+            "Best point"
+        };
+        details.push(format!("{best_point}: {}", told(best)));
+        details.push(format!("Worst point: {}", told(worst)));
         let without = |point: &PointSummary| 1.0 - point.summary.found as f64 / point.summary.trials as f64;
         let most = summary.points.iter().max_by(|a, b| without(a).total_cmp(&without(b)));
         if let Some(point) = most.filter(|point| without(point) > 0.0) {
@@ -111,15 +133,14 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         }
         details.push("Trials of the same number share their random numbers at all points; what is said of all points together is as sure as one point's trials make it".to_owned());
     }
-    (tone, format!("{poles}; {rms}"), details)
+    details.extend(summary.unreached());
+    (tone, format!("{poles}; {} answered rightly; {rms}", percent(answered)), details)
 }
 
-/// The points with the smallest and the largest rms error.
-fn extremes(points: &[PointSummary]) -> (Option<&PointSummary>, Option<&PointSummary>) {
-    let known = || points.iter().filter(|point| !point.summary.rms_deg.value.is_nan());
-    let rms =
-        |a: &&PointSummary, b: &&PointSummary| a.summary.rms_deg.value.total_cmp(&b.summary.rms_deg.value);
-    (known().min_by(rms), known().max_by(rms))
+/// The best and the worst point: by the share of right answers, then by the rms error.
+fn extremes(points: &[PointSummary]) -> Option<(&PointSummary, &PointSummary)> {
+    let by = |a: &&PointSummary, b: &&PointSummary| rank(&a.summary, &b.summary);
+    Some((points.iter().min_by(by)?, points.iter().max_by(by)?))
 }
 
 fn describe(point: &PointSummary, shown: &[Shown]) -> String {
@@ -237,6 +258,7 @@ fn points(points: &[PointSummary]) -> Table {
     };
     let results = [
         ("trials", ""),
+        ("right", "%"),
         ("rms", "°"),
         ("from", "°"),
         ("to", "°"),
@@ -255,6 +277,7 @@ fn points(points: &[PointSummary]) -> Table {
         values
             .chain([
                 s.trials.to_string(),
+                number(100.0 * right(s), 2),
                 degrees(s.rms_deg.value),
                 degrees(s.rms_deg.low),
                 degrees(s.rms_deg.high),

@@ -7,10 +7,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::store::{Identity, JournalError, Row, Shards};
-use standstill_campaign::{Statistics, Summary};
+use standstill_campaign::{Estimate, Statistics, Summary};
 use standstill_quantity::Quantity;
 use standstill_report::table::{Column, Columns, Format, TableError, Value, Writer};
-use standstill_scenario::{Document, Point};
+use standstill_scenario::{Document, Point, StopTable};
 
 use crate::Report;
 use crate::arguments::{Results as Options, Rows, Run};
@@ -59,6 +59,32 @@ impl SummaryFile {
             path,
             found: error.to_string(),
             needed: "the summary of a run, as `standstill run` writes it".to_owned(),
+        })
+    }
+}
+
+impl SummaryFile {
+    /// What there is to say of a rule that was to end points early, where the trials ran out before it was met.
+    pub fn unreached(&self) -> Option<String> {
+        let StopTable { rms, wrong_poles } = self.run.stop_at;
+        let half = |e: &Estimate| (e.high - e.low) / 2.0;
+        // What is not a number is not narrow either.
+        let narrow = |half: f64, most: Option<f64>| most.is_none_or(|most| half <= most);
+        let met = |s: &Summary| {
+            narrow(half(&s.rms_deg) / s.rms_deg.value, rms.map(Quantity::value))
+                && narrow(half(&s.wrong_pole_probability), wrong_poles.map(Quantity::value))
+        };
+        let all: Vec<&Summary> = match &self.points[..] {
+            [] => vec![&self.summary],
+            points => points.iter().map(|point| &point.summary).collect(),
+        };
+        let missed = all.iter().filter(|s| !met(s)).count();
+        let of = if all.len() == 1 { String::new() } else { format!(" at {missed} of {} points", all.len()) };
+        (missed > 0).then(|| {
+            format!(
+                "stop_at was not reached{of} in {} trials: the intervals are wider than was asked for",
+                self.run.trials
+            )
         })
     }
 }
@@ -245,8 +271,9 @@ impl Results {
             text += &summary::text(&file.summary);
         } else {
             text += &points_text(&file.points);
-            text += "\nAll points together\n";
-            text += &summary::text(&file.summary);
+        }
+        if let Some(note) = file.unreached() {
+            let _ = write!(text, "\n{note}\n");
         }
         if let Some(note) = &file.run.pole_note {
             let _ = writeln!(text, "\nPoles: {note}.");
@@ -274,10 +301,11 @@ fn points_text(points: &[PointSummary]) -> String {
     let mut order: Vec<&PointSummary> = points.iter().collect();
     let mut heading = format!("{} points, [95 % intervals]\n\n", points.len());
     if points.len() > MOST_LINES {
-        order.sort_by(|a, b| a.summary.rms_deg.value.total_cmp(&b.summary.rms_deg.value));
+        order.sort_by(|a, b| summary::rank(&a.summary, &b.summary));
         order.drain(MOST_LINES / 2..points.len() - MOST_LINES / 2);
         heading = format!(
-            "{} points: the {} with the smallest rms error and the {} with the largest, [95 % intervals]\n\n",
+            "{} points: the best {} and the worst {}, by the share of starts answered rightly, then by the rms error, [95 % \
+             intervals]\n\n",
             points.len(),
             MOST_LINES / 2,
             MOST_LINES / 2
@@ -285,7 +313,7 @@ fn points_text(points: &[PointSummary]) -> String {
     }
     let shown = Shown::of(points);
     let titles: Vec<String> = shown.iter().map(Shown::title).collect();
-    let results = ["trials", "rms °", "p95 °", "wrong poles", "undetermined", "failed"];
+    let results = ["trials", "right %", "rms °", "p95 °", "wrong poles", "undetermined", "failed"];
     let header: Vec<&str> = titles.iter().map(String::as_str).chain(results).collect();
     let rows = order.iter().map(|point| {
         let s = &point.summary;
@@ -293,6 +321,7 @@ fn points_text(points: &[PointSummary]) -> String {
         values
             .chain([
                 s.trials.to_string(),
+                format!("{:.2}", 100.0 * summary::right(s)),
                 interval(&s.rms_deg, 1.0, 3),
                 summary::number(s.p95_deg.value, 3),
                 share(s.wrong_poles, &s.wrong_pole_probability),

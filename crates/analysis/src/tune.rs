@@ -1,0 +1,350 @@
+//! Which settings are best: a measure as small as can be while limits hold.
+//!
+//! ```text
+//!   several starts ─► wide descents, few trials ─► the best three: close descents, more trials ─► the best eight
+//!                                       seed s                                                        │ seed s + 1: which
+//!   start and best, both on seed s + 2 ◄─────────────────────────────────────────────────────────────┘
+//! ```
+//! Within each stage all settings have the same random numbers. Settings that were looked for on some numbers suit these a
+//! little better than others, so the choice among the last ones, and the figures that are told, are of numbers of their own.
+
+mod compare;
+mod front;
+mod goal;
+mod search;
+mod space;
+
+#[cfg(test)]
+mod tests;
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+use standstill_campaign::Estimate;
+use standstill_scenario::{Document, FileError};
+
+pub use compare::paired;
+pub use goal::{Goal, Measured, Score, View};
+pub use search::{Descent, Look, Search, Taker};
+pub use space::Range;
+
+use crate::bracket::Verdict;
+use crate::limit::{Limit, Limits, Measure, Tally};
+use crate::require::Bench;
+use crate::{Halt, Watch};
+
+/// What is told of any settings, wanted or not.
+const TOLD: [Measure; 6] = [
+    Measure::Rms,
+    Measure::WrongPoles,
+    Measure::Undetermined,
+    Measure::Moved,
+    Measure::Duration,
+    Measure::PeakCurrent,
+];
+
+/// How much is done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Effort {
+    /// Places that the search begins from, the scenario's own settings among them.
+    pub starts: usize,
+    /// Trials at each place of the wide descents.
+    pub coarse: u64,
+    /// Of the close ones.
+    pub fine: u64,
+    /// Of the choice among the last, and of what is told.
+    pub last: u64,
+}
+
+impl Effort {
+    /// So many trials at the last settings. A limit on a share needs so many that it can hold surely: of n trials without a
+    /// case the share is below 3.7/n.
+    pub fn new(last: u64, limits: &Limits) -> Self {
+        let shares = limits.0.iter().filter(|limit| limit.measure.unit().is_none());
+        let least = shares.map(|limit| limit.most).fold(1.0, f64::min);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "some thousands")]
+        let needed = (NEEDED / least).min(200_000.0) as u64;
+        let last = last.max(2 * needed);
+        Self { starts: 6, coarse: (last / 40).max(200), fine: Self::fine(last).max(needed), last }
+    }
+}
+
+/// Trials times a limit on a share from which on it can be seen to hold.
+const NEEDED: f64 = 4.5;
+
+impl Effort {
+    /// Trials of the close descents.
+    fn fine(last: u64) -> u64 {
+        // Of fewer trials, the bad end of a 99th percentile is unknown.
+        (last / 8).max(600)
+    }
+
+    /// The least share that they can tell to be kept.
+    pub fn least_share(last: u64) -> f64 {
+        NEEDED / Self::fine(last) as f64
+    }
+}
+
+/// What is asked.
+#[derive(Debug)]
+pub struct Question<'a> {
+    /// The scenario.
+    pub document: &'a Document,
+    /// The keys and where to look.
+    pub ranges: Vec<Range>,
+    /// What is wanted.
+    pub goal: Goal,
+    /// Measures whose limit is what the start reaches: they are compared with the start trial by trial, because their
+    /// own intervals are far wider than that of the difference.
+    pub relative: Vec<Measure>,
+    /// What the measure is drawn against.
+    pub against: Measure,
+    /// How much is done.
+    pub effort: Effort,
+    /// Seed of the search; the two after it are of the choice and of what is told.
+    pub seed: u64,
+}
+
+/// Settings and what trials showed of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judged {
+    /// The values of the keys.
+    pub values: Vec<f64>,
+    /// Its measures.
+    pub measured: Measured,
+}
+
+/// The answer.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tuned {
+    /// The scenario's own settings; values that it says nothing of are not numbers.
+    pub start: Judged,
+    /// The best ones, on the same trials.
+    pub best: Judged,
+    /// What the best have more than the start, with the interval of the difference on common random numbers.
+    pub differences: Measured,
+    /// Whether the best keep the limits.
+    pub limits: Verdict,
+    /// Settings of which none is better in both measures, by the second one.
+    pub front: Vec<Judged>,
+    /// All settings that were looked at.
+    pub looks: Vec<Look>,
+}
+
+impl Tuned {
+    /// Whether the best are surely better than the start in what was to be small.
+    pub fn surely_better(&self, goal: &Goal) -> bool {
+        self.differences.get(goal.minimise).high < 0.0
+    }
+}
+
+/// Settings that go from the wide to the close descents, and from these to the choice.
+const WIDE_KEPT: usize = 3;
+const CLOSE_KEPT: usize = 8;
+
+/// Looks for each key of a wide descent, and of a close one.
+const OFTEN_WIDE: usize = 16;
+const OFTEN_CLOSE: usize = 10;
+
+impl Question<'_> {
+    /// All measures that are taken, as limits that nothing breaks.
+    pub fn taken(&self) -> Limits {
+        let wanted = self.goal.limits.0.iter().map(|limit| limit.measure);
+        let mut measures: Vec<Measure> = Vec::new();
+        for measure in [self.goal.minimise, self.against].into_iter().chain(wanted).chain(TOLD) {
+            if !measures.contains(&measure) {
+                measures.push(measure);
+            }
+        }
+        Limits(measures.into_iter().map(|measure| Limit { measure, most: f64::INFINITY }).collect())
+    }
+
+    fn keys(&self) -> Vec<(String, bool)> {
+        self.ranges.iter().map(|range| (range.key.clone(), range.whole)).collect()
+    }
+
+    /// Looks for the best settings. `hear` is told what is being done.
+    ///
+    /// # Errors
+    /// A trial that cannot be run; that it was stopped.
+    pub fn tune(&self, watch: &dyn Watch, hear: &mut dyn FnMut(String)) -> Result<Tuned, Halt<FileError>> {
+        let taken = self.taken();
+        let bench = Bench { document: self.document, limits: &taken, keys: self.keys() };
+        let own = Bench { document: self.document, limits: &taken, keys: Vec::new() };
+        let nominal: Vec<f64> =
+            (0..self.ranges.len()).map(|key| bench.nominal(key).unwrap_or(f64::NAN)).collect();
+        let Effort { coarse, fine, last, .. } = self.effort;
+        let seed = |more: u64| self.seed.wrapping_add(more);
+        let starts = Starts { own: &own, known: RefCell::default() };
+        let mut take = |values: &[f64], trials: u64| {
+            let Some(tally) = bench.tally(values, seed(0), trials, watch)? else { return Ok(None) };
+            let start = starts.at(seed(0), trials, watch)?;
+            Ok::<_, Halt<FileError>>(Some(self.related(measured(&taken, &tally), &start)))
+        };
+        let mut search = Search::new(&self.ranges, &mut take);
+        let wide =
+            Descent { goal: &self.goal, trials: coarse, view: View::Likely, width: 0.25, often: OFTEN_WIDE };
+        let mut ends: Vec<(Score, Vec<f64>)> = Vec::new();
+        for (number, from) in self.starts(&nominal).iter().enumerate() {
+            hear(format!("start {} of {}", number + 1, self.effort.starts));
+            let end = search.wide(from, &wide)?;
+            let look = search.look(&end, coarse)?;
+            let score = self.goal.score(search.looks[look].measured.as_ref(), View::Likely);
+            ends.push((score, end));
+        }
+        sort(&mut ends);
+        let close = Descent { trials: fine, view: View::Sure, width: 0.06, often: OFTEN_CLOSE, ..wide };
+        for (number, (_, end)) in ends.iter().take(WIDE_KEPT).enumerate() {
+            hear(format!("close look {} of {}", number + 1, WIDE_KEPT.min(ends.len())));
+            search.close(end, &close)?;
+        }
+        let mut final_ones: Vec<(Score, Vec<f64>)> = search
+            .looks
+            .iter()
+            .filter(|look| look.trials == fine)
+            .map(|look| (self.goal.score(look.measured.as_ref(), View::Sure), look.values.clone()))
+            .collect();
+        sort(&mut final_ones);
+        final_ones.truncate(CLOSE_KEPT);
+        hear("choice".to_owned());
+        let chosen = self.choose(&bench, &starts, final_ones, watch)?;
+        hear("front".to_owned());
+        let along = front::along(self, &mut search, &chosen)?;
+        let looks = search.looks;
+        hear("start and best on fresh trials".to_owned());
+        let of_start = own.tally(&[], seed(2), last, watch)?.ok_or(Halt::Stopped)?;
+
+        let of_best = bench.tally(&chosen, seed(2), last, watch)?.ok_or(Halt::Stopped)?;
+        let differences = Measured(paired(&taken, &of_start, &of_best, self.seed));
+        let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
+        let points = front::judged(&bench, &taken, along, seed(2), last / 4, watch)?;
+        let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
+        front::keep(&mut front, self);
+        Ok(Tuned {
+            start: Judged { values: nominal, measured: measured(&taken, &of_start) },
+            limits: self.kept(&best.measured, &differences),
+            differences,
+            best,
+            front,
+            looks,
+        })
+    }
+
+    /// Measures as the search takes them: where a limit is what the start reaches, the limit times what the settings have
+    /// of the start's on the same trials.
+    fn related(&self, mut measured: Measured, start: &Measured) -> Measured {
+        for (measure, estimate) in
+            measured.0.iter_mut().filter(|(measure, _)| self.relative.contains(measure))
+        {
+            let (own, of_start) = (estimate.value, start.get(*measure).value);
+            let limit = self.goal.limits.0.iter().find(|limit| limit.measure == *measure);
+            let share = if own == of_start { 1.0 } else { own / of_start };
+            let value = limit.map_or(own, |limit| limit.most * share);
+            *estimate = Estimate { value, low: value, high: value };
+        }
+        measured
+    }
+
+    /// Whether limits are kept, those that are what the start reaches by the difference to it.
+    fn kept(&self, best: &Measured, differences: &Measured) -> Verdict {
+        let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
+        let of_best = verdict(&Limits(absolute.copied().collect()), best);
+        let no_worse = |of: fn(&Estimate) -> f64| {
+            self.relative.iter().all(|measure| of(&differences.get(*measure)) <= 0.0)
+        };
+        Verdict {
+            holds: of_best.holds && no_worse(|e| e.value),
+            surely: of_best.surely && no_worse(|e| e.high),
+            possibly: of_best.possibly && no_worse(|e| e.low),
+        }
+    }
+
+    /// Where the search begins: at the scenario's settings, and at points of a Sobol sequence.
+    fn starts(&self, nominal: &[f64]) -> Vec<Vec<f64>> {
+        let own = self.ranges.iter().zip(nominal).map(|(range, value)| {
+            let place = if value.is_nan() { 0.5 } else { range.place(*value) };
+            range.at(place)
+        });
+        let mut starts = vec![own.collect::<Vec<f64>>()];
+        for number in 0..u32::try_from(self.effort.starts.saturating_sub(1)).unwrap_or(0) {
+            let place = |(dimension, range): (u32, &Range)| {
+                range.at(f64::from(sobol_burley::sample(number, dimension, 1)))
+            };
+            starts.push((0..).zip(&self.ranges).map(place).collect());
+        }
+        starts
+    }
+
+    /// The best of the last settings on random numbers of their own: first by a quarter of the trials, which drops those
+    /// that are clearly worse.
+    fn choose(
+        &self,
+        bench: &Bench<'_>,
+        starts: &Starts<'_>,
+        settings: Vec<(Score, Vec<f64>)>,
+        watch: &dyn Watch,
+    ) -> Result<Vec<f64>, Halt<FileError>> {
+        let mut left: Vec<Judged> = settings
+            .into_iter()
+            .map(|(_, values)| Judged { values, measured: Measured(Vec::new()) })
+            .collect();
+        for trials in [self.effort.last / 4, self.effort.last] {
+            for judged in &mut left {
+                let seed = self.seed.wrapping_add(1);
+                if let Some(tally) = bench.tally(&judged.values, seed, trials, watch)? {
+                    let start = starts.at(seed, trials, watch)?;
+                    judged.measured = self.related(measured(bench.limits, &tally), &start);
+                }
+            }
+            let possible = |judged: &Judged| verdict(&self.goal.limits, &judged.measured).possibly;
+            if left.iter().any(possible) {
+                left.retain(possible);
+            }
+            let best = left.iter().map(|judged| judged.measured.get(self.goal.minimise).high);
+            let best = best.fold(f64::INFINITY, f64::min);
+            left.retain(|judged| judged.measured.get(self.goal.minimise).low <= best);
+        }
+        let mut scored: Vec<(Score, Vec<f64>)> = left
+            .into_iter()
+            .map(|judged| (self.goal.score(Some(&judged.measured), View::Sure), judged.values))
+            .collect();
+        sort(&mut scored);
+        scored.into_iter().next().map(|(_, values)| values).ok_or(Halt::Stopped)
+    }
+}
+
+/// What the start shows, each seed and number of trials once.
+struct Starts<'a> {
+    own: &'a Bench<'a>,
+    known: RefCell<HashMap<(u64, u64), Measured>>,
+}
+
+impl Starts<'_> {
+    fn at(&self, seed: u64, trials: u64, watch: &dyn Watch) -> Result<Measured, Halt<FileError>> {
+        if let Some(known) = self.known.borrow().get(&(seed, trials)) {
+            return Ok(known.clone());
+        }
+        let tally = self.own.tally(&[], seed, trials, watch)?.ok_or(Halt::Stopped)?;
+        let found = measured(self.own.limits, &tally);
+        self.known.borrow_mut().insert((seed, trials), found.clone());
+        Ok(found)
+    }
+}
+
+/// The measures that a tally shows.
+fn measured(taken: &Limits, tally: &Tally) -> Measured {
+    Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
+}
+
+/// Whether limits hold.
+pub fn verdict(limits: &Limits, measured: &Measured) -> Verdict {
+    let all = |of: fn(&Estimate) -> f64| {
+        limits.0.iter().all(|limit| of(&measured.get(limit.measure)) <= limit.most)
+    };
+    Verdict { holds: all(|e| e.value), surely: all(|e| e.high), possibly: all(|e| e.low) }
+}
+
+/// The best first.
+fn sort(scored: &mut [(Score, Vec<f64>)]) {
+    scored.sort_by(|(a, _), (b, _)| a.partial_cmp(b).unwrap_or(std::cmp::Ordering::Equal));
+}

@@ -1,0 +1,101 @@
+//! What makes settings good.
+
+use standstill_campaign::Estimate;
+use standstill_numeric::ln;
+
+use crate::limit::{Limits, Measure};
+
+/// What is wanted: a measure as small as can be, and limits that hold.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Goal {
+    /// What is to be small.
+    pub minimise: Measure,
+    /// What must hold.
+    pub limits: Limits,
+}
+
+/// What trials showed of settings.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured(pub Vec<(Measure, Estimate)>);
+
+impl Measured {
+    /// A measure; unknown if it was not taken.
+    pub fn get(&self, measure: Measure) -> Estimate {
+        let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+        self.0.iter().find(|(taken, _)| *taken == measure).map_or(none, |(_, estimate)| *estimate)
+    }
+}
+
+/// Which end of an interval counts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum View {
+    /// The estimate.
+    Likely,
+    /// Of limits the bad end: what holds then holds surely.
+    Sure,
+}
+
+/// Settings compared: those that break limits less are better, then those with the smaller measure (the rules of K. Deb,
+/// "An efficient constraint handling method for genetic algorithms", 2000, doi:10.1016/S0045-7825(99)00389-8).
+#[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
+pub struct Score {
+    /// By how much the limits are broken, in all, as shares of them; 0: they hold.
+    pub broken: f64,
+    /// The measure's logarithm.
+    pub merit: f64,
+}
+
+impl Score {
+    /// Of settings that cannot be.
+    pub const WORST: Self = Self { broken: f64::INFINITY, merit: f64::INFINITY };
+
+    /// Whether it is better than another.
+    pub fn beats(&self, other: &Self) -> bool {
+        self.partial_cmp(other) == Some(std::cmp::Ordering::Less)
+    }
+}
+
+/// Logarithms of measures between which the search looks: beyond, one is as bad, or as good, as another.
+const MERITS: (f64, f64) = (-30.0, 8.0);
+
+/// What a limit lacks that nothing can keep.
+const BROKEN: f64 = 10.0;
+
+/// What is left of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number.
+fn left(value: f64, most: f64) -> f64 {
+    let left = 1.0 - value / most;
+    if left >= -1.0 {
+        left
+    } else if left.is_finite() {
+        (-1.0 - ln(-left)).max(-BROKEN)
+    } else {
+        -BROKEN
+    }
+}
+
+impl Goal {
+    /// What the optimiser sees of settings: the measure's logarithm; and for each limit what is left of it as a share,
+    /// negative where it is broken. Of settings that cannot be the worst of all.
+    pub fn view(&self, measured: Option<&Measured>, view: View) -> (f64, Vec<f64>) {
+        let Some(measured) = measured else {
+            return (MERITS.1, vec![-BROKEN; self.limits.0.len()]);
+        };
+        let value = measured.get(self.minimise).value;
+        let merit = if value > 0.0 { ln(value) } else { MERITS.0 };
+        let left = self.limits.0.iter().map(|limit| {
+            let estimate = measured.get(limit.measure);
+            let value = if view == View::Sure { estimate.high } else { estimate.value };
+            left(value, limit.most)
+        });
+        (if merit.is_nan() { MERITS.1 } else { merit.clamp(MERITS.0, MERITS.1) }, left.collect())
+    }
+
+    /// How good settings are.
+    pub fn score(&self, measured: Option<&Measured>, view: View) -> Score {
+        if measured.is_none() {
+            return Score::WORST;
+        }
+        let (merit, left) = self.view(measured, view);
+        Score { broken: left.iter().map(|left| (-left).max(0.0)).sum(), merit }
+    }
+}

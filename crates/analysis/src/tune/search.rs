@@ -1,0 +1,176 @@
+//! The search: settings that are looked at, and where to look next.
+//!
+//! The optimiser is COBYLA (M. J. D. Powell, "A direct search optimization method that models the objective and constraint
+//! functions by linear interpolation", 1994, doi:10.1007/978-94-015-8330-5_4) of the crate `cobyla`: it needs no derivatives,
+//! knows limits as such, and its simplices are wide at first, so that what is left of the noise on common random numbers
+//! does not lead it astray. It knows no whole numbers: it sees them rounded, and afterwards each is moved by one as
+//! long as that helps, the others being looked for anew.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+
+use cobyla::{Func, RhoBeg, StopTols, minimize};
+
+use super::{Goal, Measured, Range, Score, View};
+
+/// Settings that were looked at.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Look {
+    /// The values of the keys.
+    pub values: Vec<f64>,
+    /// Trials of each.
+    pub trials: u64,
+    /// What they showed; none where the values cannot be.
+    pub measured: Option<Measured>,
+}
+
+/// Takes the measures of settings by so many trials.
+pub type Taker<'a, E> = &'a mut dyn FnMut(&[f64], u64) -> Result<Option<Measured>, E>;
+
+/// A search under way.
+pub struct Search<'a, E> {
+    ranges: &'a [Range],
+    take: Taker<'a, E>,
+    /// All settings looked at, each with each number of trials once.
+    pub looks: Vec<Look>,
+    known: HashMap<(Vec<u64>, u64), usize>,
+}
+
+/// How a descent goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Descent<'a> {
+    /// What is wanted.
+    pub goal: &'a Goal,
+    /// Trials at each place.
+    pub trials: u64,
+    /// How limits are read.
+    pub view: View,
+    /// How wide it looks at first, as a share of the ranges.
+    pub width: f64,
+    /// How often it looks, for each key that it moves.
+    pub often: usize,
+}
+
+impl<'a, E> Search<'a, E> {
+    /// One that has seen nothing.
+    pub fn new(ranges: &'a [Range], take: Taker<'a, E>) -> Self {
+        Self { ranges, take, looks: Vec::new(), known: HashMap::new() }
+    }
+
+    /// Looks at settings, if that was not done; their number.
+    pub fn look(&mut self, values: &[f64], trials: u64) -> Result<usize, E> {
+        let place = (values.iter().map(|value| value.to_bits()).collect(), trials);
+        if let Some(number) = self.known.get(&place) {
+            return Ok(*number);
+        }
+        let measured = (self.take)(values, trials)?;
+        self.looks.push(Look { values: values.to_vec(), trials, measured });
+        self.known.insert(place, self.looks.len() - 1);
+        Ok(self.looks.len() - 1)
+    }
+
+    /// How good settings are.
+    fn score(&mut self, values: &[f64], how: &Descent<'_>) -> Result<Score, E> {
+        let number = self.look(values, how.trials)?;
+        Ok(how.goal.score(self.looks[number].measured.as_ref(), how.view))
+    }
+
+    /// Looks for better values of some of the keys; all values, no worse than those it began with.
+    fn move_free(&mut self, from: &[f64], free: &[usize], how: &Descent<'_>) -> Result<Vec<f64>, E> {
+        let began = self.looks.len();
+        let mut best = (self.score(from, how)?, from.to_vec());
+        if free.is_empty() {
+            return Ok(best.1);
+        }
+        let ranges = self.ranges;
+        let values = |places: &[f64]| {
+            let mut values = from.to_vec();
+            for (key, place) in free.iter().zip(places) {
+                values[*key] = ranges[*key].at(*place);
+            }
+            values
+        };
+        let first: Vec<f64> = free.iter().map(|key| ranges[*key].place(from[*key])).collect();
+        let state = RefCell::new((&mut *self, None));
+        let view = |places: &[f64]| {
+            let (search, failed) = &mut *state.borrow_mut();
+            // After an error nothing is computed any more; the optimiser ends by the number of its looks.
+            let number = if failed.is_some() { None } else { Some(search.look(&values(places), how.trials)) };
+            let measured = match number {
+                Some(Ok(number)) => search.looks[number].measured.as_ref(),
+                Some(Err(error)) => {
+                    *failed = Some(error);
+                    None
+                }
+                None => None,
+            };
+            how.goal.view(measured, how.view)
+        };
+        // Of one type, because the crate tells functions apart by their types.
+        let objective = |places: &[f64], (): &mut ()| view(places).0;
+        let left = |limit: usize| move |places: &[f64], (): &mut ()| view(places).1[limit];
+        let lefts: Vec<_> = (0..how.goal.limits.0.len()).map(left).collect();
+        let limits: Vec<&dyn Func<()>> = lefts.iter().map(|left| left as &dyn Func<()>).collect();
+        let ends = StopTols { xtol_abs: vec![0.02 * how.width; free.len()], ..StopTols::default() };
+        let bounds = vec![(0.0, 1.0); free.len()];
+        // What it returns is the last of its looks that it found good; all of them are kept, and the best counts.
+        let _ = minimize::<&dyn Func<()>, &dyn Func<()>, ()>(
+            &objective,
+            &first,
+            &bounds,
+            &limits,
+            (),
+            how.often * free.len() + 3,
+            RhoBeg::All(how.width),
+            Some(ends),
+        );
+        let (_, failed) = state.into_inner();
+        if let Some(error) = failed {
+            return Err(error);
+        }
+        for look in self.looks[began..].iter().filter(|look| look.trials == how.trials) {
+            let score = how.goal.score(look.measured.as_ref(), how.view);
+            if score.beats(&best.0) {
+                best = (score, look.values.clone());
+            }
+        }
+        Ok(best.1)
+    }
+
+    /// Moves all keys, whole numbers being rounded.
+    pub fn wide(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
+        let all: Vec<usize> = (0..self.ranges.len()).collect();
+        self.move_free(from, &all, how)
+    }
+
+    /// Moves each whole number by one either way as long as that helps, and for each the others anew.
+    pub fn close(&mut self, from: &[f64], how: &Descent<'_>) -> Result<Vec<f64>, E> {
+        let ranges = self.ranges;
+        let free: Vec<usize> = (0..ranges.len()).filter(|key| !ranges[*key].whole).collect();
+        let mut best = self.move_free(from, &free, how)?;
+        let steps =
+            (0..ranges.len()).filter(|key| ranges[*key].whole).flat_map(|key| [(key, 1.0), (key, -1.0)]);
+        let steps: Vec<(usize, f64)> = steps.collect();
+        let (mut next, mut missed) = (0, 0);
+        while missed < steps.len() {
+            let (key, by) = steps[next % steps.len()];
+            let mut there = best.clone();
+            there[key] = (there[key] + by).clamp(ranges[key].low, ranges[key].high);
+            let moved = there != best && {
+                let there = self.move_free(&there, &free, how)?;
+                let better = self.score(&there, how)?.beats(&self.score(&best, how)?);
+                if better {
+                    best = there;
+                }
+                better
+            };
+            // What helped once is tried again.
+            if moved {
+                missed = 0;
+            } else {
+                (next, missed) = (next + 1, missed + 1);
+            }
+        }
+        Ok(best)
+    }
+}

@@ -1,0 +1,53 @@
+//! The values among which settings are looked for.
+
+use standstill_numeric::{exp, ln};
+
+/// The values of a key, from one to another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Range {
+    /// The key.
+    pub key: String,
+    /// The smallest value, in SI.
+    pub low: f64,
+    /// The largest.
+    pub high: f64,
+    /// Whether they are whole numbers.
+    pub whole: bool,
+}
+
+impl Range {
+    /// The value at a place from 0 to 1: by ratios where all are above zero, else by differences. It has at most four
+    /// digits: who copies it has what was judged.
+    ///
+    /// ```
+    /// use standstill_analysis::tune::Range;
+    ///
+    /// let pulse = Range { key: "detector.pulse".into(), low: 50e-6, high: 200e-6, whole: false };
+    /// assert_eq!((pulse.at(0.0), pulse.at(0.5), pulse.at(1.0)), (50e-6, 100e-6, 200e-6));
+    /// assert!((pulse.place(100e-6) - 0.5).abs() < 1e-12);
+    /// ```
+    pub fn at(&self, place: f64) -> f64 {
+        let place = place.clamp(0.0, 1.0);
+        let value = if self.low > 0.0 {
+            self.low * exp(place * ln(self.high / self.low))
+        } else {
+            self.low + place * (self.high - self.low)
+        };
+        let value = if self.whole { value.round() } else { digits(value) };
+        value.clamp(self.low, self.high)
+    }
+
+    /// The place of a value; of one outside, that of the end.
+    pub fn place(&self, value: f64) -> f64 {
+        let place = if self.low > 0.0 {
+            ln(value.max(self.low) / self.low) / ln(self.high / self.low)
+        } else {
+            (value - self.low) / (self.high - self.low)
+        };
+        place.clamp(0.0, 1.0)
+    }
+}
+
+fn digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
+}

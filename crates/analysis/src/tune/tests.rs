@@ -1,0 +1,121 @@
+//! The search on functions whose best is known.
+
+use std::convert::Infallible;
+
+use standstill_campaign::Estimate;
+
+use super::*;
+
+fn ranges(whole: bool) -> Vec<Range> {
+    vec![
+        Range { key: "x".into(), low: 0.01, high: 10.0, whole: false },
+        Range { key: "n".into(), low: 1.0, high: 12.0, whole },
+    ]
+}
+
+fn exactly(value: f64) -> Estimate {
+    Estimate { value, low: value, high: value }
+}
+
+/// Seeks the least of a function of two values, while `limited` is at most one.
+fn sought(
+    f: impl Fn(f64, f64) -> f64,
+    limited: impl Fn(f64, f64) -> f64,
+    from: [f64; 2],
+) -> (Vec<f64>, usize) {
+    let ranges = ranges(true);
+    let mut take = |values: &[f64], _: u64| {
+        let (x, n) = (values[0], values[1]);
+        // Below 0.02 nothing can be.
+        let measured = (x > 0.02).then(|| {
+            Measured(vec![(Measure::Rms, exactly(f(x, n))), (Measure::Duration, exactly(limited(x, n)))])
+        });
+        Ok::<_, Infallible>(measured)
+    };
+    let limits = Limits(vec![Limit { measure: Measure::Duration, most: 1.0 }]);
+    let goal = Goal { minimise: Measure::Rms, limits };
+    let wide = Descent { goal: &goal, trials: 1, view: View::Likely, width: 0.25, often: OFTEN_WIDE };
+    let mut search = Search::new(&ranges, &mut take);
+    let Ok(end) = search.wide(&from, &wide);
+    let Ok(end) = search.close(&end, &Descent { width: 0.06, ..wide });
+    (end, search.looks.len())
+}
+
+#[test]
+fn analytic_a_limit_and_a_whole_number_have_their_best_values() {
+    // As an error of pulses of length x in n rounds: 1/(x √n), while n (x + 0.1) ≤ 1. With x = 1/n − 0.1 the error is
+    // √n / (1 − 0.1 n), the least at n = 1: x = 0.9.
+    for from in [[0.05, 8.0], [3.0, 1.0], [0.3, 3.0]] {
+        let (end, looks) = sought(|x, n| 1.0 / (x * n.sqrt()), |x, n| n * (x + 0.1), from);
+        assert!(end[1] == 1.0 && (end[0] - 0.9).abs() < 0.01, "{end:?} from {from:?}");
+        assert!(looks < 150, "{looks}");
+    }
+    // Jitter that does not fall with the pulse: 1/(x² n) + 0.01/n² has its best at several rounds.
+    let error = |x: f64, n: f64| 0.01 / (x * x * n) + 1.0 / (n * n);
+    let best = (1..=12).map(|n| {
+        let n = f64::from(n);
+        (error(1.0 / n - 0.05, n), n)
+    });
+    let best = best
+        .filter(|(error, _)| error.is_finite())
+        .fold((f64::INFINITY, 0.0), |a, b| if b.0 < a.0 { b } else { a });
+    let (end, _) = sought(error, |x, n| n * (x + 0.05), [2.0, 2.0]);
+    assert!((error(end[0], end[1]) / best.0 - 1.0).abs() < 0.03, "{end:?}, not {best:?}");
+}
+
+#[test]
+fn law_limits_that_nothing_keeps_are_broken_least() {
+    let (end, _) = sought(|x, _| x, |x, n| 2.0 + (x - 1.0).abs() + n, [0.1, 6.0]);
+    assert!((end[0] - 1.0).abs() < 0.05 && end[1] == 1.0, "{end:?}");
+}
+
+#[test]
+fn law_values_can_be_copied_and_stay_in_their_range() {
+    let ranges = ranges(true);
+    for k in 0..=40 {
+        let place = f64::from(k) / 40.0;
+        let (x, n) = (ranges[0].at(place), ranges[1].at(place));
+        assert!((0.01..=10.0).contains(&x) && n == n.round());
+        assert_eq!(format!("{x:.3e}").parse::<f64>(), Ok(x), "four digits");
+        assert!((ranges[0].place(x) - place).abs() < 1e-3);
+    }
+    assert_eq!((ranges[0].place(0.001), ranges[0].place(99.0)), (0.0, 1.0));
+}
+
+#[test]
+fn law_settings_that_keep_limits_beat_those_that_do_not() {
+    let [kept, broken] = [0.9, 1.1].map(|duration| {
+        Measured(vec![(Measure::Rms, exactly(duration)), (Measure::Duration, exactly(2.0 - duration))])
+    });
+    let limits = Limits(vec![Limit { measure: Measure::Duration, most: 1.0 }]);
+    let goal = Goal { minimise: Measure::Rms, limits };
+    let [kept, broken] = [broken, kept].map(|measured| goal.score(Some(&measured), View::Sure));
+    assert!(kept.beats(&broken) && !broken.beats(&kept) && broken.beats(&Score::WORST));
+    assert!(broken.broken > 0.0 && kept.broken == 0.0);
+}
+
+#[test]
+fn analytic_a_paired_difference_is_known_far_better_than_its_parts() {
+    // Errors of ± 1 to 3 that the second has 1 % larger: the rms differ by 1 %, each known to 2 %.
+    let limits = Limits(vec![Limit { measure: Measure::Rms, most: f64::INFINITY }]);
+    let first: Vec<f64> = (0..1000).map(|k| 1.0 + 2.0 * (f64::from(k * 7 % 1000) / 1000.0)).collect();
+    let second: Vec<f64> = first.iter().map(|error| 1.01 * error).collect();
+    let tally = |values: &[f64]| Tally::of(&limits, vec![values.to_vec()]);
+    let found = paired(&limits, &tally(&first), &tally(&second), 1)[0].1;
+    let rms = Measure::Rms.estimate(first.clone());
+    assert!((found.value / rms.value - 0.01).abs() < 1e-9, "{found:?}");
+    assert!(found.low > 0.0 && found.high - found.low < 0.05 * (rms.high - rms.low), "{found:?}");
+    let same = paired(&limits, &tally(&first), &tally(&first), 1)[0].1;
+    assert_eq!((same.value, same.low, same.high), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
+    let effort = Effort::new(1000, &Limits(Vec::new()));
+    let values: Vec<f64> = (0..effort.fine).map(|k| k as f64).collect();
+    assert!(Measure::Duration.estimate(values).high.is_finite());
+    // A share of 0.1 % can hold surely.
+    let limits = "undetermined <= 0.1 %".parse::<Limits>().expect("limits");
+    let none = vec![0.0; usize::try_from(Effort::new(1000, &limits).fine).expect("few")];
+    assert!(Measure::Undetermined.estimate(none).high < 0.001);
+}

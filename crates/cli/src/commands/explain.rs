@@ -1,0 +1,198 @@
+//! `standstill explain`: why trials of a finished run ended as they did.
+
+mod choose;
+mod words;
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use serde::Serialize;
+use serde_json::json;
+use standstill_analysis::{Explained, Halt, Trials};
+use standstill_campaign::store::{Shard, Sweep};
+use standstill_detect::Settings as _;
+use standstill_report::figure::Figure;
+use standstill_report::page::{Block, Page, Section, Tone};
+use standstill_scenario::{Document, FileError, Plan, Record, Single};
+use standstill_sim::{NoProbe, Trace, run as simulate};
+
+use self::choose::Chosen;
+use super::question::Answer;
+use super::report::Run;
+use crate::Report;
+use crate::arguments::Explain as Options;
+use crate::columns;
+use crate::error::Error;
+use crate::figures;
+use crate::interrupt::INTERRUPTED;
+use crate::output::Output;
+use crate::progress::Watched;
+
+/// Time in s between two points of a waveform at most.
+const RESOLUTION: f64 = 5e-6;
+
+/// A row of `explain.csv`: a trial without one of its errors.
+#[derive(Debug, Serialize)]
+struct Row {
+    point: usize,
+    trial: u64,
+    error: String,
+    key: String,
+    drawn_deviations: Option<f64>,
+    outcome_without: &'static str,
+    error_without_deg: Option<f64>,
+    axis_error_without_deg: Option<f64>,
+}
+
+/// A trial, what made it, and its waveforms.
+struct Told {
+    chosen: Chosen,
+    single: Single,
+    explained: Explained,
+    figure: Figure,
+}
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let run = Run::open(&options.folder)?;
+    let plan = plan(&run, options)?;
+    let chosen = choose::choose(&run, options)?;
+    let folder = options.out.clone().or_else(|| (!options.json).then(|| options.folder.join("explain")));
+    if let Some(folder) = &folder {
+        drop(Output::create(folder, &["explain.csv", "explain.json", "explain.html"])?);
+    }
+    let watched = Watched::new(0);
+    let mut all = Vec::new();
+    for chosen in chosen {
+        watched.bar.set_message(format!("trial {}", chosen.trial));
+        match tell(&plan, chosen, &watched) {
+            Ok(told) => all.push(told),
+            Err(Halt::Stopped) => {
+                let text = "Interrupted; no files were written.\n".to_owned();
+                return Ok(Report { text, code: INTERRUPTED });
+            }
+            Err(Halt::Failed(error)) => return Err(error),
+        }
+    }
+    watched.bar.finish_and_clear();
+    answer(&run, &plan, &all)?.written(folder, options.json)
+}
+
+/// The plan of the run, if its trials can be had again: the same program and the same files.
+fn plan(run: &Run, options: &Options) -> Result<Plan, Error> {
+    let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
+    let recorded = &run.summary.run;
+    let plan = Plan::new(Document::parse(&place, &recorded.scenario)?)?;
+    let mut now = Sweep { plan: &plan, shard: Shard::WHOLE, threads: None }.identity()?;
+    // Written down and read again, numbers may have other digits of the same value.
+    now.scenario.clone_from(&recorded.scenario);
+    match recorded.whole().difference(&now) {
+        Some(difference) => Err(Error::Results {
+            path: run.folder.clone(),
+            found: format!("a run that cannot be repeated: {difference}"),
+            needed: "the program that made it, and the files that it read (--files says where they are)"
+                .to_owned(),
+        }),
+        None => Ok(plan),
+    }
+}
+
+/// Runs a trial again, with everything watched, and once without each of its errors.
+fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Error>> {
+    let failed = |error: FileError| Halt::Failed(Error::from(error));
+    let trials = Trials::at(plan, chosen.point).map_err(failed)?;
+    let explained =
+        Explained::of(&trials, plan.file().seed, chosen.trial, watched).map_err(|halt| match halt {
+            Halt::Stopped => Halt::Stopped,
+            Halt::Failed(error) => failed(error),
+        })?;
+    let single = plan.single(chosen.point, chosen.trial).map_err(failed)?;
+    let (record, trace) = watch(&single).map_err(|error| Halt::Failed(error.into()))?;
+    let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
+    let figure = figures::detection(&trace, &title, super::found(&record));
+    Ok(Told { chosen, single, explained, figure })
+}
+
+/// The trial to the last bit, and its waveforms.
+pub fn watch(single: &Single) -> Result<(Record, Trace), standstill_detect::SettingsError> {
+    let (case, scenario) = (single.case(), &single.scenario);
+    let alone = simulate(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+    let mut trace = Trace::new(RESOLUTION);
+    let _ = simulate(&case, &mut scenario.detector.detector()?, false, &mut trace);
+    Ok((Record { trial: single.trial, run: alone }, trace))
+}
+
+fn rows(told: &Told) -> impl Iterator<Item = Row> + '_ {
+    told.explained.causes.iter().map(|cause| Row {
+        point: told.chosen.point,
+        trial: told.chosen.trial,
+        error: cause.name.clone(),
+        key: cause.key.clone(),
+        drawn_deviations: cause.drawn,
+        outcome_without: cause.without.verdict().name(),
+        error_without_deg: cause.without.error_deg(),
+        axis_error_without_deg: cause.without.axis_error_deg(),
+    })
+}
+
+fn ended(record: &Record) -> serde_json::Value {
+    json!({
+        "outcome": record.verdict().name(),
+        "reason": record.reason(),
+        "error_deg": record.error_deg(),
+        "axis_error_deg": record.axis_error_deg(),
+        "pole_correct": record.pole_correct(),
+    })
+}
+
+fn json_of(told: &Told) -> serde_json::Value {
+    let cause = |cause: &standstill_analysis::Cause| json!({ "error": cause.name, "key": cause.key, "drawn_deviations": cause.drawn, "without": ended(&cause.without) });
+    json!({
+        "point": told.chosen.point,
+        "trial": told.chosen.trial,
+        "start_angle_deg": told.explained.record.start_angle_deg(),
+        "ended": ended(&told.explained.record),
+        "specimen": super::trace::specimen::json(&told.single.case(), &told.single.drawn),
+        "causes": told.explained.causes.iter().map(cause).collect::<Vec<_>>(),
+        "without_all": ended(&told.explained.without_all),
+    })
+}
+
+fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
+    let setting = super::report::setting(run);
+    let mut text = format!("{setting}\n");
+    let mut sections = Vec::new();
+    for told in all {
+        let about = words::about(plan, told);
+        let _ = write!(text, "\n{}\n{}\n{}", about.headline, about.body, about.table);
+        let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
+        let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
+        sections.push(Section {
+            title: format!("Trial {}", told.chosen.trial),
+            blocks: vec![
+                verdict,
+                Block::Code { caption: "What it drew".to_owned(), text: about.body },
+                Block::Code { caption: "Without one of its errors".to_owned(), text: about.table },
+            ],
+        });
+    }
+    let rows: Vec<Row> = all.iter().flat_map(rows).collect();
+    let figures = all.iter().map(|told| {
+        let name = format!("trial_{}_{}", told.chosen.point, told.chosen.trial);
+        let caption = "Marks are what the drive read.".to_owned();
+        (name, told.figure.clone(), caption)
+    });
+    Ok(Answer {
+        name: "explain",
+        text,
+        json: json!({ "folder": run.folder, "trials": all.iter().map(json_of).collect::<Vec<_>>() }),
+        csv: columns::csv(&rows).map_err(|error| Error::Write("explain.csv".into(), error))?,
+        figures: figures.collect(),
+        page: Page {
+            title: "Why these trials".to_owned(),
+            subtitle: setting,
+            sections,
+            footer: String::new(),
+        },
+        code: 0,
+    })
+}

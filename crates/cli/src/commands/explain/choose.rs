@@ -1,0 +1,76 @@
+//! Which trials are explained.
+
+use super::Run;
+use crate::arguments::Explain as Options;
+use crate::error::Error;
+use crate::progress;
+
+/// Wrong poles that are explained where nobody says how many.
+const WRONG_POLES: usize = 10;
+
+/// A trial of a run.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Chosen {
+    /// Its point of the axes.
+    pub point: usize,
+    /// Its number there.
+    pub trial: u64,
+    /// How far off it was: 180° and its axis error where it found nothing at all.
+    far: f64,
+}
+
+/// The trials that are asked for: one by its number, those with the largest errors, or the wrong poles.
+pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
+    let identity = &run.summary.run;
+    let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
+    if options.point.is_some_and(|point| point >= points) {
+        return Err(Error::Arguments(format!(
+            "--point: needed from 0 to {}, the last of the run",
+            points - 1
+        )));
+    }
+    if let Some(trial) = options.trial {
+        if trial >= identity.trials {
+            let last = identity.trials - 1;
+            return Err(Error::Arguments(format!(
+                "--trial {trial}: needed from 0 to {last}, the last of the run"
+            )));
+        }
+        return Ok(vec![Chosen { point: options.point.unwrap_or(0), trial, far: 0.0 }]);
+    }
+    let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
+    let (reader, places) = run.columns(["trial", "axis_error_deg", "error_deg"])?;
+    let bar = progress::reading(run.summary.summary.trials);
+    let (mut all, mut point, mut last): (Vec<Chosen>, usize, Option<u64>) = (Vec::new(), 0, None);
+    let read = reader.numbers(places, |[trial, axis, error]| {
+        bar.inc(1);
+        // Whole numbers below 2^53.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let trial = trial.unwrap_or_default() as u64;
+        // Each point begins at its first trial.
+        if last.is_some_and(|last| trial <= last) {
+            point += 1;
+        }
+        last = Some(trial);
+        let wrong = error.is_some_and(|error| error.abs() > 90.0);
+        let far = if options.wrong_poles { axis.unwrap_or(0.0).abs() } else { axis.map_or(180.0, f64::abs) };
+        let asked = options.point.is_none_or(|asked| asked == point) && (wrong || !options.wrong_poles);
+        let worse = all.len() < most || all.last().is_some_and(|least| far > least.far);
+        if asked && worse {
+            let place = all.partition_point(|other| other.far >= far);
+            all.insert(place, Chosen { point, trial, far });
+            all.truncate(most);
+        }
+    });
+    bar.finish_and_clear();
+    read.map_err(Error::Table)?;
+    if all.is_empty() {
+        let found = if options.wrong_poles { "no wrong pole" } else { "no trial" };
+        return Err(Error::Results {
+            path: run.trials.clone(),
+            found: found.to_owned(),
+            needed: "--worst K for the largest errors, or --trial N".to_owned(),
+        });
+    }
+    Ok(all)
+}

@@ -1,0 +1,91 @@
+//! A trial in words.
+
+use std::fmt::Write as _;
+
+use standstill_interface::Angle;
+use standstill_scenario::{Plan, Record};
+use standstill_sim::Ended;
+
+use super::Told;
+use crate::commands::trace::specimen;
+use crate::text::wide_table;
+
+/// Errors that are told, those with the largest effect first.
+const TOLD: usize = 12;
+
+/// What is said of a trial.
+pub struct About {
+    pub headline: String,
+    pub details: Vec<String>,
+    pub body: String,
+    pub table: String,
+}
+
+/// How a trial ended, in a few words.
+fn ended(record: &Record) -> String {
+    match (record.error_deg(), record.axis_error_deg()) {
+        (Some(error), _) if error.abs() > 90.0 => {
+            format!("wrong pole, axis error {:+.3}°", record.axis_error_deg().unwrap_or(f64::NAN))
+        }
+        (Some(error), _) => format!("found, error {error:+.3}°"),
+        (None, Some(axis)) => format!("{}, axis error {axis:+.3}°", record.verdict().name()),
+        (None, None) => format!("{}: {}", record.verdict().name(), record.reason()),
+    }
+}
+
+/// What the readings said of both poles.
+fn evidence(record: &Record) -> Option<String> {
+    let Ended::Outcome(outcome) = record.run.ended else { return None };
+    let findings = outcome.findings();
+    let right = outcome.evidence_for(Angle::from_radians(record.run.end_angle));
+    let mut text = String::new();
+    if let (Some(right), Some(evidence)) = (right, findings.pole_evidence) {
+        let _ = write!(
+            text,
+            "evidence for the right pole {right:+.1} σ, for the wrong one {:+.1} σ; needed {:.1} σ",
+            -right, evidence.needed
+        );
+    }
+    if let Some(polarity) = findings.polarity {
+        let gap = if text.is_empty() { "" } else { "; " };
+        let _ = write!(
+            text,
+            "{gap}currents of the two vectors {:.3} A and {:.3} A",
+            polarity.along, polarity.against
+        );
+    }
+    (!text.is_empty()).then_some(text)
+}
+
+pub fn about(plan: &Plan, told: &Told) -> About {
+    let (explained, single) = (&told.explained, &told.single);
+    let record = &explained.record;
+    let place = specimen::heading(plan, single);
+    let headline =
+        format!("{}, rotor at {:.2}°: {}", place.trim_end(), record.start_angle_deg(), ended(record));
+    let mut far: Vec<_> = explained.causes.iter().filter_map(|cause| Some((cause, cause.drawn?))).collect();
+    far.sort_by(|a, b| b.1.abs().total_cmp(&a.1.abs()));
+    let largest: Vec<String> =
+        far.iter().take(4).map(|(cause, drawn)| format!("{} {drawn:+.1} σ", cause.name)).collect();
+    let mut details = Vec::new();
+    if !largest.is_empty() {
+        details.push(format!("furthest from their means: {}", largest.join(", ")));
+    }
+    details.extend(evidence(record));
+    details.push(format!("with all errors at their means: {}", ended(&explained.without_all)));
+    let mut body = String::new();
+    for line in &details {
+        let _ = writeln!(body, "  {line}");
+    }
+    body += &specimen::text(&single.case(), &single.drawn);
+    let rows = explained.causes.iter().take(TOLD).map(|cause| {
+        let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
+        let change = match (record.axis_error_deg(), cause.without.axis_error_deg()) {
+            (Some(with), Some(without)) => format!("{:+.3}°", with - without),
+            _ => "–".to_owned(),
+        };
+        vec![cause.name.clone(), drawn, ended(&cause.without), change]
+    });
+    let header = ["error at its mean, one at a time", "drawn", "the trial then", "its part"];
+    About { headline, details, body, table: wide_table(&header, rows) }
+}

@@ -1,0 +1,139 @@
+//! One trial with several settings, laid over one another.
+
+use serde_json::json;
+use standstill_report::page::{Block, Chart, Page, Section};
+
+use super::{ended, plan};
+use crate::Report;
+use crate::arguments::{Keys, Source, Trace as Options};
+use crate::commands::explain::watch;
+use crate::commands::reproduce::file_list;
+use crate::error::Error;
+use crate::figures;
+use crate::output::Output;
+use crate::text::wide_table;
+
+/// Settings that one picture can tell apart.
+const MOST: usize = 6;
+
+/// A setting: what tells it from the others, and all keys.
+pub type Setting = (String, Vec<(String, String)>);
+
+/// All combinations of the keys that are given a list; one without a name where none is.
+pub fn settings(keys: &Keys) -> Vec<Setting> {
+    let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
+    for (key, value) in &keys.set {
+        // Axes have lists of their own.
+        let list = if key.starts_with("axes.") { None } else { list(value) };
+        let several = list.is_some();
+        let values = list.unwrap_or_else(|| vec![value.clone()]);
+        let longer = |(name, set): &Setting, value: &String| {
+            let gap = if name.is_empty() { "" } else { ", " };
+            let name = if several { format!("{name}{gap}{key} = {value}") } else { name.clone() };
+            (name, [&set[..], &[(key.clone(), value.clone())]].concat())
+        };
+        all = all
+            .iter()
+            .flat_map(|known| values.iter().map(|value| longer(known, value)).collect::<Vec<_>>())
+            .collect();
+    }
+    all
+}
+
+/// The members of `[a, b]`, with or without quotes.
+fn list(text: &str) -> Option<Vec<String>> {
+    let inside = text.trim().strip_prefix('[')?.strip_suffix(']')?;
+    let members = inside.split(',').map(|member| member.trim().trim_matches('"').to_owned());
+    Some(members.filter(|member| !member.is_empty()).collect())
+}
+
+pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
+    if settings.len() > MOST {
+        return Err(Error::Arguments(format!(
+            "-s with lists: {} settings, needed at most {MOST}, which one picture can tell apart",
+            settings.len()
+        )));
+    }
+    if options.verify {
+        return Err(Error::Arguments("--verify: needed a single setting, not lists".to_owned()));
+    }
+    let mut singles = Vec::new();
+    // What is wrong with any of them shows before the first.
+    for (name, set) in settings {
+        let source = Source {
+            scenario: options.source.scenario.clone(),
+            keys: Keys { set: set.clone(), detector: options.source.keys.detector.clone() },
+        };
+        let plan = plan(options, &source)?;
+        singles.push((name, plan.single(options.point, options.trial)?, plan.text()?));
+    }
+    let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
+    let mut output = Output::create(&options.out, &names)?;
+    let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
+    for (name, single, text) in &singles {
+        let (record, trace) = watch(single)?;
+        rows.push(vec![
+            (*name).clone(),
+            ended(&record),
+            format!("{:.2}", record.run.duration.seconds() * 1e3),
+            format!("{:.2}", record.run.peak_current),
+            format!("{:.3}", record.rotor_moved_deg()),
+        ]);
+        results.push(json!({
+            "setting": name,
+            "outcome": record.verdict().name(),
+            "reason": record.reason(),
+            "estimated_angle_deg": record.estimated_angle_deg(),
+            "error_deg": record.error_deg(),
+            "true_angle_deg": record.true_angle_deg(),
+            "rotor_moved_deg": record.rotor_moved_deg(),
+            "duration_s": record.run.duration.seconds(),
+            "peak_current_A": record.run.peak_current,
+            "scenario": text,
+        }));
+        traces.push(((*name).clone(), trace));
+    }
+    let title = format!("Trial {} with several settings", options.trial);
+    let figure = figures::overlaid(&traces, &title);
+    let table = wide_table(&["setting", "it ended", "ms", "peak A", "moved °"], rows);
+    output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
+    output.file("overlay.svg", figure.svg()?.as_bytes())?;
+    output.file("overlay.png", &figure.png()?)?;
+    let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
+    let blocks =
+        vec![Block::Code { caption: "How they ended".to_owned(), text: table.clone() }, Block::Chart(chart)];
+    let page = Page {
+        title,
+        subtitle: String::new(),
+        sections: vec![Section { title: "Waveforms".to_owned(), blocks }],
+        footer: format!("Standstill {}", env!("CARGO_PKG_VERSION")),
+    };
+    output.file("overlay.html", page.html().map_err(Error::Page)?.as_bytes())?;
+    let files = output.finish()?;
+    Ok(Report {
+        text: format!("trial {}\n{table}\n{}", options.trial, file_list(&options.out, &files)),
+        code: 0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_lists_make_all_combinations_in_order() {
+        let set = |pairs: &[(&str, &str)]| {
+            let pairs = pairs.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
+            settings(&Keys { set: pairs.collect(), detector: None })
+        };
+        let names = |all: Vec<Setting>| all.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
+        let all = set(&[("a", "[1, 2]"), ("b", "x"), ("c", "[\"20 us\",y]")]);
+        assert_eq!(
+            all[2].1,
+            [("a", "2"), ("b", "x"), ("c", "20 us")].map(|(k, v)| (k.to_owned(), v.to_owned()))
+        );
+        assert_eq!(names(all), ["a = 1, c = 20 us", "a = 1, c = y", "a = 2, c = 20 us", "a = 2, c = y"]);
+        assert_eq!(names(set(&[("axes.\"x\"", "[1, 2]"), ("b", "x")])), [""]);
+        assert_eq!(set(&[]).len(), 1);
+    }
+}

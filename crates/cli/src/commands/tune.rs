@@ -1,0 +1,247 @@
+//! `standstill tune`: which settings are best.
+
+mod words;
+
+pub use words::scale;
+
+use std::fmt::Write as _;
+
+use indexmap::IndexMap;
+use serde::Serialize;
+use serde_json::json;
+use standstill_analysis::limit::{Limit, Limits, Measure, Tally};
+use standstill_analysis::require::Bench;
+use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
+use standstill_campaign::Estimate;
+use standstill_quantity::si_value;
+use standstill_report::page::{Block, Page, Section, Tone};
+use standstill_scenario::{Document, Origin, Plan};
+use toml::Value;
+
+use super::question::{
+    Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
+};
+use crate::Report;
+use crate::arguments::Tune as Options;
+use crate::columns;
+use crate::error::Error;
+use crate::figures;
+use crate::output::Output;
+use crate::progress::Watched;
+
+const FILES: [&str; 5] = ["tune.csv", "tune.json", "tune.html", "tune.svg", "tune.png"];
+
+/// Trials at the last settings.
+const LAST: u64 = 20_000;
+
+/// A row of `tune.csv`: settings that were looked at, each measure with its interval.
+#[derive(Debug, Serialize)]
+struct Row {
+    settings: String,
+    trials: u64,
+    possible: bool,
+    measures: String,
+}
+
+pub fn run(options: &Options) -> Result<Report, Error> {
+    let question = &options.question;
+    let document = document(question)?;
+    // What is wrong with the scenario itself shows first.
+    let plan = plan(question)?;
+    let ranges = ranges(options, &document)?;
+    if let Some(folder) = folder(question, "tune") {
+        drop(Output::create(&folder, &FILES)?);
+    }
+    let minimise = options.minimise;
+    let against = options.against.unwrap_or(match minimise {
+        Measure::Duration => Measure::Rms,
+        _ => Measure::Duration,
+    });
+    let last = options.trials.map_or(LAST, u64::from);
+    let watched = Watched::new(0);
+    let found = on_threads(question, || {
+        let limits = limits(options, &document, plan.file().seed, last, &watched)?;
+        let effort = Effort::new(last, &limits);
+        let starts = options.starts.map_or(effort.starts, usize::from);
+        let wanted = options.subject_to.iter().flat_map(|subject| &subject.0);
+        let relative = wanted.filter(|(measure, most)| most.is_none() && measure.unit().is_some());
+        let asked = Asked {
+            document: &document,
+            relative: relative.map(|(measure, _)| *measure).collect(),
+            ranges,
+            goal: Goal { minimise, limits },
+            against,
+            effort: Effort { starts, ..effort },
+            seed: plan.file().seed,
+        };
+        let mut hear = |stage: String| watched.bar.set_message(stage);
+        let tuned = asked.tune(&watched, &mut hear)?;
+        Ok((asked, tuned))
+    })?;
+    watched.bar.finish_and_clear();
+    let Some((asked, tuned)) = unless_stopped(found)? else {
+        return Ok(interrupted(question, "the search was not complete"));
+    };
+    answer(&plan, &asked, &tuned)?.report(question)
+}
+
+/// The keys and where to look, checked at both ends.
+fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
+    let keys: Vec<String> = options.vary.iter().map(|(key, _)| key.clone()).collect();
+    if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
+        return Err(Error::Arguments(format!("--vary {}: twice", twice.1)));
+    }
+    let none = Limits(Vec::new());
+    let bench = Bench::new(document, &none, &keys)?;
+    let mut ranges = Vec::new();
+    for ((key, text), (_, whole)) in options.vary.iter().zip(&bench.keys) {
+        let needed = || {
+            Error::Arguments(format!(
+                "--vary {key}={text}: needed KEY=LOW:HIGH with LOW below HIGH, such as detector.pulse=50us:400us"
+            ))
+        };
+        let (from, to) = text.split_once(':').ok_or_else(needed)?;
+        let mut ends = [0.0; 2];
+        for (end, text) in ends.iter_mut().zip([from.trim(), to.trim()]) {
+            *end = text.parse().ok().or_else(|| si_value(text)).ok_or_else(needed)?;
+            // With its unit, as it would stand in the file.
+            let number = text.parse::<f64>().is_ok() || *whole;
+            let value = match (number, *whole) {
+                (true, true) => Value::Integer(rounded(*end).ok_or_else(needed)?),
+                (true, false) => Value::Float(*end),
+                _ => Value::String(text.to_owned()),
+            };
+            let mut tried = document.clone();
+            tried.set_value(key, value, Origin::CommandLine)?;
+            Plan::new(tried)?;
+        }
+        let [low, high] = ends;
+        if low >= high {
+            return Err(needed());
+        }
+        ranges.push(Range { key: key.clone(), low, high, whole: *whole });
+    }
+    Ok(ranges)
+}
+
+fn rounded(value: f64) -> Option<i64> {
+    #[allow(clippy::cast_possible_truncation, reason = "settings are small, and compared")]
+    let whole = value as i64;
+    (whole as f64 == value).then_some(whole)
+}
+
+/// The limits; those that are what the start reaches from trials of it. Of shares that is the upper end of the interval, or
+/// what the search can tell.
+fn limits(
+    options: &Options,
+    document: &Document,
+    seed: u64,
+    trials: u64,
+    watched: &Watched,
+) -> Result<Limits, standstill_analysis::Halt<standstill_scenario::FileError>> {
+    let wanted = options.subject_to.iter().flat_map(|subject| &subject.0);
+    let open = |(measure, most): &(Measure, Option<f64>)| Limit {
+        measure: *measure,
+        most: most.unwrap_or(f64::INFINITY),
+    };
+    let mut limits = Limits(wanted.map(open).collect());
+    if limits.0.iter().all(|limit| limit.most.is_finite()) {
+        return Ok(limits);
+    }
+    let bench = Bench { document, limits: &limits, keys: Vec::new() };
+    let tally: Option<Tally> = bench.tally(&[], seed, trials, watched)?;
+    let estimates = tally.map(|tally| tally.estimates()).unwrap_or_default();
+    for (limit, estimate) in limits.0.iter_mut().zip(estimates) {
+        if limit.most.is_infinite() {
+            let Estimate { value, high, .. } = estimate;
+            let share = limit.measure.unit().is_none();
+            limit.most = if share { high.max(Effort::least_share(trials)) } else { value * (1.0 + 1e-9) };
+        }
+    }
+    Ok(limits)
+}
+
+/// Values and measures by name, in SI and degrees.
+fn json_of(asked: &Asked<'_>, judged: &Judged) -> serde_json::Value {
+    json!({ "settings": settings_json(asked, judged), "measures": measures_json(&judged.measured.0) })
+}
+
+fn settings_json(asked: &Asked<'_>, judged: &Judged) -> serde_json::Value {
+    let number = |value: &f64| if value.is_nan() { serde_json::Value::Null } else { json!(value) };
+    let pairs = asked.ranges.iter().zip(&judged.values);
+    let values: IndexMap<&str, serde_json::Value> =
+        pairs.map(|(range, value)| (range.key.as_str(), number(value))).collect();
+    json!(values)
+}
+
+fn measures_json(measures: &[(Measure, Estimate)]) -> serde_json::Value {
+    // Beyond every bound is no number in JSON.
+    let number = |value: f64| if value.is_finite() { json!(value) } else { serde_json::Value::Null };
+    let one = |(measure, e): &(Measure, Estimate)| {
+        (
+            measure.to_string(),
+            json!({ "value": number(e.value), "low": number(e.low), "high": number(e.high) }),
+        )
+    };
+    json!(measures.iter().map(one).collect::<IndexMap<String, serde_json::Value>>())
+}
+
+fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error> {
+    let scenario = plan.scenario(0)?;
+    let setting = setting(plan.file(), &scenario);
+    let (tone, headline) = words::headline(asked, tuned);
+    let details = words::details(asked, tuned);
+    let table = words::table(asked, tuned);
+    let settings = words::toml(asked, &tuned.best);
+    let json = json!({
+        "minimise": asked.goal.minimise.to_string(),
+        "limit": asked.goal.limits.to_string(),
+        "settings": settings_json(asked, &tuned.best),
+        "start": json_of(asked, &tuned.start),
+        "best": json_of(asked, &tuned.best),
+        "differences": measures_json(&tuned.differences.0),
+        "surely_better": tuned.surely_better(&asked.goal),
+        "limits_hold": { "likely": tuned.limits.holds, "surely": tuned.limits.surely },
+        "front": tuned.front.iter().map(|judged| json_of(asked, judged)).collect::<Vec<_>>(),
+        "toml": settings,
+        "looks": tuned.looks.len(),
+        "trials": asked.effort.last,
+        "judged_on_seed": asked.seed.wrapping_add(2),
+    });
+    let rows: Vec<Row> = tuned
+        .looks
+        .iter()
+        .map(|look| Row {
+            settings: words::settings(asked, &look.values),
+            trials: look.trials,
+            possible: look.measured.is_some(),
+            measures: look.measured.as_ref().map_or_else(String::new, |m| words::measures(&m.0)),
+        })
+        .collect();
+    let lines = details.iter().fold(String::new(), |mut text, line| {
+        let _ = writeln!(text, "  {line}");
+        text
+    });
+    let figure = figures::tune(asked, tuned, setting.clone());
+    let caption = "The line joins the settings of which none is better in both. Small marks are settings that the search looked \
+                   at, on fewer trials.";
+    let blocks = vec![
+        Block::Verdict { tone, headline: headline.clone(), details },
+        Block::Code { caption: "Settings to copy".to_owned(), text: settings.clone() },
+        Block::Code { caption: "Start and best on the same fresh trials".to_owned(), text: table.clone() },
+    ];
+    Ok(Answer {
+        name: "tune",
+        text: format!("{setting}\n{headline}\n{lines}\n{table}\n{settings}"),
+        json: with_setup(plan.file(), &scenario, json),
+        csv: columns::csv(&rows).map_err(|error| Error::Write("tune.csv".into(), error))?,
+        figures: vec![("tune".to_owned(), figure, caption.to_owned())],
+        page: Page {
+            title: format!("Settings with the smallest {}", asked.goal.minimise),
+            subtitle: setting,
+            sections: vec![Section { title: "Answer".to_owned(), blocks }],
+            footer: String::new(),
+        },
+        code: u8::from(!tuned.limits.holds || tone == Tone::Bad),
+    })
+}

@@ -1,0 +1,173 @@
+//! What is said of settings.
+
+use standstill_analysis::limit::{Limit, Measure};
+use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
+use standstill_campaign::Estimate;
+use standstill_quantity::Scale;
+use standstill_report::page::Tone;
+
+use crate::commands::require::shown;
+use crate::text::wide_table;
+
+/// The unit in which a measure is read.
+pub fn scale(measure: Measure, largest: f64) -> Scale {
+    measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
+}
+
+/// As many digits as the interval has, and at least two of it.
+fn digits(estimate: &Estimate, scale: &Scale) -> usize {
+    let half = scale.number((estimate.high - estimate.low).abs() / 2.0);
+    let value = scale.number(estimate.value.abs());
+    // An interval without width is of what is the same in all starts.
+    let least = if half > 0.0 && half.is_finite() { half } else { 0.01 * value };
+    standstill_quantity::magnitude(least).map_or(0, |m| usize::try_from(1 - m).unwrap_or(0)).min(9)
+}
+
+fn number(value: f64, digits: usize, scale: &Scale) -> String {
+    if value.is_finite() { format!("{:.digits$}", scale.number(value) + 0.0) } else { "–".to_owned() }
+}
+
+/// An estimate with its interval, in this unit.
+fn interval(estimate: &Estimate, scale: &Scale) -> String {
+    let digits = digits(estimate, scale);
+    let [value, low, high] =
+        [estimate.value, estimate.low, estimate.high].map(|value| number(value, digits, scale));
+    if low == high { value } else { format!("{value} [{low}, {high}]") }
+}
+
+fn with_unit(measure: Measure, estimate: &Estimate) -> String {
+    let scale = scale(measure, estimate.value);
+    let gap = if scale.unit == "°" { "" } else { " " };
+    format!("{}{gap}{}", interval(estimate, &scale), scale.unit)
+}
+
+/// Measures in a line.
+pub fn measures(all: &[(Measure, Estimate)]) -> String {
+    let one =
+        |(measure, estimate): &(Measure, Estimate)| format!("{measure} {}", with_unit(*measure, estimate));
+    all.iter().map(one).collect::<Vec<_>>().join("; ")
+}
+
+/// Settings in a line.
+pub fn settings(asked: &Asked<'_>, values: &[f64]) -> String {
+    let pairs = asked.ranges.iter().zip(values);
+    pairs
+        .map(|(range, value)| format!("{} = {}", range.key, value_of(&range.key, *value)))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
+
+fn value_of(key: &str, value: f64) -> String {
+    if value.is_nan() { "not known".to_owned() } else { shown(key, value) }
+}
+
+/// Settings as lines of a scenario.
+pub fn toml(asked: &Asked<'_>, judged: &Judged) -> String {
+    let line = |(range, value): (&standstill_analysis::tune::Range, &f64)| {
+        let text = shown(&range.key, *value);
+        let plain = text.parse::<f64>().is_ok();
+        if plain { format!("{} = {text}\n", range.key) } else { format!("{} = \"{text}\"\n", range.key) }
+    };
+    asked.ranges.iter().zip(&judged.values).map(line).collect()
+}
+
+/// What was found, in a line.
+pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
+    let minimise = asked.goal.minimise;
+    let [start, best] =
+        [&tuned.start, &tuned.best].map(|judged| with_unit(minimise, &judged.measured.get(minimise)));
+    let settings = settings(asked, &tuned.best.values);
+    let limits = limits(asked);
+    let start_keeps = standstill_analysis::tune::verdict(&asked.goal.limits, &tuned.start.measured).holds;
+    if !tuned.limits.possibly {
+        return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
+    }
+    if !tuned.surely_better(&asked.goal) && start_keeps {
+        return (
+            Tone::Neutral,
+            format!(
+                "No settings found that are surely better than the start: {minimise} {best} against {start}"
+            ),
+        );
+    }
+    (
+        if tuned.limits.surely || asked.goal.limits.0.is_empty() { Tone::Good } else { Tone::Warning },
+        format!("{settings}: {minimise} {best}, at the start {start}"),
+    )
+}
+
+/// The limits as they are read, those of the start in few digits.
+pub fn limits(asked: &Asked<'_>) -> String {
+    let one = |limit: &Limit| {
+        let scale = scale(limit.measure, limit.most);
+        let most = scale.number(limit.most);
+        let most = format!("{most:.3e}").parse::<f64>().unwrap_or(most);
+        let start = if asked.relative.contains(&limit.measure) { " (start)" } else { "" };
+        format!("{} <= {most} {}{start}", limit.measure, scale.unit)
+    };
+    asked.goal.limits.0.iter().map(one).collect::<Vec<_>>().join(", ")
+}
+
+/// What it rests on.
+pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
+    let minimise = asked.goal.minimise;
+    let apart = tuned.differences.get(minimise);
+    let mut details = vec![format!(
+        "[95 % interval] of {} trials of seed {}, which the search did not use; difference of {minimise} to the start {}",
+        asked.effort.last,
+        asked.seed.wrapping_add(2),
+        with_unit(minimise, &apart)
+    )];
+    if !asked.goal.limits.0.is_empty() {
+        let holds = match tuned.limits {
+            v if v.surely => "surely",
+            v if v.holds => "as far as the trials tell, not surely",
+            v if v.possibly => "possibly, but not by these trials",
+            _ => "not",
+        };
+        details.push(format!("{}: kept {holds}", limits(asked)));
+    }
+    let ends: Vec<String> = asked
+        .ranges
+        .iter()
+        .zip(&tuned.best.values)
+        .filter(|(range, value)| **value == range.low || **value == range.high)
+        .map(|(range, _)| range.key.clone())
+        .collect();
+    if !ends.is_empty() {
+        details.push(format!("at the end of the range: {}", ends.join(", ")));
+    }
+    details.push(format!(
+        "{} settings looked at, from {} places; {} trials each at first, {} near the end",
+        tuned.looks.len(),
+        asked.effort.starts,
+        asked.effort.coarse,
+        asked.effort.fine
+    ));
+    details
+}
+
+/// Start and best, measure by measure.
+pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> String {
+    let keys = asked.ranges.iter().enumerate().map(|(k, range)| {
+        let of = |judged: &Judged| value_of(&range.key, judged.values[k]);
+        vec![range.key.clone(), of(&tuned.start), of(&tuned.best), String::new()]
+    });
+    let measures = tuned.best.measured.0.iter().map(|(measure, best)| {
+        let start = tuned.start.measured.get(*measure);
+        let scale = scale(*measure, best.value.max(start.value));
+        let apart = tuned.differences.get(*measure);
+        let difference = if apart.value == 0.0 && apart.low == apart.high {
+            "same".to_owned()
+        } else {
+            interval(&apart, &scale)
+        };
+        vec![
+            format!("{measure} {}", scale.unit),
+            interval(&start, &scale),
+            interval(best, &scale),
+            difference,
+        ]
+    });
+    wide_table(&["", "start", "best", "difference"], keys.chain(measures))
+}

@@ -1,0 +1,176 @@
+//! One detection: whole, and its pulses close up.
+
+use std::collections::BTreeSet;
+
+use standstill_interface::Phase;
+use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
+use standstill_sim::{Event, Snapshot, Trace};
+
+use super::{WIDTH, Window, curve};
+
+/// A pulse carries current where that is more than this share of the largest.
+const CARRIES: f64 = 0.03;
+
+/// Longest close-up in s, and what it shows before the pulse.
+const LONGEST: f64 = 400e-6;
+const BEFORE: f64 = 20e-6;
+
+/// More samples than this are a cloud.
+const MOST_SAMPLES: usize = 400;
+
+/// A stretch in which current flows: its begin and end in s, and the two phases that carry most of it at its largest.
+struct Pulse {
+    from: f64,
+    to: f64,
+    phases: BTreeSet<usize>,
+}
+
+/// What the detector found, as an angle in rad that has as many whole turns as the rotor's.
+fn near(estimate: f64, angle: f64) -> f64 {
+    let turn = std::f64::consts::TAU;
+    estimate + turn * ((angle - estimate) / turn).round()
+}
+
+fn largest(snapshot: &Snapshot) -> f64 {
+    snapshot.current.iter().fold(0.0, |largest: f64, current| largest.max(current.abs()))
+}
+
+/// All pulses that carry current.
+fn pulses(trace: &Trace) -> Vec<Pulse> {
+    let peak = trace.snapshots.iter().map(largest).fold(0.0, f64::max);
+    let carries = |snapshot: &Snapshot| largest(snapshot) > CARRIES * peak;
+    let runs = trace.snapshots.chunk_by(|a, b| carries(a) == carries(b));
+    let pulse = |run: &[Snapshot]| {
+        let top = run.iter().max_by(|a, b| largest(a).total_cmp(&largest(b)))?;
+        let mut phases = [0, 1, 2];
+        phases.sort_by(|a, b| top.current[*b].abs().total_cmp(&top.current[*a].abs()));
+        // The gate that began it.
+        let gate = |(time, event): &(f64, Event)| matches!(event, Event::Gate(..)).then_some(*time);
+        let began = trace.events.iter().filter_map(gate).take_while(|time| *time <= run[0].time).last();
+        let from = began.unwrap_or(run[0].time).max(run[0].time - LONGEST);
+        Some(Pulse { from, to: run[run.len() - 1].time, phases: BTreeSet::from([phases[0], phases[1]]) })
+    };
+    runs.filter(|run| carries(&run[0])).filter_map(pulse).collect()
+}
+
+impl Window<'_> {
+    /// What the drive read in it, phase by phase.
+    fn with_samples(&self, mut panel: Panel) -> Panel {
+        let samples: Vec<(f64, [f64; 3])> = self
+            .trace
+            .events
+            .iter()
+            .filter_map(|(time, event)| match event {
+                Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
+                    Some((self.place(*time), *current))
+                }
+                _ => None,
+            })
+            .collect();
+        if samples.len() > MOST_SAMPLES {
+            return panel;
+        }
+        for (k, phase) in Phase::ALL.into_iter().enumerate() {
+            let label = format!("i_{} as it is read", phase.letter());
+            let points = samples.iter().map(|(at, current)| (*at, current[k]));
+            panel = panel.with(Layer::points(&label, Style::nth(k), points));
+        }
+        panel
+    }
+
+    /// The current out of the DC link: that of the legs whose upper side conducts.
+    fn with_link(&self, panel: Panel) -> Panel {
+        let link =
+            |s: &Snapshot| -> f64 { (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum() };
+        panel.with(curve("out of the DC link", self.points(link), Style::Orange))
+    }
+}
+
+/// A whole detection, and close-ups: of the first pulse that carries current, and of the first on each other line. The
+/// estimate is an angle in rad.
+pub fn detection(trace: &Trace, title: &str, estimate: Option<f64>) -> Figure {
+    let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
+    let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
+    let time = || whole.axis("time");
+    let mut panels = vec![whole.currents(time())];
+    panels.push(angles(&whole, time(), estimate));
+    panels.push(whole.modes(time()));
+    let mut seen: Vec<BTreeSet<usize>> = Vec::new();
+    for pulse in pulses(trace) {
+        if seen.contains(&pulse.phases) || seen.len() == 3 {
+            continue;
+        }
+        let to = (pulse.to + BEFORE).min(pulse.from + LONGEST);
+        let near = Window { trace, from: pulse.from - BEFORE, to, origin: pulse.from, unit: 1e-6 };
+        let names: Vec<String> = pulse.phases.iter().map(|k| Phase::ALL[*k].letter().to_string()).collect();
+        let close = || near.axis(&format!("phases {}: time from the pulse's gate edge", names.join(" and ")));
+        let currents = near.with_link(near.with_samples(near.currents(close())));
+        if seen.is_empty() {
+            panels.extend([potentials(&near, close()), currents, near.modes(close())]);
+        } else {
+            panels.push(Panel { legend: false, ..currents });
+        }
+        seen.push(pulse.phases);
+    }
+    Figure {
+        title: format!("One detection: {title}"),
+        subtitle: Some(
+            "above: from start to end; below: the first pulse, and the first of each other line".to_owned(),
+        ),
+        width: WIDTH,
+        height: 1000 + 230 * u32::try_from(seen.len().saturating_sub(1)).unwrap_or(0),
+        panels,
+    }
+}
+
+/// The rotor's angle and what the detector took it for.
+fn angles(whole: &Window<'_>, axis: Axis, estimate: Option<f64>) -> Panel {
+    let panel = Panel { weight: 0.8, ..Panel::new(axis, Axis::new("electrical angle (°)")) };
+    let angle = whole.points(|s| s.angle.to_degrees());
+    let last = whole.snapshots().last().map_or(0.0, |s| s.angle);
+    let panel = panel.with(curve("rotor", angle, Style::Blue));
+    match estimate.map(|estimate| near(estimate, last).to_degrees()) {
+        Some(found) => {
+            let ends = vec![(whole.place(whole.from), found), (whole.place(whole.to), found)];
+            panel.with(curve("as it was found", ends, Style::Vermilion))
+        }
+        None => panel,
+    }
+}
+
+fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
+    Phase::ALL.into_iter().enumerate().fold(
+        Panel::new(axis, Axis::new("potential (V)")),
+        |panel, (k, phase)| {
+            let label = format!("v_{} against the negative rail", phase.letter());
+            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::nth(k)))
+        },
+    )
+}
+
+/// Detections with several settings, laid over one another: each phase's current, and how far the rotor moved.
+pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
+    let end = runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time).fold(0.0, f64::max);
+    let window = |trace| Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
+    let over = |label: &str, value: &dyn Fn(&Trace, &Snapshot) -> f64| {
+        let axis =
+            runs.first().map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace).axis("time"));
+        runs.iter().enumerate().fold(Panel::new(axis, Axis::new(label)), |panel, (k, (name, trace))| {
+            panel.with(curve(name, window(trace).points(|s| value(trace, s)), Style::nth(k)))
+        })
+    };
+    let mut panels: Vec<Panel> = Phase::ALL
+        .into_iter()
+        .enumerate()
+        .map(|(k, phase)| over(&format!("i_{} (A)", phase.letter()), &move |_, s| s.current[k]))
+        .collect();
+    let moved = |trace: &Trace, s: &Snapshot| (s.angle - trace.snapshots[0].angle).to_degrees();
+    if runs.iter().any(|(_, trace)| trace.snapshots.iter().any(|s| moved(trace, s).abs() > 1e-3)) {
+        panels.push(over("rotor moved (°)", &moved));
+    }
+    for panel in panels.iter_mut().skip(1) {
+        panel.legend = false;
+    }
+    let height = 160 + 210 * u32::try_from(panels.len()).unwrap_or(3);
+    Figure { title: title.to_owned(), subtitle: None, width: WIDTH, height, panels }
+}
