@@ -66,7 +66,7 @@ fn traced<S: Settings<f64>>(
     case: &Case<'_>,
     trial: u64,
 ) -> Result<(Record, Trace), LabError> {
-    let detector = || scenario.detector.detector().map_err(LabError::of);
+    let detector = || scenario.detector_for(case).map_err(LabError::of);
     let run = simulate(case, &mut detector()?, false, &mut NoProbe);
     let resolution = RESOLUTION.max(run.duration.seconds() / MOST_ROWS);
     let mut trace = Trace::new(resolution);

@@ -115,9 +115,9 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Err
 /// The trial to the last bit, and its waveforms.
 pub fn watch(single: &Single) -> Result<(Record, Trace), standstill_detect::SettingsError> {
     let (case, scenario) = (single.case(), &single.scenario);
-    let alone = simulate(&case, &mut scenario.detector.detector()?, false, &mut NoProbe);
+    let alone = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
     let mut trace = Trace::new(RESOLUTION);
-    let _ = simulate(&case, &mut scenario.detector.detector()?, false, &mut trace);
+    let _ = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut trace);
     Ok((Record { trial: single.trial, run: alone }, trace))
 }
 

@@ -200,7 +200,7 @@ fn fitting(points: &[Point]) -> Vec<FittedCore> {
     let mut cores = data.plain();
     cores.extend(data.bridged());
     cores.sort_by(|a, b| a.distance.total_cmp(&b.distance));
-    let most = cores.first().map_or(0.0, |best| (ALIKE * best.distance).max(EQUAL).min(FARTHEST));
+    let most = cores.first().map_or(0.0, |best| (ALIKE * best.distance).clamp(EQUAL, FARTHEST));
     // Two that differ by less are one, met twice.
     cores.dedup_by(|next, kept| next.core == kept.core);
     cores.retain(|fitted| fitted.distance <= most);

@@ -98,11 +98,9 @@ fn all_requests(command: &Command<f64>, leg: usize, start: Nanos) -> Vec<(Nanos,
         let end = begin + stage.duration;
         match stage.legs.0[leg] {
             Leg::Off => seen.push((begin, Gate::Off)),
-            Leg::Low => seen.push((begin, Gate::Low)),
-            Leg::High => seen.push((begin, Gate::High)),
             // At once: it does not switch.
-            Leg::Rise(Nanos::ZERO) => seen.push((begin, Gate::High)),
-            Leg::Fall(Nanos::ZERO) => seen.push((begin, Gate::Low)),
+            Leg::Low | Leg::Fall(Nanos::ZERO) => seen.push((begin, Gate::Low)),
+            Leg::High | Leg::Rise(Nanos::ZERO) => seen.push((begin, Gate::High)),
             Leg::Rise(after) => {
                 seen.extend([(begin, Gate::Low), (begin + after, Gate::High)]);
                 seen.retain(|(at, _)| *at < end || *at == begin);
