@@ -61,6 +61,17 @@ impl Ready {
     }
 }
 
+/// Whether a scenario, at any of its points, has a detector from a library.
+pub(crate) fn names_library(document: &Document) -> bool {
+    let axes = document.get("axes").and_then(toml::Value::as_table);
+    let of = |key: &String| key == "detector" || key.starts_with("detector.library");
+    document.get("detector.library").is_some() || axes.is_some_and(|axes| axes.keys().any(of))
+}
+
+/// What a page is told that asks for a library.
+pub(crate) const LIBRARY: &str =
+    "a detector from a library is run where the lab is started with its scenario, and not at the page's word";
+
 /// Scenarios that are kept ready, so that going back and forth costs nothing.
 const KEPT: usize = 48;
 
@@ -172,6 +183,14 @@ impl Bench {
         let mut document = self.document(&setting.scenario)?;
         for (key, value) in setting.in_order() {
             document.set(key, value, Origin::Option("the lab"))?;
+        }
+        // A link must not be able to have a program of somebody else's run.
+        let given = &self.given.document;
+        let same = |key: &str| document.get(key) == given.get(key);
+        if names_library(&document)
+            && !(setting.scenario.is_empty() && same("detector.library") && same("axes"))
+        {
+            return Err(LabError::of(LIBRARY));
         }
         let like = {
             let ready = lock(&self.ready);

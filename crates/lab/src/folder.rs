@@ -12,7 +12,7 @@ use standstill_campaign::{Statistics, Summary};
 use standstill_quantity::Quantity;
 use standstill_scenario::Document;
 
-use crate::bench::lock;
+use crate::bench::{LIBRARY, lock, names_library};
 use crate::error::LabError;
 
 /// How deep runs are looked for, and how many things are listed.
@@ -71,6 +71,9 @@ impl Folder {
             return Err(LabError::of(format!("{name} is no scenario (.toml)")));
         }
         let mut document = Document::read(&path)?;
+        if names_library(&document) {
+            return Err(LabError::of(LIBRARY));
+        }
         document.fence(Some(&self.path))?;
         Ok(document)
     }

@@ -142,6 +142,7 @@ fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
 fn is_there(key: &str, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
     match key.strip_prefix("detector.") {
+        Some("call_timeout") => has_value,
         Some("polarity") => detector.clone().polarity_mut().is_some(),
         Some(name) => methods::ALL
             .into_iter()

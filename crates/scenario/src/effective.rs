@@ -88,6 +88,7 @@ impl Scenario<Method<f64>> {
             "switch_resistance" if is(DeviceKind::Igbt) => number(devices.switch_resistance),
             "diode_drop" => number(devices.diode_drop),
             "diode_resistance" => number(devices.diode_resistance),
+            "terminal_capacitance" => number(drive.bridge.terminal_capacitance),
             "open_leg" => drive.bridge.open_leg.name().into(),
             _ => return None,
         })
@@ -122,6 +123,9 @@ impl Scenario<Method<f64>> {
     }
 
     fn of_detector(&self, name: &str) -> Option<Value> {
+        if name == "time_limit" {
+            return Some(seconds(self.time_limit));
+        }
         let key = keys::ALL.into_iter().find(|key| key.name == name)?;
         let value = self.detector.get(key)?;
         Some(match (value, key.kind) {
@@ -159,6 +163,8 @@ mod tests {
         ("inverter.diode_drop", "0.75", ""),
         ("inverter.diode_resistance", "0.015", ""),
         ("inverter.open_leg", "\"open\"", ""),
+        ("inverter.terminal_capacitance", "1e-9", ""),
+        ("detector.time_limit", "2.5", ""),
         ("sensors.arrangement", "\"two-in-line\"", ""),
         ("sensors.gain_error", "0.02", ""),
         ("sensors.offset", "0.05", ""),
@@ -217,8 +223,14 @@ mod tests {
         let schema = schema();
         // What only the document knows.
         let document = ["rotor.winding_temperature", "rotor.magnet_temperature", "detector.method"];
-        let document =
-            document.into_iter().chain(["detector.signature", "detector.polarity", "detector.dead_time"]);
+        let document = document.into_iter().chain([
+            "detector.signature",
+            "detector.polarity",
+            "detector.dead_time",
+            "detector.library",
+            "detector.call_timeout",
+            "detector.config",
+        ]);
         let known: Vec<&str> = OTHERS.iter().map(|(key, ..)| *key).chain(document).collect();
         for name in ["rotor", "inverter", "sensors", "detector"] {
             let table = schema["properties"][name]["$ref"].as_str().expect("a table").trim_start_matches('#');

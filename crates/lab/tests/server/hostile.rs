@@ -136,6 +136,18 @@ fn law_no_path_leads_out_of_the_folder() {
         let text = answer.text();
         assert!(!text.contains("secret-motor") && !text.contains("missing field"), "{text}");
     }
+    // A library is a program: no link and no file of the folder has one run.
+    std::fs::write(inside.join("library.toml"), "detector.library = \"evil.so\"").expect("written");
+    assert!(lab.post("setting", &of("library.toml")).text().contains("is started with its scenario"));
+    for (key, value) in [
+        ("detector.library", "evil.so"),
+        ("detector", "{ library = \"evil.so\" }"),
+        ("axes.detector.library", "[\"evil.so\"]"),
+        ("axes", "{ \"detector.library\" = [\"evil.so\"] }"),
+    ] {
+        let asked = json!({ "setting": setting(&[(key, value)]), "trial": 0, "angle": null, "trials": 10 });
+        assert!(lab.post("setting", &asked).text().contains("is started with its scenario"), "{key}");
+    }
     let report = lab.get("report/run");
     assert!(report.code == 200 && report.head.contains("sandbox") && report.text().contains("report of"));
     // Without a folder there are no files at all.
