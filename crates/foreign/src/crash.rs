@@ -104,6 +104,9 @@ const SIGNALS: [(libc::c_int, &str); 5] = [
     (libc::SIGABRT, "SIGABRT, abort() or a failed assert()"),
 ];
 
+/// As many threads may be inside of libraries.
+const AT_EXIT: usize = 1024;
+
 /// Makes crashes tell. Once for the program.
 pub fn watch() {
     static WATCH: Once = Once::new();
@@ -118,8 +121,12 @@ pub fn watch() {
                 libc::sigaction(signal, &raw const action, ptr::null_mut());
             }
         }
-        // SAFETY: a function without arguments.
-        unsafe { libc::atexit(on_exit) };
+        // Threads may call exit() at the same time: each takes what is registered one by one, and the last one ends the program
+        // with its library's code.
+        for _ in 0..AT_EXIT {
+            // SAFETY: a function without arguments.
+            unsafe { libc::atexit(on_exit) };
+        }
     });
 }
 
@@ -142,13 +149,17 @@ fn here() -> Option<&'static str> {
     (!site.is_null()).then(|| unsafe { (*site).text.as_str() })
 }
 
-extern "C" fn on_signal(signal: libc::c_int) {
+/// Threads may crash or call `exit()` at the same time. The first one goes on, and ends the program for all.
+fn first() {
     static TELLS: AtomicBool = AtomicBool::new(false);
-    // Threads may crash at the same time. The first one tells, and ends the program for all.
     while TELLS.swap(true, Ordering::Relaxed) {
         // SAFETY: waits for a signal.
         unsafe { libc::pause() };
     }
+}
+
+extern "C" fn on_signal(signal: libc::c_int) {
+    first();
     if let Some(site) = here()
         && !ISOLATED.load(Ordering::Relaxed)
     {
@@ -164,6 +175,7 @@ extern "C" fn on_signal(signal: libc::c_int) {
 
 extern "C" fn on_exit() {
     if let Some(site) = here() {
+        first();
         if ISOLATED.load(Ordering::Relaxed) {
             // SAFETY: the program ends here, as its parent expects.
             unsafe { libc::_exit(CALLED_EXIT) };

@@ -10,7 +10,6 @@ use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::{Explained, Halt, Trials};
 use standstill_campaign::store::{Shard, Sweep};
-use standstill_detect::Settings as _;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{Document, FileError, Plan, Record, Single};

@@ -153,7 +153,7 @@ fn what_is_wrong_with_a_map_is_named() {
             ],
         ),
         (&["magnetics", "/dev/zero.csv"], &["cannot be read"]),
-        (&["magnetics", "paper-5k5", "--values", "rms"], &["--values and --columns", "[map]"]),
+        (&["magnetics", "paper-5k5", "--values", "rms"], &["--values, --columns and --beyond", "[map]"]),
         (&["magnetics", "nan.csv"], &["nan.csv: line 7", "psi_d_Wb = `NaN`", "a finite number"]),
         (
             &["magnetics", "column.csv"],
