@@ -237,6 +237,21 @@ fn map_json(surface: &FluxMap, map: &MapReport, survey: &Survey) -> serde_json::
     })
 }
 
+/// Time constants and torque, where resistance and pole pairs are known.
+fn motor_text(subject: &Subject, survey: &Survey) -> String {
+    let mut text = String::new();
+    if let Some(r) = subject.resistance {
+        let [d, q] = [survey.l_dd, survey.l_qq].map(|l| number(3, l / r * 1e3));
+        let _ = writeln!(text, "time constants with {r} Ω: L_d/R {d} ms, L_q/R {q} ms");
+    }
+    if let (Some(p), Some(point)) = (subject.pole_pairs, survey.along_q.last()) {
+        let torque = 1.5 * f64::from(p) * (point.psi_d * point.i_q - point.psi_q * point.i_d);
+        let (i_q, torque) = (number(2, point.i_q), number(2, torque));
+        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {i_q} A: {torque} N m");
+    }
+    text
+}
+
 fn text_of(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let _ = writeln!(
@@ -267,15 +282,7 @@ fn text_of(subject: &Subject, survey: &Survey) -> String {
             text += &continued_text(surface, continued, reach(survey));
         }
     }
-    if let Some(r) = subject.resistance {
-        let [d, q] = [survey.l_dd, survey.l_qq].map(|l| number(3, l / r * 1e3));
-        let _ = writeln!(text, "time constants with {r} Ω: L_d/R {d} ms, L_q/R {q} ms");
-    }
-    if let (Some(p), Some(point)) = (subject.pole_pairs, survey.along_q.last()) {
-        let torque = 1.5 * f64::from(p) * (point.psi_d * point.i_q - point.psi_q * point.i_d);
-        let (i_q, torque) = (number(2, point.i_q), number(2, torque));
-        let _ = writeln!(text, "torque with {p} pole pairs at i_q = {i_q} A: {torque} N m");
-    }
+    text += &motor_text(subject, survey);
     let harmonics = subject.magnetics.harmonics();
     if harmonics.any() {
         let _ = writeln!(
