@@ -14,6 +14,7 @@ mod maps;
 mod methods;
 mod mistakes;
 mod nameplates;
+mod pages;
 mod scenarios;
 
 use std::fs;

@@ -1,0 +1,99 @@
+//! README.md and docs/: what they print is what the program says, what they name exists.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::{folder, standstill};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
+
+fn said(arguments: &[&str], folder: &Path) -> String {
+    let output = standstill(arguments, folder);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).expect("text")
+}
+
+/// With `STANDSTILL_WRITE=1` it writes the page.
+#[test]
+fn golden_the_reference_is_what_help_says() {
+    let folder = folder();
+    let help = said(&["--help"], folder.path());
+    let lines =
+        help.lines().skip_while(|line| *line != "Commands:").skip(1).take_while(|line| !line.is_empty());
+    let commands: Vec<&str> = lines
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(commands.len() > 15, "{help}");
+    let mut page = "# Reference\n\nThe options of every command, as `standstill COMMAND --help` prints them\n\
+         (`STANDSTILL_WRITE=1 cargo test -p standstill --test cli reference` writes this page). The keys of scenario files stand in the\n\
+         file that `standstill init` writes, those of methods in [methods.md](methods.md); what is written where, in [files.md](files.md).\n"
+        .to_owned();
+    for command in commands {
+        let help = said(&[command, "--help"], folder.path());
+        let lines: Vec<&str> = help.trim_end().lines().map(str::trim_end).collect();
+        let _ = write!(page, "\n## {command}\n\n```text\n{}\n```\n", lines.join("\n"));
+    }
+    let path = Path::new(ROOT).join("docs/reference.md");
+    if std::env::var_os("STANDSTILL_WRITE").is_some() {
+        fs::write(path, page).expect("writable");
+        return;
+    }
+    let written = fs::read_to_string(path).expect("the page");
+    for (k, (is, should)) in written.lines().zip(page.lines()).enumerate() {
+        assert_eq!(is, should, "docs/reference.md, line {}", k + 1);
+    }
+    assert_eq!(written.lines().count(), page.lines().count());
+}
+
+#[test]
+fn golden_the_five_minutes_of_the_readme_run_as_they_are_printed() {
+    let folder = folder();
+    let readme = fs::read_to_string(Path::new(ROOT).join("README.md")).expect("the page");
+    let section =
+        readme.split("## Five minutes").nth(1).and_then(|rest| rest.split("```").nth(1)).expect("a block");
+    let commands =
+        section.lines().filter_map(|line| line.split('#').next()?.trim().strip_prefix("standstill "));
+    let mut run = 0;
+    for command in commands.filter(|command| *command != "lab") {
+        said(&command.split_whitespace().collect::<Vec<_>>(), folder.path());
+        run += 1;
+    }
+    assert_eq!(run, 5);
+    for file in ["trace/waveform.png", "scenario.toml", "standstill-out/run/report/report.html"] {
+        assert!(folder.path().join(file).exists(), "{file}");
+    }
+}
+
+/// Pages for people, by their places from the root.
+fn pages() -> Vec<PathBuf> {
+    let docs = fs::read_dir(Path::new(ROOT).join("docs")).expect("a folder");
+    let docs = docs.map(|entry| Path::new("docs").join(entry.expect("an entry").file_name()));
+    let mut pages: Vec<PathBuf> =
+        docs.filter(|page| page.extension().is_some_and(|end| end == "md")).collect();
+    pages.extend(
+        ["README.md", "ARCHITECTURE.md", "benches/tools/README.md", "tests/cross/README.md"]
+            .map(PathBuf::from),
+    );
+    pages
+}
+
+#[test]
+fn law_what_pages_link_to_exists() {
+    let mut links = 0;
+    for page in pages() {
+        let text = fs::read_to_string(Path::new(ROOT).join(&page)).expect("readable");
+        for link in text.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
+            if link.starts_with("http") || link.starts_with('#') || link.contains(' ') {
+                continue;
+            }
+            let file = link.split('#').next().unwrap_or_default();
+            let folder = Path::new(ROOT).join(page.parent().expect("a file has a folder"));
+            assert!(folder.join(file).exists(), "{} links to {link}", page.display());
+            links += 1;
+        }
+    }
+    assert!(links > 40, "{links}");
+}
