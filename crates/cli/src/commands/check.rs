@@ -99,7 +99,9 @@ pub fn run(options: &Check) -> Result<Report, Error> {
             candidate.method,
             factor(candidate.margin)
         );
-        for (name, value) in settings(&candidate.settings, suitability.has_magnet) {
+        for (name, value) in
+            settings(&candidate.settings, suitability.has_magnet && !suitability.pole_is_open())
+        {
             let _ = writeln!(text, "  {name:<24} {value}");
         }
     }
@@ -165,7 +167,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
     } else if suitability.pole == PoleKnowledge::NotDetermined {
-        "Poles: not determined by this map: it has one side of the d-axis only, and cores that fit it do not agree about the other. Points of both sides would tell; `standstill magnetics` shows what each core says.".to_owned()
+        "Poles: not determined by this map: it has one side of the d-axis only, and cores that fit it do not say the same of the other. Points of both sides would tell; `standstill magnetics` shows what each core says.".to_owned()
     } else if suitability.pole_is_open() {
         "Poles: saturation is not given: the pole cannot be judged. By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].".to_owned()
     } else if rated == Signature::None && pulses == Signature::None {
@@ -213,11 +215,11 @@ fn train(settings: &Method<f64>) -> Option<&PulseTrainSettings<f64>> {
     }
 }
 
-/// The settings that matter, by name; those of the poles where there are some.
-fn settings(method: &Method<f64>, has_magnet: bool) -> Vec<(&'static str, String)> {
+/// The settings that matter, by name; those of the poles where there are some that are known.
+fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, String)> {
     let mut all = Vec::new();
     method.describe(&mut |name, value| all.push((name, value.to_string())));
-    all.retain(|(name, _)| has_magnet || !(name.starts_with("polarity") || *name == "signature"));
+    all.retain(|(name, _)| has_poles || !(name.starts_with("polarity") || *name == "signature"));
     all
 }
 
@@ -243,10 +245,11 @@ fn json(
         })
         .collect();
     let recommended = suitability.recommended().map(|candidate| {
-        let settings: serde_json::Map<String, Value> = settings(&candidate.settings, suitability.has_magnet)
-            .into_iter()
-            .map(|(name, value)| (name.to_owned(), value.into()))
-            .collect();
+        let settings: serde_json::Map<String, Value> =
+            settings(&candidate.settings, suitability.has_magnet && !suitability.pole_is_open())
+                .into_iter()
+                .map(|(name, value)| (name.to_owned(), value.into()))
+                .collect();
         json!({ "method": candidate.method.name(), "margin": candidate.margin, "settings": settings })
     });
     json!({

@@ -68,14 +68,20 @@ pub fn interrupted(question: &Question, done: &str) -> Report {
 
 /// Motor, method and errors that an answer speaks of, in a line.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
+    let note = pole_note(scenario).map_or_else(String::new, |note| format!("\n({note})"));
     format!(
-        "{}, {}, {} errors, {} rotor, seed {}",
+        "{}, {}, {} errors, {} rotor, seed {}{note}",
         scenario.motor.name,
         file.detector.name(),
         file.errors.0.name(),
         file.rotor.state.0.name(),
         file.seed
     )
+}
+
+/// What must be said of poles that the motor's data do not tell.
+fn pole_note(scenario: &Scenario<Method<f64>>) -> Option<&'static str> {
+    scenario.motor.pole_knowledge().note().filter(|_| scenario.motor.has_magnet())
 }
 
 /// The same for JSON, together with what is answered.
@@ -87,6 +93,9 @@ pub fn json(
     let mut json = answer;
     json["setup"] = super::setup_json(file, &scenario.motor);
     json["method"] = file.detector.name().into();
+    if let Some(note) = pole_note(scenario) {
+        json["pole_note"] = note.into();
+    }
     json
 }
 

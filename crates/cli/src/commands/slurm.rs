@@ -41,6 +41,7 @@ fn command(options: &Slurm) -> String {
             .collect::<Vec<_>>()
     };
     words.extend(pairs("-s", &options.keys.set));
+    words.extend(options.keys.detector.iter().map(|library| format!("--detector {}", path(library))));
     words.extend(pairs("--vary", &options.axes.vary));
     words.extend(
         options.axes.design.map(|design| format!("--design {}", standstill_interface::Choice::name(design))),

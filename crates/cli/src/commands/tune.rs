@@ -91,6 +91,11 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
         return Err(Error::Arguments(format!("--vary {}: twice", twice.1)));
     }
+    if let Some(key) = keys.iter().find(|key| ["seed", "trials"].contains(&key.as_str())) {
+        return Err(Error::Arguments(format!(
+            "--vary {key}: needed a key of the motor, the drive or the detector"
+        )));
+    }
     let none = Limits(Vec::new());
     let bench = Bench::new(document, &none, &keys)?;
     let mut ranges = Vec::new();

@@ -87,7 +87,7 @@ impl PoleKnowledge {
                 "the pole is assumed: its map has one side of the d-axis only, and all cores that fit it agree",
             ),
             Self::NotDetermined => Some(
-                "the pole is not determined by this map: it has one side of the d-axis only, and cores that fit it do not agree",
+                "the pole is not determined by this map: it has one side of the d-axis only, and cores that fit it do not say the same",
             ),
         }
     }
@@ -176,7 +176,7 @@ impl Continuation {
             let low = spread.iter().map(|kind| kind.difference[0]).fold(f64::INFINITY, f64::min);
             let high = spread.iter().map(|kind| kind.difference[1]).fold(f64::NEG_INFINITY, f64::max);
             let (least, most) = if low > 0.0 { (low, high) } else { (-high, -low) };
-            least > NO_DIFFERENCE && most <= AGREED * least
+            least > NO_DIFFERENCE && most <= AGREED * least && most.is_finite()
         });
         if agreed { PoleKnowledge::Assumed } else { PoleKnowledge::NotDetermined }
     }

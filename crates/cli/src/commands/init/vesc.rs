@@ -8,6 +8,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
+use standstill_plant::Files;
+
 use crate::error::Error;
 
 /// Nominal voltage of a cell by `si_battery_type`.
@@ -59,7 +61,8 @@ impl Settings<'_> {
 }
 
 fn read(path: &Path) -> Result<Settings<'_>, Error> {
-    let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let text = String::from_utf8_lossy(&bytes);
     let mut settings = Settings { path, texts: BTreeMap::new() };
     let needed = "the XML of a motor configuration, as VESC Tool saves it";
     let document =

@@ -69,6 +69,7 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         Tone::Good
     };
     let poles = match s.wrong_poles {
+        _ if summary.run.pole_note.is_some() => "Poles not judged".to_owned(),
         0 => format!("No wrong pole in {} starts", s.trials),
         1 => format!("1 wrong pole in {} starts", s.trials),
         many => format!("{many} wrong poles in {} starts", s.trials),

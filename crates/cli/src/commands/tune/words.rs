@@ -1,6 +1,6 @@
 //! What is said of settings.
 
-use standstill_analysis::limit::{Limit, Measure};
+use standstill_analysis::limit::{Limit, Limits, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
@@ -78,7 +78,10 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
         [&tuned.start, &tuned.best].map(|judged| with_unit(minimise, &judged.measured.get(minimise)));
     let settings = settings(asked, &tuned.best.values);
     let limits = limits(asked);
-    let start_keeps = standstill_analysis::tune::verdict(&asked.goal.limits, &tuned.start.measured).holds;
+    // What the start itself sets, it keeps, whatever other random numbers make of it.
+    let absolute = asked.goal.limits.0.iter().filter(|limit| !asked.relative.contains(&limit.measure));
+    let absolute = Limits(absolute.copied().collect());
+    let start_keeps = standstill_analysis::tune::verdict(&absolute, &tuned.start.measured).holds;
     if !tuned.limits.possibly {
         return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
     }
