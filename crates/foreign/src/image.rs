@@ -14,6 +14,12 @@ use std::ptr::NonNull;
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
+/// What a library defines is its own, also where the C library has the same name: firmware knows none of it.
+#[cfg(target_env = "gnu")]
+const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
+#[cfg(not(target_env = "gnu"))]
+const OWN_FIRST: libc::c_int = 0;
+
 use crate::abi::{ABI, Answer, Command, Drive, Entry, Legs, Sample, Table};
 use crate::crash;
 pub use crate::crash::Site;
@@ -54,7 +60,7 @@ impl Image {
         let path =
             written.map_err(|error| LoadError::because(format!("no copy of it could be made: {error}")))?;
         // SAFETY: constructors of the library run; whoever names it as the detector wants its code to run.
-        let library = unsafe { Library::open(Some(path.as_os_str()), RTLD_NOW | RTLD_LOCAL) };
+        let library = unsafe { Library::open(Some(path.as_os_str()), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
         let library = library.map_err(|error| load_error(&error, elf))?;
         // SAFETY: `sts_entry` is declared so in standstill.h.
         let entry = unsafe { library.get::<Entry>(b"sts_entry\0") };

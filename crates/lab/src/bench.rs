@@ -63,9 +63,12 @@ impl Ready {
 
 /// Whether a scenario, at any of its points, has a detector from a library.
 pub(crate) fn names_library(document: &Document) -> bool {
-    let axes = document.get("axes").and_then(toml::Value::as_table);
     let of = |key: &String| key == "detector" || key.starts_with("detector.library");
-    document.get("detector.library").is_some() || axes.is_some_and(|axes| axes.keys().any(of))
+    let varied = |table: &str| {
+        let keys = document.get(table).and_then(toml::Value::as_table);
+        keys.is_some_and(|keys| keys.keys().any(of))
+    };
+    document.get("detector.library").is_some() || varied("axes") || varied("tolerances")
 }
 
 /// What a page is told that asks for a library.
@@ -188,7 +191,10 @@ impl Bench {
         let given = &self.given.document;
         let same = |key: &str| document.get(key) == given.get(key);
         if names_library(&document)
-            && !(setting.scenario.is_empty() && same("detector.library") && same("axes"))
+            && !(setting.scenario.is_empty()
+                && same("detector.library")
+                && same("axes")
+                && same("tolerances"))
         {
             return Err(LabError::of(LIBRARY));
         }

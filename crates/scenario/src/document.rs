@@ -179,6 +179,9 @@ pub struct Document {
     files: Files,
 }
 
+/// Parts that a key may have.
+const MOST_PARTS: usize = 16;
+
 impl Document {
     /// The scenario of a file. The file itself is not among [`Document::files`]: what counts of it is what it says, with all
     /// overrides.
@@ -212,7 +215,8 @@ impl Document {
         // The keys of axes and tolerances have dots in them.
         let dotted = ["axes.", "tolerances."].iter().any(|table| key.starts_with(table));
         let mut parts: Vec<&str> = key.splitn(if dotted { 2 } else { usize::MAX }, '.').collect();
-        let last = parts.pop().filter(|last| !last.is_empty());
+        // Tables are read one within the other: no key of a scenario has more than a few parts.
+        let last = parts.pop().filter(|last| !last.is_empty() && parts.len() < MOST_PARTS);
         let Some(last) = last.filter(|_| parts.iter().all(|part| !part.is_empty())) else {
             return Err(FileError::Key {
                 place: origin.to_string(),

@@ -67,7 +67,9 @@ impl Plan {
         let keys = file.axes.keys().map(|key| ("axes", key));
         for (table, key) in keys.chain(file.tolerances.keys().map(|key| ("tolerances", key))) {
             let first = key.split('.').next().unwrap_or_default();
-            if FIXED.contains(&first) || (first == "seed" && table == "tolerances") {
+            let drawn =
+                ["seed", "detector", "detector.library"].contains(&key.as_str()) && table == "tolerances";
+            if FIXED.contains(&first) || drawn {
                 let needed = "a key of the motor, the drive, the rotor or the detector";
                 let error = FileError::key(&format!("{table}.{key}"), "a key of the run itself", needed);
                 return Err(document.locate(error));

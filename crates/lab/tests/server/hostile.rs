@@ -143,6 +143,7 @@ fn law_no_path_leads_out_of_the_folder() {
         ("detector.library", "evil.so"),
         ("detector", "{ library = \"evil.so\" }"),
         ("axes.detector.library", "[\"evil.so\"]"),
+        ("tolerances.detector.library", "{ mean = \"3 lib.so\", uniform = \"0 lib.so\" }"),
         ("axes", "{ \"detector.library\" = [\"evil.so\"] }"),
     ] {
         let asked = json!({ "setting": setting(&[(key, value)]), "trial": 0, "angle": null, "trials": 10 });

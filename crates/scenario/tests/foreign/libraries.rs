@@ -30,6 +30,16 @@ fn law_the_memory_of_a_library_is_set_back_before_each_trial() {
 }
 
 #[test]
+fn law_what_a_library_defines_is_its_own_whatever_the_c_library_has() {
+    let (folder, _) = probe(&[]);
+    let plan = plan(&folder, &asking("own")).expect("a library");
+    // Bound to those of the C library, `random` were not 1 and `timezone` grew from trial to trial.
+    for angle in angles(&records(&plan, 0..20)) {
+        assert!((angle - 0.1).abs() < 1e-6, "{angle}");
+    }
+}
+
+#[test]
 fn law_each_trial_has_a_seed_of_its_own_and_always_the_same() {
     let (folder, _) = probe(&[]);
     let seeded = plan(&folder, &asking("seed")).expect("valid");
