@@ -205,8 +205,15 @@ mod tests {
                 .arg(&include)
                 .args([file, "-o", "layout"])
                 .current_dir(folder.path())
-                .output()
-                .expect("a compiler");
+                .output();
+            // A machine with a linker for Rust has a C compiler, not always one for C++.
+            let built = match built {
+                Err(error) if compiler == "c++" && error.kind() == std::io::ErrorKind::NotFound => {
+                    eprintln!("c++ is not installed: the header was not tried with it");
+                    continue;
+                }
+                built => built.expect("a compiler"),
+            };
             assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
             let printed = Process::new(folder.path().join("layout")).output().expect("runs").stdout;
             let printed = String::from_utf8(printed).expect("digits");
