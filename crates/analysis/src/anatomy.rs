@@ -43,7 +43,7 @@ pub struct Sector {
 /// A draw among failing starts, in standard deviations of what it is drawn from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Draw {
-    /// What it is, such as `gain of b`.
+    /// Its name, such as `gain of b`.
     pub name: String,
     /// Its mean; zero among all starts.
     pub mean: f64,

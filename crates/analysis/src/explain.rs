@@ -9,11 +9,11 @@ use crate::{Halt, Trials, Watch};
 /// An error that a trial drew, and the trial without it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
-    /// What it is, such as `gain of b`.
+    /// Its name, such as `gain of b`.
     pub name: String,
     /// The key that says how much of it there is.
     pub key: String,
-    /// What was drawn, in standard deviations of what it is drawn from; none of many draws together, and of phases.
+    /// The value drawn, in standard deviations of its distribution. None where the cause is many draws together, or a phase.
     pub drawn: Option<f64>,
     /// The same trial with it at its mean and all else as it was.
     pub without: Record,

@@ -13,8 +13,8 @@ use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
 pub use campaigns::{
-    Bounds, Budget, Completions, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
-    Results, Rows, Run, Slurm, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Completions, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report,
+    Require, Results, Rows, Run, Slurm, Status, Sweep, Tune,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 

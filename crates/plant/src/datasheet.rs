@@ -3,6 +3,7 @@
 mod check;
 mod entries;
 mod extras;
+mod map;
 mod nameplate;
 mod place;
 mod sourced;
@@ -21,9 +22,10 @@ use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
+use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
 pub use self::place::{key_span, line_of};
-use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples, MapValues};
+use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples};
 
 /// Where a number comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
@@ -143,60 +145,6 @@ struct RotorTable {
     brake_backlash: Option<Sourced<Degree>>,
     cogging_torque: Option<Sourced<NewtonMetre>>,
     cogging_periods: Option<Sourced<One>>,
-}
-
-/// The name of a file, which may have a source.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(untagged, expecting = "must be a file's name, or a table { value = …, source = …, reason = … }")]
-enum SourcedFile {
-    Plain(String),
-    Whole(WholeFile),
-}
-
-/// The name of a file, with its source.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct WholeFile {
-    value: String,
-    source: Source,
-    reason: String,
-}
-
-impl SourcedFile {
-    fn name(&self) -> &str {
-        match self {
-            Self::Plain(name) => name,
-            Self::Whole(file) => &file.value,
-        }
-    }
-
-    fn entry(&self, key: &str) -> Entry {
-        let (source, reason) = match self {
-            Self::Plain(_) => (Source::Given, sourced::PLAIN),
-            Self::Whole(file) => (file.source, file.reason.trim()),
-        };
-        Entry { key: key.to_owned(), value: self.name().to_owned(), source, reason: reason.to_owned() }
-    }
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct MapTable {
-    file: SourcedFile,
-    /// Whether the file has peak or rms values; peak values without it.
-    values: Option<MapValues>,
-    /// The columns of a text in place of its header.
-    columns: Option<String>,
-    /// What is done where the file has one side of the d-axis only; without it, nothing.
-    beyond: Option<Beyond>,
-}
-
-/// How a map goes on where its file has no data.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
-#[serde(rename_all = "lowercase")]
-enum Beyond {
-    /// As algebraic cores do that were fitted to it.
-    Fitted,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

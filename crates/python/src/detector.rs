@@ -57,19 +57,9 @@ struct FromPython<'a> {
 }
 
 /// The end of a detection that raised: nobody reads it.
-const RAISED: Step<f64> =
-    Step::Done(Outcome::Failed { fault: Fault::UnexpectedReadings, findings: FINDINGS });
-const FINDINGS: Findings<f64> = Findings {
-    line_inductance: None,
-    line_resistance: None,
-    mean_inductance: None,
-    saliency: None,
-    polarity: None,
-    angle_deviation: None,
-    pole_error: None,
-    pole_evidence: None,
-    sensor_gain: None,
-};
+fn raised() -> Step<f64> {
+    Step::Done(Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() })
+}
 
 impl Detector<f64> for FromPython<'_> {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
@@ -77,7 +67,7 @@ impl Detector<f64> for FromPython<'_> {
             Ok(step) => step,
             Err(error) => {
                 self.raised = Some(error);
-                RAISED
+                raised()
             }
         })
     }
@@ -89,7 +79,7 @@ impl FromPython<'_> {
         let answer = self.object.bind(py).call_method1(step, (array(py, readings)?,))?;
         let class = answer.get_type();
         let is = |known: &Py<PyAny>| class.is(known.bind(py));
-        let findings = FINDINGS;
+        let findings = Findings::default();
         if is(&self.classes.drive) {
             return command(py, &answer).map(Step::Drive);
         }

@@ -34,7 +34,7 @@ pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)
 }
 
-/// What a channel reads without current.
+/// The readings of a channel while no current flows.
 #[derive(Clone, Copy)]
 struct Rest {
     /// In A.
@@ -45,7 +45,7 @@ struct Rest {
     reach: f64,
 }
 
-/// Of each channel, by the rows before the first pulse.
+/// The readings at rest of each channel, from the rows before the first pulse.
 fn resting(record: &Record) -> [Rest; 3] {
     let before = record.rows.iter().position(|row| drives(row.legs)).unwrap_or(1).max(1);
     std::array::from_fn(|k| {

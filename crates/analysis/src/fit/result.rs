@@ -40,7 +40,7 @@ pub struct Lean {
 /// A combination of parameters of which the readings tell less than is known without measuring.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weak {
-    /// What the readings tell of it: their information as a share of that which is known beforehand, 0 to 1.
+    /// The readings' information about this combination, divided by the information that is known beforehand: 0 to 1.
     pub told: f64,
     /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
     /// units, if the combination is off by what it may be off by beforehand.
@@ -93,7 +93,7 @@ pub struct Fit {
     pub pole: Pole,
     /// What fixed parameters move.
     pub leans: Vec<Lean>,
-    /// What the readings hardly tell, the least first.
+    /// Combinations of parameters that the readings hardly determine, the least determined first.
     pub weak: Vec<Weak>,
     /// Root mean square of readings less simulation, in A.
     pub residual_rms: f64,

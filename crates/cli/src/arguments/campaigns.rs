@@ -11,12 +11,9 @@ use standstill_report::table::Format;
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::trials;
 
+/// How many trials, and which.
 #[derive(Debug, Args)]
-pub struct Run {
-    /// Scenario file (.toml); `standstill init` writes one
-    pub scenario: PathBuf,
-    #[command(flatten)]
-    pub keys: Keys,
+pub struct Amount {
     /// Trials at each point [default: the scenario's]
     #[arg(long, value_parser = trials, allow_hyphen_values = true)]
     pub trials: Option<u64>,
@@ -26,6 +23,16 @@ pub struct Run {
     /// `wrong_poles=0.01%` (half the interval of their probability); several must all hold
     #[arg(long, value_name = "WHAT=SHARE", value_parser = assignment)]
     pub stop_at: Vec<(String, String)>,
+}
+
+#[derive(Debug, Args)]
+pub struct Run {
+    /// Scenario file (.toml); `standstill init` writes one
+    pub scenario: PathBuf,
+    #[command(flatten)]
+    pub keys: Keys,
+    #[command(flatten)]
+    pub amount: Amount,
     #[command(flatten)]
     pub results: Results,
     /// What is kept of the trials: `all`, a row of each, or `none` but the statistics, for runs of a billion trials
@@ -268,14 +275,8 @@ pub struct Slurm {
     pub keys: Keys,
     #[command(flatten)]
     pub axes: Axes,
-    /// Trials at each point [default: the scenario's]
-    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
-    pub trials: Option<u64>,
     #[command(flatten)]
-    pub seed: Seed,
-    /// End a point early, as `standstill run` takes it
-    #[arg(long, value_name = "WHAT=SHARE", value_parser = assignment)]
-    pub stop_at: Vec<(String, String)>,
+    pub amount: Amount,
     /// What is kept of the trials
     #[arg(long, value_enum, default_value_t = Rows::All)]
     pub rows: Rows,

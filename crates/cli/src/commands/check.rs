@@ -166,10 +166,12 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     let floor = SequentialSettings::<f64>::new(difference).floor;
     reasons.push(if !suitability.has_magnet {
         "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned()
-    } else if suitability.pole == PoleKnowledge::NotDetermined {
-        "Poles: not determined by this map: it has one side of the d-axis only, and cores that fit it do not say the same of the other. Points of both sides would tell; `standstill magnetics` shows what each core says.".to_owned()
-    } else if suitability.pole_is_open() {
-        "Poles: saturation is not given: the pole cannot be judged. By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].".to_owned()
+    } else if let (true, Some(note)) = (suitability.pole_is_open(), suitability.pole.note()) {
+        let way_out = match suitability.pole {
+            PoleKnowledge::NotDetermined => "Points of both sides would tell; `standstill magnetics` shows what each core says.",
+            _ => "By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].",
+        };
+        format!("Poles: {note}. {way_out}")
     } else if rated == Signature::None && pulses == Signature::None {
         format!(
             "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",

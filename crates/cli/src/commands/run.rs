@@ -18,7 +18,7 @@ use standstill_scenario::{Document, Origin, Plan};
 use self::isolated::Workers;
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;
-use crate::arguments::{Keys, Results as Options, Rows, Run, Seed, Sweep};
+use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
@@ -45,11 +45,9 @@ pub fn sweep(options: &Sweep) -> Result<Report, Error> {
 pub fn document(
     path: &Path,
     keys: &Keys,
-    trials: Option<u64>,
-    seed: Seed,
-    stop_at: &[(String, String)],
+    Amount { trials, seed, stop_at }: &Amount,
 ) -> Result<Document, Error> {
-    let shorthands = Shorthands::default().trials(trials).seed(seed);
+    let shorthands = Shorthands::default().trials(*trials).seed(*seed);
     let mut document = scenario::changed(scenario::read(path)?, keys, shorthands)?;
     for (key, value) in stop_at {
         document.set(&format!("stop_at.{key}"), value, Origin::CommandLine)?;
@@ -59,7 +57,7 @@ pub fn document(
 
 /// The same of a run's options.
 fn document_of(options: &Run) -> Result<Document, Error> {
-    document(&options.scenario, &options.keys, options.trials, options.seed, &options.stop_at)
+    document(&options.scenario, &options.keys, &options.amount)
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {

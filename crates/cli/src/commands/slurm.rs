@@ -14,8 +14,7 @@ use crate::scenario;
 
 pub fn run(options: &Slurm) -> Result<Report, Error> {
     interrupt::at_once();
-    let mut document =
-        document(&options.scenario, &options.keys, options.trials, options.seed, &options.stop_at)?;
+    let mut document = document(&options.scenario, &options.keys, &options.amount)?;
     scenario::vary(&mut document, &options.axes)?;
     // What is wrong with it shows here, and not a thousand times on the cluster.
     Plan::new(document)?;
@@ -47,9 +46,9 @@ fn command(options: &Slurm) -> String {
         options.axes.design.map(|design| format!("--design {}", standstill_interface::Choice::name(design))),
     );
     words.extend(options.axes.points.map(|points| format!("--points {points}")));
-    words.extend(options.trials.map(|trials| format!("--trials {trials}")));
-    words.extend(options.seed.seed.map(|seed| format!("--seed {seed}")));
-    words.extend(pairs("--stop-at", &options.stop_at));
+    words.extend(options.amount.trials.map(|trials| format!("--trials {trials}")));
+    words.extend(options.amount.seed.seed.map(|seed| format!("--seed {seed}")));
+    words.extend(pairs("--stop-at", &options.amount.stop_at));
     words.extend((options.rows == Rows::None).then(|| "--rows none".to_owned()));
     words.join(" ")
 }

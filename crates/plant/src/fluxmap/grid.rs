@@ -1,9 +1,12 @@
 //! From points in any order to a rectangular grid in the rotor's axes, and what can be wrong with it.
 
+mod axis;
+
 use nalgebra::DMatrix;
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, atan2, sin};
 
+use self::axis::{bracket, distinct, nearest, one_sided, rounded};
 use super::MapAxes;
 use crate::import::{MapError, MapPoint, MapSamples, Place};
 
@@ -369,40 +372,4 @@ impl Grid {
         let cross = (along_q(&self.psi_d) + along_d(&self.psi_q)) / 2.0;
         Symmetric::new(along_d(&self.psi_d), cross, along_q(&self.psi_q))
     }
-}
-
-/// A current for messages: six digits, without those that subtraction leaves.
-fn rounded(current: f64) -> f64 {
-    format!("{current:.5e}").parse().unwrap_or(current)
-}
-
-fn one_sided(axis: &[f64]) -> bool {
-    axis[0] == 0.0 || axis[axis.len() - 1] == 0.0
-}
-
-/// The values that occur, in order; what differs by rounding only is one.
-fn distinct(values: impl Iterator<Item = f64>) -> Vec<f64> {
-    let mut sorted: Vec<f64> = values.collect();
-    sorted.sort_by(f64::total_cmp);
-    let span = sorted.last().unwrap_or(&0.0) - sorted.first().unwrap_or(&0.0);
-    let close = 1e-6 * span;
-    sorted.dedup_by(|next, kept| *next - *kept <= close);
-    // A zero that rounding has moved is still where no current flows.
-    for value in &mut sorted {
-        if value.abs() <= close {
-            *value = 0.0;
-        }
-    }
-    sorted
-}
-
-fn nearest(axis: &[f64], value: f64) -> usize {
-    let after = axis.partition_point(|x| *x < value).min(axis.len() - 1);
-    if after > 0 && value - axis[after - 1] < axis[after] - value { after - 1 } else { after }
-}
-
-/// The cell that contains zero, and where in it.
-fn bracket(axis: &[f64]) -> (usize, f64) {
-    let after = axis.partition_point(|x| *x <= 0.0).clamp(1, axis.len() - 1);
-    (after - 1, -axis[after - 1] / (axis[after] - axis[after - 1]))
 }

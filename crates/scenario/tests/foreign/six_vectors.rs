@@ -60,7 +60,7 @@ fn root(of: f32) -> f32 {
 }
 
 impl SixVectors {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "as the C source computes")]
     fn new(drive: &Nameplate<f64>) -> Self {
         let [rated, ld, link] =
             [drive.rated_current, drive.d_axis_inductance, drive.dc_link].map(|value| value as f32);

@@ -99,6 +99,21 @@ impl Motor {
     }
 }
 
+/// How a detection on this motor ends, whose readings are off by these currents in A.
+fn detected(motor: &mut Motor, mut off: impl FnMut() -> f64) -> Outcome<f64> {
+    let mut detector = LineInductance::new(motor.settings).expect("settings");
+    let mut readings = Vec::new();
+    loop {
+        match detector.step(&readings) {
+            Step::Drive(command) => readings = motor.readings(&command),
+            Step::Done(outcome) => return outcome,
+        }
+        for current in readings.iter_mut().flat_map(|reading| &mut reading.current.0) {
+            *current += off();
+        }
+    }
+}
+
 #[test]
 fn analytic_trapezoids_give_axis_pole_and_both_parameters() {
     for decay in [Decay::Slow, Decay::Fast] {
@@ -108,14 +123,7 @@ fn analytic_trapezoids_give_axis_pole_and_both_parameters() {
                 let angle = degrees.to_radians();
                 let mut motor =
                     Motor { angle, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0, saliency: L_B };
-                let mut detector = LineInductance::new(settings).expect("settings");
-                let mut readings = Vec::new();
-                let outcome = loop {
-                    match detector.step(&readings) {
-                        Step::Drive(command) => readings = motor.readings(&command),
-                        Step::Done(outcome) => break outcome,
-                    }
-                };
+                let outcome = detected(&mut motor, || 0.0);
                 let Outcome::Found { angle: found, findings } = outcome else { panic!("{outcome:?}") };
                 let off = (found.radians() - angle).sin().abs();
                 assert!(off < 1e-9 && (found.radians() - angle).cos() > 0.0, "{degrees}: {outcome:?}");
@@ -161,17 +169,7 @@ fn law_a_single_pulse_a_line_is_as_noisy_as_the_readings_before_it() {
             .filter(|_| {
                 let mut motor =
                     Motor { angle: 1.0, settings, left: 0.0, line: 9, pulses: 0, amplitude: 0.0, saliency };
-                let mut detector = LineInductance::new(settings).expect("settings");
-                let mut readings = Vec::new();
-                let outcome = loop {
-                    match detector.step(&readings) {
-                        Step::Drive(command) => readings = motor.readings(&command),
-                        Step::Done(outcome) => break outcome,
-                    }
-                    for current in readings.iter_mut().flat_map(|reading| &mut reading.current.0) {
-                        *current += deviation * noise.gauss();
-                    }
-                };
+                let outcome = detected(&mut motor, || deviation * noise.gauss());
                 !matches!(outcome, Outcome::Failed { fault: Fault::NoSaliency { .. }, .. })
             })
             .count()

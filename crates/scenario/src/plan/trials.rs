@@ -1,0 +1,145 @@
+//! Trials of a plan: one by one or side by side, from seeds or from tapes.
+
+use standstill_detect::Method;
+use standstill_sim::{Streams, Tape};
+
+use super::Plan;
+use crate::document::FileError;
+use crate::scenario::side_by_side;
+use crate::{Record, Scenario, TrialError};
+
+/// Trials with machines of their own that are drawn at a time: as many as fill the lanes several times over.
+const AT_A_TIME: usize = 64;
+
+impl Plan {
+    /// A trial at a point whose scenario is `scenario`.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trial(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        trial: u64,
+    ) -> Result<Record, FileError> {
+        let run = |scenario: &Scenario<Method<f64>>| {
+            scenario.trial(trial).map_err(|error| FileError::settings(&error))
+        };
+        if self.has_tolerances() { run(&self.drawn(point, Some(scenario), trial)?) } else { run(scenario) }
+    }
+
+    /// Trials at a point whose scenario is `scenario`, side by side in this thread, until there are no more or one cannot be
+    /// run; those that are under way come to their ends. `done` gets each record, in any order.
+    ///
+    /// # Errors
+    /// A trial for which no machine or no detector can be made.
+    pub fn trials(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        trials: &mut dyn Iterator<Item = u64>,
+        done: &mut dyn FnMut(Record),
+    ) -> Result<(), TrialError<FileError>> {
+        if let Some(remote) = &self.remote {
+            return self.remote_trials(remote.as_ref(), (point, scenario), trials, done);
+        }
+        let failed = |trial| move |error| TrialError { trial, error };
+        if !self.has_tolerances() {
+            return scenario
+                .trials(trials, done)
+                .map_err(|TrialError { trial, error }| failed(trial)(FileError::settings(&error)));
+        }
+        loop {
+            let numbers: Vec<u64> = trials.take(AT_A_TIME).collect();
+            let drawn =
+                numbers.iter().map(|trial| self.drawn(point, Some(scenario), *trial).map_err(failed(*trial)));
+            let drawn = all_until_error(drawn);
+            let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
+                let case = scenario.case(*trial);
+                let detector = scenario.detector_for(&case);
+                let detector = detector.map_err(|error| failed(*trial)(FileError::settings(&error)))?;
+                Ok((case, detector))
+            });
+            side_by_side(cases, |number, run| done(Record { trial: numbers[number], run }))?;
+            drawn.ended?;
+            if numbers.len() < AT_A_TIME {
+                return Ok(());
+            }
+        }
+    }
+
+    /// The trial at a point that a tape gives, with its tolerances.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trial_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tape: &Tape,
+    ) -> Result<Record, FileError> {
+        let run = |scenario: &Scenario<Method<f64>>| {
+            scenario.trial_taped(tape).map_err(|error| FileError::settings(&error))
+        };
+        if self.has_tolerances() {
+            run(&self.drawn_by(point, Some(scenario), Streams::taped(tape))?)
+        } else {
+            run(scenario)
+        }
+    }
+
+    /// The scenario of the trial at a point that a tape gives, with its tolerances.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn scenario_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tape: &Tape,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        self.drawn_by(point, Some(scenario), Streams::taped(tape))
+    }
+
+    /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `done` gets
+    /// each record with the number of its tape.
+    ///
+    /// # Errors
+    /// A value drawn that cannot be.
+    pub fn trials_taped(
+        &self,
+        point: usize,
+        scenario: &Scenario<Method<f64>>,
+        tapes: &[Tape],
+        mut done: impl FnMut(usize, Record),
+    ) -> Result<(), FileError> {
+        if !self.has_tolerances() {
+            return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
+        }
+        for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
+            let drawn = all_until_error(tapes.iter().map(|tape| self.scenario_taped(point, scenario, tape)));
+            let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
+                let case = scenario.case_taped(tape);
+                let detector = scenario.detector_for(&case).map_err(|error| FileError::settings(&error))?;
+                Ok((case, detector))
+            });
+            side_by_side(cases, |number, run| {
+                done(block * AT_A_TIME + number, Record { trial: tapes[number].index(), run });
+            })?;
+            drawn.ended?;
+        }
+        Ok(())
+    }
+}
+
+/// What could be made before the first error, and that error.
+struct Made<T, E> {
+    all: Vec<T>,
+    ended: Result<(), E>,
+}
+
+fn all_until_error<T, E>(made: impl Iterator<Item = Result<T, E>>) -> Made<T, E> {
+    let mut ended = Ok(());
+    let all = made.map_while(|one| one.map_err(|error| ended = Err(error)).ok()).collect();
+    Made { all, ended }
+}
