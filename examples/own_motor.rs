@@ -5,9 +5,7 @@
 //!
 //! Run with `cargo run --release --example own_motor`.
 
-use std::sync::atomic::AtomicBool;
-
-use standstill_campaign::{Campaign, CampaignError, Statistics};
+use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::Decay;
 use standstill_plant::{DataSheet, Motor, built_in};
 use standstill_scenario::{ErrorSet, Scenario};
@@ -52,12 +50,7 @@ viscous = { value = "0 N m s", source = "assumed", reason = "slow" }
 fn measure(name: &str, motor: Motor) -> Result<(), CampaignError> {
     let ratio = motor.winding.saliency.abs() / motor.winding.mean_inductance;
     let scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Fast, RotorState::Free, 1);
-    let mut statistics = Statistics::default();
-    Campaign { scenario: &scenario, trials: 2000, threads: None }.run(&AtomicBool::new(false), |record| {
-        statistics.add(record);
-        Ok::<(), CampaignError>(())
-    })?;
-    let s = statistics.summary();
+    let s = Campaign { scenario: &scenario, trials: 2000, threads: None }.summary()?;
     println!(
         "{name:10} |L_B|/L_A = {ratio:.2}: rms {:.2}° [{:.2}, {:.2}], wrong poles {}, undetermined {} of {}",
         s.rms_deg.value, s.rms_deg.low, s.rms_deg.high, s.wrong_poles, s.undetermined, s.trials

@@ -1,8 +1,6 @@
 //! The error of the paper's scheme under the two error sets, against an independent prototype.
 
-use std::sync::atomic::AtomicBool;
-
-use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
+use standstill_campaign::{Campaign, Summary};
 use standstill_detect::Decay;
 use standstill_interface::Nanos;
 use standstill_scenario::{ErrorSet, Scenario};
@@ -11,14 +9,7 @@ use standstill_sim::{Arrangement, RotorState};
 use crate::bench::scenario;
 
 fn summary(scenario: &Scenario) -> Summary {
-    let mut statistics = Statistics::default();
-    let campaign = Campaign { scenario, trials: 3000, threads: None };
-    let done = campaign.run(&AtomicBool::new(false), |record| {
-        statistics.add(record);
-        Ok::<(), CampaignError>(())
-    });
-    assert_eq!(done.expect("settings"), 3000);
-    statistics.summary()
+    Campaign { scenario, trials: 3000, threads: None }.summary().expect("settings")
 }
 
 #[test]

@@ -2,9 +2,8 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
+use standstill_campaign::{Campaign, Summary};
 use standstill_detect::{AnyDetector, Method, MethodName, Settings, Signature};
 use standstill_interface::{Abc, Angle, Arithmetic, Detector, Outcome, Reading, Step};
 use standstill_plant::{Motor, built_in};
@@ -30,14 +29,7 @@ fn with_keys(method: MethodName, keys: &str, motor: &Motor, errors: ErrorSet) ->
 }
 
 fn statistics(scenario: &Scenario<Method<f64>>, trials: u64) -> Summary {
-    let mut statistics = Statistics::default();
-    let campaign = Campaign { scenario, trials, threads: None };
-    let done = campaign.run(&AtomicBool::new(false), |record| {
-        statistics.add(record);
-        Ok::<(), CampaignError>(())
-    });
-    assert_eq!(done.expect("settings"), trials);
-    statistics.summary()
+    Campaign { scenario, trials, threads: None }.summary().expect("settings")
 }
 
 fn measure(method: MethodName, errors: ErrorSet, rotor: RotorState, trials: u64) -> Summary {

@@ -54,6 +54,21 @@ enum Samples {
 }
 
 /// The bounds of a scenario.
+///
+/// ```
+/// use standstill_campaign::Bounds;
+/// use standstill_detect::Decay;
+/// use standstill_plant::built_in;
+/// use standstill_scenario::{ErrorSet, Scenario};
+/// use standstill_sim::RotorState;
+///
+/// let motor = built_in("paper-5k5").ok_or("not built in")?;
+/// let scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Fast, RotorState::Locked, 1);
+/// let bound = Bounds::new(&scenario).at(0.5)?.ok_or("a method that turns the rotor")?;
+/// // From more samples more could be known.
+/// assert!(bound.all_deg < bound.scheme_deg);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug)]
 pub struct Bounds<'a, S> {
     /// Motor, drive, sensors and method. The nominal plant has neither ripple nor deviations from its means.
@@ -113,6 +128,13 @@ impl std::error::Error for BoundError {}
 
 impl Bound {
     /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.
+    ///
+    /// ```
+    /// use standstill_campaign::Bound;
+    ///
+    /// let bound = |deg| Bound { scheme_deg: deg, all_deg: deg, hybrid_deg: None, hybrid_all_deg: None };
+    /// assert_eq!(Bound::rms(&[bound(1.0), bound(7.0)]).scheme_deg, 5.0);
+    /// ```
     pub fn rms(bounds: &[Self]) -> Self {
         let n = bounds.len() as f64;
         let squares = |of: fn(&Self) -> f64| bounds.iter().map(|bound| of(bound) * of(bound)).sum::<f64>();

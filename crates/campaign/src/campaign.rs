@@ -6,9 +6,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use standstill_detect::{LineInductanceSettings, Settings, SettingsError};
 
 use crate::engine::{Engine, Trials};
+use crate::statistics::{Statistics, Summary};
 use standstill_scenario::{Record, Scenario, TrialError};
 
 /// A number of trials of a scenario.
+///
+/// ```
+/// use standstill_campaign::Campaign;
+/// use standstill_detect::Decay;
+/// use standstill_plant::built_in;
+/// use standstill_scenario::{ErrorSet, Scenario};
+/// use standstill_sim::RotorState;
+///
+/// let motor = built_in("paper-5k5").ok_or("not built in")?;
+/// let scenario = Scenario::paper(motor, ErrorSet::Default, Decay::Fast, RotorState::Locked, 1);
+/// let summary = Campaign { scenario: &scenario, trials: 100, threads: None }.summary()?;
+/// assert_eq!((summary.trials, summary.wrong_poles), (100, 0));
+/// assert!(summary.rms_deg.low < summary.rms_deg.value && summary.rms_deg.value < summary.rms_deg.high);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Campaign<'a, S = LineInductanceSettings<f64>> {
     /// What each trial is.
@@ -60,6 +76,19 @@ impl<S: Settings<f64> + Sync> Trials for Scenario<S> {
 }
 
 impl<S: Settings<f64> + Sync> Campaign<'_, S> {
+    /// Runs all trials and says what they amount to.
+    ///
+    /// # Errors
+    /// A trial that cannot be run.
+    pub fn summary(&self) -> Result<Summary, CampaignError> {
+        let mut statistics = Statistics::default();
+        self.run(&AtomicBool::new(false), |record| {
+            statistics.add(record);
+            Ok::<(), CampaignError>(())
+        })?;
+        Ok(statistics.summary())
+    }
+
     /// Runs the trials and hands each record to `sink`, in the order of their numbers. Stops early
     /// once `stop` is set; returns the number of trials done.
     ///

@@ -22,10 +22,18 @@ mod suitability;
 
 pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
-pub use compare::{Entry, mean_energy, told};
 pub use numerics::NUMERICS;
 pub use plan::Glance;
-pub use statistics::{
-    Estimate, Occurrence, Statistics, Summary, binomial_interval, clustered_interval, student,
-};
+pub use statistics::{Estimate, Occurrence, Statistics, Summary, binomial_interval, student};
 pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use compare::{Entry, mean_energy, told};
+#[doc(hidden)]
+pub use statistics::clustered_interval;
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -52,6 +52,15 @@ pub struct Occurrence {
 }
 
 /// The exact (Clopper–Pearson) 95 % interval of a probability from `count` in `total`.
+///
+/// ```
+/// use standstill_campaign::binomial_interval;
+///
+/// // The rule of three: none in a thousand leaves up to 3.7 in a thousand, with both tails at 2.5 %.
+/// let wrong = binomial_interval(0, 1000);
+/// assert_eq!(wrong.low, 0.0);
+/// assert!((wrong.high - 3.68e-3).abs() < 1e-5);
+/// ```
 pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     if total == 0 {
         return Estimate { value: f64::NAN, low: 0.0, high: 1.0 };

@@ -4,8 +4,6 @@
 //! not name a wrong pole and must leave a free rotor where it is. What stands beside it explains it: the saliency against
 //! the sensors' noise (as the Cramér–Rao limit), the poles' difference against what the drive gets wrong.
 
-use std::sync::atomic::AtomicBool;
-
 use standstill_detect::{Method, MethodName, Signature};
 use standstill_plant::{PolarityPoint, PoleKnowledge};
 
@@ -15,6 +13,14 @@ use standstill_scenario::{Document, FileError, Origin};
 use standstill_scenario::{Rotor, Scenario};
 
 /// What the start of a motor demands of a detection.
+///
+/// ```
+/// use standstill_campaign::Demands;
+///
+/// // A lift that must not roll back.
+/// let demands = Demands { movement_deg: 0.2, ..Demands::default() };
+/// assert_eq!(demands.error_deg, 5.0);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Demands {
     /// Error of the axis in electrical degrees that 95 of 100 detections must not exceed.
@@ -232,14 +238,8 @@ const TRIALS: u64 = 200;
 const FEW_TRIALS: u64 = 24;
 
 fn summary(scenario: &Scenario<Method<f64>>, method: MethodName) -> Result<Summary, CampaignError> {
-    let mut statistics = Statistics::default();
     let trials = if method == MethodName::HfiRotating { FEW_TRIALS } else { TRIALS };
-    let campaign = Campaign { scenario, trials, threads: None };
-    campaign.run(&AtomicBool::new(false), |record| {
-        statistics.add(record);
-        Ok::<(), CampaignError>(())
-    })?;
-    Ok(statistics.summary())
+    Campaign { scenario, trials, threads: None }.summary()
 }
 
 fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: bool) -> Vec<String> {

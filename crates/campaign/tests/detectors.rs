@@ -1,9 +1,8 @@
 //! What detectors must hold on motors that are not like the paper's, and behind sensors that are not ideal.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
-use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
+use standstill_campaign::{Campaign, Summary};
 use standstill_detect::{Method, MethodName};
 use standstill_plant::{DataSheet, Motor, built_in, built_in_names};
 use standstill_scenario::{Document, ErrorSet, Scenario};
@@ -12,14 +11,7 @@ use standstill_sim::RotorState;
 use MethodName::{Bipolar, DcAlignment, HfiRotating, MaximumLikelihood, MaximumLikelihoodAdaptive};
 
 fn summary(scenario: &Scenario<Method<f64>>, trials: u64) -> Summary {
-    let mut statistics = Statistics::default();
-    let campaign = Campaign { scenario, trials, threads: None };
-    let done = campaign.run(&AtomicBool::new(false), |record| {
-        statistics.add(record);
-        Ok::<(), CampaignError>(())
-    });
-    assert_eq!(done.expect("settings"), trials);
-    statistics.summary()
+    Campaign { scenario, trials, threads: None }.summary().expect("settings")
 }
 
 fn on(motor: &Motor, method: MethodName, errors: ErrorSet, trials: u64) -> Summary {

@@ -82,6 +82,15 @@ pub struct Setting<S: 'static> {
 pub type Lines<'a> = dyn FnMut(&'static str, fmt::Arguments<'_>) + 'a;
 
 /// Settings that are set by key.
+///
+/// ```
+/// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
+/// use standstill_detect::{BipolarSettings, Keyed};
+///
+/// // What files and command lines can set of a method.
+/// let names: Vec<&str> = BipolarSettings::<f64>::SETTINGS.iter().map(|setting| setting.key.name).collect();
+/// assert!(names.contains(&"pulse") && names.contains(&"rounds"));
+/// ```
 pub trait Keyed: Sized + 'static {
     /// Their keys and what each does.
     const SETTINGS: &'static [Setting<Self>];

@@ -18,12 +18,12 @@ mod testing;
 pub use commissioning::{
     Commissioning, CommissioningError, CommissioningSettings, Correction, Deviations, Learnt,
 };
-pub use keys::{Key, Keyed, Kind, Lines, Setting, Value};
+pub use keys::{Key, Keyed, Kind, Setting, Value};
 pub use method::{
-    Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, Foreign, ForeignSettings,
-    LineInductance, LineInductanceSettings, MOST_SAMPLES, MaximumLikelihood, MaximumLikelihoodSettings,
-    Method, MethodName, PulsatingInjection, PulsatingInjectionSettings, RotatingInjection,
-    RotatingInjectionSettings, Subdivision, SubdivisionSettings,
+    Adaptive, Alignment, AlignmentSettings, AnyDetector, Bipolar, BipolarSettings, LineInductance,
+    LineInductanceSettings, MaximumLikelihood, MaximumLikelihoodSettings, Method, MethodName,
+    PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
+    Subdivision, SubdivisionSettings,
 };
 pub use nameplate::{Nameplate, Sensing};
 pub use parts::both_ways::BothWaysSettings;
@@ -34,3 +34,14 @@ pub use parts::polarity::{PolarityRule, PolaritySettings, Pole, SequentialSettin
 pub use parts::settle::SettleSettings;
 pub use parts::train::PulseTrainSettings;
 pub use settings::{Decay, Settings, SettingsError};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use keys::Lines;
+#[doc(hidden)]
+pub use method::{Foreign, ForeignSettings, MOST_SAMPLES};
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

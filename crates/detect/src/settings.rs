@@ -79,6 +79,17 @@ pub(crate) fn require_error<T: Real>(value: T, setting: &'static str) -> Result<
 pub(crate) const LONGEST: Nanos = Nanos(60_000_000_000);
 
 /// What a detector is made from.
+///
+/// ```
+/// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
+/// use standstill_detect::{BipolarSettings, Settings};
+/// use standstill_interface::{Detector, Step};
+///
+/// let mut detector = BipolarSettings::suited(&nameplate).detector()?;
+/// // Its first order needs no readings.
+/// assert!(matches!(detector.step(&[]), Step::Drive(_)));
+/// # Ok::<(), standstill_detect::SettingsError>(())
+/// ```
 pub trait Settings<T: Real> {
     /// The detector.
     type Detector: Detector<T>;

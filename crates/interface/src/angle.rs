@@ -18,6 +18,14 @@ impl<T: Real> Angle<T> {
     }
 
     /// From degrees, any number of turns.
+    ///
+    /// ```
+    /// use standstill_interface::Angle;
+    ///
+    /// let angle = Angle::from_degrees(-90.0_f64);
+    /// assert!((angle.degrees() - 270.0).abs() < 1e-12);
+    /// assert!((angle.radians() - 1.5 * std::f64::consts::PI).abs() < 1e-12);
+    /// ```
     pub fn from_degrees(degrees: T) -> Self {
         Self::from_radians(degrees.to_radians())
     }
@@ -33,12 +41,27 @@ impl<T: Real> Angle<T> {
     }
 
     /// The other pole: half a turn further.
+    ///
+    /// ```
+    /// use standstill_interface::Angle;
+    ///
+    /// let south = Angle::from_degrees(250.0_f64).opposite();
+    /// assert!((south.degrees() - 70.0).abs() < 1e-12);
+    /// ```
     #[must_use]
     pub fn opposite(self) -> Self {
         Self::from_radians(self.0 + T::PI())
     }
 
     /// The signed way from `other` to `self`, in (−π, π] rad.
+    ///
+    /// ```
+    /// use standstill_interface::Angle;
+    ///
+    /// // Across zero the short way is taken.
+    /// let error = Angle::from_degrees(1.0_f64).difference(Angle::from_degrees(359.0));
+    /// assert!((error.to_degrees() - 2.0).abs() < 1e-12);
+    /// ```
     pub fn difference(self, other: Self) -> T {
         let way = Self::from_radians(self.0 - other.0).0;
         if way > T::PI() { way - T::TAU() } else { way }

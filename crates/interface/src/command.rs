@@ -22,6 +22,14 @@ impl Nanos {
     }
 
     /// The nearest to a time in s; zero for what is negative or no number.
+    ///
+    /// ```
+    /// use standstill_interface::Nanos;
+    ///
+    /// assert_eq!(Nanos::from_seconds(80e-6), Nanos::from_micros(80));
+    /// assert_eq!(Nanos::from_seconds(-1.0), Nanos::ZERO);
+    /// assert_eq!(Nanos(1_500).seconds(), 1.5e-6);
+    /// ```
     pub fn from_seconds(seconds: f64) -> Self {
         Self(FloatCore::round(seconds * 1e9).to_u64().unwrap_or(if seconds > 0.0 { u64::MAX } else { 0 }))
     }
@@ -102,6 +110,15 @@ impl<T> Stage<T> {
     }
 
     /// `first` high, `second` low, the third leg open: the DC link across two phases.
+    ///
+    /// ```
+    /// use standstill_interface::{Leg, Nanos, Phase, Stage};
+    ///
+    /// let pulse: Stage<f32> = Stage::line(Phase::B, Phase::C, Nanos::from_micros(200));
+    /// assert_eq!(pulse.legs[Phase::A], Leg::Off);
+    /// assert_eq!(pulse.legs[Phase::B], Leg::High);
+    /// assert_eq!(pulse.legs[Phase::C], Leg::Low);
+    /// ```
     pub fn line(first: Phase, second: Phase, duration: Nanos) -> Self {
         let mut stage = Self::off(duration);
         stage.legs[first] = Leg::High;
@@ -140,6 +157,15 @@ impl Sampling {
     }
 
     /// Two samples.
+    ///
+    /// ```
+    /// use standstill_interface::{Nanos, Sampling};
+    ///
+    /// let sampling = Sampling::twice(Nanos(50_000), Nanos(200_000));
+    /// assert_eq!(sampling.trigger(1), Nanos(200_000));
+    /// assert_eq!(sampling.last(), Some(Nanos(200_000)));
+    /// assert_eq!(Sampling::NONE.last(), None);
+    /// ```
     pub fn twice(first: Nanos, second: Nanos) -> Self {
         Self { first, interval: second - first, count: 2 }
     }
@@ -174,6 +200,16 @@ impl<T> Command<T> {
     }
 
     /// Two stages, one after the other.
+    ///
+    /// ```
+    /// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
+    ///
+    /// // A pulse of 200 µs across phases a and b, sampled at its end; then all gates off until the current is gone.
+    /// let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(200));
+    /// let decay = Stage::off(Nanos::from_micros(400));
+    /// let command: Command<f64> = Command::sequence(pulse, decay, Sampling::once(pulse.duration));
+    /// assert_eq!(command.duration(), Nanos::from_micros(600));
+    /// ```
     pub const fn sequence(stage: Stage<T>, then: Stage<T>, sampling: Sampling) -> Self {
         Self { stage, then: Some(then), sampling }
     }

@@ -18,6 +18,28 @@ pub enum Step<T> {
 ///
 /// The first call gets no readings. Each further call gets exactly the readings of the last command, in the
 /// order of their triggers. After [`Step::Done`] it is not called again.
+///
+/// ```
+/// use standstill_interface::{
+///     Angle, Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step,
+/// };
+///
+/// /// One pulse from phase a to phase b. From the current alone it cannot tell an angle, and says so.
+/// struct OnePulse;
+///
+/// impl Detector<f32> for OnePulse {
+///     fn step(&mut self, readings: &[Reading<f32>]) -> Step<f32> {
+///         let Some(reading) = readings.first() else {
+///             let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(100));
+///             return Step::Drive(Command::hold(pulse, Sampling::once(pulse.duration)));
+///         };
+///         let fault = Fault::NoCurrent { peak: reading.current[Phase::A], needed: 1.0 };
+///         Step::Done(Outcome::Failed { fault, findings: Findings::default() })
+///     }
+/// }
+///
+/// assert!(matches!(OnePulse.step(&[]), Step::Drive(_)));
+/// ```
 pub trait Detector<T: Real> {
     /// From the last command's readings to the next step.
     fn step(&mut self, readings: &[Reading<T>]) -> Step<T>;

@@ -27,6 +27,13 @@ impl Phase {
     pub const ALL: [Self; 3] = [Self::A, Self::B, Self::C];
 
     /// The next phase in positive rotation: a → b → c → a.
+    ///
+    /// ```
+    /// use standstill_interface::Phase;
+    ///
+    /// assert_eq!(Phase::C.next(), Phase::A);
+    /// assert_eq!(Phase::ALL.map(Phase::letter), ['a', 'b', 'c']);
+    /// ```
     #[must_use]
     pub const fn next(self) -> Self {
         match self {
@@ -78,6 +85,14 @@ impl<T> IndexMut<Phase> for Abc<T> {
 
 impl<T: Arithmetic> Abc<T> {
     /// Clarke transform; the zero sequence is dropped.
+    ///
+    /// ```
+    /// use standstill_interface::Abc;
+    ///
+    /// // A current into phase a that returns in equal parts through b and c lies along the axis of a.
+    /// let current = Abc::new(2.0_f64, -1.0, -1.0).clarke();
+    /// assert!((current.alpha - 2.0).abs() < 1e-12 && current.beta.abs() < 1e-12);
+    /// ```
     #[inline(always)]
     pub fn clarke(self) -> AlphaBeta<T> {
         let [a, b, c] = self.0;
@@ -173,6 +188,14 @@ plane_vector!(
 
 impl<T: Real> AlphaBeta<T> {
     /// Park transform: into the frame at the given angle.
+    ///
+    /// ```
+    /// use standstill_interface::{AlphaBeta, Angle};
+    ///
+    /// // A vector along the rotor's axis has a d part alone.
+    /// let vector = AlphaBeta::new(3.0_f64.sqrt(), 1.0).park(Angle::from_degrees(30.0));
+    /// assert!((vector.d - 2.0).abs() < 1e-12 && vector.q.abs() < 1e-12);
+    /// ```
     pub fn park(self, angle: Angle<T>) -> Dq<T> {
         let (sin, cos) = angle.radians().sin_cos();
         self.park_by(sin, cos)
@@ -181,6 +204,13 @@ impl<T: Real> AlphaBeta<T> {
 
 impl<T: Arithmetic> AlphaBeta<T> {
     /// Inverse Clarke transform, without zero sequence.
+    ///
+    /// ```
+    /// use standstill_interface::AlphaBeta;
+    ///
+    /// let phases = AlphaBeta::new(1.0_f64, 0.0).phases();
+    /// assert_eq!(phases.0, [1.0, -0.5, -0.5]);
+    /// ```
     #[inline(always)]
     pub fn phases(self) -> Abc<T> {
         let (a, b) = (T::of(-0.5) * self.alpha, T::of(HALF_ROOT_3) * self.beta);
@@ -196,6 +226,15 @@ impl<T: Arithmetic> AlphaBeta<T> {
 
 impl<T: Real> Dq<T> {
     /// Inverse Park transform: out of the frame at the given angle.
+    ///
+    /// ```
+    /// use standstill_interface::{Angle, Dq};
+    ///
+    /// let angle = Angle::from_degrees(30.0_f64);
+    /// let there = Dq::new(2.0, 0.5).unpark(angle);
+    /// let back = there.park(angle);
+    /// assert!((back.d - 2.0).abs() < 1e-12 && (back.q - 0.5).abs() < 1e-12);
+    /// ```
     pub fn unpark(self, angle: Angle<T>) -> AlphaBeta<T> {
         let (sin, cos) = angle.radians().sin_cos();
         self.unpark_by(sin, cos)

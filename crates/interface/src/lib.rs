@@ -32,3 +32,8 @@ pub use frames::{Abc, AlphaBeta, Dq, Phase};
 pub use outcome::{Fault, Findings, Outcome, Own, Polarity, PoleEvidence, Undetermined};
 pub use reading::{Counts, Reading, Sensed};
 pub use real::{Arithmetic, Real};
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

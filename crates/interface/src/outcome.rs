@@ -15,6 +15,14 @@ pub struct Polarity<T> {
 
 impl<T: Real> Polarity<T> {
     /// What separates the two answers, in A.
+    ///
+    /// ```
+    /// use standstill_interface::Polarity;
+    ///
+    /// // A saturating core draws more current towards the magnet's north pole.
+    /// let polarity = Polarity { along: 8.5_f64, against: 8.0 };
+    /// assert_eq!(polarity.margin(), 0.5);
+    /// ```
     pub fn margin(&self) -> T {
         (self.along - self.against).abs()
     }
@@ -38,6 +46,14 @@ pub struct PoleEvidence<T> {
 
 impl<T: Real> PoleEvidence<T> {
     /// Whether it names a pole: exactly then a start is found.
+    ///
+    /// ```
+    /// use standstill_interface::PoleEvidence;
+    ///
+    /// let evidence = PoleEvidence { deviations: -6.5_f64, needed: 5.1 };
+    /// assert!(evidence.is_enough());
+    /// assert_eq!(evidence.opposite().deviations, 6.5);
+    /// ```
     pub fn is_enough(&self) -> bool {
         // Where no amount would do, an infinite one does not either.
         self.deviations.abs() >= self.needed && self.needed < T::infinity()
@@ -221,6 +237,14 @@ pub enum Outcome<T> {
 
 impl<T: Copy> Outcome<T> {
     /// What was measured.
+    ///
+    /// ```
+    /// use standstill_interface::{Angle, Findings, Outcome};
+    ///
+    /// let findings = Findings { mean_inductance: Some(9.2e-3), ..Findings::default() };
+    /// let found = Outcome::Found { angle: Angle::from_degrees(40.0_f64), findings };
+    /// assert_eq!(found.findings().mean_inductance, Some(9.2e-3));
+    /// ```
     pub fn findings(&self) -> &Findings<T> {
         match self {
             Self::Found { findings, .. } | Self::Axis { findings, .. } | Self::Failed { findings, .. } => {

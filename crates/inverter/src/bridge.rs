@@ -73,6 +73,15 @@ impl Bridge {
     }
 
     /// Bounds in V of the potential of a leg in which no device conducts.
+    ///
+    /// ```
+    /// use standstill_inverter::{Bridge, Devices, Gate, OpenLeg};
+    ///
+    /// let devices = Devices { diode_drop: 0.7, ..Devices::default() };
+    /// let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 };
+    /// // With both gates off, a terminal's potential may lie anywhere between the two diodes.
+    /// assert_eq!(bridge.bounds(Gate::Off, 550.0), (-0.7, 550.7));
+    /// ```
     #[inline]
     pub fn bounds(&self, gate: Gate, dc_link: f64) -> (f64, f64) {
         if gate == Gate::Off && self.open_leg == OpenLeg::Open {
@@ -97,6 +106,27 @@ impl Bridge {
     /// where its current is zero and stays so, and passes through zero from one direction to the other.
     ///
     /// What mostly happens is looked at first, and taken where it fits so well that nothing else can.
+    ///
+    /// ```
+    /// use standstill_interface::AlphaBeta;
+    /// use standstill_inverter::{Bridge, Conduction, Devices, Gate, OpenLeg, Port};
+    /// use standstill_numeric::Symmetric;
+    ///
+    /// let bridge = Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 };
+    /// // A motor of 10 mH without saliency and without current, phase a pulsed against phase b, phase c open.
+    /// let port = Port {
+    ///     current: [0.0; 3],
+    ///     inverse_inductance: Symmetric { xx: 100.0, xy: 0.0, yy: 100.0 },
+    ///     holding: AlphaBeta::new(0.0, 0.0),
+    ///     dc_link: 550.0,
+    /// };
+    /// let gates = [Gate::High, Gate::Low, Gate::Off];
+    /// let modes = bridge.resolve(gates, &port);
+    /// assert_eq!(modes, [Conduction::UpperSwitch, Conduction::LowerSwitch, Conduction::Blocked]);
+    /// // The open terminal lies at the star point, half way between the other two.
+    /// let [a, b, c] = bridge.potentials(gates, modes, &port);
+    /// assert!((a - 550.0).abs() < 1e-9 && b.abs() < 1e-9 && (c - 275.0).abs() < 1e-9);
+    /// ```
     pub fn resolve(&self, gates: [Gate; 3], port: &Port) -> Modes {
         let resting = port.current.map(|current| current == 0.0);
         let likely = match resting {

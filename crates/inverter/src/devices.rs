@@ -22,6 +22,16 @@ choice! {
 
 impl DeviceKind {
     /// The mode when current flows out of the leg into the motor.
+    ///
+    /// ```
+    /// use standstill_inverter::{Conduction, DeviceKind, Gate};
+    ///
+    /// // Current into the motor while the lower gate is on: through an IGBT's diode, or backwards through a MOSFET's channel.
+    /// assert_eq!(DeviceKind::Igbt.outflow(Gate::Low), Conduction::LowerDiode);
+    /// assert_eq!(DeviceKind::Mosfet.outflow(Gate::Low), Conduction::LowerReverse);
+    /// // With all gates off both have their diode alone.
+    /// assert_eq!(DeviceKind::Mosfet.outflow(Gate::Off), Conduction::LowerDiode);
+    /// ```
     pub const fn outflow(self, gate: Gate) -> Conduction {
         match (gate, self) {
             (Gate::High, _) => Conduction::UpperSwitch,
@@ -87,6 +97,14 @@ impl Conduction {
     ];
 
     /// +1 for current into the motor, −1 for current out of it, 0 for none.
+    ///
+    /// ```
+    /// use standstill_inverter::Conduction;
+    ///
+    /// assert_eq!(Conduction::LowerDiode.direction(), 1.0);
+    /// assert!(Conduction::LowerDiode.is_lower());
+    /// assert_eq!(Conduction::Blocked.direction(), 0.0);
+    /// ```
     pub const fn direction(self) -> f64 {
         match self {
             Self::UpperSwitch | Self::LowerDiode | Self::LowerReverse => 1.0,
@@ -149,6 +167,17 @@ impl Devices {
     }
 
     /// The clamp of a conducting device; `None` for a blocked leg.
+    ///
+    /// ```
+    /// use standstill_inverter::{Conduction, Devices};
+    ///
+    /// let devices = Devices { switch_drop: 0.9, switch_resistance: 0.02, ..Devices::default() };
+    /// let clamp = devices.clamp(Conduction::UpperSwitch).ok_or("a blocked leg has none")?;
+    /// // The link of 550 V less the threshold and what 10 A drop across the slope.
+    /// assert!((clamp.potential(550.0, 10.0) - (550.0 - 0.9 - 0.2)).abs() < 1e-9);
+    /// assert_eq!(devices.clamp(Conduction::Blocked), None);
+    /// # Ok::<(), &str>(())
+    /// ```
     #[inline]
     pub fn clamp(&self, mode: Conduction) -> Option<Clamp> {
         let (rail, offset, resistance) = match mode {

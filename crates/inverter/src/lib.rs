@@ -20,10 +20,14 @@ mod devices;
 mod gates;
 mod link;
 
-pub use bridge::{AXES, Bridge, Modes, OpenLeg, Port};
+pub use bridge::{Bridge, Modes, OpenLeg, Port};
 pub use devices::{Clamp, Conduction, DeviceKind, Devices};
 pub use gates::{Gate, GateTiming};
 pub use link::{DcLink, Sag, Source, Storage};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use bridge::AXES;
 
 use standstill_interface::Nanos;
 
@@ -39,3 +43,8 @@ pub struct Inverter {
     /// Period of the PWM carrier.
     pub carrier_period: Nanos,
 }
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

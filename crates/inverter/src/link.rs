@@ -48,6 +48,16 @@ impl DcLink {
     }
 
     /// The source's voltage in V at time t in s.
+    ///
+    /// ```
+    /// use standstill_inverter::{DcLink, Sag};
+    ///
+    /// let sag = Sag { depth: 0.1, start: 0.0, duration: 10e-3 };
+    /// let link = DcLink { sag: Some(sag), ..DcLink::stiff(550.0) };
+    /// // Half way through, a tenth of the voltage is missing; afterwards nothing is.
+    /// assert!((link.source(5e-3) - 495.0).abs() < 1e-9);
+    /// assert_eq!(link.source(20e-3), 550.0);
+    /// ```
     pub fn source(&self, t: f64) -> f64 {
         let ripple = [self.ripple * self.voltage, TAU * self.ripple_frequency, self.ripple_phase];
         let ripple = (self.ripple != 0.0).then_some(ripple);

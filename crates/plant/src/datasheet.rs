@@ -259,6 +259,34 @@ pub struct TableError {
 
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
+    ///
+    /// ```
+    /// use standstill_plant::DataSheet;
+    ///
+    /// let sheet = DataSheet::parse(
+    ///     "pump.toml",
+    ///     r#"
+    ///     name = "pump"
+    ///     [nameplate]
+    ///     pole_pairs = 3
+    ///     resistance = "0.9 Ω"
+    ///     L_d = "9 mH"
+    ///     L_q = "12 mH"
+    ///     magnet_flux = "0.3 Wb"
+    ///     rated_current = "8 A"
+    ///     dc_link = "550 V"
+    ///     saturation = "6 %"
+    ///     "#,
+    /// )?;
+    /// let motor = sheet.motor()?;
+    /// assert!((motor.winding.d_axis_inductance() - 9e-3).abs() < 1e-9);
+    /// // What the nameplate does not say is assumed, and named.
+    /// assert!(sheet.assumed().iter().any(|entry| entry.key.contains("inertia")));
+    /// // What cannot be is refused with its file and key.
+    /// let error = DataSheet::parse("pump.toml", "[nameplate]\nresistance = \"9 mH\"").unwrap_err().to_string();
+    /// assert!(error.contains("pump.toml") && error.contains("resistance"), "{error}");
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn parse(file: &str, text: &str) -> Result<Self, MotorError> {
         let format = |message| MotorError::Format { file: file.to_owned(), message };
         let table = text.parse::<Table>().map_err(|error| {

@@ -142,6 +142,19 @@ impl Files {
     }
 
     /// What was read so far, by path.
+    ///
+    /// ```
+    /// use standstill_plant::Files;
+    ///
+    /// let folder = tempfile::tempdir()?;
+    /// let sheet = folder.path().join("motor.toml");
+    /// std::fs::write(&sheet, "name = \"mine\"")?;
+    /// let files = Files::of(folder.path());
+    /// files.text(&sheet)?;
+    /// // What a run has read is noted: with another content it would be another run.
+    /// assert_eq!(files.digests().len(), 1);
+    /// # Ok::<(), std::io::Error>(())
+    /// ```
     pub fn digests(&self) -> BTreeMap<String, Digest> {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = absolute(&self.folder).or_else(|_| std::env::current_dir()).unwrap_or_default();

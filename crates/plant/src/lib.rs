@@ -27,7 +27,7 @@ mod survey;
 mod thermal;
 mod winding;
 
-pub use datasheet::{DataSheet, Entry, MotorError, Source, TableError, key_span, line_of};
+pub use datasheet::{DataSheet, Entry, MotorError, Source};
 pub use files::{Digest, Files};
 pub use fluxmap::{
     Continuation, FittedCore, FluxMap, InductanceErrors, MapAxes, MapReport, PoleKnowledge, PoleSpread,
@@ -35,11 +35,22 @@ pub use fluxmap::{
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
-    Algebraic, Circuits, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, IronBridge, Linear,
-    MagneticCircuit, MagneticState, Magnetics, NoConvergence, Series,
+    Algebraic, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, IronBridge, Linear,
+    MagneticCircuit, MagneticState, Magnetics, NoConvergence,
 };
 pub use motor::Motor;
 pub use rotor::{Friction, Rotor};
 pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
 pub use thermal::{Temperature, TemperatureError, Thermal};
 pub use winding::{Winding, rotor_angle_from_lines};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use datasheet::{TableError, key_span, line_of};
+#[doc(hidden)]
+pub use magnetics::{Circuits, Series};
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

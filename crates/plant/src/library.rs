@@ -18,11 +18,28 @@ const FILES: [(&str, &str); 12] = [
 ];
 
 /// Names of the built-in motors.
+///
+/// ```
+/// use standstill_plant::{built_in, built_in_names};
+///
+/// assert!(built_in_names().any(|name| name == "outrunner"));
+/// // Every one of them is a motor.
+/// assert!(built_in_names().all(|name| built_in(name).is_some()));
+/// ```
 pub fn built_in_names() -> impl Iterator<Item = &'static str> {
     FILES.iter().map(|(name, _)| *name)
 }
 
 /// A built-in motor by name; `None` if there is none of that name.
+///
+/// ```
+/// use standstill_plant::built_in;
+///
+/// let motor = built_in("paper-5k5").ok_or("not built in")?;
+/// assert_eq!(motor.pole_pairs, 4);
+/// assert!(built_in("perpetual").is_none());
+/// # Ok::<(), &str>(())
+/// ```
 pub fn built_in(name: &str) -> Option<Motor> {
     built_in_sheet(name)?.and_then(|sheet| sheet.motor()).ok()
 }

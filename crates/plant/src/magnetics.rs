@@ -31,6 +31,20 @@ pub use iron_bridge::IronBridge;
 pub use linear::Linear;
 
 /// A core without losses: flux linkage in Wb to current in A.
+///
+/// ```
+/// use standstill_interface::Dq;
+/// use standstill_plant::{Linear, Magnetics};
+///
+/// let core = Linear { d_axis_inductance: 10e-3, q_axis_inductance: 15e-3, magnet_flux: 0.4 };
+/// let flux = core.flux_at(Dq::new(2.0, 4.0))?;
+/// assert!((flux.d - 0.42).abs() < 1e-12 && (flux.q - 0.06).abs() < 1e-12);
+/// // The current is the slope of the energy.
+/// let step = 1e-6;
+/// let slope = (core.energy(Dq::new(flux.d + step, flux.q)) - core.energy(Dq::new(flux.d - step, flux.q))) / (2.0 * step);
+/// assert!((slope - core.current(flux).d).abs() < 1e-6);
+/// # Ok::<(), standstill_plant::NoConvergence>(())
+/// ```
 pub trait Magnetics {
     /// W in J per 3/2 (multiply by 3/2 for the physical energy).
     fn energy(&self, flux: Dq<f64>) -> f64;

@@ -35,6 +35,17 @@ pub struct Motor {
 impl Motor {
     /// The same motor with a core that does not saturate and has neither harmonics nor eddy currents: the winding of
     /// equations (1) and (2) alone.
+    ///
+    /// ```
+    /// use standstill_plant::{PolarityPoint, built_in};
+    ///
+    /// let motor = built_in("paper-5k5").ok_or("not built in")?;
+    /// let poles = |motor: &standstill_plant::Motor| PolarityPoint::of(&motor.magnetics, motor.rated_current);
+    /// // Only saturation tells north from south.
+    /// assert!(poles(&motor)?.difference().abs() > 0.01);
+    /// assert!(poles(&motor.linearised())?.difference().abs() < 1e-9);
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     #[must_use]
     pub fn linearised(&self) -> Self {
         let core = Core::Linear(Linear::from_winding(&self.winding, self.magnet_flux));
@@ -64,6 +75,18 @@ impl Motor {
 
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the
     /// slope ∂W/∂θ of [`MagneticCircuit::state`]. Cogging is another energy and comes on top.
+    ///
+    /// ```
+    /// use standstill_interface::Dq;
+    /// use standstill_plant::built_in;
+    ///
+    /// let motor = built_in("surface-magnet").ok_or("not built in")?.linearised();
+    /// // The magnet's flux alone: 3/2 p ψ i_q.
+    /// let torque = motor.torque(Dq::new(motor.magnet_flux, 0.0), Dq::new(0.0, 2.0), 0.0);
+    /// let expected = 1.5 * f64::from(motor.pole_pairs) * motor.magnet_flux * 2.0;
+    /// assert!((torque - expected).abs() < 1e-12 * expected);
+    /// # Ok::<(), &str>(())
+    /// ```
     #[inline(always)]
     pub fn torque<T: Lane>(&self, flux: Dq<T>, current: Dq<T>, energy_slope: T) -> T {
         (flux.d * current.q - flux.q * current.d - energy_slope) * (1.5 * f64::from(self.pole_pairs))

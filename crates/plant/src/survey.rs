@@ -77,6 +77,14 @@ impl PolarityPoint {
     /// How much more current north draws than south at the same change of the flux, relative: what two voltage vectors
     /// of equal volt-seconds along +d and −d raise, `i_N(Δψ)/i_S(Δψ) − 1`. To first order it is `L_south/L_north − 1` at
     /// equal currents, but not on a core that saturates much.
+    ///
+    /// ```
+    /// use standstill_plant::PolarityPoint;
+    ///
+    /// // The average inductance towards north is smaller: its core is already driven by the magnet.
+    /// let point = PolarityPoint { current: 8.5, north: 9.9e-3, south: 10.6e-3, at_equal_flux: [8.5, 7.9] };
+    /// assert!((point.difference() - 0.0759).abs() < 1e-4);
+    /// ```
     pub fn difference(&self) -> f64 {
         let [north, south] = self.at_equal_flux;
         north / south - 1.0
@@ -87,6 +95,16 @@ impl PolarityPoint {
 const EQUAL: f64 = 1e-6;
 
 /// A motor's magnetics up to a current.
+///
+/// ```
+/// use standstill_plant::{PolaritySignature, Survey, built_in};
+///
+/// let motor = built_in("paper-5k5").ok_or("not built in")?;
+/// let survey = Survey::of(&motor.magnetics, motor.rated_current, 8, 0.0)?;
+/// assert!(survey.convex && survey.l_dd < survey.l_qq);
+/// assert_eq!(survey.along_d.len(), 17);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Survey {
     /// Flux in Wb without current.

@@ -61,6 +61,18 @@ impl Motor {
     ///
     /// The temperatures become the references, with coefficients in proportion to what the numbers are there: it does not
     /// matter by which temperatures a motor came to one.
+    ///
+    /// ```
+    /// use standstill_plant::{Temperature, built_in};
+    ///
+    /// let cold = built_in("paper-5k5").ok_or("not built in")?;
+    /// let hot = cold.at_temperature(Temperature { winding: Some(120.0), magnet: Some(100.0) })?;
+    /// // Copper gains 0.39 % a kelvin, a magnet loses about 0.1 %.
+    /// assert!(hot.resistance > 1.3 * cold.resistance);
+    /// assert!(hot.magnet_flux < cold.magnet_flux);
+    /// assert!(cold.at_temperature(Temperature { winding: Some(-300.0), magnet: None }).is_err());
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn at_temperature(&self, at: Temperature) -> Result<Self, TemperatureError> {
         let error =
             |part, found: f64, needed: String| TemperatureError { part, found: found.to_string(), needed };

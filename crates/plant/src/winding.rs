@@ -39,6 +39,16 @@ impl Winding {
     /// Without leakage, as printed in the paper, it is singular: equal currents in all phases make no air-gap
     /// flux. Nothing here inverts it; the star connection leaves only the αβ plane, where
     /// [`Winding::d_axis_inductance`] and [`Winding::q_axis_inductance`] are positive.
+    ///
+    /// ```
+    /// use standstill_plant::Winding;
+    ///
+    /// let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    /// let matrix = winding.inductance_matrix(0.0);
+    /// // The magnet's axis lies along phase a, whose inductance is least with interior magnets.
+    /// assert!((matrix[(0, 0)] - 7.1e-3).abs() < 1e-12);
+    /// assert!(matrix[(0, 0)] < matrix[(1, 1)]);
+    /// ```
     pub fn inductance_matrix(&self, angle: f64) -> Matrix3<f64> {
         let self_inductance =
             |shift: f64| self.mean_inductance + self.leakage + self.saliency * cos(2.0 * angle + shift);
@@ -67,6 +77,17 @@ impl Winding {
 
     /// L_AB, L_BC and L_CA in H at electrical angle θ in rad, equation (4) with the leakage of two phases:
     /// `3 L_A + 2 L_σ − 3 L_B cos(2θ + shift)`.
+    ///
+    /// ```
+    /// use standstill_plant::{Winding, rotor_angle_from_lines};
+    ///
+    /// let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    /// let lines = winding.line_inductances(70_f64.to_radians());
+    /// // Equation (5): their sum is nine times L_A, wherever the rotor is.
+    /// assert!((lines.0.iter().sum::<f64>() - 9.0 * 9.2e-3).abs() < 1e-12);
+    /// // Equation (7) leads back to the axis.
+    /// assert!((rotor_angle_from_lines(lines, -1.0).to_degrees() - 70.0).abs() < 1e-9);
+    /// ```
     pub fn line_inductances(&self, angle: f64) -> Abc<f64> {
         let third = 2.0 * PI / 3.0;
         Abc::new(-third, 0.0, third).map(|shift| {
@@ -75,6 +96,14 @@ impl Winding {
     }
 
     /// L_d in H.
+    ///
+    /// ```
+    /// use standstill_plant::Winding;
+    ///
+    /// let winding = Winding { mean_inductance: 9.2e-3, saliency: -2.1e-3, leakage: 0.0 };
+    /// assert!((winding.d_axis_inductance() - 10.65e-3).abs() < 1e-12);
+    /// assert!((winding.q_axis_inductance() - 16.95e-3).abs() < 1e-12);
+    /// ```
     pub fn d_axis_inductance(&self) -> f64 {
         1.5 * (self.mean_inductance + self.saliency) + self.leakage
     }

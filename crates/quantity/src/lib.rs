@@ -60,6 +60,11 @@ impl<U: Unit> fmt::Display for Quantity<U> {
     }
 }
 
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 #[cfg(test)]
 mod tests {
     use super::unit::{Henry, Hertz, KilogramSquareMetre, NewtonMetre, Ohm, One, Share};

@@ -30,28 +30,47 @@ mod seed;
 mod single;
 mod specimen;
 mod tables;
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
+
 #[cfg(test)]
 mod tests;
 mod tolerances;
 mod typed;
 mod units;
 
-pub use axes::{AxisSpec, DesignKind, DesignTable, Point, RangeSpec};
-pub use detector::DetectorTable;
+pub use axes::{AxisSpec, DesignKind, Point};
 pub use document::{Document, FileError, Origin};
 pub use errors::{DriveSettings, ErrorSet};
-pub use foreign::Made;
-pub use motor::MotorSpec;
-pub use named::Named;
 pub use plan::Plan;
 pub use pole_rule::PoleRule;
 pub use record::{Record, TrialError, Verdict};
-pub use remote::{Lost, Remote};
 pub use rotor::Rotor;
 pub use scenario::{Scenario, Specimen};
-pub use seed::value as seed_value;
 pub use single::Single;
 pub use specimen::{specimen, written};
-pub use tables::{InverterTable, RotorTable, ScenarioFile, SensorsTable, StopTable};
+pub use tables::ScenarioFile;
 pub use tolerances::Tolerance;
-pub use units::{KeyOf, Values, is_share, keys, schema, unit};
+pub use units::{keys, schema, unit};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use axes::{DesignTable, RangeSpec};
+#[doc(hidden)]
+pub use detector::DetectorTable;
+#[doc(hidden)]
+pub use foreign::Made;
+#[doc(hidden)]
+pub use motor::MotorSpec;
+#[doc(hidden)]
+pub use named::Named;
+#[doc(hidden)]
+pub use remote::{Lost, Remote};
+#[doc(hidden)]
+pub use seed::value as seed_value;
+#[doc(hidden)]
+pub use tables::{InverterTable, RotorTable, SensorsTable, StopTable};
+#[doc(hidden)]
+pub use units::{KeyOf, Values, is_share};

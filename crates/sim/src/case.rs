@@ -31,6 +31,16 @@ pub struct Play {
 
 impl Play {
     /// The play of a motor's brake, with the rotor in its middle.
+    ///
+    /// ```
+    /// use standstill_plant::built_in;
+    /// use standstill_sim::Play;
+    ///
+    /// // Without a brake's play the rotor cannot move within it.
+    /// let play = Play::of(&built_in("paper-5k5").ok_or("not built in")?);
+    /// assert!(play.below <= 0.0 && play.above >= 0.0);
+    /// # Ok::<(), &str>(())
+    /// ```
     pub fn of(motor: &Motor) -> Self {
         let half = motor.rotor.backlash * f64::from(motor.pole_pairs) / 2.0;
         Self { below: half, above: half }
@@ -53,6 +63,55 @@ impl Default for Tolerance {
 }
 
 /// One run, complete: everything is drawn and nothing is left to chance but the noise streams.
+///
+/// ```
+/// use standstill_interface::{Command, Detector, Fault, Findings, Nanos, Outcome, Phase, Reading, Sampling, Stage, Step};
+/// use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+/// use standstill_plant::built_in;
+/// use standstill_sim::{Case, NoProbe, RotorState, SensorSettings, Sensors, Streams, Tolerance, run};
+///
+/// /// Pulses phase a against phase b for 100 µs and keeps the current at its end.
+/// struct OnePulse(f64);
+///
+/// impl Detector<f64> for OnePulse {
+///     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+///         if let Some(reading) = readings.first() {
+///             self.0 = reading.current[Phase::A];
+///             let fault = Fault::NoCurrent { peak: self.0, needed: f64::INFINITY };
+///             return Step::Done(Outcome::Failed { fault, findings: Findings::default() });
+///         }
+///         let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(100));
+///         Step::Drive(Command::hold(pulse, Sampling::once(pulse.duration)))
+///     }
+/// }
+///
+/// let motor = built_in("paper-5k5").ok_or("not built in")?.linearised();
+/// let case = Case {
+///     motor: &motor,
+///     inverter: Inverter {
+///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+///         gates: [GateTiming::default(); 3],
+///         link: DcLink::stiff(550.0),
+///         carrier_period: Nanos::from_micros(100),
+///     },
+///     sensors: Sensors::nominal(SensorSettings::IDEAL),
+///     start_angle: 0.5,
+///     rotor: RotorState::Locked,
+///     load_torque: 0.0,
+///     streams: Streams::new(1, 0),
+///     tolerance: Tolerance::default(),
+///     time_limit: Nanos::from_micros(1_000_000),
+/// };
+/// let mut detector = OnePulse(0.0);
+/// let run = run(&case, &mut detector, true, &mut NoProbe);
+/// // A line of inductance L and resistance 2 R: u/2R (1 − exp(−2R t/L)).
+/// let (line, resistance) = (motor.winding.line_inductances(0.5).0[0], 2.0 * motor.resistance);
+/// let expected = 550.0 / resistance * (1.0 - (-resistance * 1e-4 / line).exp());
+/// assert!((detector.0 - expected).abs() < 1e-6, "{} {expected}", detector.0);
+/// // And the energies balance.
+/// assert!(run.ledger.ok_or("was asked for")?.imbalance() < 1e-9);
+/// # Ok::<(), &str>(())
+/// ```
 #[derive(Clone, Debug)]
 pub struct Case<'a> {
     /// The motor.

@@ -33,6 +33,14 @@ pub struct Ledger {
 
 impl Ledger {
     /// What the source delivered and no account shows: zero but for the integrator's error.
+    ///
+    /// ```
+    /// use standstill_sim::Ledger;
+    ///
+    /// // What the source gave is heat in copper and energy of the field.
+    /// let ledger = Ledger { source: 3.0, copper_loss: 1.0, field_change: 2.0, ..Ledger::default() };
+    /// assert_eq!(ledger.imbalance(), 0.0);
+    /// ```
     pub fn imbalance(&self) -> f64 {
         self.source
             - self.source_loss

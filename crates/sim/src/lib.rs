@@ -26,10 +26,22 @@ mod streams;
 mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
-pub use lanes::{referee, run, run_side_by_side, run_side_by_side_in};
+pub use lanes::{referee, run, run_side_by_side};
 pub use ledger::Ledger;
 pub use physics::motion::Motion;
 pub use sensing::{Adc, Arrangement, PickUp, Resolver, SensorSettings, Sensors, VoltageSensor};
-pub use standstill_numeric::{MOST_LANES, Width};
-pub use streams::{Draws, Purpose, Streams, Strip, Tape};
+pub use streams::{Draws, Purpose, Streams, Tape};
 pub use trace::{Event, NoProbe, Probe, Snapshot, Trace};
+
+// What the sister crates need of each other.
+#[doc(hidden)]
+pub use lanes::run_side_by_side_in;
+#[doc(hidden)]
+pub use standstill_numeric::{MOST_LANES, Width};
+#[doc(hidden)]
+pub use streams::Strip;
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;

@@ -213,6 +213,16 @@ impl Sensors {
     }
 
     /// Draws one specimen.
+    ///
+    /// ```
+    /// use standstill_sim::{SensorSettings, Sensors, Streams};
+    ///
+    /// let settings = SensorSettings { gain_error: 0.005, ..SensorSettings::IDEAL };
+    /// let specimen = Sensors::draw(settings, Streams::new(1, 7));
+    /// assert!(specimen.gain.iter().all(|gain| (gain - 1.0).abs() < 0.05));
+    /// // The same trial of the same seed is the same specimen.
+    /// assert_eq!(specimen, Sensors::draw(settings, Streams::new(1, 7)));
+    /// ```
     pub fn draw(settings: SensorSettings, streams: Streams) -> Self {
         let mut gains = streams.open(Purpose::CurrentGain);
         let mut offsets = streams.open(Purpose::CurrentOffset);

@@ -77,6 +77,15 @@ pub struct Trace {
 
 impl Trace {
     /// With snapshots at most `resolution` seconds apart.
+    ///
+    /// ```
+    /// use standstill_sim::{Event, Probe, Trace};
+    ///
+    /// let mut trace = Trace::new(5e-6);
+    /// assert_eq!(trace.resolution(), Some(5e-6));
+    /// trace.event(1e-3, Event::Command);
+    /// assert_eq!(trace.events, [(1e-3, Event::Command)]);
+    /// ```
     pub fn new(resolution: f64) -> Self {
         Self { resolution, snapshots: Vec::new(), events: Vec::new() }
     }

@@ -5,6 +5,13 @@ use standstill_numeric::power;
 use super::binomial::beta;
 
 /// Student's factor of a 95 % interval with this many degrees of freedom, which is 1.96 for many; without any there is none.
+///
+/// ```
+/// use standstill_campaign::student;
+///
+/// // Two degrees of freedom ask for more than twice the width of many.
+/// assert!((student(2.0) - 4.303).abs() < 1e-3 && (student(1e9) - 1.960).abs() < 1e-3);
+/// ```
 pub fn student(freedom: f64) -> f64 {
     if freedom > 300.0 {
         // Abramowitz and Stegun, 26.7.5: from here on right to nine digits.

@@ -51,6 +51,16 @@ pub struct AlignmentSettings<T> {
 
 impl<T: Real> AlignmentSettings<T> {
     /// For this motor and drive: the rated current, 0.2 s of ramp and 1 s of hold in each direction.
+    ///
+    /// ```
+    /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
+    /// use standstill_detect::{AlignmentSettings, Settings};
+    ///
+    /// // Alignment turns the rotor: where it stood before is not what it finds.
+    /// let settings = AlignmentSettings::suited(&nameplate);
+    /// assert!(settings.turns_rotor());
+    /// assert_eq!(settings.carrier_period(), Some(nameplate.carrier_period));
+    /// ```
     pub fn suited(drive: &Nameplate<T>) -> Self {
         // A millisecond, in whole periods.
         let periods = u16::try_from((1_000_000 / drive.carrier_period.0.max(1)).max(1)).unwrap_or(u16::MAX);

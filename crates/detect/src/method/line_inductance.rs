@@ -62,6 +62,17 @@ impl<T: Real> LineInductanceSettings<T> {
     /// paper does not print is chosen here: vectors of 1 ms, 2 % above the rated current, the mean of Table 2; and on
     /// other motors pulses that raise as much of the rated current as 80 µs do on the paper's, and vectors long enough
     /// for the link. As in the paper the larger current is taken for north.
+    ///
+    /// ```
+    /// # let nameplate = include!(concat!(env!("CARGO_MANIFEST_DIR"), "/doc/nameplate.rs"));
+    /// use standstill_detect::{Decay, LineInductance, LineInductanceSettings};
+    ///
+    /// let settings = LineInductanceSettings::paper(Decay::Fast, &nameplate);
+    /// assert!(LineInductance::new(settings).is_ok());
+    /// // A pulse that does not fit into its period is refused, with the setting's name.
+    /// let refused = LineInductance::new(LineInductanceSettings { pulse: settings.period * 2, ..settings });
+    /// assert!(refused.is_err());
+    /// ```
     pub fn paper(decay: Decay, drive: &Nameplate<T>) -> Self {
         // A fifth of the rated current into the mean line inductance, equation (4).
         let pulse = drive.line_pulse(T::of(0.2));

@@ -31,6 +31,23 @@ impl<T: Real> Interval<T> {
 /// `u = R (i_begin + i_end)/2 + L (i_end − i_begin)/t`, twice, solved for both together.
 ///
 /// `None` where the two intervals do not tell R and L apart.
+///
+/// ```
+/// use standstill_detect::{Interval, line_impedance};
+///
+/// // 100 V across 2 Ω and 20 mH in series, by the closed form i = u/R (1 − exp(−t R/L)), at 0, 100 µs and 200 µs.
+/// let current = |t: f64| 50.0 * (1.0 - (-t * 100.0).exp());
+/// let between = |begin: f64, end: f64| Interval {
+///     voltage: 100.0,
+///     begin: current(begin),
+///     end: current(end),
+///     duration: end - begin,
+/// };
+/// let (resistance, inductance) =
+///     line_impedance(between(0.0, 1e-4), between(1e-4, 2e-4)).ok_or("not told apart")?;
+/// assert!((resistance - 2.0).abs() < 1e-3 && (inductance - 20e-3).abs() < 1e-6);
+/// # Ok::<(), &str>(())
+/// ```
 pub fn line_impedance<T: Real>(first: Interval<T>, second: Interval<T>) -> Option<(T, T)> {
     let (a1, b1) = (first.mean(), first.slope());
     let (a2, b2) = (second.mean(), second.slope());
@@ -93,6 +110,18 @@ pub struct Saliency<T> {
 
 impl<T: Real> Saliency<T> {
     /// From L_AB, L_BC, L_CA in H, equations (5)–(7) with the saliency's sign.
+    ///
+    /// ```
+    /// use standstill_detect::{Saliency, SaliencySign};
+    /// use standstill_interface::{Abc, Angle};
+    ///
+    /// // Equation (4) of a motor with interior magnets: L_A = 9.2 mH, L_B = −2.1 mH, the rotor at 70°.
+    /// let line = |shift: f64| 27.6e-3 + 6.3e-3 * (140.0 + shift).to_radians().cos();
+    /// let lines = Abc::new(line(-120.0), line(0.0), line(120.0));
+    /// let saliency = Saliency::from_lines(lines, SaliencySign::Negative);
+    /// assert!((saliency.mean - 9.2e-3).abs() < 1e-12 && (saliency.amplitude + 2.1e-3).abs() < 1e-12);
+    /// assert!(saliency.axis.difference(Angle::from_degrees(70.0)).abs() < 1e-9);
+    /// ```
     pub fn from_lines(lines: Abc<T>, sign: SaliencySign) -> Self {
         let (z, mean) = reflection(lines);
         let sign: T = sign.factor();
@@ -149,6 +178,14 @@ impl<T: Real> Saliency<T> {
     }
 
     /// |L_B| / L_A.
+    ///
+    /// ```
+    /// use standstill_detect::Saliency;
+    /// use standstill_interface::Angle;
+    ///
+    /// let saliency = Saliency { mean: 9.2e-3, amplitude: -2.1e-3, axis: Angle::from_degrees(0.0) };
+    /// assert!((saliency.ratio() - 0.228_f64).abs() < 1e-3);
+    /// ```
     pub fn ratio(&self) -> T {
         (self.amplitude / self.mean).abs()
     }

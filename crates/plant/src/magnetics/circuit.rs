@@ -74,6 +74,20 @@ impl Cogging {
 }
 
 /// The magnetic side of a motor.
+///
+/// ```
+/// use standstill_interface::Dq;
+/// use standstill_numeric::Heading;
+/// use standstill_plant::{Core, Linear, MagneticCircuit};
+///
+/// let core = Linear { d_axis_inductance: 10e-3, q_axis_inductance: 15e-3, magnet_flux: 0.4 };
+/// let circuit = MagneticCircuit::new(Core::Linear(core))?;
+/// // Without current there is the magnet's flux alone.
+/// assert!((circuit.rest(Heading::ZERO).d - 0.4).abs() < 1e-12);
+/// let state = circuit.state(Dq::new(0.42, 0.06), Heading::ZERO);
+/// assert!((state.current.d - 2.0).abs() < 1e-9 && (state.current.q - 4.0).abs() < 1e-9);
+/// # Ok::<(), standstill_plant::NoConvergence>(())
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct MagneticCircuit {
     core: Core,

@@ -1,0 +1,20 @@
+// The paper's motor on a drive of 550 V, for the examples of this crate's documentation.
+standstill_detect::Nameplate {
+    rated_current: 8.5_f64,
+    resistance: 0.8,
+    d_axis_inductance: 10.65e-3,
+    q_axis_inductance: 16.95e-3,
+    magnet_flux: 0.42,
+    signature: standstill_detect::Signature::Normal,
+    pulse_signature: standstill_detect::Signature::Normal,
+    polarity_difference: 0.06,
+    rated_pulse: standstill_interface::Nanos::from_micros(330),
+    gain_tolerance: 0.005,
+    sensing: standstill_detect::Sensing::default(),
+    dc_link: 550.0,
+    dead_time: standstill_interface::Nanos::from_micros(2),
+    carrier_period: standstill_interface::Nanos::from_micros(100),
+    switch_drop: [0.9, 0.05],
+    diode_drop: [0.8, 0.03],
+    reverse_drop: [0.8, 0.03],
+}
