@@ -13,7 +13,7 @@ use crate::error::Error;
 use crate::host;
 
 /// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
-const PAPER: &str = include_str!("../../../examples/scenarios/reproduce.toml");
+const PAPER: &str = include_str!("../scenarios/reproduce.toml");
 
 /// A document without a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -101,7 +101,7 @@ fn law_options_keys_and_files_are_the_same_scenario() {
 fn golden_reproduce_is_a_shipped_scenario() {
     let folder = folder();
     let at = folder.path();
-    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/scenarios/reproduce.toml");
+    let shipped = concat!(env!("CARGO_MANIFEST_DIR"), "/scenarios/reproduce.toml");
     succeed(&["reproduce", "--trials", "20", "--out", "plain"], at);
     succeed(&["reproduce", shipped, "--trials", "20", "--out", "file"], at);
     for name in names(&at.join("plain")) {
