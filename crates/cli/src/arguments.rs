@@ -4,10 +4,13 @@ mod campaigns;
 mod scenario;
 
 use std::path::PathBuf;
+use std::sync::LazyLock;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Args, Parser, Subcommand};
+use standstill_campaign::NUMERICS;
 use standstill_detect::{Decay, MethodName, Signature};
+use standstill_foreign::ABI;
 use standstill_interface::Choice;
 use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
@@ -18,9 +21,15 @@ pub use campaigns::{
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
+/// What decides whether a run goes on and a library fits, besides the version.
+static VERSION: LazyLock<String> = LazyLock::new(|| {
+    let version = env!("CARGO_PKG_VERSION");
+    format!("{version} (numerics {NUMERICS}, ABI of detectors {ABI})")
+});
+
 /// Test bench for initial rotor position detection of permanent-magnet synchronous motors.
 #[derive(Debug, Parser)]
-#[command(name = "standstill", version, subcommand_required = true, arg_required_else_help = true)]
+#[command(name = "standstill", version = VERSION.as_str(), subcommand_required = true, arg_required_else_help = true)]
 pub struct Arguments {
     #[command(subcommand)]
     pub command: Command,

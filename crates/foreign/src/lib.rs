@@ -23,6 +23,7 @@ mod library;
 mod texts;
 
 #[cfg(target_os = "linux")]
+pub use abi::ABI;
 pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use library::{Level, Library, LoadError, Timing};

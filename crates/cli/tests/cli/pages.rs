@@ -14,6 +14,20 @@ fn said(arguments: &[&str], folder: &Path) -> String {
     String::from_utf8(output.stdout).expect("text")
 }
 
+#[test]
+fn law_the_version_says_what_a_run_and_a_library_must_fit() {
+    let said = said(&["--version"], folder().path());
+    let expected = format!(
+        "standstill {} (numerics {}, ABI of detectors {})\n",
+        env!("CARGO_PKG_VERSION"),
+        standstill_campaign::NUMERICS,
+        standstill_foreign::ABI
+    );
+    assert_eq!(said, expected);
+    let changes = fs::read_to_string(Path::new(ROOT).join("CHANGELOG.md")).expect("the changelog");
+    assert!(changes.contains(env!("CARGO_PKG_VERSION")), "CHANGELOG.md does not have this version");
+}
+
 /// With `STANDSTILL_WRITE=1` it writes the page.
 #[test]
 fn golden_the_reference_is_what_help_says() {
