@@ -117,7 +117,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
         let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, filtered: zero };
-        let tried = Tried::none(&here, machine.legs.at(zero, zero));
+        let tried = Tried::none(&here, machine.legs.at::<true>(zero, zero));
         Self {
             machine,
             bounds,
@@ -144,7 +144,11 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
     pub fn step(&mut self) -> Served {
-        let (served, crossed) = V::compute(StepOf(self));
+        let (served, crossed) = if self.machine.legs.elastance.is_some() || self.refereed {
+            V::compute(StepOf::<_, true>(self))
+        } else {
+            V::compute(StepOf::<_, false>(self))
+        };
         let mut left = crossed;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
@@ -165,10 +169,11 @@ impl<'a, V: Wide> Bank<'a, V> {
     }
 }
 
-/// A step of each machine.
-struct StepOf<'b, 'a, V: Wide>(&'b mut Bank<'a, V>);
+/// A step of each machine. What rings with terminals takes more room than all else of a step: `MAY_RING` is false where they
+/// have no capacitance, and the step then does without.
+struct StepOf<'b, 'a, V: Wide, const MAY_RING: bool>(&'b mut Bank<'a, V>);
 
-impl<V: Wide> Compute for StepOf<'_, '_, V> {
+impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
     /// What became of it, and a bit for each machine of which a mode ends within the step.
     type Output = (Served, u32);
 
@@ -178,16 +183,16 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let here = &bank.here;
         let (live, to_mode_end) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.to_mode_end));
-        let legs = bank.machine.legs.at(here.time, bank.machine.resistance);
+        let legs = bank.machine.legs.at::<MAY_RING>(here.time, bank.machine.resistance);
         let edge = bank.machine.legs.next_edge(here.time);
         let stop = bank.stop.least(edge);
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
         let until =
             V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
-        let tried = if V::LANES == 1 && bank.refereed {
+        let tried = if MAY_RING && V::LANES == 1 && bank.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         } else {
-            Tried::new(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+            Tried::new::<MAY_RING>(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         };
 
         let exact = V::of(1.0 + 1e-12).above(tried.error);
@@ -221,7 +226,7 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
         let mut at_edge = legs.idle & !edge.above(until);
-        if bank.machine.legs.elastance.is_some() {
+        if MAY_RING && bank.machine.legs.elastance.is_some() {
             // The charge of a terminal decides what an edge does.
             at_edge = !edge.above(until);
         }

@@ -57,7 +57,7 @@ impl<V: Wide> Bounds<V> {
 
     /// The margins at a state.
     #[inline(always)]
-    pub fn margins(
+    pub fn margins<const MAY_RING: bool>(
         &self,
         machine: &Machine<V>,
         legs: &Conducting<V>,
@@ -71,7 +71,8 @@ impl<V: Wide> Bounds<V> {
         for k in 0..3 {
             margins[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
         }
-        if machine.legs.elastance.is_some() {
+        let capacitive = machine.legs.elastance_if::<MAY_RING>().is_some();
+        if capacitive {
             for k in 0..3 {
                 let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);
                 let room = (state.potential[k] - low).least(high - state.potential[k]);
@@ -80,7 +81,7 @@ impl<V: Wide> Bounds<V> {
         }
         let [low, high] = machine.legs.range_of_blocked(legs).at(state.link);
         let potential = change.blocked_potential;
-        let none_is_blocked = V::Mask::of_bits(if machine.legs.elastance.is_some() { u32::MAX } else { 0 });
+        let none_is_blocked = V::Mask::of_bits(if capacitive { u32::MAX } else { 0 });
         let all_flow = none_is_blocked | legs.flows[0] & legs.flows[1] & legs.flows[2];
         // Where nothing changes what drives them, idle legs stay idle.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));

@@ -218,15 +218,22 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
+    /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
+    #[inline(always)]
+    pub fn elastance_if<const MAY_RING: bool>(&self) -> Option<V> {
+        if MAY_RING { self.elastance } else { None }
+    }
+
     /// What the legs are at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
-    pub fn at(&self, time: V, winding: V) -> Conducting<V> {
+    pub fn at<const MAY_RING: bool>(&self, time: V, winding: V) -> Conducting<V> {
+        let capacitive = self.elastance_if::<MAY_RING>().is_some();
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
             [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
         let flows = [flows_a, flows_b, flows_c];
         let mut idle = !(flows[0] | flows[1] | flows[2]);
-        if self.elastance.is_some() {
+        if capacitive {
             idle = V::Mask::of_bits(0);
         }
         let none = Plane::new(zero, zero);
@@ -245,7 +252,7 @@ impl<V: Wide> Legs<V> {
             all.resistance.xx = all.resistance.xx + across.x * axis.x;
             all.resistance.xy = all.resistance.xy + across.x * axis.y;
             all.resistance.yy = all.resistance.yy + across.y * axis.y;
-            if self.elastance.is_none() {
+            if !capacitive {
                 let blocked = V::only(!(idle | *flows), one);
                 all.blocked = all.blocked + axis * blocked;
                 all.none_blocked = all.none_blocked - blocked;
@@ -263,12 +270,12 @@ impl<V: Wide> Legs<V> {
         let switch = (out & on.high) | (into & on.low);
         let upper = (out & on.high) | (into & !on.low);
         let reverse = (out & on.low) | (into & on.high);
-        let other = [0, 1].map(|n| V::choose(reverse, self.reverse[n], self.diode[n]));
-        let drop = V::choose(switch, self.switch[0], other[0]);
+        let other = |n: usize| V::choose(reverse, self.reverse[n], self.diode[n]);
+        let drop = V::choose(switch, self.switch[0], other(0));
         let leg = Leg {
             rail: V::only(upper, one),
             offset: V::choose(out, -drop, V::only(into, drop)),
-            resistance: V::only(flows, V::choose(switch, self.switch[1], other[1])),
+            resistance: V::only(flows, V::choose(switch, self.switch[1], other(1))),
             direction: V::choose(out, one, V::only(into, -one)),
         };
         (leg, flows, on)
@@ -363,7 +370,7 @@ mod tests {
             };
             let potentials = BRIDGE.potentials(gates, modes, &port);
             let expected = Plane::from_stator(Abc(potentials).clarke(), start);
-            let terminals = legs(&BRIDGE, gates, modes).at(1.0, 0.0).terminals;
+            let terminals = legs(&BRIDGE, gates, modes).at::<true>(1.0, 0.0).terminals;
             let i = Plane::from_stator(current, start);
             let mut voltage = terminals.rail * 550.0 + terminals.offset - i.through(terminals.resistance);
             if terminals.none_blocked == 0.0 {
@@ -381,7 +388,7 @@ mod tests {
     fn law_a_blocked_leg_ends_where_a_device_begins_to_conduct() {
         let range = |bridge: &Bridge, gate| {
             let legs = legs(bridge, [Gate::High, Gate::Low, gate], [UpperSwitch, LowerSwitch, Blocked]);
-            legs.range_of_blocked(&legs.at(1.0, 0.0)).at(550.0)
+            legs.range_of_blocked(&legs.at::<true>(1.0, 0.0)).at(550.0)
         };
         let open = Bridge { open_leg: OpenLeg::Open, ..BRIDGE };
         assert_eq!(range(&open, Gate::Off), [f64::NEG_INFINITY, f64::INFINITY]);
@@ -394,6 +401,6 @@ mod tests {
     #[test]
     fn law_one_leg_alone_cannot_conduct() {
         let alone = legs(&BRIDGE, [Gate::Off, Gate::Low, Gate::Off], [Blocked, LowerSwitch, Blocked]);
-        assert!(alone.at(1.0, 0.0).idle && alone.idle_lanes() & 1 == 1);
+        assert!(alone.at::<true>(1.0, 0.0).idle && alone.idle_lanes() & 1 == 1);
     }
 }

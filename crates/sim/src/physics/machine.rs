@@ -245,13 +245,18 @@ impl<'a, V: Wide> Machine<'a, V> {
 
     /// How flux and currents change at a state.
     #[inline(always)]
-    pub fn change(&self, legs: &Conducting<V>, at: &Operating<V>, state: &State<V>) -> Change<V> {
+    pub fn change<const MAY_RING: bool>(
+        &self,
+        legs: &Conducting<V>,
+        at: &Operating<V>,
+        state: &State<V>,
+    ) -> Change<V> {
         let terminals = &legs.terminals;
         let gamma = at.inverse_inductance;
         let (speed, link) = (state.speed, state.link);
         // v − R i, but for the blocked leg.
         let mut driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
-        if self.legs.elastance.is_some() {
+        if self.legs.elastance_if::<MAY_RING>().is_some() {
             driven = driven + self.legs.floating(legs, &state.potential);
         }
         // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.

@@ -15,10 +15,10 @@ pub const POTENTIAL_DEEP: f64 = 2e3;
 impl<V: Wide> Tried<V> {
     /// Where something ends within the step, or before it.
     #[inline(always)]
-    pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
+    pub(super) fn look_for_ends<const MAY_RING: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
         let (mut slack, mut ended) = ([bounds.slack[0], bounds.slack[1], bounds.slack[2]], [bounds.ended; 3]);
-        if self.floating.is_some() {
+        if MAY_RING && self.floating.is_some() {
             for k in 0..3 {
                 slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack[BLOCKED]);
                 ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack[BLOCKED] * POTENTIAL_DEEP);
@@ -34,7 +34,7 @@ impl<V: Wide> Tried<V> {
         for k in 0..3 {
             at_mode_end = at_mode_end.least(self.margins[1][k] + ended[k]);
         }
-        if let Some(floating) = &self.floating {
+        if MAY_RING && let Some(floating) = &self.floating {
             least = least.least(self.dips_or_swings(floating, bounds));
         } else if V::any(self.may_dip()) {
             least = least.least(self.dips(bounds));

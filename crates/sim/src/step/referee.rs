@@ -47,12 +47,12 @@ impl<V: Wide> Tried<V> {
         let (flux, current) = (state.flux, at.current);
         settle(legs, &mut state.flux, &mut at);
         let mut ends = Ends {
-            change: [machine.change(legs, &here.at, &here.state); 2],
+            change: [machine.change::<true>(legs, &here.at, &here.state); 2],
             link_rise: [zero; 2],
             acceleration: [zero; 2],
             torque_rise: [zero; 2],
         };
-        ends.change[1] = machine.change(legs, &at, &state);
+        ends.change[1] = machine.change::<true>(legs, &at, &state);
         let source = machine.links.source(until * 1e-9);
         if machine.links.storage.is_some() {
             let rise = |time, state| slope(machine, legs, time, state).link;
@@ -99,7 +99,7 @@ impl<V: Wide> Tried<V> {
             };
             ringing = Some(Ringing::between(start.modes, h, start.floating, [&start.end, &last]));
         }
-        Self::between(machine, bounds, legs, here, end, h, ends, ringing, error)
+        Self::between::<true>(machine, bounds, legs, here, end, h, ends, ringing, error)
     }
 }
 
@@ -118,7 +118,7 @@ fn slope<V: Wide>(machine: &Machine<V>, legs: &Conducting<V>, time: V, state: &S
     let zero = V::of(0.0);
     let at = machine.operating(state);
     let mut slope = State {
-        flux: machine.change(legs, &at, state).flux,
+        flux: machine.change::<true>(legs, &at, state).flux,
         turned: zero,
         speed: zero,
         link: zero,

@@ -119,13 +119,13 @@ impl<V: Wide> Tried<V> {
         }
     }
 
-    /// Tries a step to times in ns.
+    /// Tries a step to times in ns; `MAY_RING`: whether terminals may have a capacitance.
     #[inline(always)]
     #[allow(
         clippy::too_many_lines,
         reason = "one step, from prediction to correction, in the order of its equations"
     )]
-    pub fn new(
+    pub fn new<const MAY_RING: bool>(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
         legs: &Conducting<V>,
@@ -138,7 +138,7 @@ impl<V: Wide> Tried<V> {
         let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
         let terminals = &legs.terminals;
         let begin = &here.state;
-        let change = machine.change(legs, &here.at, begin);
+        let change = machine.change::<MAY_RING>(legs, &here.at, begin);
         let source = machine.links.source(until * 1e-9);
 
         // What is predicted: angle and speed, the link's voltage, the currents' integral.
@@ -177,8 +177,11 @@ impl<V: Wide> Tried<V> {
         let holding = terminals.blocked * (change.blocked_potential * (2.0 / 3.0) * h);
         let mut flux = Plane::choose(idle, begin.flux + change.flux * h, known - drop + holding);
         let mut potential = begin.potential;
-        let start = Start::of(machine, legs, here, &change, [begin.link, link], link_rise, area, h);
-        if let Some(start) = &start {
+        let mut start = None;
+        if MAY_RING {
+            start = Start::of(machine, legs, here, &change, [begin.link, link], link_rise, area, h);
+        }
+        if MAY_RING && let Some(start) = &start {
             let [moved, mean] = Ringing::ahead(start.modes, h, start.floating, &start.end).after(V::of(1.0));
             flux = begin.flux + moved + terminals.rail * start.surplus[0];
             potential = add(potential, machine.legs.charged(legs, mean * h));
@@ -210,7 +213,7 @@ impl<V: Wide> Tried<V> {
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         let there = State { flux, turned, speed, link, lagging, potential };
-        let end_change = machine.change(legs, &at, &there);
+        let end_change = machine.change::<MAY_RING>(legs, &at, &there);
         let mut link_error = zero;
         let mut more_area = zero;
         if machine.links.storage.is_some() {
@@ -252,7 +255,7 @@ impl<V: Wide> Tried<V> {
             missing = Plane::choose(idle, through, missing);
         }
         let mut ringing = None;
-        if let Some(start) = &start {
+        if MAY_RING && let Some(start) = &start {
             let surplus = terminals.rail * start.surplus[1];
             let end = End {
                 force: terminals.rail * link + terminals.offset - at.current.through(terminals.resistance),
@@ -313,29 +316,29 @@ impl<V: Wide> Tried<V> {
             turned = new_turned;
             settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         }
-        if ringing.is_some() {
+        if MAY_RING && ringing.is_some() {
             potential = machine.legs.potentials(legs, potential, link, at.current);
         }
         let state = State { flux, turned, speed, link, lagging, potential };
         let end = Here { time: until, state, at, source };
         // The current at the end is that of where the core was evaluated and a linear step from there.
         let off = flux - looked_up_flux;
-        let own = match &ringing {
-            None => error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off),
-            Some(ringing) => ringing_error(accuracy, ringing.error(), off),
-        };
+        let mut own = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off);
+        if MAY_RING && let Some(ringing) = &ringing {
+            own = ringing_error(accuracy, ringing.error(), off);
+        }
         let error = own
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
-        Self::between(machine, bounds, legs, here, end, h, ends, ringing, error)
+        Self::between::<MAY_RING>(machine, bounds, legs, here, end, h, ends, ringing, error)
     }
 
     /// The step of `h` seconds from one place to another, with what ends within it.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "two kinds of steps end here, with all that they found")]
-    pub(super) fn between(
+    pub(super) fn between<const MAY_RING: bool>(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
         legs: &Conducting<V>,
@@ -349,7 +352,7 @@ impl<V: Wide> Tried<V> {
         let zero = V::of(0.0);
         let [change, end_change] = &ends.change;
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
-        if let Some(elastance) = machine.legs.elastance {
+        if let Some(elastance) = machine.legs.elastance_if::<MAY_RING>() {
             // A device carries what its terminal takes to follow the link, too.
             let capacitance = V::of(1.0) / elastance;
             for (phases, rise) in phases.iter_mut().zip(ends.link_rise) {
@@ -359,15 +362,15 @@ impl<V: Wide> Tried<V> {
             }
         }
         let mut floating = None;
-        if let Some(ringing) = ringing {
+        if MAY_RING && let Some(ringing) = ringing {
             let places =
                 Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
             error = error.greatest(places.too_long(machine.circuits.eddies().is_some()));
             floating = Some(places);
         }
         let margins = [
-            bounds.margins(machine, legs, &here.state, &here.at, change, &phases[0]),
-            bounds.margins(machine, legs, &end.state, &end.at, end_change, &phases[1]),
+            bounds.margins::<MAY_RING>(machine, legs, &here.state, &here.at, change, &phases[0]),
+            bounds.margins::<MAY_RING>(machine, legs, &end.state, &end.at, end_change, &phases[1]),
         ];
         let mut tried = Self {
             h,
@@ -390,7 +393,7 @@ impl<V: Wide> Tried<V> {
             least_margin: zero,
             least_at_mode_end: zero,
         };
-        tried.look_for_ends(machine, bounds);
+        tried.look_for_ends::<MAY_RING>(machine, bounds);
         tried
     }
 }
