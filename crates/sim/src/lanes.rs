@@ -118,7 +118,8 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     /// A step of all, and what follows from it: the lanes whose runs have come to their ends, as bits.
     fn turn(&mut self, host: &mut dyn Host<'a>) -> u32 {
         let mut over = 0;
-        let Served { accepted, arrived, out_of_bounds, broken, carried_out } = self.bank.step();
+        self.bank.step();
+        let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = self.bank.served;
         if self.bank.follow {
             let thirds = [self.bank.within(1.0 / 3.0), self.bank.within(2.0 / 3.0)];
             for lane in lanes_of(accepted) {

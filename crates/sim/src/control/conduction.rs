@@ -89,7 +89,8 @@ impl<'a> Control<'a> {
     /// Which switches are on.
     pub(super) fn gates<V: Wide>(&self, bank: &Bank<'a, V>) -> [Gate; 3] {
         let time = self.time(bank);
-        bank.machine.legs.gates.each_ref().map(|gates| gates.of(self.lane, time))
+        let of = |k: usize| bank.machine.legs.gates[k].of(self.lane, time);
+        [of(0), of(1), of(2)]
     }
 
     /// Finds the conduction modes that fit the gates and the machine.

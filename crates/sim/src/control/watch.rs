@@ -153,7 +153,7 @@ impl<'a> Control<'a> {
         let h = (until - begin) * 1e-9;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let parts = (h / resolution).ceil().max(1.0) as u32;
-        let mut here = bank.here.clone();
+        let mut here = bank.here;
         for part in 1..=parts {
             let time = begin + (until - begin) * f64::from(part) / f64::from(parts);
             here.time.put(self.lane, time);
@@ -173,7 +173,7 @@ impl<'a> Control<'a> {
     #[inline(never)]
     fn show_now<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if self.probe.as_ref().and_then(|probe| probe.resolution()).is_some() {
-            let mut here = bank.here.clone();
+            let mut here = bank.here;
             if bank.machine.links.storage.is_none() {
                 let time = here.time.get(self.lane) * 1e-9;
                 here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time).voltage);

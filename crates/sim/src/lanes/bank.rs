@@ -55,6 +55,9 @@ pub struct Bank<'a, V: Wide> {
     pub begin: Here<V>,
     /// The last step.
     pub tried: Tried<V>,
+    /// What became of it. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
+    /// for all that was stored before.
+    pub served: Served,
 }
 
 /// What became of a step: a bit for each machine.
@@ -70,6 +73,8 @@ pub struct Served {
     pub broken: u32,
     /// A request to a leg has been carried out: the next one is wanted.
     pub carried_out: [u32; 3],
+    /// A mode ends within the step.
+    crossed: u32,
 }
 
 /// No mode has ended: a margin was negative by rounding only.
@@ -121,7 +126,7 @@ impl<'a, V: Wide> Bank<'a, V> {
         Self {
             machine,
             bounds,
-            begin: here.clone(),
+            begin: here,
             here,
             accuracy,
             live: 0,
@@ -139,23 +144,23 @@ impl<'a, V: Wide> Bank<'a, V> {
             follow,
             refereed: false,
             tried,
+            served: Served::default(),
         }
     }
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
-    pub fn step(&mut self) -> Served {
-        let (served, crossed) = if self.machine.legs.elastance.is_some() || self.refereed {
-            V::compute(StepOf::<_, true>(self))
+    pub fn step(&mut self) {
+        if self.machine.legs.elastance.is_some() || self.refereed {
+            V::compute(StepOf::<_, true>(self));
         } else {
-            V::compute(StepOf::<_, false>(self))
-        };
-        let mut left = crossed;
+            V::compute(StepOf::<_, false>(self));
+        }
+        let mut left = self.served.crossed;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
             self.find_end(lane);
         }
-        served
     }
 
     /// Evaluates a machine anew at its state.
@@ -174,11 +179,10 @@ impl<'a, V: Wide> Bank<'a, V> {
 struct StepOf<'b, 'a, V: Wide, const MAY_RING: bool>(&'b mut Bank<'a, V>);
 
 impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
-    /// What became of it, and a bit for each machine of which a mode ends within the step.
-    type Output = (Served, u32);
+    type Output = ();
 
     #[inline(always)]
-    fn compute(self) -> (Served, u32) {
+    fn compute(self) {
         let bank = self.0;
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let here = &bank.here;
@@ -246,21 +250,21 @@ impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
             bank.moved = bank.moved.greatest(V::only(accepted, tried.end.state.turned.abs()));
         }
         let crossed = crossed.bits();
-        let served = Served {
+        bank.served = Served {
             accepted: accepted.bits(),
             arrived: arrived.bits(),
             out_of_bounds: out_of_bounds.bits(),
             broken: broken.bits(),
             carried_out,
+            crossed,
         };
         if bank.follow {
-            bank.begin = bank.here.clone();
-            bank.tried = tried.clone();
+            bank.begin = bank.here;
+            bank.tried = tried;
         } else if crossed != 0 {
-            bank.keep_for_ends(&tried);
+            bank.keep_for_ends::<MAY_RING>(&tried);
         }
         take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
-        (served, crossed)
     }
 }
 

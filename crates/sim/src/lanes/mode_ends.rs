@@ -14,7 +14,7 @@ const LEAST_SHARE: f64 = 0.05;
 impl<V: Wide> Bank<'_, V> {
     /// Keeps of a step what [`Self::find_end`] asks for.
     #[inline(always)]
-    pub(super) fn keep_for_ends(&mut self, tried: &Tried<V>) {
+    pub(super) fn keep_for_ends<const MAY_RING: bool>(&mut self, tried: &Tried<V>) {
         let (begin, to) = (&mut self.begin, &mut self.tried);
         begin.time = self.here.time;
         to.h = tried.h;
@@ -24,7 +24,9 @@ impl<V: Wide> Bank<'_, V> {
         for end in 0..2 {
             to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
         }
-        to.floating = tried.floating;
+        if MAY_RING {
+            to.floating = tried.floating;
+        }
         if self.machine.rotors.is_some() {
             begin.state.turned = self.here.state.turned;
             begin.state.speed = self.here.state.speed;

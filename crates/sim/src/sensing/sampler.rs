@@ -50,6 +50,7 @@ impl<'t> Sampler<'t> {
     }
 
     /// One sample; `at` is the trigger's nominal time after the start of its command.
+    #[inline(always)]
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = &self.sensors.settings;
         let mut raw = [(0.0, false, 0); 3];

@@ -27,7 +27,7 @@ use crate::step::ringing::{End, Ringing, Start};
 use standstill_inverter::Source;
 
 /// Machines at a time: their states and what follows from them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Here<V: Wide> {
     /// In ns since the start of the run.
     pub time: V,
@@ -40,7 +40,7 @@ pub struct Here<V: Wide> {
 }
 
 /// A step that was tried.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub struct Tried<V: Wide> {
     /// Its length in s.
     pub h: V,
@@ -102,7 +102,7 @@ impl<V: Wide> Tried<V> {
         Self {
             h: zero,
             legs,
-            end: here.clone(),
+            end: *here,
             change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
             link_rise: [zero; 2],
             acceleration: [zero; 2],
