@@ -14,14 +14,11 @@ use standstill_interface::Arithmetic;
 use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
 
-/// Registers of AVX-512 that stand side by side.
-const REGISTERS_512: usize = 1;
-/// Registers of AVX2 that stand side by side.
-const REGISTERS_256: usize = 2;
-
+/// The numbers of a width: `registers` are those that stand side by side. What is done with each is written out and no loop: a
+/// compiler takes loops apart too late to keep what goes through them in registers.
 macro_rules! numbers {
     (
-        $name:ident, $masks:ident, $vector:ty, $mask:ty, $registers:ident, $per_register:literal, $features:literal,
+        $name:ident, $masks:ident, $vector:ty, $mask:ty, $per_register:literal, $features:literal, registers: [$($k:tt)*],
         set: $set:ident, add: $add:ident, sub: $sub:ident, mul: $mul:ident, div: $div:ident, sqrt: $sqrt:ident,
         least: $least:ident, greatest: $greatest:ident,
         $ops:ident
@@ -29,33 +26,30 @@ macro_rules! numbers {
         /// Numbers side by side.
         #[derive(Clone, Copy, Debug)]
         #[repr(C, align(64))]
-        pub struct $name([$vector; $registers]);
+        pub struct $name([$vector; [$($k),*].len()]);
 
         /// Where something holds.
         #[derive(Clone, Copy, Debug)]
-        pub struct $masks([$mask; $registers]);
+        pub struct $masks([$mask; [$($k),*].len()]);
 
-        numbers!(@operator $name $registers Add add $add);
-        numbers!(@operator $name $registers Sub sub $sub);
-        numbers!(@operator $name $registers Mul mul $mul);
-        numbers!(@operator $name $registers Div div $div);
+        numbers!(@operator $name [$($k)*] Add add $add);
+        numbers!(@operator $name [$($k)*] Sub sub $sub);
+        numbers!(@operator $name [$($k)*] Mul mul $mul);
+        numbers!(@operator $name [$($k)*] Div div $div);
 
         impl Neg for $name {
             type Output = Self;
 
             #[inline(always)]
-            fn neg(mut self) -> Self {
-                for x in &mut self.0 {
-                    *x = unsafe { $ops::negative(*x) };
-                }
-                self
+            fn neg(self) -> Self {
+                Self([$(unsafe { $ops::negative(self.0[$k]) }),*])
             }
         }
 
         impl Arithmetic for $name {
             #[inline(always)]
             fn of(value: f64) -> Self {
-                Self([unsafe { $set(value) }; $registers])
+                Self([unsafe { $set(value) }; [$($k),*].len()])
             }
         }
 
@@ -63,62 +57,39 @@ macro_rules! numbers {
             type Mask = $masks;
 
             #[inline(always)]
-            fn abs(mut self) -> Self {
-                for x in &mut self.0 {
-                    *x = unsafe { $ops::magnitude(*x) };
-                }
-                self
+            fn abs(self) -> Self {
+                Self([$(unsafe { $ops::magnitude(self.0[$k]) }),*])
             }
 
             #[inline(always)]
-            fn sqrt(mut self) -> Self {
-                for x in &mut self.0 {
-                    *x = unsafe { $sqrt(*x) };
-                }
-                self
+            fn sqrt(self) -> Self {
+                Self([$(unsafe { $sqrt(self.0[$k]) }),*])
             }
 
             #[inline(always)]
             fn above(self, other: Self) -> $masks {
-                let mut mask = $ops::NOWHERE;
-                for k in 0..$registers {
-                    mask.0[k] = unsafe { $ops::above(self.0[k], other.0[k]) };
-                }
-                mask
+                $masks([$(unsafe { $ops::above(self.0[$k], other.0[$k]) }),*])
             }
 
             // The instructions take their second operand where one is no number, as is asked for here.
             #[inline(always)]
-            fn least(mut self, other: Self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $least(other.0[k], self.0[k]) };
-                }
-                self
+            fn least(self, other: Self) -> Self {
+                Self([$(unsafe { $least(other.0[$k], self.0[$k]) }),*])
             }
 
             #[inline(always)]
-            fn greatest(mut self, other: Self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $greatest(other.0[k], self.0[k]) };
-                }
-                self
+            fn greatest(self, other: Self) -> Self {
+                Self([$(unsafe { $greatest(other.0[$k], self.0[$k]) }),*])
             }
 
             #[inline(always)]
             fn bit(self, bit: u32) -> $masks {
-                let mut mask = $ops::NOWHERE;
-                for k in 0..$registers {
-                    mask.0[k] = unsafe { $ops::bit(self.0[k], bit) };
-                }
-                mask
+                $masks([$(unsafe { $ops::bit(self.0[$k], bit) }),*])
             }
 
             #[inline(always)]
-            fn choose(mask: $masks, yes: Self, mut no: Self) -> Self {
-                for k in 0..$registers {
-                    no.0[k] = unsafe { $ops::choose(mask.0[k], yes.0[k], no.0[k]) };
-                }
-                no
+            fn choose(mask: $masks, yes: Self, no: Self) -> Self {
+                Self([$(unsafe { $ops::choose(mask.0[$k], yes.0[$k], no.0[$k]) }),*])
             }
 
             #[inline(always)]
@@ -128,7 +99,7 @@ macro_rules! numbers {
         }
 
         impl Wide for $name {
-            const LANES: usize = $per_register * $registers;
+            const LANES: usize = $per_register * [$($k),*].len();
 
             #[inline(always)]
             fn get(&self, lane: usize) -> f64 {
@@ -159,11 +130,8 @@ macro_rules! numbers {
             type Output = Self;
 
             #[inline(always)]
-            fn bitand(mut self, other: Self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $ops::and(self.0[k], other.0[k]) };
-                }
-                self
+            fn bitand(self, other: Self) -> Self {
+                Self([$(unsafe { $ops::and(self.0[$k], other.0[$k]) }),*])
             }
         }
 
@@ -171,11 +139,8 @@ macro_rules! numbers {
             type Output = Self;
 
             #[inline(always)]
-            fn bitor(mut self, other: Self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $ops::or(self.0[k], other.0[k]) };
-                }
-                self
+            fn bitor(self, other: Self) -> Self {
+                Self([$(unsafe { $ops::or(self.0[$k], other.0[$k]) }),*])
             }
         }
 
@@ -183,44 +148,30 @@ macro_rules! numbers {
             type Output = Self;
 
             #[inline(always)]
-            fn not(mut self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $ops::not(self.0[k]) };
-                }
-                self
+            fn not(self) -> Self {
+                Self([$(unsafe { $ops::not(self.0[$k]) }),*])
             }
         }
 
         impl Mask for $masks {
             #[inline(always)]
             fn bits(self) -> u32 {
-                let mut all = 0;
-                for k in 0..$registers {
-                    all |= unsafe { $ops::bits(self.0[k]) } << ($per_register * k);
-                }
-                all
+                0 $(| unsafe { $ops::bits(self.0[$k]) } << ($per_register * $k))*
             }
 
             #[inline(always)]
             fn of_bits(bits: u32) -> Self {
-                let mut mask = $ops::NOWHERE;
-                for k in 0..$registers {
-                    mask.0[k] = unsafe { $ops::of_bits(bits >> ($per_register * k)) };
-                }
-                mask
+                Self([$(unsafe { $ops::of_bits(bits >> ($per_register * $k)) }),*])
             }
         }
     };
-    (@operator $name:ident $registers:ident $trait:ident $method:ident $instruction:ident) => {
+    (@operator $name:ident [$($k:tt)*] $trait:ident $method:ident $instruction:ident) => {
         impl $trait for $name {
             type Output = Self;
 
             #[inline(always)]
-            fn $method(mut self, other: Self) -> Self {
-                for k in 0..$registers {
-                    self.0[k] = unsafe { $instruction(self.0[k], other.0[k]) };
-                }
-                self
+            fn $method(self, other: Self) -> Self {
+                Self([$(unsafe { $instruction(self.0[$k], other.0[$k]) }),*])
             }
         }
 
@@ -236,13 +187,13 @@ macro_rules! numbers {
 }
 
 numbers!(
-    Avx512, Masks512, __m512d, __mmask8, REGISTERS_512, 8, "avx512f,avx512dq,avx512vl,avx512bw,bmi2",
+    Avx512, Masks512, __m512d, __mmask8, 8, "avx512f,avx512dq,avx512vl,avx512bw,bmi2", registers: [0],
     set: _mm512_set1_pd, add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd,
     sqrt: _mm512_sqrt_pd, least: _mm512_min_pd, greatest: _mm512_max_pd,
     avx512
 );
 numbers!(
-    Avx2, Masks256, __m256d, __m256d, REGISTERS_256, 4, "avx2,bmi2",
+    Avx2, Masks256, __m256d, __m256d, 4, "avx2,bmi2", registers: [0 1],
     set: _mm256_set1_pd, add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd,
     sqrt: _mm256_sqrt_pd, least: _mm256_min_pd, greatest: _mm256_max_pd,
     avx2
@@ -251,8 +202,6 @@ numbers!(
 /// What AVX-512 does in its own way: a mask is a bit for each number.
 mod avx512 {
     use super::*;
-
-    pub const NOWHERE: Masks512 = Masks512([0; REGISTERS_512]);
 
     macro_rules! of_features {
         ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)+) => {$(
@@ -281,8 +230,6 @@ mod avx512 {
 /// What AVX2 does in its own way: a mask is all bits of a number or none.
 mod avx2 {
     use super::*;
-
-    pub const NOWHERE: Masks256 = Masks256([unsafe { std::mem::zeroed() }; REGISTERS_256]);
 
     macro_rules! of_features {
         ($($(#[$doc:meta])* fn $name:ident($($argument:ident: $type:ty),*) -> $result:ty $body:block)+) => {$(

@@ -34,6 +34,12 @@ impl<'t> Draws<'t> {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
+    /// The same, with its first words as the seed gives them.
+    pub(super) fn beginning_with(mut self, words: &[u64; IN_BLOCK]) -> Self {
+        self.seeded.take(words, 0);
+        self
+    }
+
     /// A standard normal.
     #[inline]
     pub fn normal(&mut self) -> f64 {
@@ -178,11 +184,16 @@ impl Seeded {
             let start = FIRST + four * FOUR;
             (((place + 1) << 40) + 4 * four, start..start + FOUR)
         };
-        let words = self.source.words(block);
-        for (uniform, word) in self.block.iter_mut().zip(words) {
-            *uniform = uniform_of_word(word);
-        }
+        self.take(&self.source.words(block), numbers.start);
         self.numbers = numbers;
+    }
+
+    /// Has the uniforms of these words, which are those from a number on.
+    fn take(&mut self, words: &[u64], from: u64) {
+        for (uniform, word) in self.block.iter_mut().zip(words) {
+            *uniform = uniform_of_word(*word);
+        }
+        self.numbers = from..from + words.len() as u64;
         self.are_normals = false;
     }
 }
