@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Standstill beside ngspice, SciPy and gym-electric-motor on one problem: installs them into a folder of its own, runs all by
-# turns on one core, prints a table and writes it there as comparison.md and comparison.csv.
+# Standstill beside ngspice, SciPy, gym-electric-motor and a loop of fixed steps in C on one problem: installs them into a folder of
+# its own, runs all by turns on one core, prints a table and writes it there as comparison.md and comparison.csv.
 #
 #   compare.sh [FOLDER]      default: target/tools in the repository; a second run uses what is there
 #
@@ -19,6 +19,7 @@ need() { command -v "$1" >/dev/null || fail "$1 is missing: $2"; }
 
 need cargo "see README.md"
 need python3 "3.11 or later, with venv (Debian: python3-venv)"
+need cc "a C compiler for the loop of fixed steps"
 
 # Debian's package and the libraries that are not on this machine, unpacked without root.
 download_ngspice() {
@@ -62,6 +63,9 @@ say "building Standstill"
 target=${CARGO_TARGET_DIR:-$repository/target}
 cargo build --release --quiet --manifest-path "$repository/Cargo.toml" --example three_pulses
 
+cc -O3 -march=native -std=c11 -D_POSIX_C_SOURCE=199309L "$here/fixed_step.c" -o "$folder/fixed_step" -lm \
+    || fail "fixed_step.c does not compile"
+
 # One thread on one core each, and nothing else at the same time from here.
 export OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=1
 pin=()
@@ -74,6 +78,7 @@ mkdir -p "$work"
 for round in $(seq "${ROUNDS:-3}"); do
     say "round $round"
     "${pin[@]}" "$target/release/examples/three_pulses" --csv >>"$work/lines.csv" || fail "Standstill failed"
+    "${pin[@]}" "$folder/fixed_step" <"$here/reference.csv" >>"$work/lines.csv" || fail "the loop in C failed"
     "${pin[@]}" "$venv/bin/python" "$here/ngspice_pulses.py" "$ngspice" "$work" >>"$work/lines.csv" || fail "ngspice failed"
     "${pin[@]}" "$venv/bin/python" "$here/scipy_hybrid.py" >>"$work/lines.csv" || fail "SciPy failed"
     "${pin[@]}" "$venv/bin/python" "$here/gem_pulses.py" 1 >>"$work/lines.csv" || fail "gym-electric-motor failed"

@@ -14,6 +14,7 @@ from problem import largest, reference
 MODELS = {
     "standstill three": "all of it",
     "standstill line": "the paper's detection: also ripple, gate delays, sensors; error: readings, against 1e-14 Wb",
+    "fixed steps": "all of it, written for this one sequence",
     "ngspice": "all of it; each device with a junction of 2.1 mV",
     "SciPy": "all of it, written for this one sequence",
     "gym-electric-motor": "no saturation, no drops, no open leg (c is low)",

@@ -86,12 +86,12 @@ pub struct DriveSettings {
 impl DriveSettings {
     /// Draws one specimen.
     pub fn draw(&self, streams: Streams) -> Inverter {
-        let mut delays = streams.open(Purpose::GateDelay);
+        let [mut delays, mut ripple] = streams.open_together([Purpose::GateDelay, Purpose::Ripple]);
         let gates = std::array::from_fn(|_| {
             let mut delay = || Nanos::from_seconds(self.delay_mismatch * (3.0 + delays.normal()).max(0.0));
             GateTiming { turn_off_delay: delay(), turn_on_delay: delay(), dead_time: self.dead_time }
         });
-        let link = DcLink { ripple_phase: streams.open(Purpose::Ripple).angle(), ..self.link };
+        let link = DcLink { ripple_phase: ripple.angle(), ..self.link };
         Inverter { bridge: self.bridge, gates, link, carrier_period: self.carrier_period }
     }
 }

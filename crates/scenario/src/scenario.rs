@@ -212,7 +212,7 @@ impl<S: Settings<f64>> Scenario<S> {
 
     /// The case of a trial: a uniform rotor angle, a specimen of the drive and of its sensors.
     pub fn case(&self, trial: u64) -> Case<'_> {
-        self.case_of(Streams::new(self.seed, trial).computed())
+        self.case_of(Streams::new(self.seed, trial))
     }
 
     /// The case whose draws are on a tape.

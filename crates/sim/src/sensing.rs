@@ -224,10 +224,12 @@ impl Sensors {
     /// assert_eq!(specimen, Sensors::draw(settings, Streams::new(1, 7)));
     /// ```
     pub fn draw(settings: SensorSettings, streams: Streams) -> Self {
-        let mut gains = streams.open(Purpose::CurrentGain);
-        let mut offsets = streams.open(Purpose::CurrentOffset);
-        let mut link = streams.open(Purpose::LinkError);
-        let mut resolver = streams.open(Purpose::Resolver);
+        let [mut gains, mut offsets, mut link, mut resolver] = streams.open_together([
+            Purpose::CurrentGain,
+            Purpose::CurrentOffset,
+            Purpose::LinkError,
+            Purpose::Resolver,
+        ]);
         Self {
             settings,
             gain: std::array::from_fn(|_| 1.0 + settings.gain_error * gains.normal()),

@@ -72,31 +72,18 @@ pub enum Purpose {
 pub struct Streams<'t> {
     source: Source,
     tape: Option<&'t Tape>,
-    /// The first words of the first purposes, where they have been computed together.
-    first: Option<[[u64; IN_BLOCK]; TOGETHER]>,
 }
 
 impl<'t> Streams<'t> {
     /// The draws of trial `index` under `seed`.
     pub fn new(seed: u64, index: u64) -> Self {
-        Self { source: Source::new(seed, index), tape: None, first: None }
+        Self { source: Source::new(seed, index), tape: None }
     }
 
-    /// The same with the first draws of the purposes that every trial has computed together: a third of the generator's work where
-    /// most of them are read.
-    #[must_use]
-    pub fn computed(mut self) -> Self {
-        let mut first = [[0; IN_BLOCK]; TOGETHER];
-        for (block, four) in (0..).step_by(BLOCKS).zip(first.chunks_exact_mut(BLOCKS)) {
-            four.as_flattened_mut().copy_from_slice(&self.source.words(block));
-        }
-        self.first = Some(first);
-        self
-    }
 
     /// The draws that a tape has. Beyond its end it grows by draws of its own seed.
     pub fn taped(tape: &'t Tape) -> Self {
-        Self { source: tape.source(), tape: Some(tape), first: None }
+        Self { source: tape.source(), tape: Some(tape) }
     }
 
     /// Number of the trial.
@@ -106,11 +93,17 @@ impl<'t> Streams<'t> {
 
     /// Opens the draws of one purpose at their beginning. This computes nothing before the first draw.
     pub fn open(self, purpose: Purpose) -> Draws<'t> {
-        let draws = self.open_named(purpose, "");
-        match self.first.as_ref().and_then(|first| first.get(purpose as usize)) {
-            Some(words) => draws.beginning_with(words),
-            None => draws,
-        }
+        self.open_named(purpose, "")
+    }
+
+    /// Opens the draws of purposes that follow each other, at most four, and computes the first of all of them at once: the
+    /// generator takes as long for one purpose alone.
+    pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
+        let words = self.source.words(purposes[0] as u64);
+        std::array::from_fn(|k| {
+            debug_assert_eq!(purposes[k] as usize, purposes[0] as usize + k, "purposes that follow each other");
+            self.open(purposes[k]).beginning_with(&words[IN_BLOCK * k..IN_BLOCK * (k + 1)])
+        })
     }
 
     /// Opens the draws of one purpose that a name tells from others, such as the tolerance of one key.
@@ -125,12 +118,6 @@ const AT_ONCE: usize = 32;
 
 /// Words of a block.
 const IN_BLOCK: usize = 8;
-
-/// Blocks that the generator gives at once.
-const BLOCKS: usize = AT_ONCE / IN_BLOCK;
-
-/// Purposes whose first draws [`Streams::computed`] computes: all up to the sensors'.
-const TOGETHER: usize = 3 * BLOCKS;
 
 /// Where the draws of one trial come from: ChaCha's key and stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -30,13 +30,15 @@ pub struct Instant {
 
 impl<'t> Sampler<'t> {
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
+        let [noise, link_noise, jitter] =
+            streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
         Self {
             sensors: *sensors,
             adc: sensors.settings.adc.map(Converter::from),
             link_adc: sensors.settings.dc_link.adc.map(Converter::from),
-            noise: streams.open(Purpose::CurrentNoise),
-            link_noise: streams.open(Purpose::LinkNoise),
-            jitter: streams.open(Purpose::Jitter),
+            noise,
+            link_noise,
+            jitter,
         }
     }
 

@@ -35,7 +35,7 @@ impl<'t> Draws<'t> {
     }
 
     /// The same, with its first words as the seed gives them.
-    pub(super) fn beginning_with(mut self, words: &[u64; IN_BLOCK]) -> Self {
+    pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
         self
     }
