@@ -80,7 +80,6 @@ impl<'t> Streams<'t> {
         Self { source: Source::new(seed, index), tape: None }
     }
 
-
     /// The draws that a tape has. Beyond its end it grows by draws of its own seed.
     pub fn taped(tape: &'t Tape) -> Self {
         Self { source: tape.source(), tape: Some(tape) }
@@ -101,12 +100,17 @@ impl<'t> Streams<'t> {
     pub fn open_together<const N: usize>(self, purposes: [Purpose; N]) -> [Draws<'t>; N] {
         let words = self.source.words(purposes[0] as u64);
         std::array::from_fn(|k| {
-            debug_assert_eq!(purposes[k] as usize, purposes[0] as usize + k, "purposes that follow each other");
+            debug_assert_eq!(
+                purposes[k] as usize,
+                purposes[0] as usize + k,
+                "purposes that follow each other"
+            );
             self.open(purposes[k]).beginning_with(&words[IN_BLOCK * k..IN_BLOCK * (k + 1)])
         })
     }
 
     /// Opens the draws of one purpose that a name tells from others, such as the tolerance of one key.
+    #[inline]
     pub fn open_named(self, purpose: Purpose, name: &str) -> Draws<'t> {
         let strip = self.tape.map(|tape| (tape, tape.strip(purpose, name)));
         Draws::new(self.source.named(name), purpose, strip)

@@ -142,6 +142,11 @@ impl Lines {
             let task = Task::new(a[k], carrier);
             let tasks = [task, if command.then.is_some() { Task::new(b[k], carrier) } else { task }];
             line.plan = LegPlan::new(tasks, start, ends, carrier);
+            // Most legs of most commands keep what they were told.
+            if line.left.is_empty() && line.ahead.is_none() && line.plan.keeps(line.requested) {
+                line.plan = line.plan.told_before();
+                continue;
+            }
             match gates.comes_on(lane) {
                 None if gates.waits(lane) => line.expect_next(gates, lane),
                 Some(on) if line.loses(on) => gates.lose(lane),

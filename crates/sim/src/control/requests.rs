@@ -84,6 +84,16 @@ impl LegPlan {
         Self { tasks, start, ends, carrier, stage: 0, opens: true, at: start, gate: tasks[0].first() }
     }
 
+    /// The same for a leg that has been told all of it before: no request comes.
+    pub fn told_before(self) -> Self {
+        Self { stage: 2, opens: false, at: NEVER, ..self }
+    }
+
+    /// Whether all that the leg is told is to keep these gates.
+    pub fn keeps(&self, gate: Gate) -> bool {
+        self.tasks.iter().all(|task| matches!(task, Task::Keep(kept) if *kept == gate))
+    }
+
     /// The next request, and on to the one after it.
     #[inline]
     pub fn take(&mut self) -> Option<(Nanos, Gate)> {

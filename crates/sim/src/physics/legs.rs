@@ -218,12 +218,6 @@ impl<V: Wide> Legs<V> {
         [V::Mask::of_bits(self.out[k]), V::Mask::of_bits(self.into[k])]
     }
 
-    /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
-    #[inline(always)]
-    pub fn elastance_if<const MAY_RING: bool>(&self) -> Option<V> {
-        if MAY_RING { self.elastance } else { None }
-    }
-
     /// What the legs are at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
     pub fn at<const MAY_RING: bool>(&self, time: V, winding: V) -> Conducting<V> {

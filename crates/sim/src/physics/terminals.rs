@@ -9,6 +9,12 @@ use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
 impl<V: Wide> Legs<V> {
+    /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
+    #[inline(always)]
+    pub fn elastance_if<const MAY_RING: bool>(&self) -> Option<V> {
+        if MAY_RING { self.elastance } else { None }
+    }
+
     /// The voltage in V that legs in which no device conducts put on the winding.
     #[inline(always)]
     pub fn floating(&self, legs: &Conducting<V>, potential: &[V; 3]) -> Plane<V> {

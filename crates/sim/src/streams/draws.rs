@@ -30,11 +30,13 @@ pub struct Draws<'t> {
 }
 
 impl<'t> Draws<'t> {
+    #[inline(always)]
     pub(super) fn new(source: Source, purpose: Purpose, strip: Option<(&'t Tape, usize)>) -> Self {
         Self { seeded: Seeded::new(source, purpose), strip, next: 0 }
     }
 
     /// The same, with its first words as the seed gives them.
+    #[inline(always)]
     pub(super) fn beginning_with(mut self, words: &[u64]) -> Self {
         self.seeded.take(words, 0);
         self
@@ -126,6 +128,7 @@ struct Seeded {
 }
 
 impl Seeded {
+    #[inline(always)]
     fn new(source: Source, purpose: Purpose) -> Self {
         Self { source, purpose, block: [0.0; AT_ONCE], numbers: 0..0, are_normals: false }
     }

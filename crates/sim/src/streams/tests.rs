@@ -361,3 +361,18 @@ fn law_a_tape_grows_and_keeps_what_nobody_reads() {
     let grown = [(); 8].map(|()| draws.normal());
     assert_eq!(grown, [1.0, 2.0, 3.0, 4.0, 5.0, eighth[5], eighth[6], eighth[7]]);
 }
+
+#[test]
+fn law_draws_opened_together_are_those_opened_one_by_one() {
+    let purposes = [Purpose::CurrentGain, Purpose::CurrentOffset, Purpose::LinkError, Purpose::Resolver];
+    let mut tape = Tape::new(3, 7);
+    *tape.normals(Purpose::LinkError) = vec![-3.0, 0.5];
+    for streams in [Streams::new(3, 7), Streams::taped(&tape)] {
+        for (purpose, mut together) in purposes.into_iter().zip(streams.open_together(purposes)) {
+            let mut alone = streams.open(purpose);
+            for _ in 0..60 {
+                assert_eq!(together.normal(), alone.normal(), "{purpose:?}");
+            }
+        }
+    }
+}
