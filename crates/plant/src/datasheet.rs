@@ -15,7 +15,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
-    Second, Volt, Watt, Weber,
+    Second, Share, Volt, Watt, Weber,
 };
 use standstill_quantity::{Number, Quantity, Unit};
 use toml::{Table, Value};
@@ -166,6 +166,14 @@ struct EddyTable {
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+struct HysteresisTable {
+    coercive_current: Sourced<Ampere>,
+    depth: Sourced<Share>,
+    cells: Sourced<One>,
+}
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
 struct ThermalTable {
     reference: Sourced<Celsius>,
     winding_coefficient: Sourced<PerKelvin>,
@@ -175,8 +183,8 @@ struct ThermalTable {
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
 /// all inductances. A `[nameplate]` takes the place of `[rating]`, `[winding]` and the core, and of the rotor where there is
-/// none. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
-/// phase.
+/// none. `[harmonics]`, `[eddy]`, `[hysteresis]` and `[thermal]` may be left out. Currents and fluxes are peak values of
+/// a phase.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
@@ -202,6 +210,7 @@ pub struct DataSheet {
     map: Option<MapTable>,
     harmonics: Option<HarmonicsTable>,
     eddy: Option<EddyTable>,
+    hysteresis: Option<HysteresisTable>,
     thermal: Option<ThermalTable>,
     rotor: RotorTable,
 }

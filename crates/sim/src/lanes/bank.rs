@@ -7,6 +7,7 @@ use standstill_plant::Motor;
 
 use crate::physics::bounds::{Bounds, ENDS};
 use crate::physics::machine::{Machine, Operating};
+use crate::physics::memory::Memory;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::two_derivative::{Accuracy, Here, Tried};
@@ -53,6 +54,8 @@ pub struct Bank<'a, V: Wide> {
     pub refereed: bool,
     /// Where the last step began.
     pub begin: Here<V>,
+    /// What the iron remembered there.
+    pub begin_memory: Option<Memory<V>>,
     /// The last step.
     pub tried: Tried<V>,
 }
@@ -122,6 +125,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             machine,
             bounds,
             begin: here.clone(),
+            begin_memory: None,
             here,
             accuracy,
             live: 0,
@@ -176,9 +180,12 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
     fn compute(self) -> (Served, u32) {
         let bank = self.0;
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let here = &bank.here;
         let (live, to_mode_end) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.to_mode_end));
-        let legs = bank.machine.legs.at(here.time, bank.machine.resistance);
+        let legs = bank.machine.legs.at(bank.here.time, bank.machine.resistance);
+        if bank.machine.memory.is_some() {
+            bank.machine.find_cells(live, &legs, &mut bank.here.at, &bank.here.state);
+        }
+        let here = &bank.here;
         let edge = bank.machine.legs.next_edge(here.time);
         let stop = bank.stop.least(edge);
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
@@ -250,11 +257,15 @@ impl<V: Wide> Compute for StepOf<'_, '_, V> {
         };
         if bank.follow {
             bank.begin = bank.here.clone();
+            bank.begin_memory.clone_from(&bank.machine.memory);
             bank.tried = tried.clone();
         } else if crossed != 0 {
             bank.keep_for_ends(&tried);
         }
         take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
+        if let (Some(memory), Some(moved)) = (&mut bank.machine.memory, &tried.moved) {
+            memory.take(accepted, tried.end.state.flux, moved);
+        }
         (served, crossed)
     }
 }
@@ -315,9 +326,13 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     #[inline(always)]
     fn compute(self) {
         let here = &self.0.here;
-        let at = self.0.machine.operating(&here.state);
+        let iron = self.0.machine.memory.as_ref().map(|memory| memory.iron_here(here.state.flux));
+        let at = self.0.machine.operating(&here.state, iron.as_ref());
         let there = Here { time: here.time, state: here.state, at, source: here.source };
         let bank = self.0;
+        if let (Some(memory), Some(iron)) = (&mut bank.machine.memory, &iron) {
+            memory.set_tangent(V::Mask::of_bits(self.1), iron.tangent);
+        }
         take(&bank.machine, true, &mut bank.here, &there, V::Mask::of_bits(self.1));
     }
 }
@@ -330,6 +345,7 @@ impl<V: Wide> Compute for Within<'_, '_, V> {
 
     #[inline(always)]
     fn compute(self) -> Here<V> {
-        self.0.tried.within(&self.0.machine, &self.0.begin, V::of(self.1))
+        let Self(bank, share) = self;
+        bank.tried.within(&bank.machine, &bank.begin, bank.begin_memory.as_ref(), V::of(share))
     }
 }

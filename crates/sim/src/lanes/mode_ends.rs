@@ -3,7 +3,7 @@
 use standstill_numeric::{Mask, Wide};
 
 use super::bank::{Bank, NOTHING};
-use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::bounds::{BLOCKED, CELL, DOMAIN, FLUX, MOTION, STOP};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
@@ -25,6 +25,7 @@ impl<V: Wide> Bank<'_, V> {
             to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
         }
         to.floating = tried.floating;
+        to.moved = tried.moved;
         if self.machine.rotors.is_some() {
             begin.state.turned = self.here.state.turned;
             begin.state.speed = self.here.state.speed;
@@ -137,6 +138,14 @@ impl<V: Wide> Bank<'_, V> {
                         cubic = straight(value[0], value[1]);
                     }
                     ends(&mut first, FLUX + axis, cubic, slack(FLUX + axis));
+                }
+            }
+        }
+        if let (Some(memory), Some(moved)) = (&self.machine.memory, &tried.moved) {
+            for (cell, cubic) in moved.cubic.iter().enumerate() {
+                if memory.ended(moved, lane, cell) {
+                    let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
+                    ends(&mut first, CELL, Cubic { value, slope }, moved.slack[cell].get(lane));
                 }
             }
         }

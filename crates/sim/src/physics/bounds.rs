@@ -19,6 +19,8 @@ pub const DOMAIN: usize = 6;
 pub const FLUX: usize = 7;
 /// Number of ends.
 pub const ENDS: usize = 9;
+/// The end of the mode of a cell of the iron, which needs no margin of its own here: see `memory`.
+pub const CELL: usize = ENDS + 1;
 
 /// What ends the smooth part. What cannot end it is infinitely far away.
 #[derive(Clone, Debug)]

@@ -52,6 +52,11 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1][k] + bounds.slack[k]);
             }
         }
+        if let (Some(memory), Some(moved)) = (&machine.memory, &self.moved) {
+            let [within, at_end] = memory.room(moved);
+            least = least.least(within);
+            at_mode_end = at_mode_end.least(at_end);
+        }
         (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }
 

@@ -15,6 +15,7 @@ use crate::physics::bounds::{Bounds, ENDS, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::memory::{Away, Iron, Moved};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
@@ -56,6 +57,8 @@ pub struct Tried<V: Wide> {
     pub acceleration: [V; 2],
     /// The terminals, where they have a capacitance.
     pub floating: Option<Floating<V>>,
+    /// The cells of the iron, where it remembers.
+    pub moved: Option<Moved<V>>,
     /// Currents of the phases, or of the devices that feed them, in A at both ends.
     pub phases: [[V; 3]; 2],
     /// Margins at both ends.
@@ -107,6 +110,7 @@ impl<V: Wide> Tried<V> {
             link_rise: [zero; 2],
             acceleration: [zero; 2],
             floating: None,
+            moved: None,
             phases: [[zero; 3]; 2],
             margins: [[zero; ENDS]; 2],
             phase_rise: [[zero; 3]; 2],
@@ -146,7 +150,8 @@ impl<V: Wide> Tried<V> {
         let (mut acceleration, mut jerk, mut torque_rise) = ([zero; 2], [zero; 2], [zero; 2]);
         if let Some(rotors) = &machine.rotors {
             acceleration[0] = rotors.acceleration(here.at.torque, begin.speed);
-            torque_rise[0] = rotors.torque_rise(begin, &here.at, &change);
+            let iron = machine.memory.as_ref().map(|memory| memory.iron_here(begin.flux));
+            torque_rise[0] = rotors.torque_rise(begin, &here.at, &change, iron.as_ref());
             jerk[0] = rotors.jerk(torque_rise[0], acceleration[0]);
             speed = begin.speed + h * (acceleration[0] + half * jerk[0]);
             turned = begin.turned
@@ -197,7 +202,9 @@ impl<V: Wide> Tried<V> {
 
         // What is there.
         let predicted = State { flux, turned, speed, link, lagging, potential };
-        let mut at = machine.operating(&predicted);
+        let along = change.flux * h;
+        let iron = machine.memory.as_ref().map(|memory| memory.iron(&memory.away_at(flux, Some(along))));
+        let mut at = machine.operating(&predicted, iron.as_ref());
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
         let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
@@ -205,8 +212,12 @@ impl<V: Wide> Tried<V> {
         let (looked_up_flux, looked_up_current) = (flux, at.current);
         settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         let (predicted_flux, predicted_current) = (flux, at.current);
+        // What makes the torque: the stator's iron has no part in it.
+        let core = |flux: Plane<V>, current: Plane<V>| {
+            [flux, iron.as_ref().map_or(current, |iron| iron.core(current, flux - looked_up_flux))]
+        };
         if let Some(rotors) = &machine.rotors {
-            let change = [[looked_up_flux, looked_up_current], [predicted_flux, predicted_current]];
+            let change = [core(looked_up_flux, looked_up_current), core(predicted_flux, predicted_current)];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         let there = State { flux, turned, speed, link, lagging, potential };
@@ -229,7 +240,11 @@ impl<V: Wide> Tried<V> {
         if let Some(rotors) = &machine.rotors {
             let there = State { flux, turned, speed, link, lagging, potential };
             acceleration[1] = rotors.acceleration(at.torque, speed);
-            torque_rise[1] = rotors.torque_rise(&there, &at, &end_change);
+            let iron = iron.map(|iron| Iron {
+                current: iron.current + (flux - looked_up_flux).through(iron.tangent),
+                ..iron
+            });
+            torque_rise[1] = rotors.torque_rise(&there, &at, &end_change, iron.as_ref());
             jerk[1] = rotors.jerk(torque_rise[1], acceleration[1]);
             let new_speed = begin.speed + hermite_area(h, acceleration, jerk);
             let new_turned = begin.turned
@@ -303,7 +318,7 @@ impl<V: Wide> Tried<V> {
         settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         if let Some(rotors) = &machine.rotors {
             // The torque of what was put right, and the motion that follows from it.
-            let change = [[predicted_flux, predicted_current], [flux, at.current]];
+            let change = [core(predicted_flux, predicted_current), core(flux, at.current)];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
             acceleration[1] = rotors.acceleration(at.torque, speed);
             speed = begin.speed + hermite_area(h, acceleration, jerk);
@@ -328,8 +343,15 @@ impl<V: Wide> Tried<V> {
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
+        let mut error = error;
+        let mut away = None;
+        if let Some(memory) = &machine.memory {
+            let rise = [along, end_change.flux * h];
+            error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;
+            away = Some(memory.away_at(flux, Some(along)));
+        }
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
-        Self::between(machine, bounds, legs, here, end, h, ends, ringing, error)
+        Self::between(machine, bounds, legs, here, end, h, ends, ringing, away, error)
     }
 
     /// The step of `h` seconds from one place to another, with what ends within it.
@@ -344,6 +366,7 @@ impl<V: Wide> Tried<V> {
         h: V,
         ends: Ends<V>,
         ringing: Option<Ringing<V>>,
+        away: Option<Away<V>>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
@@ -362,9 +385,12 @@ impl<V: Wide> Tried<V> {
         if let Some(ringing) = ringing {
             let places =
                 Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
-            error = error.greatest(places.too_long(machine.circuits.eddies().is_some()));
+            error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }
+        let rises = [change.flux * h, end_change.flux * h];
+        let memory = machine.memory.as_ref();
+        let moved = memory.zip(away).map(|(memory, away)| memory.moved(away, rises));
         let margins = [
             bounds.margins(machine, legs, &here.state, &here.at, change, &phases[0]),
             bounds.margins(machine, legs, &end.state, &end.at, end_change, &phases[1]),
@@ -385,6 +411,7 @@ impl<V: Wide> Tried<V> {
             link_rise: ends.link_rise,
             acceleration: ends.acceleration,
             floating,
+            moved,
             error,
             blocked_at_begin: zero,
             least_margin: zero,

@@ -89,6 +89,15 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
             q * 1e3
         );
     }
+    if let Some(hysteresis) = subject.magnetics.hysteresis() {
+        let _ = writeln!(
+            text,
+            "hysteresis of the stator's iron, not in the table: coercive current {:.3} A, {} cells, {:.1} % of the smaller inductance not met by small pulses",
+            hysteresis.coercive_current,
+            hysteresis.cells,
+            hysteresis.depth * 100.0,
+        );
+    }
     text.push('\n');
     let points = || survey.along_d.iter().chain(&survey.along_q);
     let largest = |of: fn(&OperatingPoint) -> f64| points().map(of).map(f64::abs).fold(0.0, f64::max);
