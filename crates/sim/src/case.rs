@@ -97,6 +97,7 @@ impl Default for Tolerance {
 ///     sensors: Sensors::nominal(SensorSettings::IDEAL),
 ///     start_angle: 0.5,
 ///     rotor: RotorState::Locked,
+///     memory: None,
 ///     load_torque: 0.0,
 ///     streams: Streams::new(1, 0),
 ///     tolerance: Tolerance::default(),

@@ -144,7 +144,7 @@ fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {
         of("paper-5k5", 0.01, 3),
         of("paper-5k5", 0.002, 1),
         of("pm-reluctance", 0.01, 2),
-        of("gearless-hoist", 0.05, 3),
+        of("gearless-hoist", 0.005, 3),
         of("slot-harmonics", 0.01, 3),
     ];
     let eddy = EddyBranch { time_constant: 60e-6, d_depth: 0.25, q_depth: 0.15 };
@@ -156,6 +156,7 @@ fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {
             for memory in [None, Some(1.0)] {
                 let mut case = case(motor, inverter(USUAL, OpenLeg::Diodes));
                 (case.rotor, case.memory) = (rotor, memory);
+                let mut lost = 0.0;
                 for (name, commands) in sequences(80) {
                     let (ours, readings) = play(&case, &commands);
                     let mut strict = case.clone();
@@ -175,8 +176,10 @@ fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {
                         let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();
                         let left = (ledger.imbalance() / scale).abs();
                         assert!(left < 1e-5, "{which}: {left:e} {ledger:?}");
-                        assert!(ledger.hysteresis_loss > 0.0, "{which}: {ledger:?}");
+                        assert!(ledger.hysteresis_loss >= 0.0, "{which}: {ledger:?}");
+                        lost += ledger.hysteresis_loss;
                     }
+                    assert!(lost > 0.0, "{} {number}: nothing slides", motor.name);
                 }
             }
         }
@@ -299,9 +302,9 @@ fn law_without_thresholds_the_core_is_alone() {
 #[test]
 fn law_no_energy_is_created() {
     let mut state = 1_u64;
-    let mut below = |most: u64| {
+    let mut below = |most: u32| {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 33) % most
+        u32::try_from(state >> 33).expect("31 bits") % most
     };
     let motors = [of("paper-5k5", 0.02, 3), of("pm-reluctance", 0.1, 3), of("surface-magnet", 0.005, 2)];
     for number in 0..60 {
@@ -315,7 +318,7 @@ fn law_no_energy_is_created() {
         let mut commands = Vec::new();
         for _ in 0..4 {
             let legs = [(); 3].map(|()| [Off, Low, High][below(3) as usize]);
-            commands.push(Command::hold(stage(legs, 1 + below(120)), Sampling::NONE));
+            commands.push(Command::hold(stage(legs, u64::from(1 + below(120))), Sampling::NONE));
             let ledger = ledger(&case, &commands);
             let scale = ledger.source.abs() + ledger.field_change.abs() + ledger.copper_loss + 1e-6;
             let left = ledger.imbalance() / scale;
