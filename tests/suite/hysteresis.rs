@@ -32,8 +32,8 @@ fn cross_play_cells_on_a_turning_rotor_against_scipy() {
     };
     let (exact, usual, without) = (deviation(0.16, 1e-13), deviation(0.16, 1e-9), deviation(0.0, 1e-9));
     println!("{exact:?} {usual:?} {without:?}");
-    assert!(exact.0 < 1e-7 && exact.1 < 1e-7, "{exact:?}");
-    assert!(usual.0 < 1e-5 && usual.1 < 1e-5, "{usual:?}");
+    assert!(exact.0 < 1e-10 && exact.1 < 1e-10, "{exact:?}");
+    assert!(usual.0 < 1e-7 && usual.1 < 1e-7, "{usual:?}");
     // The test could not fail if the iron made no difference.
     assert!(without.0 > 1e-3, "{without:?}");
 }

@@ -15,13 +15,14 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
-    Second, Share, Volt, Watt, Weber,
+    Second, Volt, Watt, Weber,
 };
 use standstill_quantity::{Number, Quantity, Unit};
 use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
+use self::extras::HysteresisTable;
 use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
 pub use self::place::{key_span, line_of};
@@ -162,14 +163,6 @@ struct EddyTable {
     time_constant: Sourced<Second>,
     d_depth: Sourced<One>,
     q_depth: Sourced<One>,
-}
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct HysteresisTable {
-    coercive_current: Sourced<Ampere>,
-    depth: Sourced<Share>,
-    cells: Sourced<One>,
 }
 
 #[derive(Clone, Debug, Deserialize, JsonSchema)]

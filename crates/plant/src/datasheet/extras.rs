@@ -1,13 +1,23 @@
 //! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, hysteresis, temperature.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use standstill_numeric::Heading;
-use standstill_quantity::unit::One;
+use standstill_quantity::unit::{Ampere, One, Share};
 
 use super::check::Check;
-use super::{EddyTable, HarmonicsTable, HysteresisTable, MotorError, RotorTable, Sourced, ThermalTable};
+use super::{EddyTable, HarmonicsTable, MotorError, RotorTable, Sourced, ThermalTable};
 use crate::{
     Cogging, EddyBranch, Friction, Harmonics, Hysteresis, MOST_CELLS, MagneticCircuit, Rotor, Thermal,
 };
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HysteresisTable {
+    pub(super) coercive_current: Sourced<Ampere>,
+    pub(super) depth: Sourced<Share>,
+    pub(super) cells: Sourced<One>,
+}
 
 impl Check<'_> {
     pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {

@@ -4,15 +4,42 @@ use standstill_numeric::Wide;
 
 use super::floating::Floating;
 use super::hermite::Cubic;
-use super::two_derivative::Tried;
+use super::two_derivative::{Here, Tried};
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
-use crate::physics::machine::Machine;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::plane::Plane;
 
 /// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
 /// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
 pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
+    /// No step: room for those to come. Trying one here would compile the whole of it once more.
+    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
+        let zero = V::of(0.0);
+        let plane = Plane::new(zero, zero);
+        Self {
+            h: zero,
+            legs,
+            end: here.clone(),
+            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
+            link_rise: [zero; 2],
+            acceleration: [zero; 2],
+            floating: None,
+            moved: None,
+            phases: [[zero; 3]; 2],
+            margins: [[zero; ENDS]; 2],
+            phase_rise: [[zero; 3]; 2],
+            torque: [zero; 2],
+            torque_rise: [zero; 2],
+            error: zero,
+            blocked_at_begin: zero,
+            least_margin: zero,
+            least_at_mode_end: zero,
+        }
+    }
+
     /// Where something ends within the step, or before it.
     #[inline(always)]
     pub(super) fn look_for_ends(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {

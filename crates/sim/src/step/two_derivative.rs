@@ -98,31 +98,6 @@ pub struct Accuracy<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// No step: room for those to come. Trying one here would compile the whole of it once more.
-    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
-        let zero = V::of(0.0);
-        let plane = Plane::new(zero, zero);
-        Self {
-            h: zero,
-            legs,
-            end: here.clone(),
-            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link_rise: [zero; 2],
-            acceleration: [zero; 2],
-            floating: None,
-            moved: None,
-            phases: [[zero; 3]; 2],
-            margins: [[zero; ENDS]; 2],
-            phase_rise: [[zero; 3]; 2],
-            torque: [zero; 2],
-            torque_rise: [zero; 2],
-            error: zero,
-            blocked_at_begin: zero,
-            least_margin: zero,
-            least_at_mode_end: zero,
-        }
-    }
-
     /// Tries a step to times in ns.
     #[inline(always)]
     #[allow(
@@ -343,8 +318,7 @@ impl<V: Wide> Tried<V> {
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
-        let mut error = error;
-        let mut away = None;
+        let (mut error, mut away) = (error, None);
         if let Some(memory) = &machine.memory {
             let rise = [along, end_change.flux * h];
             error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;
