@@ -11,7 +11,7 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
 
-use crate::physics::bounds::{Bounds, ENDS, Margins};
+use crate::physics::bounds::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
