@@ -53,6 +53,7 @@ fn attempt(motor: &Motor, tolerance: f64) -> (f64, Vec<f64>) {
         sensors: Sensors::nominal(SensorSettings::IDEAL),
         start_angle: 50.0_f64.to_radians(),
         rotor: RotorState::Free,
+        memory: None,
         load_torque: 0.0,
         streams: Streams::new(1, 0),
         tolerance: Tolerance { flux: tolerance },

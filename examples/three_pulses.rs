@@ -71,6 +71,7 @@ fn case(motor: &Motor, tolerance: Tolerance) -> Case<'_> {
         sensors: Sensors::nominal(SensorSettings::IDEAL),
         start_angle: ANGLE_DEG.to_radians(),
         rotor: RotorState::Locked,
+        memory: None,
         load_torque: 0.0,
         streams: Streams::new(1, 0),
         tolerance,

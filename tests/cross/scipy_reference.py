@@ -92,5 +92,6 @@ def run(name, core, resistance, pole_pairs, inertia, angle):
         writer.writerows([[f"{value:.15e}" for value in row] for row in rows])
 
 
-run("paper-5k5", paper, 1.2, 4, 1e-3, 0.7)
-run("pm-reluctance", pm_reluctance, 0.63, 2, 2e-5, 2.0)
+if __name__ == "__main__":
+    run("paper-5k5", paper, 1.2, 4, 1e-3, 0.7)
+    run("pm-reluctance", pm_reluctance, 0.63, 2, 2e-5, 2.0)

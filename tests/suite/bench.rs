@@ -130,6 +130,7 @@ pub fn exact_case(motor: &Motor, inverter: Inverter, angle_deg: f64) -> Case<'_>
         sensors: Sensors::nominal(SensorSettings::IDEAL),
         start_angle: angle_deg.to_radians(),
         rotor: RotorState::Locked,
+        memory: None,
         load_torque: 0.0,
         streams: Streams::new(1, 0),
         tolerance: Tolerance::default(),

@@ -11,6 +11,7 @@ mod edges;
 mod energy;
 mod error_sets;
 mod failures;
+mod hysteresis;
 mod lanes;
 mod magnetics;
 mod methods;

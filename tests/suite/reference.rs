@@ -9,7 +9,7 @@ use standstill_sim::{NoProbe, RotorState, Tolerance, Trace, run};
 use crate::bench::{Script, exact_case, ideal_inverter, usual_inverter};
 
 /// The sequence of the script: legs (high or low), and how long in µs.
-fn commands() -> Vec<Command<f64>> {
+pub fn commands() -> Vec<Command<f64>> {
     [
         ([1, 0, 0], 300),
         ([0, 1, 0], 400),

@@ -115,7 +115,10 @@ fn class(event: Event, record: &Record) -> (usize, Option<bool>) {
 
 /// Draws that the anatomy is about: not the angle, which the sector has, nor phases, which are angles too.
 fn is_told(purpose: Purpose) -> bool {
-    !matches!(purpose, Purpose::Angle | Purpose::Ripple | Purpose::Design | Purpose::Detector)
+    !matches!(
+        purpose,
+        Purpose::Angle | Purpose::Ripple | Purpose::Memory | Purpose::Design | Purpose::Detector
+    )
 }
 
 impl Sums {
@@ -196,7 +199,7 @@ pub(crate) fn name(purpose: Purpose, key: &str, number: usize) -> String {
         Purpose::Resolver => "resolver".to_owned(),
         Purpose::Backlash => "place within the brake's play".to_owned(),
         Purpose::Tolerance => key.to_owned(),
-        Purpose::Angle | Purpose::Ripple | Purpose::Design | Purpose::Detector => {
+        Purpose::Angle | Purpose::Ripple | Purpose::Memory | Purpose::Design | Purpose::Detector => {
             format!("{purpose:?} {number}")
         }
     }

@@ -22,6 +22,7 @@ use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
+use self::extras::HysteresisTable;
 use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
 pub use self::place::{key_span, line_of};
@@ -175,8 +176,8 @@ struct ThermalTable {
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the
 /// iron bridges of a magnet-assisted reluctance rotor to it; a `[map]` is a core by itself, from which `[winding]` may take
 /// all inductances. A `[nameplate]` takes the place of `[rating]`, `[winding]` and the core, and of the rotor where there is
-/// none. `[harmonics]`, `[eddy]` and `[thermal]` may be left out. Currents and fluxes are peak values of a
-/// phase.
+/// none. `[harmonics]`, `[eddy]`, `[hysteresis]` and `[thermal]` may be left out. Currents and fluxes are peak values of
+/// a phase.
 #[derive(Clone, Debug, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DataSheet {
@@ -202,6 +203,7 @@ pub struct DataSheet {
     map: Option<MapTable>,
     harmonics: Option<HarmonicsTable>,
     eddy: Option<EddyTable>,
+    hysteresis: Option<HysteresisTable>,
     thermal: Option<ThermalTable>,
     rotor: RotorTable,
 }

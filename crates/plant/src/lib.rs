@@ -35,8 +35,8 @@ pub use fluxmap::{
 pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
-    Algebraic, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, IronBridge, Linear,
-    MagneticCircuit, MagneticState, Magnetics, NoConvergence,
+    Algebraic, Cell, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, Hysteresis, IronBridge,
+    Linear, MOST_CELLS, MagneticCircuit, MagneticState, Magnetics, NoConvergence,
 };
 pub use motor::Motor;
 pub use rotor::{Friction, Rotor};

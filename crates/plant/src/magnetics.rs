@@ -5,13 +5,15 @@
 //! run can create energy. The physical field energy is `3/2 W`.
 //!
 //! A [`Magnetics`] is such a core. The [`MagneticCircuit`] of a motor is a core with what may come on top, each an
-//! energy again: a warmer or colder magnet, harmonics over the rotor angle, eddy currents.
+//! energy again: a warmer or colder magnet, harmonics over the rotor angle, eddy currents. Its iron may remember, which
+//! takes energy and gives none: [`Hysteresis`].
 
 mod algebraic;
 mod circuit;
 mod eddy;
 mod falls;
 mod harmonics;
+mod hysteresis;
 mod iron_bridge;
 mod linear;
 
@@ -27,6 +29,7 @@ pub use circuit::{Circuits, Cogging, Eddy, MagneticCircuit, MagneticState, Serie
 pub use eddy::EddyBranch;
 pub use falls::{Falls, FallsError};
 pub use harmonics::Harmonics;
+pub use hysteresis::{Cell, Hysteresis, MOST_CELLS};
 pub use iron_bridge::IronBridge;
 pub use linear::Linear;
 

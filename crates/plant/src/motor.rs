@@ -33,7 +33,7 @@ pub struct Motor {
 }
 
 impl Motor {
-    /// The same motor with a core that does not saturate and has neither harmonics nor eddy currents: the winding of
+    /// The same motor with a core that does not saturate and has neither harmonics nor eddy currents nor hysteresis: the winding of
     /// equations (1) and (2) alone.
     ///
     /// ```

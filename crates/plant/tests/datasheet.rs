@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_interface::Dq;
-use standstill_plant::{DataSheet, Magnetics, PoleKnowledge, Source, built_in};
+use standstill_plant::{DataSheet, Magnetics, Motor, MotorError, PoleKnowledge, Source, built_in};
 
 /// The text of a built-in data sheet.
 fn built_in_text(name: &str) -> &'static str {
@@ -175,4 +175,33 @@ fn law_a_plain_number_is_given_without_a_reason() {
     let bare = "name = \"bare\"\n".to_owned() + &whole[whole.find("[rating]").expect("a table")..];
     let sheet = DataSheet::parse("own.toml", &bare).expect("its keys are right");
     assert_eq!((sheet.title(), sheet.notes()), ("A motor by its data sheet", ""));
+}
+
+/// Hysteresis has three numbers; each has its range, and without a threshold or without cells there is none.
+#[test]
+fn law_hysteresis_is_small_or_none() {
+    let sheet = |current: &str, depth: &str, cells: &str| {
+        let text = format!(
+            "{}\n[hysteresis]\ncoercive_current = \"{current}\"\ndepth = \"{depth}\"\ncells = {cells}\n",
+            built_in_text("paper-5k5")
+        );
+        DataSheet::parse("motor.toml", &text).and_then(|sheet| sheet.motor())
+    };
+    let hysteresis = sheet("80 mA", "5 %", "3").expect("a motor").magnetics.hysteresis().expect("remembers");
+    assert_eq!((hysteresis.coercive_current, hysteresis.depth, hysteresis.cells), (0.08, 0.05, 3));
+    for none in [sheet("0 A", "5 %", "3"), sheet("80 mA", "5 %", "0")] {
+        assert_eq!(none.expect("a motor"), sheet("0 A", "5 %", "3").expect("a motor"));
+    }
+    let wrong = |motor: Result<Motor, MotorError>| motor.expect_err("refused").to_string();
+    let current = wrong(sheet("2 A", "5 %", "3"));
+    assert!(
+        current.contains("`hysteresis.coercive_current` is 2 A") && current.contains("8.000e-1 A"),
+        "{current}"
+    );
+    let depth = wrong(sheet("80 mA", "60 %", "3"));
+    assert!(depth.contains("`hysteresis.depth`") && depth.contains("from 0.001 to 0.5"), "{depth}");
+    for cells in ["4", "1.5", "-1"] {
+        let cells = wrong(sheet("80 mA", "5 %", cells));
+        assert!(cells.contains("`hysteresis.cells`") && cells.contains("1, 2 or 3"), "{cells}");
+    }
 }

@@ -1,8 +1,9 @@
 //! From the tables to a scenario.
 
 use standstill_detect::{ForeignSettings, Method};
-use standstill_interface::Nanos;
+use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
+use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::{Quantity, Unit};
 use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
@@ -10,6 +11,7 @@ use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 use super::detector::DetectorTable;
 use super::document::FileError;
 use super::named::Named;
+use super::rotor::Memory;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
 use crate::errors::{PICK_UP, dc_link, device_kind};
 use crate::scenario::{nameplate, tolerance};
@@ -75,6 +77,10 @@ impl ScenarioFile {
             let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
             FileError::key("rotor.state", "\"brake\"", needed)
         })?;
+        let memory = self.rotor.memory.is_some_and(|Named(memory)| memory == Memory::Former);
+        if memory {
+            check_memory(&hot)?;
+        }
         let load_torque = self.rotor.load.map_or(0.0, Quantity::value);
         if load_torque != 0.0 && rotor == RotorState::Locked {
             return Err(FileError::key(
@@ -111,6 +117,7 @@ impl ScenarioFile {
             rotor,
             start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
             load_torque,
+            memory,
             drive,
             sensors,
             detector,
@@ -120,6 +127,24 @@ impl ScenarioFile {
             seed: self.seed,
         })
     }
+}
+
+/// Whether a motor's iron can remember former operation: without current it may then be anywhere within its coercive current.
+fn check_memory(motor: &Motor) -> Result<(), FileError> {
+    let circuit = &motor.magnetics;
+    let Some(hysteresis) = circuit.hysteresis() else {
+        let needed = "\"virgin\", or a motor whose data sheet has a `[hysteresis]`";
+        return Err(FileError::key("rotor.memory", "\"former\"", needed));
+    };
+    let around = (0..72).map(|n| Heading::of(f64::from(n) * (std::f64::consts::TAU / 72.0)));
+    for at in around {
+        let left = Dq::new(at.cos, at.sin) * hysteresis.coercive_current;
+        circuit.flux_at(left, at).map_err(|error| {
+            let needed = format!("\"virgin\": the motor's core does not know all currents that its iron may be left with: {error}");
+            FileError::key("rotor.memory", "\"former\"", &needed)
+        })?;
+    }
+    Ok(())
 }
 
 pub(super) fn in_range<U: Unit>(

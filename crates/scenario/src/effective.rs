@@ -7,6 +7,7 @@ use standstill_quantity::rounded;
 use standstill_sim::{Adc, RotorState};
 use toml::Value;
 
+use crate::rotor::Memory;
 use crate::{Rotor, Scenario};
 
 fn number(value: f64) -> Value {
@@ -60,6 +61,9 @@ impl Scenario<Method<f64>> {
                 state.name().into()
             }
             "angle" => number(self.start_angle?.to_degrees()),
+            "memory" if self.motor.magnetics.hysteresis().is_some() => {
+                (if self.memory { Memory::Former } else { Memory::Virgin }).name().into()
+            }
             "load" if self.rotor != RotorState::Locked => number(self.load_torque),
             _ => return None,
         })
@@ -144,6 +148,11 @@ mod tests {
     const OTHERS: &[(&str, &str, &str)] = &[
         ("rotor.state", "\"free\"", ""),
         ("rotor.angle", "43.5", ""),
+        (
+            "rotor.memory",
+            "\"former\"",
+            "motor = { base = \"paper-5k5\", hysteresis = { coercive_current = 0.08, depth = 0.05, cells = 3 } }",
+        ),
         ("rotor.load", "0.5", "rotor.state = \"free\""),
         ("inverter.dc_link", "480.0", ""),
         ("inverter.ripple", "0.015", ""),

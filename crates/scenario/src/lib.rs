@@ -47,7 +47,7 @@ pub use errors::{DriveSettings, ErrorSet};
 pub use plan::Plan;
 pub use pole_rule::PoleRule;
 pub use record::{Record, TrialError, Verdict};
-pub use rotor::Rotor;
+pub use rotor::{Memory, Rotor};
 pub use scenario::{Scenario, Specimen};
 pub use single::Single;
 pub use specimen::{specimen, written};

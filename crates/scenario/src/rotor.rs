@@ -17,6 +17,17 @@ choice! {
     }
 }
 
+choice! {
+    /// What the stator's iron remembers at the start, where the motor's data sheet has a hysteresis.
+    #[derive(Default)]
+    pub enum Memory {
+        /// Nothing: it was demagnetised at this angle.
+        Virgin = "virgin" default,
+        /// Former operation, after which the flux last changed by much in some direction: each trial draws its own, uniformly.
+        Former = "former",
+    }
+}
+
 impl Rotor {
     /// The state of this motor's rotor; none if its brake does not let it play. Only the motor knows how far it does.
     pub fn state(self, motor: &Motor) -> Option<RotorState> {

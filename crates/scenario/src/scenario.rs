@@ -29,6 +29,8 @@ pub struct Scenario<S = LineInductanceSettings<f64>> {
     pub start_angle: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion.
     pub load_torque: f64,
+    /// Whether the stator's iron remembers former operation. Each trial draws the direction in which its flux last changed.
+    pub memory: bool,
     /// The drive.
     pub drive: DriveSettings,
     /// Its sensors.
@@ -173,6 +175,7 @@ impl<S: Settings<f64>> Scenario<S> {
             rotor,
             start_angle: None,
             load_torque: 0.0,
+            memory: false,
             drive,
             sensors,
             detector,
@@ -246,6 +249,7 @@ impl<S: Settings<f64>> Scenario<S> {
             sensors: Sensors::draw(self.sensors, drive),
             start_angle: angle,
             rotor,
+            memory: self.memory.then(|| drive.open(Purpose::Memory).angle()),
             load_torque: self.load_torque,
             streams: noise,
             tolerance: self.tolerance,

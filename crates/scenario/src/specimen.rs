@@ -26,6 +26,9 @@ pub fn specimen(case: &Case<'_>, drawn: &[(String, Value)]) -> Vec<(String, Stri
     let three = |values: [f64; 3], unit: &str| format!("{} (phases a, b, c)", listed(&values, unit));
     let share = |gain: f64| format!("{:+.3} %", 100.0 * (gain - 1.0));
     let mut lines = vec![("rotor starts at", degrees(case.start_angle.rem_euclid(TAU)))];
+    if let (Some(last), true) = (case.memory, case.motor.magnetics.hysteresis().is_some()) {
+        lines.push(("iron last magnetised along", degrees(last.rem_euclid(TAU))));
+    }
     if let RotorState::Braked(play) = case.rotor {
         let (below, above) = (degrees(play.below), degrees(play.above));
         lines.push(("brake lets it turn", format!("{below} back and {above} forward")));

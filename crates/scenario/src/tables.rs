@@ -18,6 +18,7 @@ use super::detector::DetectorTable;
 use super::document::FileError;
 use super::motor::MotorSpec;
 use super::named::Named;
+use super::rotor::Memory;
 use super::tolerances::Tolerance;
 use crate::{ErrorSet, Rotor};
 
@@ -112,6 +113,9 @@ pub struct RotorTable {
     /// Torque that a load exerts against forward motion, also at standstill.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub load: Option<Quantity<NewtonMetre>>,
+    /// What the stator's iron remembers at the start, of a motor whose data sheet has a `[hysteresis]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub memory: Option<Named<Memory>>,
     /// Temperature of the winding. The drive is not told.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub winding_temperature: Option<Quantity<Celsius>>,

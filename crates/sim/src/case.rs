@@ -97,6 +97,7 @@ impl Default for Tolerance {
 ///     sensors: Sensors::nominal(SensorSettings::IDEAL),
 ///     start_angle: 0.5,
 ///     rotor: RotorState::Locked,
+///     memory: None,
 ///     load_torque: 0.0,
 ///     streams: Streams::new(1, 0),
 ///     tolerance: Tolerance::default(),
@@ -124,6 +125,9 @@ pub struct Case<'a> {
     pub start_angle: f64,
     /// Whether the rotor can move.
     pub rotor: RotorState,
+    /// What the stator's iron remembers of former operation: the electrical direction in rad, from the a-axis, in which its flux
+    /// last changed by much. None: nothing, it is virgin. It means nothing to iron without hysteresis.
+    pub memory: Option<f64>,
     /// Torque in N·m that the load exerts against forward motion; a hanging load keeps pulling at standstill.
     pub load_torque: f64,
     /// Noise and jitter of the samples.

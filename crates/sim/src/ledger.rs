@@ -13,6 +13,8 @@ pub struct Ledger {
     pub copper_loss: f64,
     /// Lost in eddy currents.
     pub eddy_loss: f64,
+    /// Lost where cells of the stator's iron slide.
+    pub hysteresis_loss: f64,
     /// Work of the electromagnetic torque, cogging included, on the rotor.
     pub shaft_work: f64,
     /// Of that, lost in friction.
@@ -25,7 +27,7 @@ pub struct Ledger {
     pub link_change: f64,
     /// Change of the energy in the terminals' capacitances.
     pub terminal_change: f64,
-    /// Change of the magnetic field's energy, with what eddy currents and cogging store.
+    /// Change of the magnetic field's energy, with what eddy currents, the cells of the iron and cogging store.
     pub field_change: f64,
     /// Change of the rotor's kinetic energy.
     pub kinetic_change: f64,
@@ -47,6 +49,7 @@ impl Ledger {
             - self.device_loss
             - self.copper_loss
             - self.eddy_loss
+            - self.hysteresis_loss
             - self.shaft_work
             - self.link_change
             - self.terminal_change

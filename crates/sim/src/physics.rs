@@ -5,6 +5,7 @@ pub mod gates;
 pub mod legs;
 pub mod links;
 pub mod machine;
+pub mod memory;
 pub mod motion;
 pub mod plane;
 pub mod state;

@@ -47,6 +47,8 @@ pub enum Purpose {
     Design = 13,
     /// The seed that a detector from elsewhere is given.
     Detector = 14,
+    /// In which direction the iron was last magnetised.
+    Memory = 15,
 }
 
 /// The random draws of one trial: from its seed, or from a [`Tape`].

@@ -100,6 +100,7 @@ fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
         sensors: Sensors::nominal(SensorSettings::IDEAL),
         start_angle: 0.35,
         rotor: RotorState::Locked,
+        memory: None,
         load_torque: 0.0,
         streams: Streams::new(1, 0),
         tolerance: Tolerance { flux: flux.min(1e-9) },

@@ -228,6 +228,7 @@ impl Plant {
             sensors: Sensors::nominal(SensorSettings::IDEAL),
             start_angle: self.angle,
             rotor: RotorState::Locked,
+            memory: None,
             load_torque: 0.0,
             streams: Streams::new(0, 0),
             tolerance: Tolerance { flux: frame.tolerance },

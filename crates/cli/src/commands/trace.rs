@@ -244,6 +244,7 @@ fn energies(e: &Ledger) -> serde_json::Value {
     "device_loss": e.device_loss,
     "copper_loss": e.copper_loss,
     "eddy_loss": e.eddy_loss,
+    "hysteresis_loss": e.hysteresis_loss,
     "shaft_work": e.shaft_work,
     "friction_loss": e.friction_loss,
     "load_work": e.load_work,

@@ -37,11 +37,14 @@ impl DataSheet {
         })?;
         let circuit = circuit.with_eddy_currents(check.eddy(self.eddy.as_ref())?);
         let harmonics = check.harmonics(self.harmonics.as_ref(), &circuit)?;
+        let rated_current = check.positive("rating.current", &self.rating.current)?;
+        let hysteresis = check.hysteresis(self.hysteresis.as_ref(), rated_current)?;
+        let circuit = circuit.with_hysteresis(hysteresis);
         let motor = Motor {
             name: self.name.clone(),
             pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
             resistance,
-            rated_current: check.positive("rating.current", &self.rating.current)?,
+            rated_current,
             dc_link: match &self.rating.dc_link {
                 Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
                 None => None,

@@ -74,6 +74,11 @@ impl DataSheet {
             entries.push(entry("eddy", "d_depth", &e.d_depth));
             entries.push(entry("eddy", "q_depth", &e.q_depth));
         }
+        if let Some(h) = &self.hysteresis {
+            entries.push(entry("hysteresis", "coercive_current", &h.coercive_current));
+            entries.push(entry("hysteresis", "depth", &h.depth));
+            entries.push(entry("hysteresis", "cells", &h.cells));
+        }
         if let Some(t) = &self.thermal {
             entries.push(entry("thermal", "reference", &t.reference));
             entries.push(entry("thermal", "winding_coefficient", &t.winding_coefficient));

@@ -1,11 +1,23 @@
-//! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, temperature.
+//! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, hysteresis, temperature.
 
+use schemars::JsonSchema;
+use serde::Deserialize;
 use standstill_numeric::Heading;
-use standstill_quantity::unit::One;
+use standstill_quantity::unit::{Ampere, One, Share};
 
 use super::check::Check;
 use super::{EddyTable, HarmonicsTable, MotorError, RotorTable, Sourced, ThermalTable};
-use crate::{Cogging, EddyBranch, Friction, Harmonics, MagneticCircuit, Rotor, Thermal};
+use crate::{
+    Cogging, EddyBranch, Friction, Harmonics, Hysteresis, MOST_CELLS, MagneticCircuit, Rotor, Thermal,
+};
+
+#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub(super) struct HysteresisTable {
+    pub(super) coercive_current: Sourced<Ampere>,
+    pub(super) depth: Sourced<Share>,
+    pub(super) cells: Sourced<One>,
+}
 
 impl Check<'_> {
     pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {
@@ -119,6 +131,38 @@ impl Check<'_> {
             time_constant,
             d_depth: depth("eddy.d_depth", &table.d_depth)?,
             q_depth: depth("eddy.q_depth", &table.q_depth)?,
+        }))
+    }
+
+    /// Beside a rated current in A.
+    pub(super) fn hysteresis(
+        &self,
+        table: Option<&HysteresisTable>,
+        rated_current: f64,
+    ) -> Result<Option<Hysteresis>, MotorError> {
+        let Some(table) = table else { return Ok(None) };
+        let HysteresisTable { coercive_current: coercive, depth, cells } = table;
+        let [least, most] = [1e-4, 0.1].map(|share| share * rated_current);
+        let current = coercive.value.value();
+        if current != 0.0 && !(least..=most).contains(&current) {
+            let needed = format!(
+                "0, or from 0.01 % to 10 % of rated current, {least:.3e} to {most:.3e} A: less is not seen, more is no soft iron"
+            );
+            return Err(self.value("hysteresis.coercive_current", &coercive.value, &needed));
+        }
+        if !(0.001..=0.5).contains(&depth.value.value()) {
+            let needed = "a share of the inductance, from 0.001 to 0.5: most of it is the air gap's";
+            return Err(self.value("hysteresis.depth", &depth.value, needed));
+        }
+        // Few and whole.
+        #[allow(clippy::cast_possible_truncation)]
+        let number = (0..=MOST_CELLS as u8).find(|n| f64::from(*n) == cells.value.value());
+        Ok(Some(Hysteresis {
+            coercive_current: coercive.value.value(),
+            depth: depth.value.value(),
+            cells: number.ok_or_else(|| {
+                self.value("hysteresis.cells", &cells.value, "0 (no hysteresis), 1, 2 or 3")
+            })?,
         }))
     }
 

@@ -11,6 +11,7 @@ pub use side_by_side::Circuits;
 use standstill_numeric::{Heading, Lane, Symmetric, cos, sin_cos};
 
 use super::harmonics::Distortion;
+use super::hysteresis::{Cell, Hysteresis, MOST_CELLS};
 use super::{Core, EddyBranch, Harmonics, Magnetics, NoConvergence};
 use crate::FluxMap;
 
@@ -99,6 +100,7 @@ pub struct MagneticCircuit {
     harmonics: Harmonics,
     distortion: Option<Distortion>,
     eddy: Option<(EddyBranch, Dq<f64>)>,
+    hysteresis: Option<(Hysteresis, [Cell; MOST_CELLS])>,
 }
 
 impl MagneticCircuit {
@@ -118,6 +120,7 @@ impl MagneticCircuit {
             harmonics,
             distortion: None,
             eddy: None,
+            hysteresis: None,
         })
     }
 
@@ -133,6 +136,15 @@ impl MagneticCircuit {
     pub fn with_eddy_currents(self, eddy: Option<EddyBranch>) -> Self {
         let eddy = eddy.map(|branch| (branch, branch.inverse_inductance(self.inductance)));
         Self { eddy, ..self }
+    }
+
+    /// The same with iron that remembers. Without a coercive current, or without cells, it is as it was.
+    #[must_use]
+    pub fn with_hysteresis(self, hysteresis: Option<Hysteresis>) -> Self {
+        let remembers = |of: &Hysteresis| of.coercive_current > 0.0 && of.depth > 0.0 && of.cells > 0;
+        let least = self.inductance.smaller_eigenvalue();
+        let hysteresis = hysteresis.filter(remembers).map(|of| (of, of.cells_of(least)));
+        Self { hysteresis, ..self }
     }
 
     /// The same with a magnet that drives `share` of the flux without current that it drives now, as a hot one does. The
@@ -181,6 +193,16 @@ impl MagneticCircuit {
     /// The eddy currents.
     pub fn eddy_currents(&self) -> Option<EddyBranch> {
         self.eddy.map(|(branch, _)| branch)
+    }
+
+    /// The hysteresis of its iron.
+    pub fn hysteresis(&self) -> Option<Hysteresis> {
+        self.hysteresis.map(|(hysteresis, _)| hysteresis)
+    }
+
+    /// The cells of its iron.
+    pub fn cells(&self) -> Option<&[Cell; MOST_CELLS]> {
+        self.hysteresis.as_ref().map(|(_, cells)| cells)
     }
 
     /// Incremental inductance in H without current, harmonics apart.

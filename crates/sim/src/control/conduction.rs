@@ -8,7 +8,7 @@ use super::motion::flux_slack;
 use super::run::Control;
 use crate::case::RunError;
 use crate::lanes::bank::Bank;
-use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::bounds::{BLOCKED, CELL, DOMAIN, FLUX, MOTION, STOP};
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::Here;
 use crate::trace::Event;
@@ -113,6 +113,10 @@ impl<'a> Control<'a> {
     /// Ends the mode whose margin reached zero and finds what follows.
     pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, which: usize) -> Result<(), RunError> {
         let passed = self.time(bank);
+        if which == CELL {
+            // Each step finds the modes of its cells.
+            return Ok(());
+        }
         if which >= FLUX {
             self.cross_kink(bank, which - FLUX);
             return Ok(());

@@ -9,6 +9,7 @@ use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
+use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
 /// Shares and weights of Gauss and Legendre's rule with four points over 0 to 1.
@@ -33,7 +34,7 @@ impl Accounts {
     pub fn open<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>) -> Self {
         Self {
             spent: Ledger::default(),
-            field: field_energy(control, &bank.here),
+            field: field_energy(control, bank),
             link: link_energy(control, &bank.here),
             terminals: terminal_energy(control, &bank.here),
         }
@@ -60,7 +61,10 @@ impl Accounts {
         let mut part = 0.0;
         while part < parts {
             for (share, weight) in GAUSS {
-                let powers = powers(control, bank, &bank.within((part + share) / parts));
+                let share = (part + share) / parts;
+                let there = bank.within(share);
+                let mut powers = powers(control, bank, &there);
+                powers.hysteresis_loss = hysteresis_loss(bank, control.lane, &there, share);
                 self.spend(&powers, weight * h / parts);
             }
             part += 1.0;
@@ -76,6 +80,7 @@ impl Accounts {
         spent.device_loss += time * powers.device_loss;
         spent.copper_loss += time * powers.copper_loss;
         spent.eddy_loss += time * powers.eddy_loss;
+        spent.hysteresis_loss += time * powers.hysteresis_loss;
         spent.shaft_work += time * powers.shaft_work;
         spent.friction_loss += time * powers.friction_loss;
         spent.load_work += time * powers.load_work;
@@ -102,7 +107,7 @@ impl Accounts {
     pub fn close<'a, V: Wide>(self, control: &Control<'a>, bank: &Bank<'a, V>) -> Ledger {
         Ledger {
             impact_loss: control.impact_loss,
-            field_change: field_energy(control, &bank.here) - self.field,
+            field_change: field_energy(control, bank) - self.field,
             link_change: link_energy(control, &bank.here) - self.link,
             terminal_change: terminal_energy(control, &bank.here) - self.terminals,
             kinetic_change: control.kinetic_energy(bank),
@@ -151,14 +156,27 @@ fn lag<V: Wide>(here: &Here<V>, lane: usize) -> Dq<f64> {
     Dq::new(here.at.lag.d.get(lane), here.at.lag.q.get(lane))
 }
 
+/// What cells of the iron turn into heat in W at a share of the step just accepted.
+fn hysteresis_loss<V: Wide>(bank: &Bank<'_, V>, lane: usize, there: &Here<V>, share: f64) -> f64 {
+    let Some(memory) = &bank.begin_memory else { return 0.0 };
+    let (tried, from, to) = (&bank.tried, bank.begin.state.flux, bank.tried.end.state.flux);
+    let (h, share) = (tried.h, V::of(share));
+    let [first, last] = tried.change.map(|change| change.flux * h);
+    let rise = |value: [V; 2], slope: [V; 2]| Cubic { value, slope }.rise(share) / h;
+    let rise = Plane::new(rise([from.x, to.x], [first.x, last.x]), rise([from.y, to.y], [first.y, last.y]));
+    let away = memory.away_at(there.state.flux, Some(first * share));
+    1.5 * memory.loss(lane, &away, rise)
+}
+
 /// Energy of the field in J.
-fn field_energy<V: Wide>(control: &Control<'_>, here: &Here<V>) -> f64 {
-    let lane = control.lane;
+fn field_energy<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>) -> f64 {
+    let (lane, here) = (control.lane, &bank.here);
+    let cells = bank.machine.memory.as_ref().map_or(0.0, |memory| memory.energy(lane, here.state.flux));
     let state = &here.state;
     let turned = state.turned.get(lane);
     let flux = Plane::new(state.flux.x.get(lane), state.flux.y.get(lane)).to_rotor(Heading::of(turned));
     let lag = flux - Dq::new(state.lagging.d.get(lane), state.lagging.q.get(lane));
-    control.case.motor.field_energy(flux, lag, control.case.start_angle + turned)
+    control.case.motor.field_energy(flux, lag, control.case.start_angle + turned) + 1.5 * cells
 }
 
 /// Energy in the terminals' capacitances in J.

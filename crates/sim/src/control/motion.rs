@@ -59,7 +59,11 @@ impl<'a> Control<'a> {
     /// The rotor at its start.
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let case = &self.case;
-        let torque = case.motor.cogging(case.start_angle) - case.load_torque;
+        let mut torque = case.motor.cogging(case.start_angle) - case.load_torque;
+        if case.memory.is_some() && bank.machine.memory.is_some() {
+            // What the iron remembers pulls at the rotor, too.
+            torque = bank.here.at.torque.get(self.lane) - case.load_torque;
+        }
         let resolve = |contact| Motion::resolve(&case.motor.rotor, 0.0, torque, contact);
         let motion = match case.rotor {
             _ if !can_move(case.rotor) => Motion::Held,

@@ -1,10 +1,12 @@
 //! A machine's place among others: its numbers, at rest.
 
+use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
 
 use super::run::Control;
 use crate::case::Case;
 use crate::lanes::bank::Bank;
+use crate::physics::plane::Plane;
 
 impl<'a> Control<'a> {
     /// The machine at rest.
@@ -12,7 +14,21 @@ impl<'a> Control<'a> {
         let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
         let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
         bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
-        let rest = motor.magnetics.rest(Heading::of(*start_angle));
+        let heading = Heading::of(*start_angle);
+        let mut rest = motor.magnetics.rest(heading);
+        let iron = motor.magnetics.hysteresis().zip(motor.magnetics.cells());
+        if let (Some(memory), Some((hysteresis, cells))) = (&mut bank.machine.memory, iron) {
+            let last = self.case.memory.map(|last| Heading::of(last - start_angle));
+            if let Some(last) = last {
+                // No current flows: the core's is against what the iron is left with.
+                let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
+                rest = motor.magnetics.flux_at(left, heading).unwrap_or(rest);
+            }
+            let inductance = motor.magnetics.inductance();
+            let most = inductance.xx + inductance.yy - inductance.smaller_eigenvalue();
+            let last = last.map(|last| Plane::new(last.cos, last.sin));
+            memory.put(lane, cells, Plane::new(rest.d, rest.q), most, tolerance.flux, last);
+        }
         let put = |to: &mut V, from: f64| to.put(lane, from);
         let here = &mut bank.here;
         put(&mut here.time, 0.0);

@@ -198,7 +198,7 @@ impl<'a> Control<'a> {
             dc_link: one.dc_link,
             angle: self.case.start_angle + here.state.turned.get(lane),
             speed: here.state.speed.get(lane),
-            torque: self.torque(here),
+            torque: self.torque(bank, here),
             modes: self.shown.0,
         };
         if let Some(probe) = &mut self.probe {
@@ -207,7 +207,7 @@ impl<'a> Control<'a> {
     }
 
     /// Electromagnetic torque in N·m, also of a locked rotor, whose steps do without.
-    fn torque<V: Wide>(&self, here: &Here<V>) -> f64 {
+    fn torque<V: Wide>(&self, bank: &Bank<'a, V>, here: &Here<V>) -> f64 {
         let lane = self.lane;
         let state = &here.state;
         let angle = self.case.start_angle + state.turned.get(lane);
@@ -216,7 +216,13 @@ impl<'a> Control<'a> {
             crate::physics::plane::Plane::new(v.x.get(lane), v.y.get(lane)).to_rotor(turned)
         };
         let motor = self.case.motor;
-        let (flux, current) = (plane(&state.flux), plane(&here.at.current));
+        let mut core = here.at.current;
+        let passed = bank.here.time.get(lane) > here.time.get(lane);
+        let memory = if passed { &bank.begin_memory } else { &bank.machine.memory };
+        if let Some(memory) = memory {
+            core = core - memory.iron_here(state.flux).current;
+        }
+        let (flux, current) = (plane(&state.flux), plane(&core));
         let magnetic = motor.magnetics.state(flux, standstill_numeric::Heading::of(angle));
         motor.torque(flux, current, magnetic.energy_slope) + motor.cogging(angle)
     }

@@ -7,6 +7,7 @@ use standstill_plant::Motor;
 
 use crate::physics::bounds::{Bounds, ENDS};
 use crate::physics::machine::{Machine, Operating};
+use crate::physics::memory::Memory;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::two_derivative::{Accuracy, Here, Tried};
@@ -53,6 +54,8 @@ pub struct Bank<'a, V: Wide> {
     pub refereed: bool,
     /// Where the last step began.
     pub begin: Here<V>,
+    /// What the iron remembered there.
+    pub begin_memory: Option<Memory<V>>,
     /// The last step.
     pub tried: Tried<V>,
     /// What became of it. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
@@ -127,6 +130,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             machine,
             bounds,
             begin: here,
+            begin_memory: None,
             here,
             accuracy,
             live: 0,
@@ -150,7 +154,7 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
     pub fn step(&mut self) {
-        if self.machine.legs.elastance.is_some() || self.refereed {
+        if self.machine.legs.elastance.is_some() || self.machine.memory.is_some() || self.refereed {
             V::compute(StepOf::<_, true>(self));
         } else {
             V::compute(StepOf::<_, false>(self));
@@ -174,29 +178,32 @@ impl<'a, V: Wide> Bank<'a, V> {
     }
 }
 
-/// A step of each machine. What rings with terminals takes more room than all else of a step: `MAY_RING` is false where they
-/// have no capacitance, and the step then does without.
-struct StepOf<'b, 'a, V: Wide, const MAY_RING: bool>(&'b mut Bank<'a, V>);
+/// A step of each machine. What rings with terminals and what the iron remembers take more room than all else of a step: `RARE`
+/// is false where no machine has either, and the step then does without.
+struct StepOf<'b, 'a, V: Wide, const RARE: bool>(&'b mut Bank<'a, V>);
 
-impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
+impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
     type Output = ();
 
     #[inline(always)]
     fn compute(self) {
         let bank = self.0;
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let here = &bank.here;
         let (live, to_mode_end) = (V::Mask::of_bits(bank.live), V::Mask::of_bits(bank.to_mode_end));
-        let legs = bank.machine.legs.at::<MAY_RING>(here.time, bank.machine.resistance);
+        let legs = bank.machine.legs.at::<RARE>(bank.here.time, bank.machine.resistance);
+        if bank.machine.memory_if::<RARE>().is_some() {
+            bank.machine.find_cells(live, &legs, &mut bank.here.at, &bank.here.state);
+        }
+        let here = &bank.here;
         let edge = bank.machine.legs.next_edge(here.time);
         let stop = bank.stop.least(edge);
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
         let until =
             V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
-        let tried = if MAY_RING && V::LANES == 1 && bank.refereed {
+        let tried = if RARE && V::LANES == 1 && bank.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         } else {
-            Tried::new::<MAY_RING>(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+            Tried::new::<RARE>(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         };
 
         let exact = V::of(1.0 + 1e-12).above(tried.error);
@@ -230,7 +237,7 @@ impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
 
         // Gate edges alone need nobody where a current flows: what they make of the legs follows from the time.
         let mut at_edge = legs.idle & !edge.above(until);
-        if MAY_RING && bank.machine.legs.elastance.is_some() {
+        if RARE && bank.machine.legs.elastance.is_some() {
             // The charge of a terminal decides what an edge does.
             at_edge = !edge.above(until);
         }
@@ -260,11 +267,15 @@ impl<V: Wide, const MAY_RING: bool> Compute for StepOf<'_, '_, V, MAY_RING> {
         };
         if bank.follow {
             bank.begin = bank.here;
+            bank.begin_memory.clone_from(&bank.machine.memory);
             bank.tried = tried;
         } else if crossed != 0 {
-            bank.keep_for_ends::<MAY_RING>(&tried);
+            bank.keep_for_ends::<RARE>(&tried);
         }
         take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
+        if RARE && let (Some(memory), Some(moved)) = (&mut bank.machine.memory, &tried.moved) {
+            memory.take(accepted, tried.end.state.flux, moved);
+        }
     }
 }
 
@@ -324,9 +335,13 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     #[inline(always)]
     fn compute(self) {
         let here = &self.0.here;
-        let at = self.0.machine.operating(&here.state);
+        let iron = self.0.machine.memory.as_ref().map(|memory| memory.iron_here(here.state.flux));
+        let at = self.0.machine.operating(&here.state, iron.as_ref());
         let there = Here { time: here.time, state: here.state, at, source: here.source };
         let bank = self.0;
+        if let (Some(memory), Some(iron)) = (&mut bank.machine.memory, &iron) {
+            memory.set_tangent(V::Mask::of_bits(self.1), iron.tangent);
+        }
         take(&bank.machine, true, &mut bank.here, &there, V::Mask::of_bits(self.1));
     }
 }
@@ -339,7 +354,8 @@ impl<V: Wide> Compute for Within<'_, '_, V> {
 
     #[inline(always)]
     fn compute(self) -> Here<V> {
-        self.0.tried.within(&self.0.machine, &self.0.begin, V::of(self.1))
+        let Self(bank, share) = self;
+        bank.tried.within(&bank.machine, &bank.begin, bank.begin_memory.as_ref(), V::of(share))
     }
 }
 

@@ -3,7 +3,7 @@
 use standstill_numeric::{Mask, Wide};
 
 use super::bank::{Bank, NOTHING};
-use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
+use crate::physics::bounds::{BLOCKED, CELL, DOMAIN, FLUX, MOTION, STOP};
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
@@ -14,7 +14,7 @@ const LEAST_SHARE: f64 = 0.05;
 impl<V: Wide> Bank<'_, V> {
     /// Keeps of a step what [`Self::find_end`] asks for.
     #[inline(always)]
-    pub(super) fn keep_for_ends<const MAY_RING: bool>(&mut self, tried: &Tried<V>) {
+    pub(super) fn keep_for_ends<const RARE: bool>(&mut self, tried: &Tried<V>) {
         let (begin, to) = (&mut self.begin, &mut self.tried);
         begin.time = self.here.time;
         to.h = tried.h;
@@ -24,8 +24,9 @@ impl<V: Wide> Bank<'_, V> {
         for end in 0..2 {
             to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
         }
-        if MAY_RING {
+        if RARE {
             to.floating = tried.floating;
+            to.moved = tried.moved;
         }
         if self.machine.rotors.is_some() {
             begin.state.turned = self.here.state.turned;
@@ -139,6 +140,14 @@ impl<V: Wide> Bank<'_, V> {
                         cubic = straight(value[0], value[1]);
                     }
                     ends(&mut first, FLUX + axis, cubic, slack(FLUX + axis));
+                }
+            }
+        }
+        if let (Some(memory), Some(moved)) = (&self.machine.memory, &tried.moved) {
+            for (cell, cubic) in moved.cubic.iter().enumerate() {
+                if memory.ended(moved, lane, cell) {
+                    let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
+                    ends(&mut first, CELL, Cubic { value, slope }, moved.slack[cell].get(lane));
                 }
             }
         }

@@ -19,6 +19,8 @@ pub const DOMAIN: usize = 6;
 pub const FLUX: usize = 7;
 /// Number of ends.
 pub const ENDS: usize = 9;
+/// The end of the mode of a cell of the iron, which needs no margin of its own here: see `memory`.
+pub const CELL: usize = ENDS + 1;
 
 /// What ends the smooth part. What cannot end it is infinitely far away.
 #[derive(Clone, Debug)]
@@ -57,7 +59,7 @@ impl<V: Wide> Bounds<V> {
 
     /// The margins at a state.
     #[inline(always)]
-    pub fn margins<const MAY_RING: bool>(
+    pub fn margins<const RARE: bool>(
         &self,
         machine: &Machine<V>,
         legs: &Conducting<V>,
@@ -71,7 +73,7 @@ impl<V: Wide> Bounds<V> {
         for k in 0..3 {
             margins[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
         }
-        let capacitive = machine.legs.elastance_if::<MAY_RING>().is_some();
+        let capacitive = machine.legs.elastance_if::<RARE>().is_some();
         if capacitive {
             for k in 0..3 {
                 let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);

@@ -220,8 +220,8 @@ impl<V: Wide> Legs<V> {
 
     /// What the legs are at times in ns, with windings of such a resistance in Ω.
     #[inline(always)]
-    pub fn at<const MAY_RING: bool>(&self, time: V, winding: V) -> Conducting<V> {
-        let capacitive = self.elastance_if::<MAY_RING>().is_some();
+    pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
+        let capacitive = self.elastance_if::<RARE>().is_some();
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
             [self.leg(0, time), self.leg(1, time), self.leg(2, time)];

@@ -7,6 +7,7 @@
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
+//!   dπ/dt = n (n · dψ/dt)    what is pinned in a sliding cell of the stator's iron; see `memory`
 //! ```
 
 use standstill_interface::Dq;
@@ -16,6 +17,7 @@ use standstill_plant::{Circuits, MagneticCircuit, Motor};
 
 use super::legs::{Conducting, Legs};
 use super::links::Links;
+use super::memory::{Iron, Memory};
 use super::plane::Plane;
 use super::state::State;
 
@@ -34,6 +36,8 @@ pub struct Machine<'a, V: Wide> {
     pub legs: Legs<V>,
     /// Heading of the run's plane in the stator's: where the rotors were at their start.
     pub start: Heading<V>,
+    /// What their iron remembers; none: nothing.
+    pub memory: Option<Memory<V>>,
     /// The rotors; none: all are locked.
     pub rotors: Option<Rotors<V>>,
 }
@@ -109,6 +113,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             links: Links::like(link),
             legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0),
             start: Heading { sin: zero, cos: one },
+            memory: motor.magnetics.cells().map(|_| Memory::idle()),
             rotors: free.then_some(Rotors {
                 moving: zero,
                 dry_friction: zero,
@@ -178,9 +183,9 @@ impl<'a, V: Wide> Machine<'a, V> {
         }
     }
 
-    /// Currents, inductances and torque at a state.
+    /// Currents, inductances and torque at a state, with this iron.
     #[inline(always)]
-    pub fn operating(&self, state: &State<V>) -> Operating<V> {
+    pub fn operating(&self, state: &State<V>, iron: Option<&Iron<V>>) -> Operating<V> {
         let zero = V::of(0.0);
         let turned = self.turned(state);
         let (flux, at) = if self.rotors.is_some() {
@@ -234,7 +239,37 @@ impl<'a, V: Wide> Machine<'a, V> {
             at_state.turning = Plane::from_rotor(slope, turned) - state.flux.quarter_turn().through(gamma);
             at_state.energy_turn = Plane::from_rotor(magnetic.current_slope, turned);
         }
+        // It stands in the stator's frame: the rotor feels it only through the flux.
+        if let Some(iron) = iron {
+            let gamma = &mut at_state.inverse_inductance;
+            at_state.current = at_state.current + iron.current;
+            *gamma = plus(gamma, &iron.tangent);
+        }
         at_state
+    }
+
+    /// [`Self::memory`] in code for iron that may remember; none in code for machines without.
+    #[inline(always)]
+    pub fn memory_if<const RARE: bool>(&self) -> Option<&Memory<V>> {
+        if RARE { self.memory.as_ref() } else { None }
+    }
+
+    /// Finds the modes in which cells of some machines begin a step.
+    #[inline(always)]
+    pub fn find_cells(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
+        let Some(mut memory) = self.memory.take() else { return };
+        let mut there = *at;
+        let bare = minus(&at.inverse_inductance, &memory.tangent());
+        memory.find_modes(of, state.flux, |tangent| {
+            there.inverse_inductance = plus(&bare, &tangent);
+            self.change::<true>(legs, &there, state).flux
+        });
+        let gamma = plus(&bare, &memory.tangent());
+        let to = &mut at.inverse_inductance;
+        to.xx = V::choose(of, gamma.xx, to.xx);
+        to.xy = V::choose(of, gamma.xy, to.xy);
+        to.yy = V::choose(of, gamma.yy, to.yy);
+        self.memory = Some(memory);
     }
 
     /// What changes the currents in A/s at constant flux.
@@ -245,7 +280,7 @@ impl<'a, V: Wide> Machine<'a, V> {
 
     /// How flux and currents change at a state.
     #[inline(always)]
-    pub fn change<const MAY_RING: bool>(
+    pub fn change<const RARE: bool>(
         &self,
         legs: &Conducting<V>,
         at: &Operating<V>,
@@ -256,7 +291,7 @@ impl<'a, V: Wide> Machine<'a, V> {
         let (speed, link) = (state.speed, state.link);
         // v − R i, but for the blocked leg.
         let mut driven = terminals.rail * link + terminals.offset - at.current.through(terminals.resistance);
-        if self.legs.elastance_if::<MAY_RING>().is_some() {
+        if self.legs.elastance_if::<RARE>().is_some() {
             driven = driven + self.legs.floating(legs, &state.potential);
         }
         // Its potential u is where its current stays: b · (Γ (driven + ⅔ u b) + drift) = 0.
@@ -282,11 +317,27 @@ impl<'a, V: Wide> Machine<'a, V> {
         Change { flux, current, blocked_potential: short * -1.5 }
     }
 
+    /// Whether anything follows the flux that steps of terminals that ring do not solve with them.
+    #[inline(always)]
+    pub fn lags(&self) -> bool {
+        self.circuits.eddies().is_some() || self.memory.is_some()
+    }
+
     /// Whether anything but a voltage can change the currents.
     #[inline(always)]
     pub fn drifts(&self) -> bool {
         self.rotors.is_some() || self.circuits.eddies().is_some()
     }
+}
+
+#[inline(always)]
+fn plus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
+    Symmetric::new(a.xx + b.xx, a.xy + b.xy, a.yy + b.yy)
+}
+
+#[inline(always)]
+fn minus<V: Wide>(a: &Symmetric<V>, b: &Symmetric<V>) -> Symmetric<V> {
+    Symmetric::new(a.xx - b.xx, a.xy - b.xy, a.yy - b.yy)
 }
 
 impl<V: Wide> Rotors<V> {
@@ -314,12 +365,23 @@ impl<V: Wide> Rotors<V> {
         (torque_rise - acceleration * self.viscous) * self.per_inertia * self.moving
     }
 
-    /// How fast the torque changes in N·m/s.
+    /// How fast the torque changes in N·m/s. The stator's iron has no part in it.
     #[inline(always)]
-    pub fn torque_rise(&self, state: &State<V>, at: &Operating<V>, change: &Change<V>) -> V {
+    pub fn torque_rise(
+        &self,
+        state: &State<V>,
+        at: &Operating<V>,
+        change: &Change<V>,
+        iron: Option<&Iron<V>>,
+    ) -> V {
         let speed = state.speed;
         let in_rotor = change.flux - state.flux.quarter_turn() * speed;
-        (change.flux.cross(at.current) + state.flux.cross(change.current)
+        let (mut current, mut rise) = (at.current, change.current);
+        if let Some(iron) = iron {
+            current = current - iron.current;
+            rise = rise - change.flux.through(iron.tangent);
+        }
+        (change.flux.cross(current) + state.flux.cross(rise)
             - at.energy_turn.dot(in_rotor)
             - at.energy_bend * speed)
             * self.torque_factor

@@ -11,8 +11,8 @@ use super::plane::Plane;
 impl<V: Wide> Legs<V> {
     /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
     #[inline(always)]
-    pub fn elastance_if<const MAY_RING: bool>(&self) -> Option<V> {
-        if MAY_RING { self.elastance } else { None }
+    pub fn elastance_if<const RARE: bool>(&self) -> Option<V> {
+        if RARE { self.elastance } else { None }
     }
 
     /// The voltage in V that legs in which no device conducts put on the winding.

@@ -6,14 +6,21 @@ use super::corrections::{RotorFlux, lag_behind};
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
 use crate::physics::machine::Machine;
+use crate::physics::memory::Memory;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 
 impl<V: Wide> Tried<V> {
-    /// The machines at a share of the step that began at `begin`, as exactly as at its end: the flux from the voltage and
+    /// The machines at a share of the step that began at `begin`, with what their iron remembered there, as exactly as at its end: the flux from the voltage and
     /// the integral of the currents' cubic, the currents from the core there.
     #[inline(always)]
-    pub fn within(&self, machine: &Machine<V>, begin: &Here<V>, share: V) -> Here<V> {
+    pub fn within(
+        &self,
+        machine: &Machine<V>,
+        begin: &Here<V>,
+        memory: Option<&Memory<V>>,
+        share: V,
+    ) -> Here<V> {
         let zero = V::of(0.0);
         let (h, end) = (self.h, &self.end);
         let (from, to) = (&begin.state, &end.state);
@@ -74,7 +81,9 @@ impl<V: Wide> Tried<V> {
             let end_state = RotorFlux::of(machine, &there, rise * share, speed * part);
             lagging = lag_behind(part * eddies.rate, from.lagging, &begin_state, &end_state);
         }
-        let mut at = machine.operating(&State { flux, turned, speed, link, lagging, potential });
+        let iron = memory.map(|memory| memory.iron(&memory.away_at(flux, Some(first.flux * (h * share)))));
+        let state = State { flux, turned, speed, link, lagging, potential };
+        let mut at = machine.operating(&state, iron.as_ref());
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
         let impulse =
@@ -85,7 +94,10 @@ impl<V: Wide> Tried<V> {
         let none = Plane::new(zero, zero);
         at.current = Plane::choose(idle, none, at.current - across * impulse);
         if let Some(rotors) = &machine.rotors {
-            let change = [[looked_up_flux, looked_up_current], [flux, at.current]];
+            let core = |flux: Plane<V>, current: Plane<V>| {
+                [flux, iron.as_ref().map_or(current, |iron| iron.core(current, flux - looked_up_flux))]
+            };
+            let change = [core(looked_up_flux, looked_up_current), core(flux, at.current)];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         if self.floating.is_some() {

@@ -9,7 +9,7 @@ use standstill_numeric::Lane;
 /// several machines apart and not those of all machines side by side.
 macro_rules! each {
     ($n:ident $do:block) => {
-        each!($n $do 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14);
+        each!($n $do 0 1 2 3 4 5 6 7 8 9 10 11 12 13 14 15);
     };
     ($n:ident $do:block $($k:literal)+) => {
         $(

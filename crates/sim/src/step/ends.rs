@@ -4,21 +4,48 @@ use standstill_numeric::Wide;
 
 use super::floating::Floating;
 use super::hermite::Cubic;
-use super::two_derivative::Tried;
+use super::two_derivative::{Here, Tried};
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
-use crate::physics::machine::Machine;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::plane::Plane;
 
 /// So many times the slack of a blocked leg's potential, which is two billionths of the link's voltage, it may be beyond its
 /// bound where the leg is then taken to conduct: what the leg conducts late grows with the square.
 pub const POTENTIAL_DEEP: f64 = 2e3;
 
 impl<V: Wide> Tried<V> {
+    /// No step: room for those to come. Trying one here would compile the whole of it once more.
+    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
+        let zero = V::of(0.0);
+        let plane = Plane::new(zero, zero);
+        Self {
+            h: zero,
+            legs,
+            end: here.clone(),
+            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
+            link_rise: [zero; 2],
+            acceleration: [zero; 2],
+            floating: None,
+            moved: None,
+            phases: [[zero; 3]; 2],
+            margins: [[zero; ENDS]; 2],
+            phase_rise: [[zero; 3]; 2],
+            torque: [zero; 2],
+            torque_rise: [zero; 2],
+            error: zero,
+            blocked_at_begin: zero,
+            least_margin: zero,
+            least_at_mode_end: zero,
+        }
+    }
+
     /// Where something ends within the step, or before it.
     #[inline(always)]
-    pub(super) fn look_for_ends<const MAY_RING: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
+    pub(super) fn look_for_ends<const RARE: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
         let (mut slack, mut ended) = ([bounds.slack[0], bounds.slack[1], bounds.slack[2]], [bounds.ended; 3]);
-        if MAY_RING && self.floating.is_some() {
+        if RARE && self.floating.is_some() {
             for k in 0..3 {
                 slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack[BLOCKED]);
                 ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack[BLOCKED] * POTENTIAL_DEEP);
@@ -34,7 +61,7 @@ impl<V: Wide> Tried<V> {
         for k in 0..3 {
             at_mode_end = at_mode_end.least(self.margins[1][k] + ended[k]);
         }
-        if MAY_RING && let Some(floating) = &self.floating {
+        if RARE && let Some(floating) = &self.floating {
             least = least.least(self.dips_or_swings(floating, bounds));
         } else if V::any(self.may_dip()) {
             least = least.least(self.dips(bounds));
@@ -51,6 +78,11 @@ impl<V: Wide> Tried<V> {
             for k in FLUX..ENDS {
                 least = least.least(self.margins[1][k] + bounds.slack[k]);
             }
+        }
+        if RARE && let (Some(memory), Some(moved)) = (&machine.memory, &self.moved) {
+            let [within, at_end] = memory.room(moved);
+            least = least.least(within);
+            at_mode_end = at_mode_end.least(at_end);
         }
         (self.least_margin, self.blocked_at_begin, self.least_at_mode_end) = (least, at_begin, at_mode_end);
     }

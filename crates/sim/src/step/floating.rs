@@ -44,8 +44,8 @@ impl<V: Wide> Floating<V> {
     ) -> Self {
         let zero = V::of(0.0);
         let elastance = machine.legs.elastance.unwrap_or(zero);
-        // What lags behind by eddy currents is not part of the oscillators: cubics must follow.
-        let may_turn = if machine.circuits.eddies().is_some() { 0 } else { u32::MAX };
+        // What lags behind by eddy currents, and cells of the iron, are not part of the oscillators: cubics must follow.
+        let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
         let range =
             places.map(|here| [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link)));

@@ -11,10 +11,11 @@
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Symmetric, Wide};
 
-use crate::physics::bounds::{Bounds, ENDS, Margins};
+use crate::physics::bounds::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::memory::{Away, Iron, Moved};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
@@ -56,6 +57,8 @@ pub struct Tried<V: Wide> {
     pub acceleration: [V; 2],
     /// The terminals, where they have a capacitance.
     pub floating: Option<Floating<V>>,
+    /// The cells of the iron, where it remembers.
+    pub moved: Option<Moved<V>>,
     /// Currents of the phases, or of the devices that feed them, in A at both ends.
     pub phases: [[V; 3]; 2],
     /// Margins at both ends.
@@ -95,37 +98,13 @@ pub struct Accuracy<V: Wide> {
 }
 
 impl<V: Wide> Tried<V> {
-    /// No step: room for those to come. Trying one here would compile the whole of it once more.
-    pub fn none(here: &Here<V>, legs: Conducting<V>) -> Self {
-        let zero = V::of(0.0);
-        let plane = Plane::new(zero, zero);
-        Self {
-            h: zero,
-            legs,
-            end: *here,
-            change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link_rise: [zero; 2],
-            acceleration: [zero; 2],
-            floating: None,
-            phases: [[zero; 3]; 2],
-            margins: [[zero; ENDS]; 2],
-            phase_rise: [[zero; 3]; 2],
-            torque: [zero; 2],
-            torque_rise: [zero; 2],
-            error: zero,
-            blocked_at_begin: zero,
-            least_margin: zero,
-            least_at_mode_end: zero,
-        }
-    }
-
-    /// Tries a step to times in ns; `MAY_RING`: whether terminals may have a capacitance.
+    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the iron a memory.
     #[inline(always)]
     #[allow(
         clippy::too_many_lines,
         reason = "one step, from prediction to correction, in the order of its equations"
     )]
-    pub fn new<const MAY_RING: bool>(
+    pub fn new<const RARE: bool>(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
         legs: &Conducting<V>,
@@ -138,7 +117,7 @@ impl<V: Wide> Tried<V> {
         let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
         let terminals = &legs.terminals;
         let begin = &here.state;
-        let change = machine.change::<MAY_RING>(legs, &here.at, begin);
+        let change = machine.change::<RARE>(legs, &here.at, begin);
         let source = machine.links.source(until * 1e-9);
 
         // What is predicted: angle and speed, the link's voltage, the currents' integral.
@@ -146,7 +125,8 @@ impl<V: Wide> Tried<V> {
         let (mut acceleration, mut jerk, mut torque_rise) = ([zero; 2], [zero; 2], [zero; 2]);
         if let Some(rotors) = &machine.rotors {
             acceleration[0] = rotors.acceleration(here.at.torque, begin.speed);
-            torque_rise[0] = rotors.torque_rise(begin, &here.at, &change);
+            let iron = machine.memory_if::<RARE>().map(|memory| memory.iron_here(begin.flux));
+            torque_rise[0] = rotors.torque_rise(begin, &here.at, &change, iron.as_ref());
             jerk[0] = rotors.jerk(torque_rise[0], acceleration[0]);
             speed = begin.speed + h * (acceleration[0] + half * jerk[0]);
             turned = begin.turned
@@ -178,10 +158,10 @@ impl<V: Wide> Tried<V> {
         let mut flux = Plane::choose(idle, begin.flux + change.flux * h, known - drop + holding);
         let mut potential = begin.potential;
         let mut start = None;
-        if MAY_RING {
+        if RARE {
             start = Start::of(machine, legs, here, &change, [begin.link, link], link_rise, area, h);
         }
-        if MAY_RING && let Some(start) = &start {
+        if RARE && let Some(start) = &start {
             let [moved, mean] = Ringing::ahead(start.modes, h, start.floating, &start.end).after(V::of(1.0));
             flux = begin.flux + moved + terminals.rail * start.surplus[0];
             potential = add(potential, machine.legs.charged(legs, mean * h));
@@ -200,7 +180,9 @@ impl<V: Wide> Tried<V> {
 
         // What is there.
         let predicted = State { flux, turned, speed, link, lagging, potential };
-        let mut at = machine.operating(&predicted);
+        let along = change.flux * h;
+        let iron = machine.memory_if::<RARE>().map(|memory| memory.iron(&memory.away_at(flux, Some(along))));
+        let mut at = machine.operating(&predicted, iron.as_ref());
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
         let per_impulse = V::of(1.0) / (across.dot(terminals.blocked) + terminals.none_blocked);
@@ -208,12 +190,16 @@ impl<V: Wide> Tried<V> {
         let (looked_up_flux, looked_up_current) = (flux, at.current);
         settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         let (predicted_flux, predicted_current) = (flux, at.current);
+        // What makes the torque: the stator's iron has no part in it.
+        let core = |flux: Plane<V>, current: Plane<V>| {
+            [flux, iron.as_ref().map_or(current, |iron| iron.core(current, flux - looked_up_flux))]
+        };
         if let Some(rotors) = &machine.rotors {
-            let change = [[looked_up_flux, looked_up_current], [predicted_flux, predicted_current]];
+            let change = [core(looked_up_flux, looked_up_current), core(predicted_flux, predicted_current)];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
         }
         let there = State { flux, turned, speed, link, lagging, potential };
-        let end_change = machine.change::<MAY_RING>(legs, &at, &there);
+        let end_change = machine.change::<RARE>(legs, &at, &there);
         let mut link_error = zero;
         let mut more_area = zero;
         if machine.links.storage.is_some() {
@@ -232,7 +218,11 @@ impl<V: Wide> Tried<V> {
         if let Some(rotors) = &machine.rotors {
             let there = State { flux, turned, speed, link, lagging, potential };
             acceleration[1] = rotors.acceleration(at.torque, speed);
-            torque_rise[1] = rotors.torque_rise(&there, &at, &end_change);
+            let iron = iron.map(|iron| Iron {
+                current: iron.current + (flux - looked_up_flux).through(iron.tangent),
+                ..iron
+            });
+            torque_rise[1] = rotors.torque_rise(&there, &at, &end_change, iron.as_ref());
             jerk[1] = rotors.jerk(torque_rise[1], acceleration[1]);
             let new_speed = begin.speed + hermite_area(h, acceleration, jerk);
             let new_turned = begin.turned
@@ -255,7 +245,7 @@ impl<V: Wide> Tried<V> {
             missing = Plane::choose(idle, through, missing);
         }
         let mut ringing = None;
-        if MAY_RING && let Some(start) = &start {
+        if RARE && let Some(start) = &start {
             let surplus = terminals.rail * start.surplus[1];
             let end = End {
                 force: terminals.rail * link + terminals.offset - at.current.through(terminals.resistance),
@@ -306,7 +296,7 @@ impl<V: Wide> Tried<V> {
         settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         if let Some(rotors) = &machine.rotors {
             // The torque of what was put right, and the motion that follows from it.
-            let change = [[predicted_flux, predicted_current], [flux, at.current]];
+            let change = [core(predicted_flux, predicted_current), core(flux, at.current)];
             at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
             acceleration[1] = rotors.acceleration(at.torque, speed);
             speed = begin.speed + hermite_area(h, acceleration, jerk);
@@ -316,7 +306,7 @@ impl<V: Wide> Tried<V> {
             turned = new_turned;
             settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
         }
-        if MAY_RING && ringing.is_some() {
+        if RARE && ringing.is_some() {
             potential = machine.legs.potentials(legs, potential, link, at.current);
         }
         let state = State { flux, turned, speed, link, lagging, potential };
@@ -324,21 +314,27 @@ impl<V: Wide> Tried<V> {
         // The current at the end is that of where the core was evaluated and a linear step from there.
         let off = flux - looked_up_flux;
         let mut own = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off);
-        if MAY_RING && let Some(ringing) = &ringing {
+        if RARE && let Some(ringing) = &ringing {
             own = ringing_error(accuracy, ringing.error(), off);
         }
         let error = own
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
+        let (mut error, mut away) = (error, None);
+        if let Some(memory) = machine.memory_if::<RARE>() {
+            let rise = [along, end_change.flux * h];
+            error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;
+            away = Some(memory.away_at(flux, Some(along)));
+        }
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
-        Self::between::<MAY_RING>(machine, bounds, legs, here, end, h, ends, ringing, error)
+        Self::between::<RARE>(machine, bounds, legs, here, end, h, ends, ringing, away, error)
     }
 
     /// The step of `h` seconds from one place to another, with what ends within it.
     #[inline(always)]
     #[allow(clippy::too_many_arguments, reason = "two kinds of steps end here, with all that they found")]
-    pub(super) fn between<const MAY_RING: bool>(
+    pub(super) fn between<const RARE: bool>(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
         legs: &Conducting<V>,
@@ -347,12 +343,13 @@ impl<V: Wide> Tried<V> {
         h: V,
         ends: Ends<V>,
         ringing: Option<Ringing<V>>,
+        away: Option<Away<V>>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
         let [change, end_change] = &ends.change;
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
-        if let Some(elastance) = machine.legs.elastance_if::<MAY_RING>() {
+        if let Some(elastance) = machine.legs.elastance_if::<RARE>() {
             // A device carries what its terminal takes to follow the link, too.
             let capacitance = V::of(1.0) / elastance;
             for (phases, rise) in phases.iter_mut().zip(ends.link_rise) {
@@ -362,15 +359,18 @@ impl<V: Wide> Tried<V> {
             }
         }
         let mut floating = None;
-        if MAY_RING && let Some(ringing) = ringing {
+        if RARE && let Some(ringing) = ringing {
             let places =
                 Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
-            error = error.greatest(places.too_long(machine.circuits.eddies().is_some()));
+            error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }
+        let rises = [change.flux * h, end_change.flux * h];
+        let memory = machine.memory_if::<RARE>();
+        let moved = memory.zip(away).map(|(memory, away)| memory.moved(away, rises));
         let margins = [
-            bounds.margins::<MAY_RING>(machine, legs, &here.state, &here.at, change, &phases[0]),
-            bounds.margins::<MAY_RING>(machine, legs, &end.state, &end.at, end_change, &phases[1]),
+            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
+            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, end_change, &phases[1]),
         ];
         let mut tried = Self {
             h,
@@ -388,12 +388,13 @@ impl<V: Wide> Tried<V> {
             link_rise: ends.link_rise,
             acceleration: ends.acceleration,
             floating,
+            moved,
             error,
             blocked_at_begin: zero,
             least_margin: zero,
             least_at_mode_end: zero,
         };
-        tried.look_for_ends::<MAY_RING>(machine, bounds);
+        tried.look_for_ends::<RARE>(machine, bounds);
         tried
     }
 }

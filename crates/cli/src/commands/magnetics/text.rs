@@ -38,6 +38,41 @@ fn motor_text(subject: &Subject, survey: &Survey) -> String {
     text
 }
 
+/// What the core's table does not have: harmonics, eddy currents, hysteresis.
+fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
+    let mut text = String::new();
+    let harmonics = subject.magnetics.harmonics();
+    if harmonics.any() {
+        let _ = writeln!(
+            text,
+            "harmonics, not in the table: L_4 {:.3} mH, asymmetry of phase a {:.3} mH, ψ_5 {:.2} mWb, ψ_7 {:.2} mWb",
+            harmonics.inductance_4 * 1e3,
+            harmonics.asymmetry * 1e3,
+            harmonics.flux_5 * 1e3,
+            harmonics.flux_7 * 1e3,
+        );
+    }
+    if let (Some([d, q]), Some(branch)) = (short_pulse(subject, survey), subject.magnetics.eddy_currents()) {
+        let _ = writeln!(
+            text,
+            "eddy currents: pulses much shorter than {:.0} µs see L_d {:.3} mH, L_q {:.3} mH",
+            branch.time_constant * 1e6,
+            d * 1e3,
+            q * 1e3
+        );
+    }
+    if let Some(hysteresis) = subject.magnetics.hysteresis() {
+        let _ = writeln!(
+            text,
+            "hysteresis of the stator's iron, not in the table: coercive current {:.3} A, {} cells, {:.1} % of the smaller inductance not met by small pulses",
+            hysteresis.coercive_current,
+            hysteresis.cells,
+            hysteresis.depth * 100.0,
+        );
+    }
+    text
+}
+
 pub fn of(subject: &Subject, survey: &Survey) -> String {
     let mut text = String::new();
     let _ = writeln!(
@@ -69,26 +104,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
         }
     }
     text += &motor_text(subject, survey);
-    let harmonics = subject.magnetics.harmonics();
-    if harmonics.any() {
-        let _ = writeln!(
-            text,
-            "harmonics, not in the table: L_4 {:.3} mH, asymmetry of phase a {:.3} mH, ψ_5 {:.2} mWb, ψ_7 {:.2} mWb",
-            harmonics.inductance_4 * 1e3,
-            harmonics.asymmetry * 1e3,
-            harmonics.flux_5 * 1e3,
-            harmonics.flux_7 * 1e3,
-        );
-    }
-    if let (Some([d, q]), Some(branch)) = (short_pulse(subject, survey), subject.magnetics.eddy_currents()) {
-        let _ = writeln!(
-            text,
-            "eddy currents: pulses much shorter than {:.0} µs see L_d {:.3} mH, L_q {:.3} mH",
-            branch.time_constant * 1e6,
-            d * 1e3,
-            q * 1e3
-        );
-    }
+    text += &beside_the_core(subject, survey);
     text.push('\n');
     let points = || survey.along_d.iter().chain(&survey.along_q);
     let largest = |of: fn(&OperatingPoint) -> f64| points().map(of).map(f64::abs).fold(0.0, f64::max);

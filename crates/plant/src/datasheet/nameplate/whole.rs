@@ -5,7 +5,7 @@ use toml::{Table, Value};
 use super::super::sourced::PLAIN;
 
 /// Tables that a sheet with a `[nameplate]` may have beside it.
-pub(super) const BESIDE: [&str; 4] = ["rotor", "harmonics", "eddy", "thermal"];
+pub(super) const BESIDE: [&str; 5] = ["rotor", "harmonics", "eddy", "hysteresis", "thermal"];
 
 /// A number as it goes on: with its source.
 pub(super) fn sourced(value: impl Into<Value>, source: &str, reason: &str) -> Value {

@@ -8,8 +8,8 @@ use crate::Linear;
 use crate::magnetics::harmonics::{Distortion, Harmonics};
 use crate::magnetics::{Algebraic, IronBridge, Magnetics};
 
-/// The magnetic circuits of several motors of one kind: the same kind of core with the same exponents, harmonics and eddy
-/// currents in all of them or in none.
+/// The magnetic circuits of several motors of one kind: the same kind of core with the same exponents, harmonics, eddy
+/// currents and hysteresis in all of them or in none.
 #[derive(Clone, Debug)]
 pub struct Circuits<V: Wide> {
     /// A formula whose coefficients are the motors' own; none: each core is looked up by itself.
@@ -18,6 +18,8 @@ pub struct Circuits<V: Wide> {
     magnet: Dq<V>,
     distortion: Option<Distortion<V>>,
     eddy: Option<Eddies<V>>,
+    /// Whether their iron remembers.
+    remember: bool,
 }
 
 /// Eddy branches side by side.
@@ -103,6 +105,7 @@ impl<V: Wide> Circuits<V> {
                 Distortion::new(harmonics, none, Symmetric::new(one, zero(), one))
             }),
             eddy: circuit.eddy.map(|_| Eddies { rate: zero(), inverse_inductance: none }),
+            remember: circuit.hysteresis.is_some(),
         };
         for lane in 0..V::LANES {
             circuits.put(lane, circuit);
@@ -130,6 +133,7 @@ impl<V: Wide> Circuits<V> {
         same_formula
             && self.distortion.is_some() == circuit.distortion.is_some()
             && self.eddy.is_some() == circuit.eddy.is_some()
+            && self.remember == circuit.hysteresis.is_some()
     }
 
     /// Puts a circuit of this kind into a lane.
