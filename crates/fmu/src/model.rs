@@ -4,7 +4,7 @@ use std::fmt;
 use std::path::Path;
 
 use standstill_interface::Nanos;
-use standstill_plant::Motor;
+use standstill_plant::{Files, Motor};
 use standstill_scenario::{Document, FileError, Packed, Scenario};
 
 use crate::variables::{Variable, variables};
@@ -132,13 +132,20 @@ impl Model {
         for part in [Part::Drive, Part::Motor] {
             let path = resources.join(part.resource());
             if path.exists() {
-                let read = |path: &Path| {
-                    let mut document = Document::read(path)?;
+                let read = |path: &Path| -> Result<(Document, String), FileError> {
+                    let text = Files::default().text(path).map_err(|error| FileError::Read {
+                        file: path.to_owned(),
+                        error: error.to_string(),
+                    })?;
+                    let mut document = Document::parse(path, &text)?;
                     document.fence(Some(resources))?;
-                    Ok(document)
+                    Ok((document, text))
                 };
-                let document = read(&path).map_err(|error: FileError| error.to_string())?;
-                return Self::new(&document, part).map_err(|error| error.to_string());
+                let (document, text) = read(&path).map_err(|error| error.to_string())?;
+                let mut model = Self::new(&document, part).map_err(|error| error.to_string())?;
+                // What is there counts, and not in which order it would be written again.
+                model.packed.text = text;
+                return Ok(model);
             }
         }
         let expected = [Part::Drive, Part::Motor].map(Part::resource).join(" or ");
