@@ -92,7 +92,7 @@ impl Model {
     /// use standstill_fmu::{Model, Part};
     /// use standstill_scenario::Document;
     ///
-    /// let document = Document::parse("s.toml".as_ref(), "motor = \"servo-1k5\"")?;
+    /// let document = Document::parse("s.toml".as_ref(), "motor = \"low-inertia\"")?;
     /// let model = Model::new(&document, Part::Motor)?;
     /// assert!(model.variables.iter().any(|variable| variable.name == "torque"));
     /// # Ok::<(), Box<dyn std::error::Error>>(())

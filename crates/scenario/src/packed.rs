@@ -21,7 +21,7 @@ impl Document {
     /// ```
     /// use standstill_scenario::Document;
     ///
-    /// let text = "motor = \"servo-1k5\"\ninverter.dead_time = \"1 us\"\ndetector.method = \"bipolar\"";
+    /// let text = "motor = \"low-inertia\"\ninverter.dead_time = \"1 us\"\ndetector.method = \"bipolar\"";
     /// let packed = Document::parse("s.toml".as_ref(), text)?.packed()?;
     /// assert!(packed.text.contains("[motor.winding") && !packed.text.contains("bipolar"));
     /// assert!(packed.files.is_empty());

@@ -27,13 +27,18 @@ pub struct Unpacked {
 }
 
 pub fn unpacked(text: &str, part: Part) -> Unpacked {
-    let folder = tempfile::tempdir().expect("a folder");
     let document = Document::parse(Path::new("s.toml"), text).expect("TOML");
-    let model = Model::new(&document, part).expect("a model");
+    at(Model::new(&document, part).expect("a model"))
+}
+
+/// The resources of a model in a folder.
+pub fn at(model: Model) -> Unpacked {
+    let folder = tempfile::tempdir().expect("a folder");
     for (name, content) in &model.packed.files {
         std::fs::write(folder.path().join(name), content).expect("written");
     }
-    std::fs::write(folder.path().join(format!("{}.toml", part.name())), &model.packed.text).expect("written");
+    std::fs::write(folder.path().join(format!("{}.toml", model.part.name())), &model.packed.text)
+        .expect("written");
     Unpacked { model, folder }
 }
 

@@ -16,7 +16,7 @@ use standstill_interface::{
 use standstill_scenario::{Document, Plan};
 use standstill_sim::{Event, Trace, run};
 
-const FIELD: &str = "motor = \"servo-1k5\"\nerrors = \"field\"\nseed = 7\nrotor.state = \"free\"";
+const FIELD: &str = "motor = \"low-inertia\"\ninverter.carrier = 12500.0\nerrors = \"field\"\nseed = 7\nrotor.state = \"free\"";
 
 /// The PWM period of these scenarios.
 const PERIOD: Nanos = Nanos(80_000);
