@@ -18,6 +18,9 @@ const MOST_BYTES: u64 = 1 << 30;
 
 pub fn run(options: &Fmu) -> Result<Report, Error> {
     interrupt::at_once();
+    let Some(name) = options.out.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+        return Err(Error::InTheWay { path: options.out.clone(), is: "a folder", needed: "a file" });
+    };
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
         .with("--rotor", "rotor.state", options.rotor.map(Choice::name))
@@ -32,9 +35,6 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let path = binary(options)?;
     let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path, error))?;
     let content = pack(&model, version, &Binary(library)).map_err(Error::writing(&options.out))?;
-    let Some(name) = options.out.file_name().map(|name| name.to_string_lossy().into_owned()) else {
-        return Err(Error::InTheWay { path: options.out.clone(), is: "a folder", needed: "a file" });
-    };
     let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut output = Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name])?;
     output.file(&name, &content)?;
