@@ -255,7 +255,8 @@ impl Instance {
         let Some(rig) = rig else { return Err("a step: there is no machine".to_owned()) };
         let own = *start_time + rig.elapsed.seconds();
         // A step that was rounded by the importer adds up.
-        if !((time - own).abs() <= period / 4.0) {
+        let near = (own - period / 4.0..=own + period / 4.0).contains(&time);
+        if !near {
             return Err(format!(
                 "communication point: found {time:e} s, needed {own:e} s, where the last step ended"
             ));
