@@ -1,13 +1,15 @@
 //! A drive that is given its commands, and a motor that is fed with voltages: both are the one engine.
 
-use standstill_interface::{Abc, Command, Detector, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step};
+use standstill_interface::{
+    Abc, Command, Detector, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
+};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Motor, built_in};
 use standstill_sim::{
     Adc, Case, Driven, NoProbe, RotorState, RunError, SensorSettings, Sensors, Streams, Tolerance, run,
 };
 
-fn case<'a>(motor: &'a Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'a> {
+fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSettings) -> Case<'_> {
     let dead_time = Nanos(if devices == Devices::default() { 0 } else { 2000 });
     Case {
         motor,
@@ -63,7 +65,7 @@ impl Detector<f64> for Scripted {
         self.1.extend_from_slice(readings);
         if self.0.is_empty() {
             let fault = standstill_interface::Fault::UnexpectedReadings;
-            return Step::Done(Outcome::Failed { fault, findings: Default::default() });
+            return Step::Done(Outcome::Failed { fault, findings: Findings::default() });
         }
         Step::Drive(self.0.remove(0))
     }
@@ -137,7 +139,8 @@ fn analytic_a_fed_linear_motor_follows_its_time_constant() {
     for n in 1..=5 {
         fed.feed([2.0 / 3.0 * u, -u / 3.0, -u / 3.0], step).expect("voltages");
         let t = f64::from(n) * step.seconds();
-        let i = 2.0 / 3.0 * u / motor.resistance * -(-t * motor.resistance / inductance).exp_m1();
+        let i = 2.0 / 3.0 * u / motor.resistance
+            * -standstill_numeric::exp_m1(-t * motor.resistance / inductance);
         let now = fed.now();
         assert!((now.current[0] - i).abs() < 1e-6, "{now:?} {i}");
         assert!((now.current[1] + i / 2.0).abs() < 1e-6 && now.torque.abs() < 1e-6, "{now:?}");

@@ -1,6 +1,7 @@
 //! What importers are told: variables, units, limits, structure.
 
 use std::collections::BTreeSet;
+use std::fmt::Write as _;
 
 use roxmltree::Document as Xml;
 use standstill_fmu::{Binary, Kind, Part, Version, pack};
@@ -10,6 +11,10 @@ use super::importer::{binary, unpacked};
 
 fn number(node: roxmltree::Node, name: &str) -> Option<f64> {
     node.attribute(name).map(|text| text.parse().expect("a number"))
+}
+
+fn whole(node: roxmltree::Node, name: &str) -> usize {
+    node.attribute(name).and_then(|text| text.parse().ok()).expect("a whole number")
 }
 
 #[test]
@@ -40,7 +45,7 @@ fn law_the_description_has_all_variables_with_units_limits_and_starts() {
         let mut references = BTreeSet::new();
         let (mut outputs, mut clocked) = (BTreeSet::new(), 0);
         for (place, node) in listed.iter().enumerate() {
-            let reference: usize = number(*node, "valueReference").map(|value| value as usize).expect("one");
+            let reference: usize = whole(*node, "valueReference");
             assert!(references.insert(reference));
             let variable = &model.variables[reference];
             assert_eq!(node.attribute("name"), Some(variable.name.as_str()));
@@ -77,7 +82,7 @@ fn law_the_description_has_all_variables_with_units_limits_and_starts() {
             } else {
                 nodes
             };
-            nodes.iter().map(|node| number(*node, key).expect("one") as usize).collect()
+            nodes.iter().map(|node| whole(*node, key)).collect()
         };
         assert_eq!(told(output), outputs);
         assert!(told(unknown).is_subset(&outputs) && !told(unknown).is_empty());
@@ -154,7 +159,7 @@ fn map_text() -> String {
     for d in -10..=10 {
         for q in -10..=10 {
             let (d, q) = (f64::from(d) * 2.0, f64::from(q) * 2.0);
-            text += &format!("{d},{q},{},{}\n", 0.45 + 1.065e-2 * d, 1.69e-2 * q);
+            let _ = writeln!(text, "{d},{q},{},{}", 0.45 + 1.065e-2 * d, 1.69e-2 * q);
         }
     }
     text
