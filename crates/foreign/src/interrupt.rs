@@ -129,7 +129,7 @@ mod tests {
             seen.push((command.stage.legs.0[0], command.duration().0, command.sampling.first.0));
             timer.legs = legs(duty);
         }
-        let rise = Leg::Rise(Nanos(12_499));
+        let rise: Leg<f64> = Leg::Rise(Nanos(12_499));
         assert_eq!(seen[0], (Leg::Off, 16_666, 16_666));
         assert_eq!(seen[1], (Leg::Low, 16_667, 16_667));
         assert_eq!(seen[2], (Leg::Rise(Nanos(8333)), 16_666, 16_666));
