@@ -15,8 +15,9 @@ def main(path: str) -> None:
     period = float(fmpy.read_model_description(path).defaultExperiment.stepSize)
     # A pulse from a to b, then all off, then one from b to a: one row from each time on.
     steps = [(OFF, OFF, OFF), (HIGH, LOW, OFF), *[(OFF, OFF, OFF)] * 8, (LOW, HIGH, OFF), *[(OFF, OFF, OFF)] * 8]
-    rows = [(n * period, *modes) for n, modes in enumerate(steps)]
-    legs = np.array(rows, dtype=[("time", float), ("mode_a", int), ("mode_b", int), ("mode_c", int)])
+    rows = [(n * period, *modes, 0.0, 0.0, 0.0) for n, modes in enumerate(steps)]
+    inputs = [("time", float), *((f"mode_{leg}", int) for leg in "abc"), *((f"duty_{leg}", float) for leg in "abc")]
+    legs = np.array(rows, dtype=inputs)
     result = fmpy.simulate_fmu(
         path,
         stop_time=len(steps) * period,
