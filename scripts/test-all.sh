@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# What `cargo test` leaves out because it needs more than Rust: Python and clusters (and whatever else another language
-# reads). Makes a virtual environment of its own, runs each part, and says what it could not find.
+# What `cargo test` leaves out because it needs more than Rust: Python, importers of FMUs, clusters (and whatever else
+# another language reads), and the commands with which the pages for them begin. Makes a virtual environment of its own, runs each part, and says what it could not find.
 #   scripts/test-all.sh            all parts
-#   scripts/test-all.sh python     one of them: c, python, cluster
+#   scripts/test-all.sh python     one of them: c, python, fmu, cluster
 set -uo pipefail
 cd "$(dirname "$0")/.."
-parts=${*:-c python cluster}
+parts=${*:-c python fmu cluster}
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 venv=$target/venv
 left_out=()
@@ -51,6 +51,19 @@ python_part() {
     try "$venv/bin/mypy" --strict --allow-untyped-defs --allow-untyped-calls examples/python/error_over_angle.py
     try "$venv/bin/python" examples/python/error_over_angle.py "$target/error_over_angle.png"
     try "$venv/bin/python" tests/python/read_results.py "$STANDSTILL"
+    try page python
+}
+
+# The commands of a page as printed, with the programs that were built here.
+page() {
+    PATH=$venv/bin:$target/release:$PATH CARGO_TARGET_DIR=$target/python scripts/run-page.sh "docs/$1.md"
+}
+
+fmu_part() {
+    if ! "$venv/bin/pip" install --quiet fmpy numpy; then missing "fmpy: importers of FMUs"; return; fi
+    "$venv/bin/pip" install --quiet libcosimpy || missing "libcosimpy: a second importer of FMUs"
+    try "$venv/bin/python" tests/fmu/importers.py "$STANDSTILL"
+    try page fmi
 }
 
 cluster_part() {
@@ -58,18 +71,23 @@ cluster_part() {
     try tests/cluster/slurm.sh "$STANDSTILL"
 }
 
+case " $parts " in *" python "* | *" cluster "* | *" fmu "*)
+    if ! environment; then
+        missing "python3 with venv: the parts python, fmu and cluster"
+        parts=${parts//python/} parts=${parts//cluster/} parts=${parts//fmu/}
+    fi
+    ;;
+esac
 case " $parts " in *" python "* | *" cluster "*)
     say "Python"
-    if ! environment; then
-        missing "python3 with venv: the parts python and cluster"
-        parts=${parts//python/} parts=${parts//cluster/}
-    elif ! wheel; then
+    if ! wheel; then
         failed+=("the wheel")
         parts=${parts//python/} parts=${parts//cluster/}
     fi
     ;;
 esac
 case " $parts " in *" python "*) python_part ;; esac
+case " $parts " in *" fmu "*) say "FMUs"; fmu_part ;; esac
 case " $parts " in *" cluster "*) say "clusters"; cluster_part ;; esac
 case " $parts " in *" c "*)
     say "C"

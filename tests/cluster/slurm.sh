@@ -5,6 +5,7 @@
 # Needs slurmctld, slurmd, munged (Debian: slurm-wlm) and root. Ends with 77 where they are not there.
 set -euo pipefail
 standstill=$(realpath "$1")
+root=$(realpath "$(dirname "$0")/../..")
 for program in slurmctld slurmd munged sbatch; do
     if ! command -v "$program" >/dev/null; then
         echo "$program is not here: the part with Slurm was left out (Debian: apt-get install slurm-wlm)"
@@ -107,3 +108,17 @@ cat results/shards/merge.log
 cmp single/trials.csv results/trials.csv
 cmp single/summary.json results/summary.json
 echo "trials.csv and summary.json have the bytes of the single run"
+
+# The commands with which the page begins, as printed, each after the jobs of the one before.
+mkdir bin page && ln -s "$standstill" bin/standstill && cd page
+cp ../campaign.toml .
+while IFS= read -r line; do
+    say "$line"
+    code=0
+    PATH=$folder/bin:$PATH bash -c "$line" || code=$?
+    # `status` ends with 1 while shards are missing.
+    case "$code:$line" in 0:* | "1:standstill status"*) ;; *) exit 1 ;; esac
+    none_left
+done < <("$root/scripts/run-page.sh" "$root/docs/cluster.md" --print)
+cmp ../single/trials.csv results/trials.csv
+echo "the commands of docs/cluster.md ran as printed"

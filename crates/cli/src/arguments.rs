@@ -59,6 +59,9 @@ pub enum Command {
     Explain(Explain),
     /// Which settings are best: a measure as small as can be while limits hold, with the settings to copy
     Tune(Tune),
+    #[cfg(feature = "fmu")]
+    /// Drive or motor as a functional mock-up unit (FMI 2.0, 3.0), for Simulink, OpenModelica and other tools
+    Fmu(Fmu),
     /// The shards of a run, put together
     Merge(Merge),
     /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
@@ -226,6 +229,46 @@ pub struct Check {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
+}
+
+#[cfg(feature = "fmu")]
+#[derive(Debug, Args)]
+pub struct Fmu {
+    /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml), of which the detector stays behind
+    pub motor: String,
+    #[command(flatten)]
+    pub keys: Keys,
+    /// How good drive and sensors are [key: errors; without a scenario: default]
+    #[arg(long, value_parser = choice::<ErrorSet>())]
+    pub errors: Option<ErrorSet>,
+    /// Whether the rotor can move [key: rotor.state; without a scenario: locked]
+    #[arg(long, value_parser = choice::<Rotor>())]
+    pub rotor: Option<Rotor>,
+    #[command(flatten)]
+    pub seed: Seed,
+    /// What is inside: `drive`, inverter with motor and sensors, legs in and samples out; or `motor` alone, voltages in, currents
+    /// and torque out
+    #[arg(long, value_name = "PART", value_enum, default_value_t = FmuPart::Drive)]
+    pub part: FmuPart,
+    /// Version of FMI: 2, which every tool imports, or 3, with a clock for the PWM period
+    #[arg(long, value_name = "V", value_parser = ["2", "3"], default_value = "2")]
+    pub fmi: String,
+    /// File to write; replaced if it is there
+    #[arg(short, long, value_name = "FILE")]
+    pub out: PathBuf,
+    /// The shared library that goes into it [default: the one beside the program]
+    #[arg(long, value_name = "FILE")]
+    pub binary: Option<PathBuf>,
+}
+
+/// What an FMU is of.
+#[cfg(feature = "fmu")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum FmuPart {
+    /// Inverter, motor and sensors
+    Drive,
+    /// The motor alone
+    Motor,
 }
 
 #[derive(Debug, Args)]

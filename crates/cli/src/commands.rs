@@ -6,6 +6,8 @@ pub mod check;
 pub mod compare;
 pub mod explain;
 pub mod fit;
+#[cfg(feature = "fmu")]
+pub mod fmu;
 pub mod init;
 pub mod lab;
 pub mod magnetics;

@@ -68,6 +68,8 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Odds(options) => commands::odds::run(&options),
         Command::Report(options) => commands::report::run(&options),
         Command::Lab(options) => commands::lab::run(&options),
+        #[cfg(feature = "fmu")]
+        Command::Fmu(options) => commands::fmu::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
         Command::Slurm(options) => commands::slurm::run(&options),
         Command::Status(options) => commands::status::run(&options),

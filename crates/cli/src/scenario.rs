@@ -102,6 +102,25 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
     changed(document, &source.keys, shorthands)
 }
 
+/// The document of what an argument MOTOR names: a scenario file, or a motor with nothing else said. A data sheet has a name or
+/// a nameplate, which no scenario has.
+pub fn of_motor(name: &str, keys: &Keys, mut shorthands: Shorthands) -> Result<Document, Error> {
+    let path = Path::new(name);
+    let named = DataSheet::built_in_text(name).is_some()
+        || path.extension().is_none_or(|extension| extension != "toml");
+    let scenario = if named { None } else { Some(read(path)?) };
+    let document = match scenario {
+        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
+            scenario
+        }
+        _ => {
+            shorthands = shorthands.with("MOTOR", "motor", Some(name));
+            Document::parse(Path::new("scenario"), "")?
+        }
+    };
+    changed(document, keys, shorthands)
+}
+
 /// The document of a scenario file.
 pub fn read(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()

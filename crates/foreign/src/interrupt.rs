@@ -87,24 +87,11 @@ impl Interrupts {
                 abi::OFF => Leg::Off,
                 abi::LOW => Leg::Low,
                 abi::HIGH => Leg::High,
-                abi::DUTY => modulated(duty(k, legs.duty[k])?, duration, half),
+                abi::DUTY => Leg::in_half(duty(k, legs.duty[k])?, duration, half == 1),
                 other => return Err(no_leg(k, other)),
             };
         }
         Ok(Stage { legs: Abc(asked), duration })
-    }
-}
-
-/// High for this share of half a period, next to the middle of the period.
-fn modulated(duty: f64, half_period: Nanos, half: usize) -> Leg<f64> {
-    // At most the half period.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let on = Nanos((duty * half_period.0 as f64).round() as u64);
-    match on {
-        Nanos::ZERO => Leg::Low,
-        on if on == half_period => Leg::High,
-        on if half == 0 => Leg::Rise(half_period - on),
-        on => Leg::Fall(on),
     }
 }
 
@@ -142,12 +129,12 @@ mod tests {
             seen.push((command.stage.legs.0[0], command.duration().0, command.sampling.first.0));
             timer.legs = legs(duty);
         }
-        let rise = Leg::Rise(Nanos(12_499));
+        let rise: Leg<f64> = Leg::Rise(Nanos(12_499));
         assert_eq!(seen[0], (Leg::Off, 16_666, 16_666));
         assert_eq!(seen[1], (Leg::Low, 16_667, 16_667));
         assert_eq!(seen[2], (Leg::Rise(Nanos(8333)), 16_666, 16_666));
         assert_eq!(seen[3], (Leg::Fall(Nanos(4167)), 16_667, 16_667));
-        assert_eq!(modulated(0.25, Nanos(16_666), 0), rise);
+        assert_eq!(Leg::in_half(0.25, Nanos(16_666), false), rise);
         assert_eq!(timer.half(), Some(1));
     }
 

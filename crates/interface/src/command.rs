@@ -94,6 +94,29 @@ pub enum Leg<T> {
     Fall(Nanos),
 }
 
+impl<T> Leg<T> {
+    /// Centre-aligned PWM over half a period: high for this share of it (0 to 1), next to the middle of the period, which ends
+    /// its first half and begins its second.
+    ///
+    /// ```
+    /// use standstill_interface::{Leg, Nanos};
+    ///
+    /// let half = Nanos(40_000);
+    /// assert_eq!(Leg::<f32>::in_half(0.25, half, false), Leg::Rise(Nanos(30_000)));
+    /// assert_eq!(Leg::<f32>::in_half(0.25, half, true), Leg::Fall(Nanos(10_000)));
+    /// assert_eq!(Leg::<f32>::in_half(1.0, half, true), Leg::High);
+    /// ```
+    pub fn in_half(duty: f64, half_period: Nanos, second: bool) -> Self {
+        let on = FloatCore::round(duty * half_period.0 as f64).to_u64().unwrap_or(0);
+        match Nanos(on.min(half_period.0)) {
+            Nanos::ZERO => Self::Low,
+            on if on == half_period => Self::High,
+            on if second => Self::Fall(on),
+            on => Self::Rise(half_period - on),
+        }
+    }
+}
+
 /// The legs' state for a while.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage<T> {

@@ -48,6 +48,8 @@ pub use winding::{Winding, rotor_angle_from_lines};
 #[doc(hidden)]
 pub use datasheet::{TableError, key_span, line_of};
 #[doc(hidden)]
+pub use files::read_at_most;
+#[doc(hidden)]
 pub use magnetics::{Circuits, Series};
 
 /// The examples of the README run too.

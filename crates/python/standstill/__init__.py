@@ -18,6 +18,7 @@ from ._commands import (
     budget,
     check,
     compare,
+    explain,
     fit,
     magnetics,
     merge,
@@ -29,6 +30,7 @@ from ._commands import (
     status,
     sweep,
     trace,
+    tune,
 )
 from ._detector import Axis, Drive, Failed, Found, Stage
 from ._results import Columns, Results, Trace
@@ -51,6 +53,7 @@ __all__ = [
     "budget",
     "check",
     "compare",
+    "explain",
     "fit",
     "magnetics",
     "merge",
@@ -63,4 +66,5 @@ __all__ = [
     "status",
     "sweep",
     "trace",
+    "tune",
 ]

@@ -396,3 +396,58 @@ def odds(
     """The probability of a rare event such as "wrong-pole" or "|e| > 3 deg", down to one in a billion."""
     answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, threads=threads)
     return answer
+
+
+def tune(
+    scenario: Scenario | Pathlike,
+    /,
+    *,
+    vary: Mapping[str, str],
+    minimise: str,
+    subject_to: str | None = None,
+    against: str | None = None,
+    trials: int | None = None,
+    starts: int | None = None,
+    seed: int | None = None,
+    out: Pathlike | None = None,
+    threads: int | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """Which settings are best: a measure such as "rms" as small as can be while limits such as "moved <= 0.1 deg" hold.
+
+    >>> import standstill as st
+    >>> answer = st.tune('[detector]\\nmethod = "bipolar"', vary={"detector.pulse": "40us:80us"}, minimise="rms", trials=1000, starts=1)
+    >>> answer["trials"], len(answer["front"]) >= 1
+    (1000, True)
+    """
+    options = {"vary": vary, "minimise": minimise, "subject_to": subject_to, "against": against, "trials": trials}
+    options |= {"starts": starts, "seed": seed, "out": out, "threads": threads}
+    answer: dict[str, Any] = _answer("tune", scenario, progress, **options)
+    return answer
+
+
+def explain(
+    folder: Pathlike,
+    /,
+    *,
+    trial: int | None = None,
+    worst: int | None = None,
+    wrong_poles: bool = False,
+    point: int | None = None,
+    files: Pathlike | None = None,
+    out: Pathlike | None = None,
+    progress: Progress = None,
+) -> dict[str, Any]:
+    """Why trials of a finished run ended as they did: what they drew, and each again without one of its errors.
+
+    >>> import standstill as st, tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     results = st.run('[detector]\\nmethod = "bipolar"', trials=100, out=folder)
+    ...     answer = st.explain(folder)
+    >>> answer["trials"][0]["trial"] == int(results["trial"][abs(results["axis_error_deg"]).argmax()])
+    True
+    """
+    options = {"trial": trial, "worst": worst, "wrong_poles": wrong_poles, "point": point, "files": files, "out": out}
+    words = ["explain", "--json", os.fspath(folder), *_options(options)]
+    answer: dict[str, Any] = json.loads(_standstill.command(words, None, out is not None, progress)[1])
+    return answer

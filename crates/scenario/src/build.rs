@@ -5,12 +5,13 @@ use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
-use standstill_quantity::{Quantity, Unit};
+use standstill_quantity::Quantity;
 use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 
 use super::detector::DetectorTable;
 use super::document::FileError;
 use super::named::Named;
+use super::ranges::{checked, checked_bits, checked_time, in_range};
 use super::rotor::Memory;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
 use crate::errors::{PICK_UP, dc_link, device_kind};
@@ -95,7 +96,8 @@ impl ScenarioFile {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
         }
         if let Some(dead_time) = self.detector.dead_time {
-            nameplate.dead_time = time("detector.dead_time", dead_time)?;
+            let seconds = in_range("detector.dead_time", dead_time, [0.0, 1.0], "from 0 to 1 s")?;
+            nameplate.dead_time = Nanos::from_seconds(seconds);
         }
         let time_limit = match self.detector.time_limit {
             Some(limit) => {
@@ -147,64 +149,6 @@ fn check_memory(motor: &Motor) -> Result<(), FileError> {
     Ok(())
 }
 
-pub(super) fn in_range<U: Unit>(
-    key: &str,
-    value: Quantity<U>,
-    range: [f64; 2],
-    needed: &str,
-) -> Result<f64, FileError> {
-    let [low, high] = range;
-    if (low..=high).contains(&value.value()) {
-        Ok(value.value())
-    } else {
-        Err(FileError::key(key, &value.to_string(), needed))
-    }
-}
-
-fn at_least_zero<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
-    in_range(key, value, [0.0, 1e12], "zero or more")
-}
-
-fn positive<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
-    in_range(key, value, [f64::MIN_POSITIVE, 1e12], "more than zero")
-}
-
-pub(super) fn share<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
-    in_range(key, value, [0.0, 1.0], "a share from 0 to 1")
-}
-
-/// Each period of the ripple is followed by some steps: what is faster than any rectifier only takes time.
-fn ripple_frequency<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
-    let needed = "from 0.1 Hz to 100 kHz: a rectifier's ripple has some hundred hertz, and a trial follows each of its periods";
-    in_range(key, value, [0.1, 1e5], needed)
-}
-
-/// A tolerance of a frequency, which stays above zero.
-fn spread<U: Unit>(key: &str, value: Quantity<U>) -> Result<f64, FileError> {
-    in_range(key, value, [0.0, 0.9], "a share from 0 to 0.9: a corner frequency is more than zero")
-}
-
-/// From one phase to the next.
-fn skew<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
-    let needed = "from 0 to 100 us: the next sample waits until all phases are converted";
-    in_range(key, value, [0.0, 1e-4], needed).map(Nanos::from_seconds)
-}
-
-/// Up to a second, in whole nanoseconds.
-fn time<U: Unit>(key: &str, value: Quantity<U>) -> Result<Nanos, FileError> {
-    in_range(key, value, [0.0, 1.0], "from 0 to 1 s").map(Nanos::from_seconds)
-}
-
-fn count<U: Unit>(key: &str, value: Quantity<U>, most: f64) -> Result<u8, FileError> {
-    let needed = format!("a whole number from 0 to {most}");
-    let value = in_range(key, value, [0.0, most], &needed).and_then(|number| {
-        if number.fract() == 0.0 { Ok(number) } else { Err(FileError::key(key, &value.to_string(), &needed)) }
-    })?;
-    // Whole and from 0 to at most 255.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    Ok(value as u8)
-}
-
 /// Sets what the table has.
 macro_rules! set {
     ($table:literal, $self:ident, $($key:ident => $to:expr, $with:expr;)*) => {
@@ -246,33 +190,31 @@ impl InverterTable {
             }
         }
         set!("inverter", self,
-            dc_link => drive.link.voltage, positive;
-            ripple => drive.link.ripple, share;
-            ripple_frequency => drive.link.ripple_frequency, ripple_frequency;
-            dead_time => drive.dead_time, time;
-            delay_mismatch => drive.delay_mismatch, at_least_zero;
-            switch_drop => drive.bridge.devices.switch_drop, at_least_zero;
-            switch_resistance => drive.bridge.devices.switch_resistance, at_least_zero;
-            diode_drop => drive.bridge.devices.diode_drop, at_least_zero;
-            diode_resistance => drive.bridge.devices.diode_resistance, at_least_zero;
+            dc_link => drive.link.voltage, checked;
+            ripple => drive.link.ripple, checked;
+            ripple_frequency => drive.link.ripple_frequency, checked;
+            dead_time => drive.dead_time, checked_time;
+            delay_mismatch => drive.delay_mismatch, checked;
+            switch_drop => drive.bridge.devices.switch_drop, checked;
+            switch_resistance => drive.bridge.devices.switch_resistance, checked;
+            diode_drop => drive.bridge.devices.diode_drop, checked;
+            diode_resistance => drive.bridge.devices.diode_resistance, checked;
         );
         if let Some(carrier) = self.carrier {
-            let needed = "from 10 Hz to 1 MHz";
-            let frequency = in_range("inverter.carrier", carrier, [10.0, 1e6], needed)?;
+            let frequency = checked("inverter.carrier", carrier)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
         }
         if let Some(value) = self.terminal_capacitance {
             let key = "inverter.terminal_capacitance";
-            drive.bridge.terminal_capacitance = at_least_zero(key, value)?;
+            drive.bridge.terminal_capacitance = checked(key, value)?;
             if drive.bridge.terminal_capacitance > 0.0 {
-                // Less would ring so fast, and more take such charges, that other things count which are not here.
                 in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
             }
         }
         let devices = &mut drive.bridge.devices;
         match (devices.kind, self.channel_resistance) {
             (DeviceKind::Mosfet, Some(value)) => {
-                devices.switch_resistance = at_least_zero("inverter.channel_resistance", value)?;
+                devices.switch_resistance = checked("inverter.channel_resistance", value)?;
             }
             (DeviceKind::Igbt, Some(value)) => {
                 let needed =
@@ -293,34 +235,34 @@ impl InverterTable {
 impl SensorsTable {
     fn apply(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
         set!("sensors", self,
-            gain_error => sensors.gain_error, share;
-            offset => sensors.offset, at_least_zero;
-            noise => sensors.noise, at_least_zero;
-            bandwidth_tolerance => sensors.bandwidth_tolerance, spread;
-            bandwidth_mismatch => sensors.bandwidth_mismatch, spread;
-            skew => sensors.skew, skew;
-            jitter => sensors.jitter, time;
-            sample_delay => sensors.sample_delay, time;
-            dc_link_gain_error => sensors.dc_link.gain_error, share;
-            dc_link_offset => sensors.dc_link.offset, at_least_zero;
-            dc_link_noise => sensors.dc_link.noise, at_least_zero;
+            gain_error => sensors.gain_error, checked;
+            offset => sensors.offset, checked;
+            noise => sensors.noise, checked;
+            bandwidth_tolerance => sensors.bandwidth_tolerance, checked;
+            bandwidth_mismatch => sensors.bandwidth_mismatch, checked;
+            skew => sensors.skew, checked_time;
+            jitter => sensors.jitter, checked_time;
+            sample_delay => sensors.sample_delay, checked_time;
+            dc_link_gain_error => sensors.dc_link.gain_error, checked;
+            dc_link_offset => sensors.dc_link.offset, checked;
+            dc_link_noise => sensors.dc_link.noise, checked;
         );
         if let Some(bandwidth) = self.bandwidth {
-            let corner = at_least_zero("sensors.bandwidth", bandwidth)?;
+            let corner = checked("sensors.bandwidth", bandwidth)?;
             sensors.bandwidth = (corner > 0.0).then_some(corner);
         }
         sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
-            sensors.resolver.error = at_least_zero("sensors.resolver_error", error)?.to_radians();
+            sensors.resolver.error = checked("sensors.resolver_error", error)?.to_radians();
         }
         if let Some(Named(arrangement)) = self.arrangement {
             sensors.arrangement = arrangement;
         }
-        let range = self.range.map(|range| positive("sensors.range", range)).transpose()?;
-        let bits = self.bits.map(|bits| count("sensors.bits", bits, 24.0)).transpose()?;
+        let range = self.range.map(|range| checked("sensors.range", range)).transpose()?;
+        let bits = self.bits.map(|bits| checked_bits("sensors.bits", bits)).transpose()?;
         sensors.adc = converter("sensors", sensors.adc, range.map(|range| [-range, range]), bits)?;
-        let range = self.dc_link_range.map(|range| positive("sensors.dc_link_range", range)).transpose()?;
-        let bits = self.dc_link_bits.map(|bits| count("sensors.dc_link_bits", bits, 24.0)).transpose()?;
+        let range = self.dc_link_range.map(|range| checked("sensors.dc_link_range", range)).transpose()?;
+        let bits = self.dc_link_bits.map(|bits| checked_bits("sensors.dc_link_bits", bits)).transpose()?;
         sensors.dc_link.adc =
             converter("sensors.dc_link", sensors.dc_link.adc, range.map(|range| [0.0, range]), bits)?;
         Ok(())
@@ -330,14 +272,12 @@ impl SensorsTable {
 impl SensorsTable {
     fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
         let mut of = pick_up.unwrap_or(PICK_UP);
-        set!("sensors", self, pick_up => of.amplitude, at_least_zero;);
+        set!("sensors", self, pick_up => of.amplitude, checked;);
         if let Some(decay) = self.pick_up_decay {
-            let needed = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
-            of.decay = in_range("sensors.pick_up_decay", decay, [1e-9, 1e-4], needed)?;
+            of.decay = checked("sensors.pick_up_decay", decay)?;
         }
         if let Some(frequency) = self.pick_up_frequency {
-            let needed = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
-            of.frequency = in_range("sensors.pick_up_frequency", frequency, [0.0, 1e9], needed)?;
+            of.frequency = checked("sensors.pick_up_frequency", frequency)?;
         }
         let only = [
             ("sensors.pick_up_decay", self.pick_up_decay.map(|value| value.to_string())),

@@ -174,7 +174,7 @@ fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
 pub struct Document {
     file: PathBuf,
     text: Arc<str>,
-    table: Table,
+    pub(super) table: Table,
     changed: Vec<(String, Origin)>,
     files: Files,
 }

@@ -11,8 +11,8 @@ use standstill_plant::Files;
 use standstill_sim::{Adc, SensorSettings};
 use toml::Value;
 
-use super::build::in_range;
 use super::document::FileError;
+use super::ranges::in_range;
 use crate::DriveSettings;
 use crate::detector::DetectorTable;
 

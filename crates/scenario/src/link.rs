@@ -5,26 +5,20 @@ mod tests;
 
 use standstill_inverter::{Sag, Storage};
 
-use super::build::{in_range, share};
 use super::document::FileError;
+use super::ranges::checked;
 use super::tables::InverterTable;
 
 /// Shortest time constant in s of a link: a shorter one is a stiff link, followed at the cost of its time constant.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
 
-/// Latest end in s of what happens to the source: the longest that a detection may take.
-const LATEST: f64 = 20.0;
-
 impl InverterTable {
     /// The capacitor, where there is one.
     pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
-        let ohms =
-            |resistance| in_range("inverter.source_resistance", resistance, [1e-6, 1e6], "from 1 µΩ to 1 MΩ");
+        let ohms = |resistance| checked("inverter.source_resistance", resistance);
         let source_resistance = self.source_resistance.map(ohms).transpose()?;
-        let capacitance = self
-            .capacitance
-            .map(|capacitance| in_range("inverter.capacitance", capacitance, [0.0, 1e3], "from 0 to 1000 F"))
-            .transpose()?;
+        let farads = |capacitance| checked("inverter.capacitance", capacitance);
+        let capacitance = self.capacitance.map(farads).transpose()?;
         match (capacitance, source_resistance) {
             (Some(0.0), _) | (None, None) => Ok(None),
             (Some(capacitance), Some(source_resistance)) => {
@@ -53,15 +47,10 @@ impl InverterTable {
 
     /// The sag, where there is one.
     pub(super) fn sag(&self) -> Result<Option<Sag>, FileError> {
-        let depth = self.sag_depth.map(|depth| share("inverter.sag_depth", depth)).transpose()?;
-        let start = self
-            .sag_start
-            .map(|start| in_range("inverter.sag_start", start, [0.0, LATEST], "from 0 to 20 s"))
-            .transpose()?;
-        let duration = self
-            .sag_duration
-            .map(|duration| in_range("inverter.sag_duration", duration, [1e-6, LATEST], "from 1 µs to 20 s"))
-            .transpose()?;
+        let depth = self.sag_depth.map(|depth| checked("inverter.sag_depth", depth)).transpose()?;
+        let start = self.sag_start.map(|start| checked("inverter.sag_start", start)).transpose()?;
+        let duration = |duration| checked("inverter.sag_duration", duration);
+        let duration = self.sag_duration.map(duration).transpose()?;
         match (depth, duration) {
             (Some(0.0), _) => Ok(None),
             (Some(depth), Some(duration)) => Ok(Some(Sag { depth, start: start.unwrap_or(0.0), duration })),

@@ -152,7 +152,7 @@ impl MotorSpec {
 }
 
 /// The path of a data sheet's map.
-fn map_of(sheet: &mut Table) -> Option<&mut String> {
+pub(super) fn map_of(sheet: &mut Table) -> Option<&mut String> {
     let map = match sheet.get_mut("map")?.get_mut("file")? {
         Value::Table(sourced) => sourced.get_mut("value")?,
         other => other,

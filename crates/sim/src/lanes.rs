@@ -10,6 +10,7 @@
 //! are not fused, and nothing is branched upon that is not the same for all machines of a kind.
 
 pub mod bank;
+pub mod driven;
 mod mode_ends;
 mod seats;
 
@@ -19,6 +20,7 @@ use standstill_plant::Magnetics;
 use standstill_interface::{Command, Detector, Reading, Real};
 
 use self::bank::{Bank, Served};
+use self::driven::Driven;
 use self::seats::{Desk, Seats};
 use crate::case::{Case, Finished, Run, RunError};
 use crate::control::{Control, Want, can_move};
@@ -195,46 +197,20 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
 }
 
 /// One run, in a bank for one.
-fn alone(
-    case: &Case,
+fn alone<'a>(
+    case: &Case<'a>,
     detector: &mut Orders<'_>,
     ledger: bool,
-    probe: &mut dyn Probe,
+    probe: &'a mut dyn Probe,
     refereed: bool,
 ) -> Finished {
-    let watched = probe.resolution().is_some() || ledger || has_filters(case);
-    let mut bank: Bank<'_, f64> = Bank::like(case.motor, &case.inverter, can_move(case.rotor), watched);
-    bank.refereed = refereed;
-    let control = Control::new(case.clone(), &mut bank, 0, Some(probe), ledger, Vec::new());
-    let mut one = SideBySide::new(bank);
-    let mut host = Only { detector, finished: None };
-    host.finished = one.seat(0, control, host.detector);
-    loop {
-        if let Some(finished) = host.finished {
-            return finished;
+    let mut driven = Driven::watched(case, Some(probe), ledger, refereed);
+    while let Some(command) = detector(driven.readings()) {
+        if let Err(error) = driven.carry_out(&command) {
+            return driven.finish(Some(error));
         }
-        one.turn(&mut host);
     }
-}
-
-/// The host of a single run.
-struct Only<'d> {
-    detector: &'d mut Orders<'d>,
-    finished: Option<Finished>,
-}
-
-impl<'a> Host<'a> for Only<'_> {
-    fn next(&mut self, _: usize) -> Option<Case<'a>> {
-        None
-    }
-
-    fn step(&mut self, _: usize, readings: &[Reading<f64>]) -> Option<Command<f64>> {
-        (self.detector)(readings)
-    }
-
-    fn over(&mut self, _: usize, finished: Finished) {
-        self.finished = Some(finished);
-    }
+    driven.finish(None)
 }
 
 /// Runs detections side by side in the lanes of one thread, until `cases` has no more. `done` gets each run with the number

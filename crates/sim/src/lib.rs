@@ -26,6 +26,7 @@ mod streams;
 mod trace;
 
 pub use case::{Case, Ended, Play, RotorState, Run, RunError, RunOf, Tolerance, Work};
+pub use lanes::driven::Driven;
 pub use lanes::{referee, run, run_side_by_side};
 pub use ledger::Ledger;
 pub use physics::motion::Motion;

@@ -29,6 +29,20 @@ pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
     }
 }
 
+/// Why two journals are not shards of one run, if they are not.
+pub(super) fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
+    let [count, counts] = of.map(|identity| identity.shard.count);
+    let keeps = |tally| if tally { "statistics alone" } else { "rows" };
+    let [there, here] = paths.map(is_tally);
+    (count != counts)
+        .then(|| format!("it is one of {count} shards there and of {counts} here"))
+        .or_else(|| of[0].whole().difference(&of[1].whole()))
+        .or_else(|| {
+            (there != here)
+                .then(|| format!("it keeps {} there and {} here (--rows)", keeps(there), keeps(here)))
+        })
+}
+
 /// Whether a journal has all that it should, and how many trials are missing, at most.
 fn standing(path: &Path) -> Result<(bool, u64), JournalError> {
     if is_tally(path) {
@@ -146,16 +160,7 @@ impl Shards {
                 return Err(ShardsError::Numerics { path, found: identity.numerics });
             }
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
-            let [count, counts] = [identity.shard.count, of.shard.count];
-            let difference = (count != counts)
-                .then(|| format!("it is one of {count} shards there and of {counts} here"))
-                .or_else(|| identity.whole().difference(&of.whole()))
-                .or_else(|| {
-                    let keeps = |tally| if tally { "statistics alone" } else { "rows" };
-                    let [there, here] = [is_tally(&path), is_tally(first)];
-                    (there != here)
-                        .then(|| format!("it keeps {} there and {} here (--rows)", keeps(there), keeps(here)))
-                });
+            let difference = difference([&path, first], [&identity, of]);
             if let Some(difference) = difference {
                 return Err(ShardsError::Foreign { path, first: first.clone(), difference });
             }

@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError, Rows, is_tally};
-use super::shards::{ShardsError, identity, journals};
+use super::shards::{ShardsError, difference, identity, journals};
 use super::tally::Tallied;
 
 /// How far a shard is.
@@ -69,10 +69,7 @@ impl Survey {
                 }
             };
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
-            let [count, counts] = [identity.shard.count, of.shard.count];
-            let difference = (count != counts)
-                .then(|| format!("it is one of {count} shards there and of {counts} here"))
-                .or_else(|| identity.whole().difference(&of.whole()));
+            let difference = difference([&path, first], [&identity, of]);
             if let Some(difference) = difference {
                 return Err(ShardsError::Foreign { path, first: first.clone(), difference });
             }
@@ -135,7 +132,7 @@ impl Survey {
 fn surveyed(index: u64, path: PathBuf) -> Result<Surveyed, JournalError> {
     let (done, left, damaged) = if is_tally(&path) {
         let tallied = Tallied::read(&path)?;
-        (tallied.is_done(), tallied.left(), false)
+        (tallied.is_done(), tallied.left(), tallied.is_damaged())
     } else {
         rows(&path)?
     };

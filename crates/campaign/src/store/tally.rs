@@ -56,8 +56,12 @@ impl Tally {
         let beginning = journal::beginning(TALLY, identity).map_err(io)?;
         let mut there = Vec::new();
         (&file).take(beginning.len() as u64).read_to_end(&mut there).map_err(io)?;
-        let mut tally =
-            Tallied { identity: identity.clone(), walk: Walk::new(identity), points: BTreeMap::new() };
+        let mut tally = Tallied {
+            identity: identity.clone(),
+            walk: Walk::new(identity),
+            points: BTreeMap::new(),
+            damaged: false,
+        };
         let mut end = beginning.len() as u64;
         // Killed before even the header was whole: nothing was done yet.
         if there.len() < beginning.len() && beginning.starts_with(&there) {
@@ -119,6 +123,8 @@ pub struct Tallied {
     identity: Identity,
     walk: Walk,
     points: BTreeMap<usize, Statistics>,
+    /// Whether what follows the last whole block is not just cut off.
+    damaged: bool,
 }
 
 impl Tallied {
@@ -134,8 +140,17 @@ impl Tallied {
         let mut file = BufReader::new(File::open(path).map_err(io)?);
         let mut end = 0;
         let identity = journal::header(&mut file, TALLY, path, &mut end)?;
-        let mut tallied = Self { walk: Walk::new(&identity), identity, points: BTreeMap::new() };
-        while let Block::Whole(bytes) = journal::read_block(&mut file, &mut end).map_err(io)? {
+        let mut tallied =
+            Self { walk: Walk::new(&identity), identity, points: BTreeMap::new(), damaged: false };
+        loop {
+            let bytes = match journal::read_block(&mut file, &mut end).map_err(io)? {
+                Block::Whole(bytes) => bytes,
+                Block::Wrong => {
+                    tallied.damaged = true;
+                    break;
+                }
+                Block::Short => break,
+            };
             let Standing { next, points } = postcard::from_bytes(&bytes).map_err(|_| foreign())?;
             tallied.points.extend(points);
             let current = usize::try_from(next.0).ok().and_then(|point| tallied.points.get(&point));
@@ -152,6 +167,11 @@ impl Tallied {
     /// Whether all trials of the run, or of its shard, are in it.
     pub fn is_done(&self) -> bool {
         self.walk.is_done()
+    }
+
+    /// Whether a block is wrong: what is in it and behind it will be computed again.
+    pub fn is_damaged(&self) -> bool {
+        self.damaged
     }
 
     /// How many trials are missing, at most.
@@ -231,6 +251,16 @@ mod tests {
             }
             let other = Identity { seed: 2, ..identity };
             assert!(matches!(Tally::open(&path, &other, 1.5), Err(JournalError::Other { .. })));
+            // A bit that fell over in the last block: it is told, and computed again.
+            let whole = std::fs::read(&path).expect("there");
+            let mut bytes = whole.clone();
+            let last = bytes.len() - 20;
+            bytes[last] ^= 1;
+            std::fs::write(&path, bytes).expect("written");
+            let damaged = Tallied::read(&path).expect("readable up to there");
+            assert!(damaged.is_damaged() && !damaged.is_done() && !found.is_damaged());
+            std::fs::write(&path, &whole[..whole.len() - 20]).expect("written");
+            assert!(!Tallied::read(&path).expect("cut off").is_damaged());
         }
     }
 }

@@ -1,13 +1,12 @@
 //! `standstill check`: is this motor suited?
 
 use std::fmt::Write as _;
-use std::path::Path;
 
 use serde_json::{Value, json};
 use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
-use standstill_plant::{DataSheet, PoleKnowledge};
+use standstill_plant::PoleKnowledge;
 use standstill_scenario::Document;
 use standstill_scenario::ErrorSet;
 
@@ -19,27 +18,13 @@ use crate::progress;
 use crate::scenario::{self, Shorthands};
 use crate::text::{fill, table};
 
-/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name or a
-/// nameplate, which no scenario has.
+/// The scenario of what is named.
 fn document(options: &Check) -> Result<Document, Error> {
-    let path = Path::new(&options.motor);
-    let mut shorthands = Shorthands::default()
+    let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
         .temperatures(options.temperature)
         .seed(options.seed);
-    let named = DataSheet::built_in_text(&options.motor).is_some()
-        || path.extension().is_none_or(|extension| extension != "toml");
-    let scenario = if named { None } else { Some(scenario::read(path)?) };
-    let document = match scenario {
-        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
-            scenario
-        }
-        _ => {
-            shorthands = shorthands.with("MOTOR", "motor", Some(options.motor.as_str()));
-            Document::parse(Path::new("scenario"), "")?
-        }
-    };
-    scenario::changed(document, &options.keys, shorthands)
+    scenario::of_motor(&options.motor, &options.keys, shorthands)
 }
 
 pub fn run(options: &Check) -> Result<Report, Error> {

@@ -73,7 +73,7 @@ fn script(options: &Slurm, here: &Path, program: &Path) -> String {
         options.partition.as_ref().map_or_else(String::new, |name| format!(" --partition={name}"));
     format!(
         r#"#!/bin/bash
-# {count} shards of {scenario}, and what puts them together when all are done. Submit both with
+# {shards_word} of {scenario}, and what puts them together when all are done. Submit both with
 #   bash THIS-FILE
 # and, after `standstill status {shards}` named shards to submit again, with
 #   bash THIS-FILE --array=3,7-9
@@ -101,6 +101,8 @@ merge=$(sbatch --parsable --job-name={name}-merge{merge_partition} --output="$sh
 echo "submitted: shards as job ${{job%%;*}}, and job ${{merge%%;*}} to put them together in {out_plain}"
 "#,
         count = options.shards,
+        shards_word =
+            if options.shards == 1 { "1 shard".to_owned() } else { format!("{} shards", options.shards) },
         scenario = path(&options.scenario),
         program = path(program),
         command = command(options),

@@ -36,7 +36,8 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     }
     let counts = STATES.iter().filter(|(state, _)| count(*state) > 0);
     let counts: Vec<String> = counts.map(|(state, name)| format!("{} {name}", count(*state))).collect();
-    let mut text = format!("{} shards: {}\n", survey.shards.len(), counts.join(", "));
+    let all = survey.shards.len();
+    let mut text = format!("{all} {}: {}\n", if all == 1 { "shard" } else { "shards" }, counts.join(", "));
     let open: Vec<_> = survey.shards.iter().filter(|shard| shard.state != State::Done).collect();
     let rows = open.iter().take(MOST_LINES).map(|shard| {
         let name = STATES.iter().find(|(state, _)| *state == shard.state).map_or("", |(_, name)| name);

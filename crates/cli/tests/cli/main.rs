@@ -9,6 +9,7 @@ mod files;
 #[cfg(target_os = "linux")]
 mod firmware;
 mod fits;
+mod fmus;
 mod lab;
 mod maps;
 mod methods;

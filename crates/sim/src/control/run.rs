@@ -113,6 +113,19 @@ impl<'a> Control<'a> {
         control
     }
 
+    /// The same run without who watches and without ledger.
+    pub fn unwatched(&self) -> Self {
+        Self {
+            case: self.case.clone(),
+            probe: None,
+            lines: self.lines.clone(),
+            sampler: self.sampler.clone(),
+            readings: self.readings.clone(),
+            accounts: None,
+            ..*self
+        }
+    }
+
     /// Time in ns since the start of the run.
     pub(super) fn time<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
         bank.here.time.get(self.lane)

@@ -1,7 +1,7 @@
 //! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
 
 use standstill_interface::Phase;
-use standstill_inverter::{Conduction, Gate};
+use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
 
 use super::conduction::One;
@@ -173,25 +173,51 @@ impl<'a> Control<'a> {
     #[inline(never)]
     fn show_now<V: Wide>(&mut self, bank: &Bank<'a, V>) {
         if self.probe.as_ref().and_then(|probe| probe.resolution()).is_some() {
-            let mut here = bank.here;
-            if bank.machine.links.storage.is_none() {
-                let time = here.time.get(self.lane) * 1e-9;
-                here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time).voltage);
-            }
+            let here = self.place(bank);
             self.show(bank, &here);
         }
     }
 
+    /// Where the machine is, with the link's voltage of now.
+    fn place<V: Wide>(&self, bank: &Bank<'a, V>) -> Here<V> {
+        let mut here = bank.here;
+        if bank.machine.links.storage.is_none() {
+            let time = here.time.get(self.lane) * 1e-9;
+            here.state.link.put(self.lane, bank.machine.links.source_of(self.lane, time).voltage);
+        }
+        here
+    }
+
     fn show<V: Wide>(&mut self, bank: &Bank<'a, V>, here: &Here<V>) {
+        let (modes, gates) = self.shown;
+        let snapshot = self.snapshot(bank, here, modes, gates);
+        if let Some(probe) = &mut self.probe {
+            probe.snapshot(&snapshot);
+        }
+    }
+
+    /// The machine as it is now, whether somebody watches or not.
+    pub fn now<V: Wide>(&self, bank: &Bank<'a, V>) -> Snapshot {
+        let modes = bank.machine.legs.modes(self.lane, self.time(bank));
+        self.snapshot(bank, &self.place(bank), modes, self.gates(bank))
+    }
+
+    fn snapshot<V: Wide>(
+        &self,
+        bank: &Bank<'a, V>,
+        here: &Here<V>,
+        modes: Modes,
+        gates: [Gate; 3],
+    ) -> Snapshot {
         let lane = self.lane;
         let current = self.currents_at(bank, here);
         let one = One::of(bank, here, lane);
         let port = one.port(current, self.case.motor.resistance);
-        let mut potential = self.case.inverter.bridge.potentials(self.shown.1, self.shown.0, &port);
+        let mut potential = self.case.inverter.bridge.potentials(gates, modes, &port);
         if bank.machine.legs.elastance.is_some() {
             potential = here.state.potential.map(|potential| potential.get(lane));
         }
-        let snapshot = Snapshot {
+        Snapshot {
             time: here.time.get(lane) * 1e-9,
             current,
             potential,
@@ -199,10 +225,7 @@ impl<'a> Control<'a> {
             angle: self.case.start_angle + here.state.turned.get(lane),
             speed: here.state.speed.get(lane),
             torque: self.torque(bank, here),
-            modes: self.shown.0,
-        };
-        if let Some(probe) = &mut self.probe {
-            probe.snapshot(&snapshot);
+            modes,
         }
     }
 

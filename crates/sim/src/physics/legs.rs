@@ -1,5 +1,8 @@
 //! The legs of several inverters side by side as the windings see them.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_inverter::{AXES, Bridge, Conduction, DeviceKind, Devices, Modes, OpenLeg};
 use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
 
@@ -29,6 +32,8 @@ pub struct Legs<V: Wide> {
     pub out: [u32; 3],
     /// The same for currents into the leg. Without either the leg is blocked.
     pub into: [u32; 3],
+    /// Voltage in V of terminals that are fed from elsewhere: the legs are then not there.
+    pub fed: Option<Plane<V>>,
 }
 
 /// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
@@ -105,6 +110,7 @@ impl<V: Wide> Legs<V> {
             gates: [LegGates::new(); 3],
             out: [0; 3],
             into: [0; 3],
+            fed: None,
         };
         for lane in 0..V::LANES {
             legs.put_axes(lane, Heading::ZERO);
@@ -163,7 +169,11 @@ impl<V: Wide> Legs<V> {
 
     /// A bit for each machine without current.
     pub fn idle_lanes(&self) -> u32 {
-        if self.elastance.is_some() { 0 } else { !(self.out[0] | self.out[1] | self.out[2]) }
+        if self.elastance.is_some() || self.fed.is_some() {
+            0
+        } else {
+            !(self.out[0] | self.out[1] | self.out[2])
+        }
     }
 
     /// What conducts in a lane at a time in ns.
@@ -225,6 +235,18 @@ impl<V: Wide> Legs<V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
             [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
+        if let Some(voltage) = self.fed {
+            let all = V::Mask::of_bits(u32::MAX);
+            let terminals = Terminals {
+                rail: Plane::new(zero, zero),
+                offset: voltage,
+                resistance: Symmetric::new(winding, zero, winding),
+                blocked: Plane::new(zero, zero),
+                none_blocked: one,
+            };
+            let idle = V::Mask::of_bits(0);
+            return Conducting { leg: [a, b, c], flows: [all; 3], idle, on: [on_a, on_b, on_c], terminals };
+        }
         let flows = [flows_a, flows_b, flows_c];
         let mut idle = !(flows[0] | flows[1] | flows[2]);
         if capacitive {
@@ -300,101 +322,5 @@ impl<V: Wide> Legs<V> {
                 V::choose(on.low, switch, V::choose(on.high, reverse, self.beyond)),
             ],
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
-    use standstill_interface::Abc;
-    use standstill_inverter::{Gate, Port};
-
-    const BRIDGE: Bridge = Bridge {
-        devices: Devices {
-            kind: DeviceKind::Igbt,
-            switch_drop: 0.9,
-            switch_resistance: 0.05,
-            diode_drop: 1.0,
-            diode_resistance: 0.03,
-        },
-        open_leg: OpenLeg::Diodes,
-        terminal_capacitance: 0.0,
-    };
-
-    /// Legs with these gates, conducting so, of a rotor at 0.7 rad.
-    fn legs(bridge: &Bridge, gates: [Gate; 3], modes: Modes) -> Legs<f64> {
-        let mut legs = Legs::idle(false);
-        legs.put_axes(0, Heading::of(0.7));
-        legs.put_bridge(0, bridge);
-        for (leg, gate) in legs.gates.iter_mut().zip(gates) {
-            leg.expect(0, Some((0.0, 0.0, gate)));
-            leg.carry_out(0);
-            leg.expect(0, None);
-        }
-        legs.put(0, modes);
-        assert_eq!(legs.modes(0, 1.0).map(Some), legs_of(modes).map(Some));
-        legs
-    }
-
-    /// One leg alone carries nothing.
-    fn legs_of(modes: Modes) -> Modes {
-        let flows = modes.iter().filter(|mode| **mode != Blocked).count() > 1;
-        if flows { modes } else { [Blocked; 3] }
-    }
-
-    /// What a winding sees of the legs, in a plane at any angle, is what their potentials make.
-    #[test]
-    fn analytic_the_legs_in_one_equation_are_the_legs_one_by_one() {
-        use Gate::{High, Low, Off};
-        let gamma = Symmetric::new(94.0, 3.0, 59.0);
-        let current = standstill_interface::AlphaBeta::new(2.0, -1.3);
-        let start = Heading::of(0.7);
-        for (gates, modes) in [
-            ([High, Low, Off], [UpperSwitch, LowerSwitch, LowerDiode]),
-            ([Off, Off, High], [UpperDiode, LowerDiode, UpperSwitch]),
-            ([High, Low, Off], [UpperSwitch, LowerSwitch, Blocked]),
-            ([Off, Low, Off], [Blocked, LowerDiode, UpperDiode]),
-        ] {
-            let port = Port {
-                current: current.phases().0,
-                inverse_inductance: gamma,
-                holding: current * 1.2,
-                dc_link: 550.0,
-            };
-            let potentials = BRIDGE.potentials(gates, modes, &port);
-            let expected = Plane::from_stator(Abc(potentials).clarke(), start);
-            let terminals = legs(&BRIDGE, gates, modes).at::<true>(1.0, 0.0).terminals;
-            let i = Plane::from_stator(current, start);
-            let mut voltage = terminals.rail * 550.0 + terminals.offset - i.through(terminals.resistance);
-            if terminals.none_blocked == 0.0 {
-                // The blocked leg's current stays.
-                let across = terminals.blocked.through(gamma.unpark_by(-start.sin, start.cos));
-                let driving = voltage - Plane::from_stator(port.holding, start);
-                voltage = voltage - terminals.blocked * (across.dot(driving) / across.dot(terminals.blocked));
-            }
-            let off = voltage - expected;
-            assert!(off.dot(off).sqrt() < 1e-10, "{modes:?}");
-        }
-    }
-
-    #[test]
-    fn law_a_blocked_leg_ends_where_a_device_begins_to_conduct() {
-        let range = |bridge: &Bridge, gate| {
-            let legs = legs(bridge, [Gate::High, Gate::Low, gate], [UpperSwitch, LowerSwitch, Blocked]);
-            legs.range_of_blocked(&legs.at::<true>(1.0, 0.0)).at(550.0)
-        };
-        let open = Bridge { open_leg: OpenLeg::Open, ..BRIDGE };
-        assert_eq!(range(&open, Gate::Off), [f64::NEG_INFINITY, f64::INFINITY]);
-        assert_eq!(range(&open, Gate::Low), range(&BRIDGE, Gate::Low));
-        assert_eq!(range(&BRIDGE, Gate::Off), [-1.0, 551.0]);
-        assert_eq!(range(&BRIDGE, Gate::Low), [-1.0, 0.9]);
-        assert_eq!(range(&BRIDGE, Gate::High), [549.1, 551.0]);
-    }
-
-    #[test]
-    fn law_one_leg_alone_cannot_conduct() {
-        let alone = legs(&BRIDGE, [Gate::Off, Gate::Low, Gate::Off], [Blocked, LowerSwitch, Blocked]);
-        assert!(alone.at::<true>(1.0, 0.0).idle && alone.idle_lanes() & 1 == 1);
     }
 }

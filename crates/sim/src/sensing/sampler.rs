@@ -7,7 +7,7 @@ use super::{Arrangement, Converter, Sensors};
 use crate::{Draws, Purpose, Streams};
 
 /// Takes the samples of one run.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,
     adc: Option<Converter>,

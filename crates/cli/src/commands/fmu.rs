@@ -1,0 +1,76 @@
+//! `standstill fmu`: drive or motor as a functional mock-up unit.
+
+use std::path::{Path, PathBuf};
+
+use standstill_fmu::{Binary, Model, Part, Version, pack};
+use standstill_interface::Choice;
+use standstill_plant::read_at_most;
+
+use crate::Report;
+use crate::arguments::{Fmu, FmuPart};
+use crate::error::Error;
+use crate::interrupt;
+use crate::output::Output;
+use crate::scenario::{self, Shorthands};
+
+/// Most bytes of the shared library: with all that a debugger wants it has some hundred MB.
+const MOST_BYTES: u64 = 1 << 30;
+
+pub fn run(options: &Fmu) -> Result<Report, Error> {
+    interrupt::at_once();
+    let Some(name) = options.out.file_name().map(|name| name.to_string_lossy().into_owned()) else {
+        return Err(Error::InTheWay { path: options.out.clone(), is: "a folder", needed: "a file" });
+    };
+    let shorthands = Shorthands::default()
+        .with("--errors", "errors", options.errors.map(Choice::name))
+        .with("--rotor", "rotor.state", options.rotor.map(Choice::name))
+        .seed(options.seed);
+    let document = scenario::of_motor(&options.motor, &options.keys, shorthands)?;
+    let part = match options.part {
+        FmuPart::Drive => Part::Drive,
+        FmuPart::Motor => Part::Motor,
+    };
+    let version = if options.fmi == "3" { Version::Three } else { Version::Two };
+    let model = Model::new(&document, part).map_err(|error| Error::Arguments(error.to_string()))?;
+    let path = binary(options)?;
+    let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path, error))?;
+    let content = pack(&model, version, &Binary(library)).map_err(Error::writing(&options.out))?;
+    let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let mut output = Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name])?;
+    output.file(&name, &content)?;
+    output.finish()?;
+    let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
+    let period = model.period();
+    let steps = match part {
+        Part::Drive => format!("steps of {:e} s, a period of the PWM, or half of that", period.seconds()),
+        Part::Motor => "steps of any length".to_owned(),
+    };
+    let text = format!(
+        "{}: {} of {}, FMI {}, {} inputs, {} outputs, {} parameters; {steps}\n",
+        options.out.display(),
+        if part == Part::Drive { "drive" } else { "motor" },
+        model.motor,
+        if version == Version::Three { "3.0" } else { "2.0" },
+        count(|v| v.is_input() && v.kind != standstill_fmu::Kind::Clock),
+        count(standstill_fmu::Variable::is_output),
+        count(standstill_fmu::Variable::is_parameter),
+    );
+    Ok(Report { text, code: 0 })
+}
+
+/// The shared library that goes into the FMU.
+fn binary(options: &Fmu) -> Result<PathBuf, Error> {
+    if let Some(path) = &options.binary {
+        return Ok(path.clone());
+    }
+    let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
+    let places = Binary::beside(&program);
+    let found = places.iter().find(|path| path.is_file()).cloned();
+    found.ok_or_else(|| {
+        Error::Arguments(format!(
+            "an FMU needs the shared library {}, which is not beside the program ({}): build it with `cargo build --release -p standstill-fmu` and name it with --binary",
+            Binary::name(),
+            places[0].display()
+        ))
+    })
+}

@@ -1,0 +1,42 @@
+//! `standstill fmu`: what it writes and refuses. What is inside is tried in `crates/fmu`, by importers in `tests/fmu`.
+
+use std::fs;
+
+use super::{folder, mistake, names, standstill};
+
+#[test]
+fn law_an_fmu_is_one_file_or_none() {
+    let folder = folder();
+    let path = folder.path();
+    let output = standstill(&["fmu", "paper-5k5", "--errors", "field", "-o", "deep/drive.fmu"], path);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(said.contains("drive of paper-5k5, FMI 2.0, 6 inputs, 22 outputs"), "{said}");
+    assert_eq!(names(&path.join("deep")), ["drive.fmu"]);
+    assert!(fs::read(path.join("deep/drive.fmu")).expect("there").starts_with(b"PK"));
+    let again =
+        standstill(&["fmu", "paper-5k5", "--part", "motor", "--fmi", "3", "-o", "deep/drive.fmu"], path);
+    let said = String::from_utf8_lossy(&again.stdout).into_owned();
+    assert!(said.contains("motor of paper-5k5, FMI 3.0, 3 inputs, 6 outputs"), "{said}");
+}
+
+#[test]
+fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
+    let cases: [(&[&str], &str); 7] = [
+        (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
+        (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
+        (&["fmu", "paper-5k5", "-s", "inverter.dead_time=-1", "-o", "x.fmu"], "`inverter.dead_time`"),
+        (&["fmu", "paper-5k5", "--seed", "5000000000", "-o", "x.fmu"], "at most 2147483647"),
+        (&["fmu", "paper-5k5", "--binary", "none.so", "-o", "x.fmu"], "none.so"),
+        (&["fmu", "paper-5k5", "-o", ".."], "must be a file"),
+        (&["fmu", "paper-5k5", "--fmi", "1", "-o", "x.fmu"], "[possible values: 2, 3]"),
+    ];
+    for (arguments, says) in cases {
+        let message = mistake(arguments, path);
+        assert!(message.contains(says), "{arguments:?}: {message}");
+        assert_eq!(names(path), ["axes.toml"], "{arguments:?}");
+    }
+}

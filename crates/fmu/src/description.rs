@@ -1,0 +1,259 @@
+//! `modelDescription.xml`.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use crate::model::{Model, Part, Version};
+use crate::units;
+use crate::variables::{Kind, Role, Variable};
+
+/// A text within an attribute.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::new();
+    for c in text.chars() {
+        match c {
+            '&' => escaped.push_str("&amp;"),
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '"' => escaped.push_str("&quot;"),
+            '\n' | '\r' | '\t' => escaped.push(' '),
+            c => escaped.push(c),
+        }
+    }
+    escaped
+}
+
+/// Attributes, where there are values.
+fn attributes(pairs: &[(&str, Option<String>)]) -> String {
+    let mut text = String::new();
+    for (name, value) in pairs {
+        if let Some(value) = value {
+            let _ = write!(text, " {name}=\"{}\"", escaped(value));
+        }
+    }
+    text
+}
+
+impl Variable {
+    /// A value as its kind writes it.
+    fn written(&self, value: f64) -> String {
+        match self.kind {
+            Kind::Real => format!("{value:?}"),
+            Kind::Boolean | Kind::Clock => (value != 0.0).to_string(),
+            Kind::Integer => format!("{value}"),
+        }
+    }
+
+    fn causality(&self) -> &'static str {
+        match self.role {
+            Role::Time => "independent",
+            _ if self.is_parameter() => "parameter",
+            _ if self.is_input() => "input",
+            _ => "output",
+        }
+    }
+
+    fn variability(&self) -> &'static str {
+        match self.role {
+            Role::Voltage(_) | Role::True(_) | Role::Time => "continuous",
+            _ if self.is_parameter() => "fixed",
+            _ => "discrete",
+        }
+    }
+
+    fn initial(&self) -> Option<&'static str> {
+        match self.role {
+            _ if self.is_parameter() => Some("exact"),
+            _ if self.is_output() => Some("calculated"),
+            _ => None,
+        }
+    }
+
+    /// Unit, limits and start as attributes.
+    fn numbers(&self) -> String {
+        let unit = units::unit(&self.unit).filter(|unit| self.kind == Kind::Real && !unit.symbol.is_empty());
+        let limit = |end: usize| {
+            self.limits.filter(|_| self.kind != Kind::Boolean).map(|ends| self.written(ends[end]))
+        };
+        attributes(&[
+            ("unit", unit.map(|unit| unit.name.to_owned())),
+            ("min", limit(0)),
+            ("max", limit(1)),
+            ("start", self.start.map(|start| self.written(start))),
+        ])
+    }
+}
+
+impl Model {
+    /// The description by which an importer knows the FMU.
+    pub fn description(&self, version: Version) -> String {
+        match version {
+            Version::Two => self.second(),
+            Version::Three => self.third(),
+        }
+    }
+
+    fn about(&self) -> String {
+        match self.part {
+            Part::Drive => format!("Inverter, motor {} and sensors: legs in, samples out", self.motor),
+            Part::Motor => format!("Motor {}: voltages in, currents and torque out", self.motor),
+        }
+    }
+
+    fn head(&self, version: &str, token: &str) -> String {
+        attributes(&[
+            ("fmiVersion", Some(version.to_owned())),
+            ("modelName", Some(format!("{}.{}", self.part.name(), self.motor))),
+            (token, Some(self.token())),
+            ("description", Some(self.about())),
+            ("version", Some(env!("CARGO_PKG_VERSION").to_owned())),
+            ("generationTool", Some(concat!("Standstill ", env!("CARGO_PKG_VERSION")).to_owned())),
+            ("variableNamingConvention", Some("structured".to_owned())),
+        ])
+    }
+
+    /// A PWM period; a motor alone has none, and takes the same as a proposal.
+    fn experiment(&self) -> String {
+        let step = format!("{:?}", self.period().seconds());
+        format!("  <DefaultExperiment startTime=\"0\" stopTime=\"0.02\" stepSize=\"{step}\"/>\n")
+    }
+
+    fn units(&self) -> String {
+        let used: BTreeSet<&str> = self.variables.iter().map(|variable| variable.unit.as_str()).collect();
+        let mut text = "  <UnitDefinitions>\n".to_owned();
+        for unit in used.into_iter().filter(|symbol| !symbol.is_empty()).filter_map(units::unit) {
+            let mut base = String::new();
+            for (name, exponent) in unit.base {
+                let _ = write!(base, " {name}=\"{exponent}\"");
+            }
+            if unit.factor != 1.0 {
+                let _ = write!(base, " factor=\"{:?}\"", unit.factor);
+            }
+            if unit.offset != 0.0 {
+                let _ = write!(base, " offset=\"{:?}\"", unit.offset);
+            }
+            let _ = writeln!(text, "    <Unit name=\"{}\"><BaseUnit{base}/></Unit>", unit.name);
+        }
+        text + "  </UnitDefinitions>\n"
+    }
+
+    /// Variables with their value references. FMI 2.0 has no clock and needs no time.
+    fn listed(&self, version: Version) -> impl Iterator<Item = (usize, &Variable)> {
+        let has = move |variable: &Variable| {
+            version == Version::Three || !matches!(variable.role, Role::Time | Role::Clock)
+        };
+        self.variables.iter().enumerate().filter(move |(_, variable)| has(variable))
+    }
+
+    fn second(&self) -> String {
+        let mut text = format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription{} numberOfEventIndicators=\"0\">\n",
+            self.head("2.0", "guid")
+        );
+        let _ = writeln!(
+            text,
+            "  <CoSimulation modelIdentifier=\"{}\" canHandleVariableCommunicationStepSize=\"{}\" canNotUseMemoryManagementFunctions=\"true\" canGetAndSetFMUstate=\"true\"/>",
+            self.part.name(),
+            self.part == Part::Motor
+        );
+        text += &self.units();
+        text +=
+            "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n";
+        text += &self.experiment();
+        text += "  <ModelVariables>\n";
+        let (mut outputs, mut unknowns) = (String::new(), String::new());
+        for (place, (reference, variable)) in self.listed(Version::Two).enumerate() {
+            let kind = match variable.kind {
+                Kind::Real => "Real",
+                Kind::Integer => "Integer",
+                Kind::Boolean => "Boolean",
+                Kind::Clock => continue,
+            };
+            let common = attributes(&[
+                ("name", Some(variable.name.clone())),
+                ("valueReference", Some(reference.to_string())),
+                ("description", Some(variable.about.clone())),
+                ("causality", Some(variable.causality().to_owned())),
+                ("variability", Some(variable.variability().to_owned())),
+                ("initial", variable.initial().map(str::to_owned)),
+            ]);
+            let _ = writeln!(
+                text,
+                "    <ScalarVariable{common}><{kind}{}/></ScalarVariable>",
+                variable.numbers()
+            );
+            if variable.is_output() {
+                // What goes in shows a step later.
+                let _ = writeln!(outputs, "      <Unknown index=\"{}\" dependencies=\"\"/>", place + 1);
+                let _ = writeln!(unknowns, "      <Unknown index=\"{}\"/>", place + 1);
+            }
+        }
+        text + "  </ModelVariables>\n  <ModelStructure>\n    <Outputs>\n"
+            + &outputs
+            + "    </Outputs>\n    <InitialUnknowns>\n"
+            + &unknowns
+            + "    </InitialUnknowns>\n  </ModelStructure>\n</fmiModelDescription>\n"
+    }
+
+    fn third(&self) -> String {
+        let mut text = format!(
+            "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<fmiModelDescription{}>\n",
+            self.head("3.0", "instantiationToken")
+        );
+        let drive = self.part == Part::Drive;
+        let fixed = if drive {
+            format!(" fixedInternalStepSize=\"{:?}\"", self.period().seconds())
+        } else {
+            String::new()
+        };
+        let _ = writeln!(
+            text,
+            "  <CoSimulation modelIdentifier=\"{}\" canGetAndSetFMUState=\"true\" canHandleVariableCommunicationStepSize=\"{}\"{fixed} hasEventMode=\"{drive}\"/>",
+            self.part.name(),
+            !drive
+        );
+        text += &self.units();
+        text +=
+            "  <LogCategories><Category name=\"error\" description=\"What went wrong\"/></LogCategories>\n";
+        text += &self.experiment();
+        text += "  <ModelVariables>\n";
+        let clock = self.variables.iter().position(|variable| variable.kind == Kind::Clock);
+        let (mut outputs, mut unknowns) = (String::new(), String::new());
+        for (reference, variable) in self.listed(Version::Three) {
+            let kind = match variable.kind {
+                Kind::Real => "Float64",
+                Kind::Integer => "Int32",
+                Kind::Boolean => "Boolean",
+                Kind::Clock => "Clock",
+            };
+            let clocked = clock.filter(|_| variable.is_clocked());
+            let common = attributes(&[
+                ("name", Some(variable.name.clone())),
+                ("valueReference", Some(reference.to_string())),
+                ("description", Some(variable.about.clone())),
+                ("causality", Some(variable.causality().to_owned())),
+                ("variability", Some(variable.variability().to_owned())),
+                ("clocks", clocked.map(|clock| clock.to_string())),
+                ("initial", variable.initial().map(str::to_owned)),
+            ]);
+            let numbers = match variable.kind {
+                Kind::Clock => format!(
+                    " intervalVariability=\"constant\" intervalDecimal=\"{:?}\"",
+                    self.period().seconds()
+                ),
+                _ => variable.numbers(),
+            };
+            let _ = writeln!(text, "    <{kind}{common}{numbers}/>");
+            if variable.is_output() {
+                let _ = writeln!(outputs, "    <Output valueReference=\"{reference}\" dependencies=\"\"/>");
+                if clocked.is_none() {
+                    let _ = writeln!(unknowns, "    <InitialUnknown valueReference=\"{reference}\"/>");
+                }
+            }
+        }
+        text + "  </ModelVariables>\n  <ModelStructure>\n"
+            + &outputs
+            + &unknowns
+            + "  </ModelStructure>\n</fmiModelDescription>\n"
+    }
+}

@@ -1,0 +1,128 @@
+//! Functions that the standard wants and that have nothing to do here: texts, steps that go on by themselves, derivatives.
+
+use std::ffi::{c_char, c_int, c_void};
+use std::ptr::null;
+
+use super::{Component, OK, with};
+
+const DISCARD: c_int = 2;
+
+/// There are no texts.
+///
+/// # Safety
+/// A component.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetString(
+    component: *mut Component,
+    _: *const u32,
+    count: usize,
+    _: *mut *const c_char,
+) -> c_int {
+    // SAFETY: as the importer promises.
+    unsafe { nothing(component, count, "text") }
+}
+
+/// There are no texts.
+///
+/// # Safety
+/// A component.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2SetString(
+    component: *mut Component,
+    _: *const u32,
+    count: usize,
+    _: *const *const c_char,
+) -> c_int {
+    // SAFETY: as the importer promises.
+    unsafe { nothing(component, count, "text") }
+}
+
+/// # Safety
+/// A component.
+unsafe fn nothing(component: *mut Component, count: usize, what: &str) -> c_int {
+    // SAFETY: as the caller promises.
+    unsafe {
+        with(component, |_| match count {
+            0 => Ok(()),
+            _ => Err(format!("it has no {what}")),
+        })
+    }
+}
+
+/// Functions of abilities that the description does not claim.
+macro_rules! without {
+    ($($name:ident($($type:ty),*) $what:literal;)*) => {
+        $(/// Not claimed by the description; an error.
+        ///
+        /// # Safety
+        /// A component.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(component: *mut Component $(, _: $type)*) -> c_int {
+            // SAFETY: as the importer promises.
+            unsafe { nothing(component, 1, $what) }
+        })*
+    };
+}
+
+without! {
+    fmi2SerializedFMUstateSize(*mut c_void, *mut usize) "states as bytes";
+    fmi2SerializeFMUstate(*mut c_void, *mut u8, usize) "states as bytes";
+    fmi2DeSerializeFMUstate(*const u8, usize, *mut *mut c_void) "states as bytes";
+    fmi2GetDirectionalDerivative(*const u32, usize, *const u32, usize, *const f64, *mut f64) "derivatives";
+    fmi2SetRealInputDerivatives(*const u32, usize, *const c_int, *const f64) "derivatives of inputs";
+    fmi2GetRealOutputDerivatives(*const u32, usize, *const c_int, *mut f64) "derivatives of outputs";
+    fmi2CancelStep() "steps that go on by themselves";
+}
+
+/// Statuses of steps that go on by themselves, of which there are none.
+macro_rules! statuses {
+    ($($name:ident, $type:ty;)*) => {
+        $(/// Nothing is pending.
+        #[unsafe(no_mangle)]
+        pub extern "C" fn $name(_: *mut Component, _: c_int, _: *mut $type) -> c_int {
+            DISCARD
+        })*
+    };
+}
+
+statuses! {
+    fmi2GetStatus, c_int;
+    fmi2GetIntegerStatus, c_int;
+    fmi2GetBooleanStatus, c_int;
+}
+
+/// The time of the last communication point.
+///
+/// # Safety
+/// A component and a place.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetRealStatus(component: *mut Component, kind: c_int, value: *mut f64) -> c_int {
+    const LAST_SUCCESSFUL_TIME: c_int = 2;
+    // SAFETY: as the importer promises.
+    unsafe {
+        match (component.as_ref(), value.as_mut()) {
+            (Some(component), Some(value)) if kind == LAST_SUCCESSFUL_TIME => {
+                *value = component.instance.time();
+                OK
+            }
+            _ => DISCARD,
+        }
+    }
+}
+
+/// Nothing is pending.
+///
+/// # Safety
+/// A place for a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn fmi2GetStringStatus(
+    _: *mut Component,
+    _: c_int,
+    value: *mut *const c_char,
+) -> c_int {
+    // SAFETY: as the importer promises.
+    if let Some(value) = unsafe { value.as_mut() } {
+        *value = null();
+    }
+    DISCARD
+}

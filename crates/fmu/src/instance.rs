@@ -1,0 +1,351 @@
+//! One FMU at work, whichever version of the standard calls it.
+
+use std::path::Path;
+
+use standstill_interface::Sensed;
+use standstill_scenario::{Document, FileError, Origin};
+use toml::Value;
+
+use crate::model::{Model, Part};
+use crate::rig::{Legs, Rig};
+use crate::variables::{Kind, Role, Sampled, Truth};
+
+/// Where an instance is between its creation and its end.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Phase {
+    /// Parameters may be set.
+    Instantiated,
+    /// The same; outputs can be read.
+    Initialising,
+    /// Steps may be taken.
+    Stepping,
+    /// At an event (FMI 3.0).
+    AtEvent,
+    /// Only the last values can be read.
+    Terminated,
+    /// A step failed.
+    Failed,
+}
+
+impl Phase {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Instantiated => "instantiated",
+            Self::Initialising => "in initialization mode",
+            Self::Stepping => "in step mode",
+            Self::AtEvent => "in event mode",
+            Self::Terminated => "terminated",
+            Self::Failed => "in error",
+        }
+    }
+}
+
+/// All that changes, as `fmi2GetFMUstate` keeps it.
+#[derive(Clone, Debug)]
+pub(crate) struct State {
+    phase: Phase,
+    /// By value reference.
+    values: Vec<f64>,
+    rig: Option<Rig>,
+    start_time: f64,
+    /// Time of the importer.
+    time: f64,
+    /// Whether the clock ticks now.
+    pub tick: bool,
+}
+
+/// One FMU at work.
+#[derive(Debug)]
+pub(crate) struct Instance {
+    model: Model,
+    pub state: State,
+}
+
+/// What an importer did wrong, or what went wrong.
+pub(crate) type Outcome<T = ()> = Result<T, String>;
+
+impl Instance {
+    /// From the resources of an FMU.
+    pub fn new(resources: &Path, token: &str) -> Outcome<Self> {
+        let model = Model::unpacked(resources)?;
+        let own = model.token();
+        if token != own {
+            return Err(format!(
+                "the FMU's description has the token {token}, its binary and resources {own}: they are of different versions"
+            ));
+        }
+        let state = State::new(&model);
+        Ok(Self { model, state })
+    }
+
+    /// As after its creation.
+    pub fn reset(&mut self) {
+        self.state = State::new(&self.model);
+    }
+
+    fn must_be(&self, phases: &[Phase], call: &str) -> Outcome {
+        if phases.contains(&self.state.phase) {
+            return Ok(());
+        }
+        let needed: Vec<&str> = phases.iter().map(|phase| phase.name()).collect();
+        Err(format!("{call}: the instance is {}, needed {}", self.state.phase.name(), needed.join(" or ")))
+    }
+
+    /// The time at which the simulation begins.
+    pub fn set_start(&mut self, time: f64) -> Outcome {
+        self.must_be(&[Phase::Instantiated], "the start time")?;
+        if !time.is_finite() {
+            return Err(format!("start time: found {time}, needed a finite number"));
+        }
+        (self.state.start_time, self.state.time) = (time, time);
+        Ok(())
+    }
+
+    /// To initialization mode.
+    pub fn enter_initialisation(&mut self) -> Outcome {
+        self.must_be(&[Phase::Instantiated], "entering initialization mode")?;
+        self.state.phase = Phase::Initialising;
+        Ok(())
+    }
+
+    /// From there to steps, or to the event at the begin.
+    pub fn exit_initialisation(&mut self, to: Phase) -> Outcome {
+        self.must_be(&[Phase::Initialising], "leaving initialization mode")?;
+        self.build()?;
+        self.state.phase = to;
+        Ok(())
+    }
+
+    /// To an event and back.
+    pub fn enter(&mut self, phase: Phase) -> Outcome {
+        self.must_be(&[Phase::Stepping, Phase::AtEvent], phase.name())?;
+        self.state.tick = false;
+        self.state.phase = phase;
+        Ok(())
+    }
+
+    /// The end.
+    pub fn terminate(&mut self) -> Outcome {
+        self.must_be(&[Phase::Stepping, Phase::AtEvent], "the end")?;
+        self.state.phase = Phase::Terminated;
+        Ok(())
+    }
+
+    fn variable(&self, reference: u32, kind: Kind) -> Outcome<(usize, &crate::Variable)> {
+        let found = self.model.variables.get(reference as usize);
+        let variable = found.ok_or_else(|| {
+            format!(
+                "value reference: found {reference}, needed one from 0 to {}",
+                self.model.variables.len() - 1
+            )
+        })?;
+        if variable.kind != kind {
+            return Err(format!(
+                "`{}`: read or written as {kind:?}, but it is {:?}",
+                variable.name, variable.kind
+            ));
+        }
+        Ok((reference as usize, variable))
+    }
+
+    /// Sets a parameter or an input.
+    pub fn set(&mut self, reference: u32, kind: Kind, value: f64) -> Outcome {
+        let (place, variable) = self.variable(reference, kind)?;
+        let name = &variable.name;
+        if !variable.is_parameter() && !variable.is_input() {
+            return Err(format!("`{name}`: it is no parameter and no input, and cannot be set"));
+        }
+        if variable.is_parameter() && !matches!(self.state.phase, Phase::Instantiated | Phase::Initialising) {
+            return Err(format!("`{name}`: a parameter cannot be set once the simulation has begun"));
+        }
+        if matches!(self.state.phase, Phase::Terminated | Phase::Failed) {
+            return Err(format!("`{name}`: the simulation is over"));
+        }
+        let [low, high] = variable.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        if !value.is_finite() || value < low || value > high {
+            let needed = match variable.limits {
+                Some(_) => format!("from {low:e} to {high:e}"),
+                None => "a finite number".to_owned(),
+            };
+            let unit = if variable.unit.is_empty() { String::new() } else { format!(" {}", variable.unit) };
+            return Err(format!("`{name}`: found {value}{unit}, needed {needed}"));
+        }
+        if variable.is_parameter() && self.state.values[place] != value {
+            self.state.rig = None;
+        }
+        self.state.values[place] = value;
+        Ok(())
+    }
+
+    /// The value of any variable.
+    pub fn get(&mut self, reference: u32, kind: Kind) -> Outcome<f64> {
+        let (place, variable) = self.variable(reference, kind)?;
+        let role = variable.role.clone();
+        if matches!(role, Role::Sampled(_) | Role::True(_)) && self.state.rig.is_none() {
+            self.must_be(&[Phase::Initialising], "outputs")?;
+            self.build()?;
+        }
+        let Some(rig) = &self.state.rig else {
+            return Ok(if role == Role::Time { self.state.time } else { self.state.values[place] });
+        };
+        Ok(match role {
+            Role::Time => self.state.time,
+            Role::Clock => f64::from(u8::from(self.state.tick)),
+            Role::Sampled(of) => sampled(rig, of),
+            Role::True(of) => truth(rig, of),
+            _ => self.state.values[place],
+        })
+    }
+
+    /// The machine with the parameters as they are.
+    fn build(&mut self) -> Outcome {
+        if self.state.rig.is_none() {
+            let mut trial = 0;
+            let document = self.changed(&mut trial).map_err(|error| error.to_string())?;
+            let scenario = Model::scenario_of(&document).map_err(|error| error.to_string())?;
+            self.state.rig = Some(Rig::new(self.model.part, scenario, trial));
+        }
+        Ok(())
+    }
+
+    /// The scenario with the parameters that were changed.
+    fn changed(&self, trial: &mut u64) -> Result<Document, FileError> {
+        const IMPORTER: Origin = Origin::Option("the importer");
+        let mut document = self.model.document.clone();
+        let mut drawn = true;
+        for (variable, value) in self.model.variables.iter().zip(&self.state.values) {
+            // Whole and from 0 to 2^31.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let whole = *value as i64;
+            match &variable.role {
+                Role::Seed => document.set_value("seed", Value::Integer(whole), IMPORTER)?,
+                Role::Trial => *trial = whole.unsigned_abs(),
+                Role::DrawAngle => drawn = *value != 0.0,
+                // A value that is there in other words, such as one with a unit, stays.
+                Role::Key(key) if variable.start != Some(*value) => {
+                    document.set_value(key, Value::Float(*value), IMPORTER)?;
+                }
+                Role::Key(key) if key == "rotor.angle" && document.get(key).is_none() => {
+                    document.set_value(key, Value::Float(*value), IMPORTER)?;
+                }
+                _ => {}
+            }
+        }
+        if drawn {
+            document.remove("rotor.angle");
+        }
+        Ok(document)
+    }
+
+    /// A communication step.
+    pub fn step(&mut self, time: f64, length: f64) -> Outcome {
+        self.must_be(&[Phase::Stepping], "a step")?;
+        let outcome = self.advance(time, length);
+        match &outcome {
+            Ok(()) => self.state.time = time + length,
+            Err(_) => self.state.phase = Phase::Failed,
+        }
+        outcome
+    }
+
+    fn advance(&mut self, time: f64, length: f64) -> Outcome {
+        let inputs = self.inputs();
+        let period = self.model.period().seconds();
+        let State { rig, start_time, .. } = &mut self.state;
+        let Some(rig) = rig else { return Err("a step: there is no machine".to_owned()) };
+        let own = *start_time + rig.elapsed.seconds();
+        // A step that was rounded by the importer adds up.
+        let near = (own - period / 4.0..=own + period / 4.0).contains(&time);
+        if !near {
+            return Err(format!(
+                "communication point: found {time:e} s, needed {own:e} s, where the last step ended"
+            ));
+        }
+        match inputs {
+            Inputs::Legs(legs, sample_at) => rig.step(&legs, sample_at, length),
+            Inputs::Potential(potential) => rig.feed(potential, length),
+        }
+    }
+
+    fn inputs(&self) -> Inputs {
+        let (mut legs, mut sample_at, mut potential) = (Legs::default(), 1.0, [0.0; 3]);
+        for (variable, value) in self.model.variables.iter().zip(&self.state.values) {
+            match variable.role {
+                // Whole and from 0 to 3.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                Role::Mode(k) => legs.mode[k] = *value as u8,
+                Role::Duty(k) => legs.duty[k] = *value,
+                Role::Voltage(k) => potential[k] = *value,
+                Role::SampleAt => sample_at = *value,
+                _ => {}
+            }
+        }
+        match self.model.part {
+            Part::Drive => Inputs::Legs(legs, sample_at),
+            Part::Motor => Inputs::Potential(potential),
+        }
+    }
+
+    /// The time of the last communication point.
+    pub fn time(&self) -> f64 {
+        self.state.time
+    }
+
+    /// The PWM period in s.
+    pub fn period(&self) -> f64 {
+        self.model.period().seconds()
+    }
+
+    /// Whether this is the clock.
+    pub fn is_clock(&self, reference: u32) -> bool {
+        self.variable(reference, Kind::Clock).is_ok()
+    }
+}
+
+enum Inputs {
+    Legs(Legs, f64),
+    Potential([f64; 3]),
+}
+
+impl State {
+    fn new(model: &Model) -> Self {
+        Self {
+            phase: Phase::Instantiated,
+            values: model.variables.iter().map(|variable| variable.start.unwrap_or(0.0)).collect(),
+            rig: None,
+            start_time: 0.0,
+            time: 0.0,
+            tick: false,
+        }
+    }
+}
+
+/// What the last step read; before the first one, zeros.
+fn sampled(rig: &Rig, of: Sampled) -> f64 {
+    let Some(reading) = &rig.reading else { return 0.0 };
+    match of {
+        Sampled::Current(k) => reading.current.0[k],
+        Sampled::Sensed(k) => match reading.sensed.0[k] {
+            Sensed::Measured => 0.0,
+            Sensed::Derived => 1.0,
+            Sensed::Clipped => 2.0,
+            Sensed::Hidden => 3.0,
+        },
+        Sampled::Count(k) => reading.counts.current.0[k].into(),
+        Sampled::Link => reading.dc_link,
+        Sampled::LinkCount => reading.counts.dc_link.into(),
+        Sampled::LinkClipped => f64::from(u8::from(reading.dc_link_clipped)),
+    }
+}
+
+fn truth(rig: &Rig, of: Truth) -> f64 {
+    let now = rig.now();
+    match of {
+        Truth::Current(k) => now.current[k],
+        Truth::Potential(k) => now.potential[k],
+        Truth::Link => now.dc_link,
+        Truth::Angle => now.angle,
+        Truth::Speed => now.speed,
+        Truth::Torque => now.torque,
+    }
+}

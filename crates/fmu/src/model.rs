@@ -1,0 +1,184 @@
+//! What an FMU is of: a scenario's drive or its motor alone, and the variables that it has.
+
+use std::fmt;
+use std::path::Path;
+
+use standstill_interface::Nanos;
+use standstill_plant::{Files, Motor};
+use standstill_scenario::{Document, FileError, Packed, Scenario};
+
+use crate::variables::{Variable, variables};
+
+/// What is inside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// Inverter, motor and sensors; legs go in.
+    Drive,
+    /// The motor alone; voltages go in.
+    Motor,
+}
+
+impl Part {
+    /// Its name: that of the binary, and of the scenario among the resources.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Drive => "standstill_drive",
+            Self::Motor => "standstill_motor",
+        }
+    }
+
+    /// The file among the resources that has the scenario.
+    pub(crate) fn resource(self) -> String {
+        format!("{}.toml", self.name())
+    }
+}
+
+/// Which standard.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Version {
+    /// 2.0, which all tools import.
+    Two,
+    /// 3.0, with a clock for the PWM period.
+    Three,
+}
+
+/// A scenario as an FMU has it.
+#[derive(Debug)]
+pub struct Model {
+    /// What is inside.
+    pub part: Part,
+    /// The scenario, which needs no file but those of [`Model::packed`].
+    pub(crate) document: Document,
+    /// What goes to the resources.
+    pub packed: Packed,
+    /// Its variables; the number of each is its value reference.
+    pub variables: Vec<Variable>,
+    /// Name of the motor.
+    pub motor: String,
+    /// Of the PWM carrier.
+    period: Nanos,
+}
+
+/// What cannot be exported.
+#[derive(Debug)]
+pub enum ModelError {
+    /// The scenario.
+    Scenario(FileError),
+    /// A value that FMI has no room for.
+    Value(String),
+}
+
+impl fmt::Display for ModelError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Scenario(error) => error.fmt(f),
+            Self::Value(text) => f.write_str(text),
+        }
+    }
+}
+
+impl std::error::Error for ModelError {}
+
+impl From<FileError> for ModelError {
+    fn from(error: FileError) -> Self {
+        Self::Scenario(error)
+    }
+}
+
+impl Model {
+    /// Of a document: its motor, drive, sensors and rotor; its detector stays behind.
+    ///
+    /// ```
+    /// use standstill_fmu::{Model, Part};
+    /// use standstill_scenario::Document;
+    ///
+    /// let document = Document::parse("s.toml".as_ref(), "motor = \"low-inertia\"")?;
+    /// let model = Model::new(&document, Part::Motor)?;
+    /// assert!(model.variables.iter().any(|variable| variable.name == "torque"));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    ///
+    /// # Errors
+    /// A scenario that cannot be, one that has axes or tolerances, and a seed beyond 32 bits.
+    pub fn new(document: &Document, part: Part) -> Result<Self, ModelError> {
+        let packed = document.packed()?;
+        let mut document = document.clone();
+        document.remove("detector");
+        let file = document.load_single()?;
+        let motor = document.motor()?;
+        let scenario = document.unchecked_scenario_of(&motor)?;
+        if i32::try_from(file.seed).is_err() {
+            let seed = file.seed;
+            return Err(ModelError::Value(format!(
+                "`seed`: found {seed}, needed at most {}: integers of FMI 2.0 have 32 bits",
+                i32::MAX
+            )));
+        }
+        Ok(Self {
+            part,
+            variables: variables(part, &document, &packed, &scenario, &motor),
+            packed,
+            motor: motor.name.clone(),
+            period: scenario.drive.carrier_period,
+            document,
+        })
+    }
+
+    /// From the resources of an FMU. Nothing is read from outside their folder.
+    ///
+    /// # Errors
+    /// Resources that are not there, or that are of another version.
+    pub(crate) fn unpacked(resources: &Path) -> Result<Self, String> {
+        for part in [Part::Drive, Part::Motor] {
+            let path = resources.join(part.resource());
+            if path.exists() {
+                let read = |path: &Path| -> Result<(Document, String), FileError> {
+                    let text = Files::default().text(path).map_err(|error| FileError::Read {
+                        file: path.to_owned(),
+                        error: error.to_string(),
+                    })?;
+                    let mut document = Document::parse(path, &text)?;
+                    document.fence(Some(resources))?;
+                    Ok((document, text))
+                };
+                let (document, text) = read(&path).map_err(|error| error.to_string())?;
+                let mut model = Self::new(&document, part).map_err(|error| error.to_string())?;
+                // What is there counts, and not in which order it would be written again.
+                model.packed.text = text;
+                return Ok(model);
+            }
+        }
+        let expected = [Part::Drive, Part::Motor].map(Part::resource).join(" or ");
+        Err(format!("{}: found no scenario, needed {expected}", resources.display()))
+    }
+
+    /// The scenario with its motor as it is without changed parameters.
+    pub(crate) fn scenario_of(
+        document: &Document,
+    ) -> Result<Scenario<standstill_detect::Method<f64>>, FileError> {
+        let motor: Motor = document.motor()?;
+        document.unchecked_scenario_of(&motor)
+    }
+
+    /// Of the PWM carrier.
+    pub fn period(&self) -> Nanos {
+        self.period
+    }
+
+    /// What tells this model from another: part, version of the program, and all that the resources say.
+    pub fn token(&self) -> String {
+        // Fowler–Noll–Vo, twice.
+        let hash = |basis: u64, bytes: &mut dyn Iterator<Item = u8>| {
+            bytes.fold(basis, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
+        };
+        let words = [self.part.name(), env!("CARGO_PKG_VERSION"), &self.packed.text];
+        let [high, low] = [0xcbf2_9ce4_8422_2325, 0x8422_2325_cbf2_9ce4].map(|basis| {
+            let texts = words.iter().flat_map(|word| word.bytes().chain([0]));
+            let files =
+                self.packed.files.iter().flat_map(|(name, bytes)| name.bytes().chain(bytes.iter().copied()));
+            hash(basis, &mut texts.chain(files))
+        });
+        let [a, b, c] = [high >> 32, high >> 16 & 0xffff, high & 0xffff];
+        format!("{{{a:08x}-{b:04x}-{c:04x}-{:04x}-{:012x}}}", low >> 48, low & 0xffff_ffff_ffff)
+    }
+}

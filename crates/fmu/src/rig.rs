@@ -1,0 +1,140 @@
+//! What runs inside: the engine, with the scenario that it borrows.
+
+use std::sync::Arc;
+
+use standstill_detect::Method;
+use standstill_interface::{Abc, Command, Leg, Nanos, Reading, Sampling, Stage};
+use standstill_scenario::Scenario;
+use standstill_sim::{Case, Driven, RunError, Snapshot};
+
+use crate::model::Part;
+
+/// A machine with the scenario that it is of. A copy goes on by itself.
+#[derive(Clone, Debug)]
+pub(crate) struct Rig {
+    /// Borrows from the scenario, and so goes first.
+    driven: Driven<'static>,
+    /// Kept for as long as the machine borrows from it.
+    _scenario: Arc<Scenario<Method<f64>>>,
+    /// The two halves of a PWM period, and whether the next update is in its middle.
+    halves: [Nanos; 2],
+    second_half: bool,
+    /// Time of all steps so far.
+    pub elapsed: Nanos,
+    /// What the last step read; none before the first.
+    pub reading: Option<Reading<f64>>,
+}
+
+/// Legs of a drive: the mode of each (0 off, 1 low, 2 high, 3 duty) and its duty.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Legs {
+    pub mode: [u8; 3],
+    pub duty: [f64; 3],
+}
+
+/// How far in s a communication step may be off the PWM's, which has whole nanoseconds.
+const OFF: f64 = 1.01e-9;
+
+impl Rig {
+    /// At rest, as trial number `trial` of the scenario.
+    pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Self {
+        let scenario = Arc::new(scenario);
+        let period = scenario.drive.carrier_period;
+        // SAFETY: the scenario lives on the heap and is neither moved nor changed while the `Arc` beside the machine is there;
+        // fields are dropped in their order, so the machine goes first; and no borrow leaves this type.
+        #[allow(unsafe_code)]
+        let borrowed: &'static Scenario<Method<f64>> = unsafe { &*Arc::as_ptr(&scenario) };
+        let mut case = Case { time_limit: Nanos(u64::MAX), ..borrowed.case(trial) };
+        let driven = match part {
+            Part::Drive => Driven::new(&case),
+            Part::Motor => {
+                // Nothing of the inverter is there: neither its ripple nor its filters shorten the steps.
+                case.inverter.link = standstill_inverter::DcLink::stiff(case.inverter.link.voltage);
+                case.inverter.bridge.terminal_capacitance = 0.0;
+                case.sensors = standstill_sim::Sensors::nominal(standstill_sim::SensorSettings::IDEAL);
+                Driven::motor(&case)
+            }
+        };
+        let half = Nanos(period.0 / 2);
+        Self {
+            driven,
+            _scenario: scenario,
+            halves: [half, period - half],
+            second_half: false,
+            elapsed: Nanos::ZERO,
+            reading: None,
+        }
+    }
+
+    /// What is there now.
+    pub fn now(&self) -> Snapshot {
+        self.driven.now()
+    }
+
+    /// The times that a communication step may take now.
+    fn steps(&self) -> (Nanos, Option<Nanos>) {
+        let [first, second] = self.halves;
+        if self.second_half { (second, None) } else { (first, Some(first + second)) }
+    }
+
+    /// One communication step of a drive: half a PWM period or, from its begin on, a whole one.
+    ///
+    /// # Errors
+    /// A step of another length, and why the machine could not go on.
+    pub fn step(&mut self, legs: &Legs, sample_at: f64, seconds: f64) -> Result<(), String> {
+        let (half, whole) = self.steps();
+        let is = |time: Nanos| (seconds - time.seconds()).abs() <= OFF;
+        let stage = |second: bool, duration: Nanos| {
+            let leg = |k: usize| match legs.mode[k] {
+                0 => Leg::Off,
+                1 => Leg::Low,
+                2 => Leg::High,
+                _ => Leg::in_half(legs.duty[k], duration, second),
+            };
+            Stage { legs: Abc([leg(0), leg(1), leg(2)]), duration }
+        };
+        let (duration, stages) = match whole {
+            _ if is(half) => (half, [Some(stage(self.second_half, half)), None]),
+            Some(whole) if is(whole) => {
+                (whole, [Some(stage(false, self.halves[0])), Some(stage(true, self.halves[1]))])
+            }
+            _ => {
+                let whole = whole
+                    .map_or_else(String::new, |whole| format!(" or {:e} s, a PWM period", whole.seconds()));
+                let half = half.seconds();
+                return Err(format!(
+                    "communication step: found {seconds:e} s, needed {half:e} s, half a PWM period{whole}"
+                ));
+            }
+        };
+        let [Some(first), then] = stages else { unreachable!("a step has a first stage") };
+        // A share of at most a tenth of a second.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let at = Nanos((sample_at * duration.0 as f64).round() as u64);
+        let command = Command { stage: first, then, sampling: Sampling::once(at) };
+        let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
+        self.reading = readings.first().copied();
+        self.second_half ^= then.is_none();
+        self.elapsed = self.elapsed + duration;
+        Ok(())
+    }
+
+    /// One communication step of a motor.
+    ///
+    /// # Errors
+    /// A step of less than a nanosecond, and why the machine could not go on.
+    pub fn feed(&mut self, potential: [f64; 3], seconds: f64) -> Result<(), String> {
+        // The importer's time, which whole nanoseconds follow without drift.
+        let end = Nanos::from_seconds(self.elapsed.seconds() + seconds);
+        if end <= self.elapsed {
+            return Err(format!("communication step: found {seconds:e} s, needed at least 1e-9 s"));
+        }
+        self.driven.feed(potential, end - self.elapsed).map_err(|error| why(&error))?;
+        self.elapsed = end;
+        Ok(())
+    }
+}
+
+fn why(error: &RunError) -> String {
+    format!("the simulation cannot go on: {error}")
+}

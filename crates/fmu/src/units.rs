@@ -1,0 +1,43 @@
+//! Units as FMI has them: a name, and exponents of SI's base units.
+
+/// A unit: its symbol here, its name in FMI, exponents of kg, m, s, A, K and rad, how many of the base there are in
+/// one, and what is added.
+pub(crate) struct Unit {
+    pub symbol: &'static str,
+    pub name: &'static str,
+    pub base: &'static [(&'static str, i32)],
+    pub factor: f64,
+    pub offset: f64,
+}
+
+const fn si(symbol: &'static str, name: &'static str, base: &'static [(&'static str, i32)]) -> Unit {
+    Unit { symbol, name, base, factor: 1.0, offset: 0.0 }
+}
+
+const UNITS: [Unit; 14] = [
+    si("A", "A", &[("A", 1)]),
+    si("V", "V", &[("kg", 1), ("m", 2), ("s", -3), ("A", -1)]),
+    si("Ω", "Ohm", &[("kg", 1), ("m", 2), ("s", -3), ("A", -2)]),
+    si("F", "F", &[("kg", -1), ("m", -2), ("s", 4), ("A", 2)]),
+    si("s", "s", &[("s", 1)]),
+    si("Hz", "Hz", &[("s", -1)]),
+    si("rad", "rad", &[("rad", 1)]),
+    si("rad/s", "rad/s", &[("rad", 1), ("s", -1)]),
+    si("N m", "N.m", &[("kg", 1), ("m", 2), ("s", -2)]),
+    si("N m s", "N.m.s", &[("kg", 1), ("m", 2), ("s", -1)]),
+    si("kg m²", "kg.m2", &[("kg", 1), ("m", 2)]),
+    Unit {
+        symbol: "deg",
+        name: "deg",
+        base: &[("rad", 1)],
+        factor: std::f64::consts::PI / 180.0,
+        offset: 0.0,
+    },
+    Unit { symbol: "°C", name: "degC", base: &[("K", 1)], factor: 1.0, offset: 273.15 },
+    si("", "1", &[]),
+];
+
+/// The unit with a symbol of the scenarios' schema.
+pub(crate) fn unit(symbol: &str) -> Option<&'static Unit> {
+    UNITS.iter().find(|unit| unit.symbol == symbol)
+}

@@ -1,0 +1,343 @@
+//! The variables of an FMU. The number of each in the list is its value reference.
+
+use standstill_detect::Method;
+use standstill_plant::Motor;
+use standstill_scenario::{Document, Packed, Scenario, Values, keys, range};
+use toml::Value;
+
+use crate::model::Part;
+use crate::units;
+
+/// What the values are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Numbers.
+    Real,
+    /// Whole numbers of 32 bits.
+    Integer,
+    /// Yes or no.
+    Boolean,
+    /// The PWM period, of FMI 3.0 only.
+    Clock,
+}
+
+/// What a variable is for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Role {
+    /// A key of the scenario.
+    Key(String),
+    /// Which drive, sensors, angle and noise are drawn.
+    Seed,
+    /// See `Seed`.
+    Trial,
+    /// Whether the rotor stands where the trial draws it.
+    DrawAngle,
+    /// Where in a step the converters sample.
+    SampleAt,
+    /// What a leg does, by its number.
+    Mode(usize),
+    /// Its duty.
+    Duty(usize),
+    /// Potential of a motor's terminal.
+    Voltage(usize),
+    /// What the converters and sensors say of the last step.
+    Sampled(Sampled),
+    /// What is there.
+    True(Truth),
+    /// Time, which FMI 3.0 wants among the variables.
+    Time,
+    /// The PWM period.
+    Clock,
+}
+
+/// See [`Role::Sampled`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Sampled {
+    /// Current of a phase.
+    Current(usize),
+    /// Where that comes from.
+    Sensed(usize),
+    /// The converter's code of it.
+    Count(usize),
+    /// The DC link.
+    Link,
+    /// The converter's code of it.
+    LinkCount,
+    /// Whether that is at an end of its range.
+    LinkClipped,
+}
+
+/// See [`Role::True`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Truth {
+    /// Current of a phase.
+    Current(usize),
+    /// Potential of a terminal.
+    Potential(usize),
+    /// The DC link.
+    Link,
+    /// Electrical angle.
+    Angle,
+    /// Electrical speed.
+    Speed,
+    /// Electromagnetic torque.
+    Torque,
+}
+
+/// A variable.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Variable {
+    /// Its name, with points between its parts.
+    pub name: String,
+    /// What it is, in a sentence.
+    pub about: String,
+    /// What its values are.
+    pub kind: Kind,
+    /// What it is for.
+    pub role: Role,
+    /// Unit as the scenarios' schema writes it; empty for pure numbers and shares.
+    pub unit: String,
+    /// The value that it begins with; of parameters and inputs.
+    pub start: Option<f64>,
+    /// The least and the largest value, where there are such.
+    pub limits: Option<[f64; 2]>,
+}
+
+impl Variable {
+    fn new(name: &str, about: &str, kind: Kind, role: Role) -> Self {
+        let (name, about) = (name.to_owned(), about.to_owned());
+        Self { name, about, kind, role, unit: String::new(), start: None, limits: None }
+    }
+
+    fn unit(mut self, unit: &str) -> Self {
+        unit.clone_into(&mut self.unit);
+        self
+    }
+
+    fn start(mut self, start: f64) -> Self {
+        self.start = Some(start);
+        self
+    }
+
+    fn limits(mut self, limits: [f64; 2]) -> Self {
+        self.limits = Some(limits);
+        self
+    }
+
+    /// Whether it is set before the simulation begins, and then stays.
+    pub fn is_parameter(&self) -> bool {
+        matches!(self.role, Role::Key(_) | Role::Seed | Role::Trial | Role::DrawAngle | Role::SampleAt)
+    }
+
+    /// Whether it is set from step to step.
+    pub fn is_input(&self) -> bool {
+        matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Voltage(_) | Role::Clock)
+    }
+
+    /// Whether it comes out.
+    pub fn is_output(&self) -> bool {
+        matches!(self.role, Role::Sampled(_) | Role::True(_))
+    }
+
+    /// Whether it changes at updates of the legs only, which in FMI 3.0 are ticks of the clock.
+    pub fn is_clocked(&self) -> bool {
+        matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Sampled(_))
+    }
+}
+
+const PHASES: [char; 3] = ['a', 'b', 'c'];
+
+/// All of a scenario's drive, or of its motor alone.
+pub(crate) fn variables(
+    part: Part,
+    document: &Document,
+    packed: &Packed,
+    scenario: &Scenario<Method<f64>>,
+    motor: &Motor,
+) -> Vec<Variable> {
+    let mut all = match part {
+        Part::Drive => drive_inputs(),
+        Part::Motor => motor_inputs(),
+    };
+    if part == Part::Drive {
+        all.extend(sampled());
+    }
+    all.extend(truth(part));
+    all.extend(draws(part, document));
+    all.extend(of_rotor(document, scenario));
+    if part == Part::Drive {
+        all.extend(of_drive(scenario));
+    }
+    all.extend(of_motor(packed, motor));
+    all.push(Variable::new("time", "Time", Kind::Real, Role::Time).unit("s"));
+    if part == Part::Drive {
+        let about = "Ticks once a period of the PWM: legs take effect, and what was sampled is there";
+        all.push(Variable::new("pwm", about, Kind::Clock, Role::Clock));
+    }
+    all
+}
+
+fn drive_inputs() -> Vec<Variable> {
+    let mut all = Vec::new();
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about =
+            format!("Leg {phase} in the next step: 0 both switches off, 1 lower on, 2 upper on, 3 duty");
+        let mode = Variable::new(&format!("mode_{phase}"), &about, Kind::Integer, Role::Mode(k));
+        all.push(mode.start(0.0).limits([0.0, 3.0]));
+    }
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about = format!(
+            "Share of the next step for which the upper switch of leg {phase} is on, if its mode is 3"
+        );
+        let duty = Variable::new(&format!("duty_{phase}"), &about, Kind::Real, Role::Duty(k));
+        all.push(duty.unit("").start(0.0).limits([0.0, 1.0]));
+    }
+    all
+}
+
+fn motor_inputs() -> Vec<Variable> {
+    let voltage = |(k, phase): (usize, &char)| {
+        let about = format!(
+            "Potential of terminal {phase} over the next step; what the three have in common does not matter"
+        );
+        let voltage = Variable::new(&format!("u_{phase}"), &about, Kind::Real, Role::Voltage(k));
+        voltage.unit("V").start(0.0)
+    };
+    PHASES.iter().enumerate().map(voltage).collect()
+}
+
+fn sampled() -> Vec<Variable> {
+    let mut all = Vec::new();
+    let output = |name: &str, about: &str, kind, of| Variable::new(name, about, kind, Role::Sampled(of));
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about =
+            format!("Current of phase {phase} into the motor, as the drive's sensors and converters see it");
+        all.push(output(&format!("sampled.i_{phase}"), &about, Kind::Real, Sampled::Current(k)).unit("A"));
+    }
+    let about = "Voltage of the DC link, as the drive sees it";
+    all.push(output("sampled.u_dc", about, Kind::Real, Sampled::Link).unit("V"));
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about = format!("Code of the converter of phase {phase}; 0 where there is none");
+        all.push(output(&format!("count.i_{phase}"), &about, Kind::Integer, Sampled::Count(k)));
+    }
+    let about = "Code of the converter of the DC link; 0 where there is none";
+    all.push(output("count.u_dc", about, Kind::Integer, Sampled::LinkCount));
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about = format!(
+            "Current of phase {phase}: 0 measured, 1 derived from the others, 2 at the end of its converter's range, 3 not seen"
+        );
+        all.push(output(&format!("sensed.i_{phase}"), &about, Kind::Integer, Sampled::Sensed(k)));
+    }
+    let about = "Whether the converter of the DC link is at an end of its range";
+    all.push(output("clipped.u_dc", about, Kind::Boolean, Sampled::LinkClipped));
+    all
+}
+
+fn truth(part: Part) -> Vec<Variable> {
+    // A motor has nothing but what is true.
+    let prefix = if part == Part::Drive { "true." } else { "" };
+    let output = |name: &str, about: &str, of, unit: &str| {
+        Variable::new(&format!("{prefix}{name}"), about, Kind::Real, Role::True(of)).unit(unit)
+    };
+    let mut all = Vec::new();
+    for (k, phase) in PHASES.iter().enumerate() {
+        let about = format!("Current of phase {phase} into the motor");
+        all.push(output(&format!("i_{phase}"), &about, Truth::Current(k), "A"));
+    }
+    if part == Part::Drive {
+        for (k, phase) in PHASES.iter().enumerate() {
+            let about = format!("Potential of terminal {phase} against the negative rail");
+            all.push(output(&format!("u_{phase}"), &about, Truth::Potential(k), "V"));
+        }
+        all.push(output("u_dc", "Voltage of the DC link", Truth::Link, "V"));
+    }
+    all.push(output("angle", "Electrical angle of the rotor, not wrapped", Truth::Angle, "rad"));
+    all.push(output("speed", "Electrical speed of the rotor", Truth::Speed, "rad/s"));
+    all.push(output("torque", "Electromagnetic torque, cogging included", Truth::Torque, "N m"));
+    all
+}
+
+fn draws(part: Part, document: &Document) -> Vec<Variable> {
+    let whole = [0.0, f64::from(i32::MAX)];
+    let seed = document.load().map_or(1, |file| file.seed);
+    let about = "Seed of all that is drawn: the specimen of drive and sensors, the angle, noise and jitter";
+    let mut all =
+        vec![Variable::new("seed", about, Kind::Integer, Role::Seed).start(seed as f64).limits(whole)];
+    let about = "Which trial of that seed, from 0 as in the trials' file";
+    all.push(Variable::new("trial", about, Kind::Integer, Role::Trial).start(0.0).limits(whole));
+    if part == Part::Drive {
+        let about = "When the converters sample, as a share of the step";
+        let at = Variable::new("sample_at", about, Kind::Real, Role::SampleAt);
+        all.push(at.unit("").start(1.0).limits([0.0, 1.0]));
+    }
+    let about = "Whether the rotor stands where the trial draws it, and not at rotor.angle";
+    let drawn = document.get("rotor.angle").is_none();
+    let draw = Variable::new("rotor.draw_angle", about, Kind::Boolean, Role::DrawAngle);
+    all.push(draw.start(f64::from(u8::from(drawn))));
+    all
+}
+
+fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
+    let mut all = Vec::new();
+    for of in keys() {
+        let start = match of.key.as_str() {
+            "rotor.angle" => Some(scenario.start_angle.map_or(0.0, f64::to_degrees)),
+            "rotor.load" => number(scenario.value(&of.key)),
+            // Without it the motor is as its data sheet says.
+            "rotor.winding_temperature" | "rotor.magnet_temperature" => document
+                .get(&of.key)
+                .and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64))),
+            _ => None,
+        };
+        all.extend(start.and_then(|start| of_key(&of, start)));
+    }
+    all
+}
+
+fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
+    let all =
+        keys().into_iter().filter(|of| of.key.starts_with("inverter.") || of.key.starts_with("sensors."));
+    all.filter_map(|of| of_key(&of, number(scenario.value(&of.key))?)).collect()
+}
+
+fn number(value: Option<Value>) -> Option<f64> {
+    value.and_then(|value| value.as_float())
+}
+
+/// A key that is a number, in a unit that FMI is told of.
+fn of_key(of: &standstill_scenario::KeyOf, start: f64) -> Option<Variable> {
+    let Values::Number { unit, .. } = &of.values else { return None };
+    units::unit(unit)?;
+    let whole = of.key.ends_with("bits");
+    let kind = if whole { Kind::Integer } else { Kind::Real };
+    let about = of.about.replace('\n', " ");
+    let mut variable =
+        Variable::new(&of.key, &about, kind, Role::Key(of.key.clone())).unit(unit).start(start);
+    variable.limits = range(&of.key);
+    Some(variable)
+}
+
+/// What differs from one motor to the next of its kind, and with what is coupled to its shaft.
+fn of_motor(packed: &Packed, motor: &Motor) -> Vec<Variable> {
+    let friction = motor.rotor.friction;
+    let numbers = [
+        ("motor.winding.resistance", motor.resistance, "Resistance of a phase"),
+        (
+            "motor.rotor.inertia",
+            motor.rotor.inertia,
+            "Moment of inertia with all that is coupled to the shaft",
+        ),
+        ("motor.rotor.stiction", friction.stiction, "Torque that a resting rotor needs to move"),
+        ("motor.rotor.coulomb", friction.coulomb, "Torque against any motion, at most the stiction"),
+        ("motor.rotor.viscous", friction.viscous, "Torque against motion per mechanical speed"),
+    ];
+    let whole = Value::Table(packed.text.parse().unwrap_or_default());
+    let has =
+        |key: &str| key.split('.').try_fold(&whole, |value, part| value.as_table()?.get(part)).is_some();
+    let variable = |(key, start, about): (&str, f64, &str)| {
+        let unit = standstill_scenario::unit(key).unwrap_or_default();
+        let variable = Variable::new(key, about, Kind::Real, Role::Key(key.to_owned()));
+        variable.unit(&unit).start(start).limits([0.0, 1e12])
+    };
+    numbers.into_iter().filter(|(key, ..)| has(key)).map(variable).collect()
+}

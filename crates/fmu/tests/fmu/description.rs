@@ -1,0 +1,166 @@
+//! What importers are told: variables, units, limits, structure.
+
+use std::collections::BTreeSet;
+use std::fmt::Write as _;
+
+use roxmltree::Document as Xml;
+use standstill_fmu::{Binary, Kind, Part, Version, pack};
+
+use super::FIELD;
+use super::importer::{binary, unpacked};
+
+fn number(node: roxmltree::Node, name: &str) -> Option<f64> {
+    node.attribute(name).map(|text| text.parse().expect("a number"))
+}
+
+fn whole(node: roxmltree::Node, name: &str) -> usize {
+    node.attribute(name).and_then(|text| text.parse().ok()).expect("a whole number")
+}
+
+#[test]
+fn law_the_description_has_all_variables_with_units_limits_and_starts() {
+    for (part, version) in [
+        (Part::Drive, Version::Two),
+        (Part::Motor, Version::Two),
+        (Part::Drive, Version::Three),
+        (Part::Motor, Version::Three),
+    ] {
+        let model = unpacked(FIELD, part).model;
+        let text = model.description(version);
+        let xml = Xml::parse(&text).expect("XML");
+        let find = |name: &str| xml.descendants().filter(|node| node.has_tag_name(name)).collect::<Vec<_>>();
+        let units: BTreeSet<_> =
+            find("Unit").iter().map(|unit| unit.attribute("name").expect("a name")).collect();
+        let listed: Vec<_> =
+            find("ModelVariables")[0].children().filter(roxmltree::Node::is_element).collect();
+        let expected = model.variables.len()
+            - if version == Version::Three {
+                0
+            } else if part == Part::Drive {
+                2
+            } else {
+                1
+            };
+        assert_eq!(listed.len(), expected);
+        let mut references = BTreeSet::new();
+        let (mut outputs, mut clocked) = (BTreeSet::new(), 0);
+        for (place, node) in listed.iter().enumerate() {
+            let reference: usize = whole(*node, "valueReference");
+            assert!(references.insert(reference));
+            let variable = &model.variables[reference];
+            assert_eq!(node.attribute("name"), Some(variable.name.as_str()));
+            let values =
+                if version == Version::Two { node.first_element_child().expect("values") } else { *node };
+            if let Some(unit) = values.attribute("unit") {
+                assert!(units.contains(unit), "{unit}");
+            }
+            assert_eq!(
+                values.has_attribute("unit"),
+                variable.kind == Kind::Real && !variable.unit.is_empty()
+            );
+            assert!(!node.attribute("description").expect("one").is_empty());
+            let fixed = variable.is_parameter() || (variable.is_input() && variable.kind != Kind::Clock);
+            assert_eq!(values.has_attribute("start"), fixed, "{}", variable.name);
+            if let (Some(min), Some(max)) = (number(values, "min"), number(values, "max")) {
+                let start = number(values, "start").expect("a start");
+                assert!(min <= start && start <= max, "{}: {min} {start} {max}", variable.name);
+            }
+            if variable.is_output() {
+                outputs.insert(if version == Version::Two { place + 1 } else { reference });
+            }
+            clocked += usize::from(node.has_attribute("clocks"));
+        }
+        let (output, unknown, key) = if version == Version::Two {
+            ("Outputs", "InitialUnknowns", "index")
+        } else {
+            ("Output", "InitialUnknown", "valueReference")
+        };
+        let told = |name: &str| -> BTreeSet<usize> {
+            let nodes = find(name);
+            let nodes: Vec<_> = if version == Version::Two {
+                nodes[0].children().filter(roxmltree::Node::is_element).collect()
+            } else {
+                nodes
+            };
+            nodes.iter().map(|node| whole(*node, key)).collect()
+        };
+        assert_eq!(told(output), outputs);
+        assert!(told(unknown).is_subset(&outputs) && !told(unknown).is_empty());
+        let ability = if version == Version::Two { "canGetAndSetFMUstate" } else { "canGetAndSetFMUState" };
+        assert_eq!(find("CoSimulation")[0].attribute(ability), Some("true"));
+        let clocks = find("Clock");
+        assert_eq!(clocks.len(), usize::from(version == Version::Three && part == Part::Drive));
+        if let Some(clock) = clocks.first() {
+            assert_eq!(clock.attribute("intervalVariability"), Some("constant"));
+            assert_eq!(number(*clock, "intervalDecimal"), Some(80e-6));
+            assert_eq!(clocked, 6 + 12);
+        }
+        assert_eq!(number(find("DefaultExperiment")[0], "stepSize"), Some(80e-6));
+        // One of each kind of parameter, by its number.
+        let parameter = |name: &str| {
+            model.variables.iter().find(|variable| variable.name == name).and_then(|of| of.start)
+        };
+        assert_eq!(parameter("seed"), Some(7.0));
+        assert!(parameter("motor.winding.resistance").is_some_and(|resistance| resistance > 0.0));
+        assert_eq!(parameter("inverter.dead_time").is_some(), part == Part::Drive);
+        assert_eq!(parameter("rotor.draw_angle"), Some(1.0));
+    }
+}
+
+#[test]
+fn law_the_archive_has_what_importers_look_for_and_is_the_same_each_time() {
+    let model = unpacked(FIELD, Part::Drive).model;
+    let library = Binary(std::fs::read(binary()).expect("there"));
+    for (version, folder) in [(Version::Two, "linux64"), (Version::Three, "x86_64-linux")] {
+        if !cfg!(all(target_os = "linux", target_arch = "x86_64")) {
+            continue;
+        }
+        let small = Binary(library.0[..1000].to_vec());
+        let bytes = pack(&model, version, &small).expect("packed");
+        assert_eq!(bytes, pack(&model, version, &small).expect("packed"));
+        let mut archive = zip::ZipArchive::new(std::io::Cursor::new(bytes)).expect("an archive");
+        let names: Vec<String> = archive.file_names().map(|name| name.expect("UTF-8").into_owned()).collect();
+        let binary = format!("binaries/{folder}/standstill_drive.so");
+        for name in ["modelDescription.xml", "resources/standstill_drive.toml", binary.as_str()] {
+            assert!(names.iter().any(|there| there == name), "{name}: {names:?}");
+        }
+        assert_eq!(archive.by_name(&binary).expect("there").size(), 1000);
+    }
+}
+
+#[test]
+fn law_a_motor_with_a_map_carries_it_along() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let map = map_text();
+    std::fs::write(folder.path().join("map.csv"), &map).expect("written");
+    let sheet = standstill_plant::DataSheet::built_in_text("paper-5k5").expect("built in");
+    let (head, rest) = sheet.split_once("[saturation]").expect("a table");
+    let rotor = &rest[rest.find("[rotor]").expect("a table")..];
+    let own = format!("{head}[map]\nfile = \"map.csv\"\n{rotor}");
+    std::fs::write(folder.path().join("own.toml"), own).expect("written");
+    let document =
+        standstill_scenario::Document::parse(&folder.path().join("s.toml"), "motor = \"own.toml\"")
+            .expect("TOML");
+    let model = standstill_fmu::Model::new(&document, Part::Motor).expect("a model");
+    assert_eq!(model.packed.files.len(), 1);
+    assert_eq!((model.packed.files[0].0.as_str(), &*model.packed.files[0].1), ("map.csv", map.as_bytes()));
+    assert!(!model.packed.text.contains(&*folder.path().to_string_lossy()), "{}", model.packed.text);
+    // Elsewhere, without the first folder, it is the same motor.
+    let there = super::importer::at(model);
+    drop(folder);
+    let slave = super::importer::Slave::ready(&there, &[]);
+    assert_eq!((slave.set("u_a", 10.0), slave.step(0.0, 1e-3)), (0, 0), "{}", slave.said());
+    assert!(slave.get("i_a").abs() > 0.1);
+}
+
+/// A map of linear inductances with a magnet.
+fn map_text() -> String {
+    let mut text = "i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n".to_owned();
+    for d in -10..=10 {
+        for q in -10..=10 {
+            let (d, q) = (f64::from(d) * 2.0, f64::from(q) * 2.0);
+            let _ = writeln!(text, "{d},{q},{},{}", 0.45 + 1.065e-2 * d, 1.69e-2 * q);
+        }
+    }
+    text
+}

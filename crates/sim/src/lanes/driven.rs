@@ -1,0 +1,156 @@
+//! One machine that carries out one command after the other.
+
+use standstill_interface::{Abc, Command, Nanos, Reading, Sampling, Stage};
+
+use super::bank::{Bank, Served};
+use super::has_filters;
+use crate::case::{Case, Finished, RunError};
+use crate::control::{Control, Want, can_move};
+use crate::physics::plane::Plane;
+use crate::trace::{Probe, Snapshot};
+
+/// A machine from rest on, to which whoever has it gives the commands: for programs that do not call a detector but are
+/// called themselves, as in a co-simulation. A copy goes on by itself, to the same bits after the same commands.
+///
+/// ```
+/// use standstill_interface::{Command, Nanos, Phase, Sampling, Stage};
+/// use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
+/// use standstill_sim::{Case, Driven, RotorState, SensorSettings, Sensors, Streams, Tolerance};
+///
+/// let motor = standstill_plant::built_in("paper-5k5").expect("a built-in motor");
+/// let case = Case {
+///     motor: &motor,
+///     inverter: Inverter {
+///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+///         gates: [GateTiming::default(); 3],
+///         link: DcLink::stiff(550.0),
+///         carrier_period: Nanos::ZERO,
+///     },
+///     sensors: Sensors::nominal(SensorSettings::IDEAL),
+///     start_angle: 0.0,
+///     rotor: RotorState::Locked,
+///     load_torque: 0.0,
+///     memory: None,
+///     streams: Streams::new(1, 0),
+///     tolerance: Tolerance::default(),
+///     time_limit: Case::TIME_LIMIT,
+/// };
+/// let mut drive = Driven::new(&case);
+/// let pulse = Stage::line(Phase::A, Phase::B, Nanos::from_micros(50));
+/// let readings = drive.carry_out(&Command::hold(pulse, Sampling::once(Nanos::from_micros(50))))?;
+/// let sampled = readings[0].current[Phase::A];
+/// // An exact sensor at the end of the command reads what is there.
+/// assert!(sampled > 0.5 && sampled == drive.now().current[0]);
+/// # Ok::<(), standstill_sim::RunError>(())
+/// ```
+pub struct Driven<'a> {
+    bank: Bank<'a, f64>,
+    control: Control<'a>,
+}
+
+impl std::fmt::Debug for Driven<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Driven").field("time", &self.bank.here.time).finish_non_exhaustive()
+    }
+}
+
+impl Clone for Driven<'_> {
+    fn clone(&self) -> Self {
+        Self { bank: self.bank.clone(), control: self.control.unwatched() }
+    }
+}
+
+impl<'a> Driven<'a> {
+    /// A drive at rest, all its switches off.
+    pub fn new(case: &Case<'a>) -> Self {
+        Self::watched(case, None, false, false)
+    }
+
+    /// A motor alone at rest, of which potentials that are given ([`Driven::feed`]) hold the terminals. Of the case's inverter
+    /// and sensors nothing is there.
+    pub fn motor(case: &Case<'a>) -> Self {
+        let mut motor = Self::new(case);
+        motor.bank.machine.legs.fed = Some(Plane::new(0.0, 0.0));
+        motor
+    }
+
+    /// A drive at rest with who watches; `ledger`: whether energies are integrated along, `refereed`: whether the referee takes
+    /// the steps.
+    pub(super) fn watched(
+        case: &Case<'a>,
+        probe: Option<&'a mut dyn Probe>,
+        ledger: bool,
+        refereed: bool,
+    ) -> Self {
+        let resolution = probe.as_ref().and_then(|probe| probe.resolution());
+        let follow = resolution.is_some() || ledger || has_filters(case);
+        let mut bank = Bank::like(case.motor, &case.inverter, can_move(case.rotor), follow);
+        bank.refereed = refereed;
+        let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
+        Self { bank, control }
+    }
+
+    /// Carries out a command to its end: its readings.
+    ///
+    /// # Errors
+    /// A command that cannot be, and why the machine could not go on. It is then where that happened.
+    pub fn carry_out(&mut self, command: &Command<f64>) -> Result<&[Reading<f64>], RunError> {
+        let Self { bank, control } = self;
+        let mut want = control.command(bank, command);
+        loop {
+            match want {
+                Want::Command => return Ok(&control.readings),
+                Want::Over(error) => return Err(error),
+                Want::Step => {}
+            }
+            bank.step();
+            let Served { accepted, arrived, out_of_bounds, broken, carried_out, .. } = bank.served;
+            if bank.follow && accepted != 0 {
+                let thirds = [bank.within(1.0 / 3.0), bank.within(2.0 / 3.0)];
+                control.follow(bank, &thirds);
+            }
+            if broken != 0 {
+                return Err(RunError::NotFinite);
+            }
+            if arrived | out_of_bounds != 0 {
+                want = control.resume(bank, out_of_bounds != 0);
+                continue;
+            }
+            // Who arrived has seen to it.
+            for (k, carried_out) in carried_out.into_iter().enumerate() {
+                if carried_out != 0 {
+                    control.carry_out(bank, k);
+                }
+            }
+        }
+    }
+
+    /// Holds the terminals of a [`Driven::motor`] at these potentials in V for a while. What they have in common does not matter:
+    /// the winding has no neutral.
+    ///
+    /// # Errors
+    /// As [`Driven::carry_out`]; potentials that are no numbers.
+    pub fn feed(&mut self, potential: [f64; 3], duration: Nanos) -> Result<(), RunError> {
+        if !potential.iter().all(|potential| potential.is_finite()) {
+            return Err(RunError::NotFinite);
+        }
+        let machine = &mut self.bank.machine;
+        machine.legs.fed = Some(Plane::from_stator(Abc(potential).clarke(), machine.start));
+        self.carry_out(&Command::hold(Stage::off(duration), Sampling::NONE)).map(|_| ())
+    }
+
+    /// The readings of the last command.
+    pub fn readings(&self) -> &[Reading<f64>] {
+        &self.control.readings
+    }
+
+    /// What is there now, sensors apart.
+    pub fn now(&self) -> Snapshot {
+        self.control.now(&self.bank)
+    }
+
+    /// What the run was, by its end.
+    pub(super) fn finish(mut self, error: Option<RunError>) -> Finished {
+        self.control.finish(&mut self.bank, error)
+    }
+}

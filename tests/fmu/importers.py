@@ -1,0 +1,175 @@
+"""FMUs as other programs meet them: FMPy's validation without a finding; samples that are those of `standstill trace`; FMPy
+(FMI 2.0 and 3.0) and libcosim with the same figures.
+
+    python tests/fmu/importers.py path/to/standstill
+
+Ends with 77 where FMPy is not there.
+"""
+
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+
+try:
+    import fmpy
+    import numpy as np
+    from fmpy.fmi2 import FMU2Slave
+    from fmpy.fmi3 import FMU3Slave
+    from fmpy.validation import validate_fmu
+except ImportError as error:
+    print(f"{error.name} is not here: the part with FMUs was left out")
+    sys.exit(77)
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+STEPS = 40
+PERIOD = 80e-6
+SETTINGS = {"trial": 3, "sample_at": 0.5}
+OUTPUTS = ["sampled.i_a", "sampled.i_b", "sampled.i_c", "sampled.u_dc"]
+
+
+def legs(n):
+    """The plan of open_loop.c, one step later: mode and duty of each leg."""
+    if n == 0:
+        return [(0, 0.0)] * 3
+    duty = [0.5 + n * (k + 1) % 5 / 128 for k in range(3)]
+    modes = [2, 1, 0] if n % 8 == 0 else [0, 0, 0] if n % 8 == 1 else [3, 3, 3]
+    return list(zip(modes, duty))
+
+
+def by_fmpy(path, folder):
+    """The samples of each step, called function by function."""
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    of = {"unzipDirectory": fmpy.extract(path, folder), "guid": description.guid, "instanceName": "drive"}
+    of["modelIdentifier"] = description.coSimulation.modelIdentifier
+    second = description.fmiVersion == "2.0"
+    slave = (FMU2Slave if second else FMU3Slave)(**of)
+    real = slave.setReal if second else slave.setFloat64
+    whole = slave.setInteger if second else slave.setInt32
+    slave.instantiate()
+    if second:
+        slave.setupExperiment(startTime=0.0)
+    for name, value in SETTINGS.items():
+        (whole if isinstance(value, int) else real)([reference[name]], [value])
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    seen = []
+    for n in range(STEPS):
+        for phase, (mode, duty) in zip("abc", legs(n)):
+            whole([reference[f"mode_{phase}"]], [mode])
+            real([reference[f"duty_{phase}"]], [duty])
+        slave.doStep(currentCommunicationPoint=n * PERIOD, communicationStepSize=PERIOD)
+        seen.append((slave.getReal if second else slave.getFloat64)([reference[name] for name in OUTPUTS]))
+    slave.terminate()
+    slave.freeInstance()
+    return np.array(seen)
+
+
+def by_event_mode(path, folder):
+    """FMI 3.0 with its clock: what goes in and out at the ticks."""
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    of = {"unzipDirectory": fmpy.extract(path, folder), "guid": description.guid, "instanceName": "clocked"}
+    slave = FMU3Slave(modelIdentifier=description.coSimulation.modelIdentifier, **of)
+    slave.instantiate(eventModeUsed=True)
+    slave.setInt32([reference["trial"]], [SETTINGS["trial"]])
+    slave.setFloat64([reference["sample_at"]], [SETTINGS["sample_at"]])
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    seen = []
+    for n in range(STEPS + 1):
+        if n:
+            slave.enterEventMode()
+        slave.setClock([reference["pwm"]], [True])
+        if n:
+            seen.append(slave.getFloat64([reference[name] for name in OUTPUTS]))
+        for phase, (mode, duty) in zip("abc", legs(n)):
+            slave.setInt32([reference[f"mode_{phase}"]], [mode])
+            slave.setFloat64([reference[f"duty_{phase}"]], [duty])
+        slave.updateDiscreteStates()
+        slave.enterStepMode()
+        if n < STEPS:
+            slave.doStep(currentCommunicationPoint=n * PERIOD, communicationStepSize=PERIOD)
+    slave.terminate()
+    slave.freeInstance()
+    return np.array(seen)
+
+
+def by_libcosim(path):
+    """The same by libcosim."""
+    from libcosimpy.CosimExecution import CosimExecution
+    from libcosimpy.CosimManipulator import CosimManipulator
+    from libcosimpy.CosimObserver import CosimObserver
+    from libcosimpy.CosimSlave import CosimLocalSlave
+
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    execution = CosimExecution.from_step_size(round(PERIOD * 1e9))
+    slave = execution.add_local_slave(CosimLocalSlave(fmu_path=str(path), instance_name="drive"))
+    execution.integer_initial_value(slave, reference["trial"], SETTINGS["trial"])
+    execution.real_initial_value(slave, reference["sample_at"], SETTINGS["sample_at"])
+    manipulator, observer = CosimManipulator.create_override(), CosimObserver.create_last_value()
+    execution.add_manipulator(manipulator)
+    execution.add_observer(observer)
+    seen = []
+    for n in range(STEPS):
+        modes, duties = zip(*legs(n))
+        manipulator.slave_integer_values(slave, [reference[f"mode_{phase}"] for phase in "abc"], list(modes))
+        manipulator.slave_real_values(slave, [reference[f"duty_{phase}"] for phase in "abc"], list(duties))
+        execution.step()
+        seen.append(observer.last_real_values(slave, [reference[name] for name in OUTPUTS]))
+    return np.array(seen)
+
+
+def by_trace(standstill, folder):
+    """What `standstill trace` samples with the same legs, by a library in C."""
+    library = folder / "open_loop.so"
+    include = ["-I", str(ROOT / "crates/foreign/include")]
+    subprocess.run(["cc", "-shared", "-fPIC", *include, "-o", library, ROOT / "tests/fmu/open_loop.c"], check=True)
+    words = ["trace", folder / "drive.toml", "--detector", library, "--trial", SETTINGS["trial"], "--out", folder / "trace"]
+    words += ["--format", "npz"]
+    subprocess.run([standstill, *map(str, words)], check=False, stdout=subprocess.DEVNULL)
+    # A text file would round to a microampere.
+    events = np.load(folder / "trace/events.npz")
+    return np.stack([events[name][events["event"] == "sample"] for name in ("i_a_A", "i_b_A", "i_c_A", "u_dc_V")], axis=1)
+
+
+def main(standstill):
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        (folder / "drive.toml").write_text('motor = "low-inertia"\ninverter.carrier = 12500\nerrors = "field"\nseed = 7\nrotor.state = "free"\n')
+        for version in "23":
+            for part in ("drive", "motor"):
+                path = folder / f"{part}{version}.fmu"
+                words = ["fmu", folder / "drive.toml", "--part", part, "--fmi", version, "-o", path]
+                subprocess.run([standstill, *map(str, words)], check=True, stdout=subprocess.DEVNULL)
+                findings = validate_fmu(str(path))
+                assert not findings, findings
+                print(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB, no finding of FMPy's validation")
+        second = by_fmpy(folder / "drive2.fmu", folder / "two")
+        assert abs(second[:, :3]).max() > 0.3
+        others = {"FMPy, FMI 3.0": by_fmpy(folder / "drive3.fmu", folder / "three")}
+        others["FMPy, FMI 3.0 with its clock"] = by_event_mode(folder / "drive3.fmu", folder / "clocked")
+        if shutil.which("cc"):
+            others["standstill trace"] = by_trace(standstill, folder)
+        else:
+            print("cc is not here: the comparison with a trace was left out (cargo test has one)")
+        try:
+            others["libcosim, FMI 2.0"] = by_libcosim(folder / "drive2.fmu")
+        except (ImportError, OSError) as error:
+            print(f"libcosimpy is not here or does not load ({error}): left out")
+        for other, samples in others.items():
+            assert samples.shape == second.shape, (other, samples.shape)
+            off = abs(samples - second).max()
+            assert off < 1e-9, (other, off)
+            print(f"{other}: {STEPS} steps as by FMPy, FMI 2.0, within {off:.1e} A and V")
+        # A whole simulation by FMPy's own loop, of the motor too.
+        result = fmpy.simulate_fmu(str(folder / "motor2.fmu"), stop_time=0.01, start_values={"u_a": 10.0, "u_b": -5.0, "u_c": -5.0})
+        assert abs(result["i_a"][-1]) > 0.1 and abs(result["i_a"] + result["i_b"] + result["i_c"]).max() < 1e-9
+        print(f"motor2.fmu: i_a is {result['i_a'][-1]:.3f} A after 10 ms at 10 V")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1])
