@@ -29,7 +29,7 @@ typedef struct sts_state {
 typedef struct sts_plate {
     uint64_t rated_pulse_ns;    /* needed: across two phases in series, until the rated current flows where it rises fastest */
     uint64_t dead_time_ns;
-    uint64_t period_ns;         /* of the PWM carrier; needed by injections and alignment */
+    uint64_t period_ns;         /* needed: of the PWM carrier */
     uint64_t skew_ns;           /* phase b is converted so much later than a, and c than b */
     float rated_current;        /* needed: of a phase, A, peak */
     float resistance;           /* of a phase, ohm */

@@ -206,7 +206,7 @@ impl Foreign {
         if let Some(command) = command {
             self.elapsed = self.elapsed + command.duration();
             if self.elapsed > self.time_limit {
-                let text = kept(&format!("not done within {} s", self.time_limit.seconds()));
+                let text = kept(&format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
                 return Err(Fault::Own(Own { code: NEVER_DONE, text }));
             }
             self.commands += 1;

@@ -13,6 +13,7 @@ use std::fs::File;
 use std::io::Write as _;
 use std::os::fd::{AsRawFd as _, FromRawFd as _};
 use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
@@ -64,7 +65,7 @@ impl Image {
         // so that none stays behind. A debugger finds it by the number of this process.
         let copy = file_in_memory(bytes)
             .map_err(|error| LoadError::because(format!("no copy of it could be made: {error}")))?;
-        let path = format!("/proc/{}/fd/{}", std::process::id(), copy.as_raw_fd());
+        let path = path_of(&copy);
         // SAFETY: constructors of the library run; whoever names it as the detector wants its code to run.
         let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
         let library = library.map_err(|error| load_error(&error, elf))?;
@@ -201,6 +202,19 @@ fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
     };
     (&file).write_all(bytes)?;
     Ok(file)
+}
+
+/// A path of an open file that no other one had before: the loader takes what it has under a path for the same library, and
+/// numbers of files come again. Slashes more or less lead to the same place.
+fn path_of(file: &File) -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(1);
+    let mut count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let mut path = format!("/proc/{}/fd", std::process::id());
+    while count > 0 {
+        path += if count % 2 == 1 { "//." } else { "/." };
+        count /= 2;
+    }
+    path + "/" + &file.as_raw_fd().to_string()
 }
 
 /// A C string.

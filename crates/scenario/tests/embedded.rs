@@ -282,7 +282,7 @@ static void try(const char *method, float current, const char *key, double value
     const char *refused;
     plate.rated_current = current;
     plate.ld = plate.lq = 1e-3f;
-    plate.rated_pulse_ns = 100000;
+    plate.rated_pulse_ns = plate.period_ns = 100000;
     plate.dc_link = 50.0f;
     setting.key = key;
     setting.value = value;

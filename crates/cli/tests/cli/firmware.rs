@@ -106,6 +106,23 @@ fn law_another_build_of_the_library_is_another_run() {
 }
 
 #[test]
+fn law_shards_of_a_library_put_together_are_its_run() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    let run = |more: &[&str]| {
+        let output =
+            standstill(&[&["run", "s.toml", "--detector", "./probe.so"], more].concat(), folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&["--out", "whole"]);
+    run(&["--out", "parts", "--shard", "1/2"]);
+    run(&["--out", "parts", "--shard", "2/2", "--isolate"]);
+    assert!(standstill(&["merge", "parts", "--out", "merged"], folder.path()).status.success());
+    let trials = |of: &str| fs::read(folder.path().join(of).join("trials.csv")).expect("written");
+    assert_eq!(trials("merged"), trials("whole"));
+}
+
+#[test]
 fn law_commands_for_methods_alone_say_so() {
     let folder = folder();
     probe(folder.path(), "found");
@@ -360,4 +377,17 @@ fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written(
     fs::write(at.join("probe.so"), "no library").expect("written");
     let message = mistake(&["run", "s.toml", "--detector", "./probe.so", "--isolate", "--out", "out"], at);
     assert!(message.contains("no library") && !at.join("out").exists(), "{message}");
+}
+
+#[test]
+fn analytic_the_odds_of_a_library_that_always_says_the_same_angle_are_even() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    let odds = ["odds", "s.toml", "--event", "wrong-pole", "--detector", "./probe.so", "--json"];
+    let output = standstill(&odds, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let [low, high] = ["low", "high"].map(|end| json[end].as_f64());
+    assert!(low < Some(0.5) && high > Some(0.5) && low > Some(0.48) && high < Some(0.52), "{text}");
 }
