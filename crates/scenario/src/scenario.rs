@@ -193,8 +193,12 @@ impl<S: Settings<f64>> Scenario<S> {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });
         }
+        self.try_detector()
+    }
+
+    /// Whether a detector can be made; not of a library that only other processes load, which try it there.
+    pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
         match &self.foreign {
-            // Who loads it will try it.
             Some(foreign) if !foreign.library().is_here() => Ok(()),
             _ => self.made(&self.case(0), None).map(|_| ()),
         }
