@@ -25,10 +25,10 @@ mod shared;
 mod texts;
 
 #[cfg(target_os = "linux")]
-pub use abi::ABI;
 pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
+pub use standstill_interface::abi::ABI;
 pub use texts::kept;
 
 /// The header that a detector in C includes.

@@ -149,16 +149,14 @@ impl Library {
             return Err(LoadError::no_entry());
         }
         let label: Arc<str> = path.display().to_string().into();
-        let (description, images) = match ELSEWHERE.get() {
-            Some(inspect) => (inspect(path)?, None),
-            None => {
-                let image = Image::load(bytes, &elf, &Site::new(&label, Moment::Load))?;
-                let level = level(image.table())?;
-                let file =
-                    path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-                let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
-                (Description { name, level }, Some(Mutex::new(vec![image])))
-            }
+        let (description, images) = if let Some(inspect) = ELSEWHERE.get() {
+            (inspect(path)?, None)
+        } else {
+            let image = Image::load(bytes, &elf, &Site::new(&label, Moment::Load))?;
+            let level = level(image.table())?;
+            let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+            let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
+            (Description { name, level }, Some(Mutex::new(vec![image])))
         };
         Ok(Self { path: path.to_owned(), label, bytes: Arc::clone(bytes), description, elf, images })
     }

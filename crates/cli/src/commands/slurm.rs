@@ -18,7 +18,7 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     scenario::vary(&mut document, &options.axes)?;
     // What is wrong with it shows here, and not a thousand times on the cluster.
     if options.isolate {
-        isolated::plan(document)?
+        isolated::plan(&document)?
     } else {
         Plan::new(document)?
     };

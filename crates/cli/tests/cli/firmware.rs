@@ -360,7 +360,7 @@ fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written(
         (&["-DNO_ENTRY"][..], "found", &[][..], "without sts_entry"),
         (&["-DABI=2"], "found", &[], "a table of ABI 2, needed one of ABI 1"),
         (&["-DSIZE=40"], "found", &[], "a table of 40 bytes"),
-        (&["-DMISSING"], "found", &[], "HAL_ADC_Start, TIM1_CNT"),
+        (&["-DMISSING"], "found", &[], "HAL_ADC_Start"),
         (&["-c"], "found", &[], "an object file"),
         (&[], "refuse", &[], "probe refused: this motor is not for me"),
         (&[], "found", &["-s", "inverter.carrier=10 kHz"], "a PWM of 12500 Hz"),

@@ -42,8 +42,8 @@ struct Worker {
 }
 
 /// The plan of a document whose trials run in processes of their own.
-pub fn plan(document: Document) -> Result<Plan, Error> {
-    let workers = Workers::of(&document)?;
+pub fn plan(document: &Document) -> Result<Plan, Error> {
+    let workers = Workers::of(document)?;
     let limit = document.load()?.detector.call_limit()?;
     load_elsewhere(move |path| inspected(path, limit));
     let plan = Plan::new(document.clone())?;
