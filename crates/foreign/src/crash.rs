@@ -107,7 +107,10 @@ pub fn isolate(limit: Duration) {
     ISOLATED.store(true, Ordering::Relaxed);
     let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
     let pause = libc::c_int::try_from((limit / 4_000_000).clamp(1, 20)).unwrap_or(20);
+    let (ready, is_ready) = std::sync::mpsc::channel();
     let watch = move || {
+        now();
+        let _ = ready.send(());
         loop {
             let mut parent = libc::pollfd { fd: libc::STDIN_FILENO, events: 0, revents: 0 };
             // SAFETY: one struct, for up to so many milliseconds.
@@ -124,6 +127,8 @@ pub fn isolate(limit: Duration) {
         }
     };
     std::thread::spawn(watch);
+    // What a thread needs to begin it may not get while a library is being loaded, which may never end.
+    let _ = is_ready.recv();
 }
 
 /// Why a worker ended, by its code or its signal.
