@@ -15,7 +15,9 @@
  *
  * Build: cc -O2 -shared -fPIC -o rotating.so rotating.c -lm
  * Config: voltage=… V, turns=… that count, ignore=… turns before them, pole=vote or threshold, threshold=… (a share),
- *         read=rise, or level: the current at the end of a half period, as if it had begun at zero.
+ *         read=rise, or level: the current at the end of a half period, as if it had begun at zero,
+ *         begin=forth, or back: the first vector goes back without having gone forth, as when the interrupt is enabled at the
+ *         other end of the counter. What it leaves behind is a current of one rise, which has to settle.
  */
 #include "standstill.h"
 
@@ -29,6 +31,7 @@
 /* Options. */
 static float voltage, threshold;
 static int turns, ignore, by_threshold, by_level;
+static uint32_t lead;                  /* halves of the turn before the first one that the injection begins with */
 /* What the drive knows. */
 static float dc_link;
 static int inverted, south;
@@ -72,6 +75,7 @@ static void *create(const sts_drive *drive, const char *config, uint64_t seed, c
     ignore = (int)number(config, "ignore", 1.0f);
     threshold = number(config, "threshold", 0.002f);
     by_level = text(config, "read") != NULL && strncmp(text(config, "read"), "level", 5) == 0;
+    lead = text(config, "begin") != NULL && strncmp(text(config, "begin"), "back", 4) == 0 ? 2 * DIRECTIONS - 1 : 0;
     by_threshold = pole != NULL && strncmp(pole, "threshold", 9) == 0;
     if (pole != NULL && !by_threshold && strncmp(pole, "vote", 4) != 0) {
         *refused = "pole must be vote or threshold";
@@ -176,9 +180,9 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         return STS_FAILED;
     }
     /* The half that ended now. What this interrupt orders begins with the next update: injection is there from half 2 on. */
-    if (tick >= 3 && (tick - 1) % 2 == 0) {
-        uint32_t half = tick - 3;
-        int turn = (int)(half / (2 * DIRECTIONS)) - ignore;
+    if (tick >= 3 && (tick - 3 + lead) % 2 == 0) {
+        uint32_t half = tick - 3 + lead;
+        int turn = (int)(half / (2 * DIRECTIONS)) - (lead > 0 ? 1 : 0) - ignore;
         float rise;
         direction(half, &x, &y);
         if (by_level) {
@@ -211,7 +215,7 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
     before[0] = alpha;
     before[1] = beta;
     if (tick >= 1) {
-        uint32_t half = tick - 1;
+        uint32_t half = tick - 1 + lead;
         float sign = half % 2 == 0 ? voltage : -voltage;
         direction(half, &x, &y);
         modulate(sign * x, sign * y, legs);

@@ -2,8 +2,8 @@
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Sampling, Stage};
 
-use crate::abi;
 use crate::detector::broken;
+use standstill_interface::abi;
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
 

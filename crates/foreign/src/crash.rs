@@ -8,19 +8,56 @@
 use std::cell::Cell;
 use std::ptr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Once, OnceLock};
+use std::sync::{Arc, Once, OnceLock};
 use std::time::{Duration, Instant};
 
-/// A detection for whoever must tell of its crash.
+/// What a library is called for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Moment {
+    /// To be loaded.
+    Load,
+    /// For a detector that is made before the first trial, to see whether one can be made.
+    Check,
+    /// In a trial.
+    Trial(u64),
+}
+
+/// Whose crash it would be, for whoever must tell of it.
 #[derive(Debug)]
 pub struct Site {
-    text: String,
+    library: Arc<str>,
+    moment: Moment,
 }
 
 impl Site {
-    /// Of a trial with this library.
-    pub fn new(library: &str, trial: u64) -> Self {
-        Self { text: format!("the detector {library} in trial {trial}") }
+    /// Of a library at this moment.
+    pub fn new(library: &Arc<str>, moment: Moment) -> Self {
+        Self { library: Arc::clone(library), moment }
+    }
+
+    /// Writes its parts, without asking for memory: a signal handler may.
+    fn tell(&self, end: &[&str]) {
+        let mut digits = [0; 20];
+        let [before, number] = match self.moment {
+            Moment::Load => [", while it was loaded,", ""],
+            Moment::Check => [", while a first detector of it was tried,", ""],
+            Moment::Trial(trial) => [" in trial ", decimal(trial, &mut digits)],
+        };
+        let begin = ["\nstandstill: the detector ", &self.library, before, number];
+        write(begin.iter().chain(end));
+    }
+}
+
+/// A number's digits.
+fn decimal(mut number: u64, digits: &mut [u8; 20]) -> &str {
+    let mut first = digits.len();
+    loop {
+        first -= 1;
+        digits[first] = b"0123456789"[usize::try_from(number % 10).unwrap_or(0)];
+        number /= 10;
+        if number == 0 {
+            return std::str::from_utf8(&digits[first..]).unwrap_or("?");
+        }
     }
 }
 
@@ -64,13 +101,24 @@ const CALLED_EXIT: i32 = 98;
 const TOO_LONG: i32 = 97;
 
 /// Makes this program a worker: a library that crashes, or calls `exit`, or does not return from a call within `limit`, ends
-/// it without a word. A worker runs one detection at a time.
+/// it without a word, and so does the end of whoever writes to its standard input, also in the middle of a call. A worker
+/// runs one detection at a time.
 pub fn isolate(limit: Duration) {
     ISOLATED.store(true, Ordering::Relaxed);
     let limit = u64::try_from(limit.as_nanos()).unwrap_or(u64::MAX);
+    let pause = libc::c_int::try_from((limit / 4_000_000).clamp(1, 20)).unwrap_or(20);
+    let (ready, is_ready) = std::sync::mpsc::channel();
     let watch = move || {
+        now();
+        let _ = ready.send(());
         loop {
-            std::thread::sleep(Duration::from_nanos((limit / 4).clamp(1_000_000, 20_000_000)));
+            let mut parent = libc::pollfd { fd: libc::STDIN_FILENO, events: 0, revents: 0 };
+            // SAFETY: one struct, for up to so many milliseconds.
+            unsafe { libc::poll(&raw mut parent, 1, pause) };
+            if parent.revents & (libc::POLLHUP | libc::POLLERR) != 0 {
+                // SAFETY: the program ends here: nobody is left to answer to.
+                unsafe { libc::_exit(0) };
+            }
             let began = BEGAN.load(Ordering::Relaxed);
             if began != 0 && now().saturating_sub(began) > limit {
                 // SAFETY: the program ends here, as its parent expects.
@@ -79,6 +127,8 @@ pub fn isolate(limit: Duration) {
         }
     };
     std::thread::spawn(watch);
+    // What a thread needs to begin it may not get while a library is being loaded, which may never end.
+    let _ = is_ready.recv();
 }
 
 /// Why a worker ended, by its code or its signal.
@@ -131,10 +181,10 @@ pub fn watch() {
 }
 
 /// Writes these at once, so that lines of several threads do not mix.
-fn write(texts: &[&str]) {
+fn write<'a>(texts: impl Iterator<Item = &'a &'a str>) {
     let mut line = [0_u8; 1024];
     let mut length = 0;
-    for byte in texts.iter().flat_map(|text| text.bytes()).take(line.len()) {
+    for byte in texts.flat_map(|text| text.bytes()).take(line.len()) {
         line[length] = byte;
         length += 1;
     }
@@ -143,10 +193,10 @@ fn write(texts: &[&str]) {
 }
 
 /// Whose crash it is, if it is a library's.
-fn here() -> Option<&'static str> {
+fn here() -> Option<&'static Site> {
     let site = HERE.get();
     // SAFETY: null, or a detection that is inside its library, which outlives the call.
-    (!site.is_null()).then(|| unsafe { (*site).text.as_str() })
+    (!site.is_null()).then(|| unsafe { &*site })
 }
 
 /// Threads may crash or call `exit()` at the same time. The first one goes on, and ends the program for all.
@@ -164,7 +214,7 @@ extern "C" fn on_signal(signal: libc::c_int) {
         && !ISOLATED.load(Ordering::Relaxed)
     {
         let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
-        write(&["\nstandstill: ", site, " crashed: ", name, "\n"]);
+        site.tell(&[" crashed: ", name, "\n"]);
     }
     // SAFETY: without the handler the signal ends the program as it would have; sent to this thread itself.
     unsafe {
@@ -180,7 +230,7 @@ extern "C" fn on_exit() {
             // SAFETY: the program ends here, as its parent expects.
             unsafe { libc::_exit(CALLED_EXIT) };
         }
-        write(&["\nstandstill: ", site, " called exit(), which ends the whole program\n"]);
+        site.tell(&[" called exit(), which ends the whole program\n"]);
         // SAFETY: the program ends here; results are not written, as their command is in the middle of its work.
         unsafe { libc::_exit(1) };
     }

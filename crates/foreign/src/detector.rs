@@ -10,12 +10,12 @@ use standstill_interface::{
     Angle, Detector, Fault, Findings, Nanos, Outcome, Own, PoleEvidence, Reading, Sensed, Step, Undetermined,
 };
 
-use crate::abi::{self, Answer, Drive, Sample};
 use crate::command;
-use crate::image::{Image, Site, during};
+use crate::image::{Image, Moment, Site, during};
 use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
 use crate::texts::kept;
+use standstill_interface::abi::{self, Answer, Drive, Sample};
 
 /// What all detectors of a scenario are made from.
 #[derive(Clone, Debug)]
@@ -90,13 +90,14 @@ impl Maker {
         &self.library
     }
 
-    /// A detector with its library's memory as after loading; `trial` is for messages.
+    /// A detector with its library's memory as after loading; of a trial, or to see whether one can be made.
     ///
     /// # Errors
     /// What `create` said when it refused, and an image that cannot be loaded.
-    pub fn detector(&self, seed: u64, trial: u64) -> Result<Foreign, String> {
+    pub fn detector(&self, seed: u64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
-        let site = Box::new(Site::new(&self.library.path().display().to_string(), trial));
+        let moment = trial.map_or(Moment::Check, Moment::Trial);
+        let site = Box::new(Site::new(self.library.label(), moment));
         let detector = match during(&site, || image.create(&self.drive, &self.config, seed)) {
             Ok(detector) => detector,
             Err(refused) => {
@@ -115,6 +116,7 @@ impl Maker {
             site,
             interrupts,
             samples: Vec::new(),
+            commands: 0,
             elapsed: Nanos::ZERO,
             time_limit: self.time_limit,
         })
@@ -131,7 +133,8 @@ pub struct Foreign {
     site: Box<Site>,
     interrupts: Option<Interrupts>,
     samples: Vec<Sample>,
-    /// Time of all commands up to now.
+    /// Number and time of all commands up to now.
+    commands: u64,
     elapsed: Nanos,
     time_limit: Nanos,
 }
@@ -145,6 +148,11 @@ impl fmt::Debug for Foreign {
 /// Numbers of reasons that are the bench's: the last ones, so that a library's own are free from 0.
 const BROKE_ITS_SIDE: u32 = u32::MAX;
 const NEVER_DONE: u32 = u32::MAX - 1;
+const TOO_MANY: u32 = u32::MAX - 3;
+
+/// Commands that may be as short as they like. Beyond them a detection's commands must last a microsecond on average: what
+/// orders shorter ones for ever would never come to its limit of time.
+const SHORT_COMMANDS: u64 = 100_000;
 
 /// A failure because the library did what the header does not allow.
 pub fn broken(text: &str) -> Fault<f64> {
@@ -198,8 +206,14 @@ impl Foreign {
         if let Some(command) = command {
             self.elapsed = self.elapsed + command.duration();
             if self.elapsed > self.time_limit {
-                let text = kept(&format!("not done within {} s", self.time_limit.seconds()));
+                let text = kept(&format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
                 return Err(Fault::Own(Own { code: NEVER_DONE, text }));
+            }
+            self.commands += 1;
+            // An interrupt's period is the timer's.
+            if self.interrupts.is_none() && self.commands > SHORT_COMMANDS + self.elapsed.0 / 1000 {
+                let text = kept(&format!("more than {SHORT_COMMANDS} commands of less than 1 us on average"));
+                return Err(Fault::Own(Own { code: TOO_MANY, text }));
             }
             return Ok(Step::Drive(command));
         }

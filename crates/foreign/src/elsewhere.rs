@@ -3,20 +3,30 @@
 use std::convert::Infallible;
 use std::ffi::{CString, c_void};
 use std::ptr::NonNull;
+use std::sync::Arc;
 
-use crate::abi::{Answer, Command, Drive, Legs, Sample, Table};
 use crate::elf::Elf;
 use crate::library::LoadError;
+use standstill_interface::abi::{Answer, Command, Drive, Legs, Sample, Table};
 
 /// None.
 pub struct Image(Infallible);
+
+/// What a library is called for.
+#[allow(dead_code, reason = "nothing is called here")]
+#[derive(Debug)]
+pub enum Moment {
+    Load,
+    Check,
+    Trial(u64),
+}
 
 /// None.
 #[derive(Debug)]
 pub struct Site;
 
 impl Site {
-    pub fn new(_: &str, _: u64) -> Self {
+    pub fn new(_: &Arc<str>, _: Moment) -> Self {
         Self
     }
 }
@@ -27,7 +37,7 @@ pub fn during<T>(_: &Site, call: impl FnOnce() -> T) -> T {
 }
 
 impl Image {
-    pub fn load(_: &[u8], _: &Elf) -> Result<Self, LoadError> {
+    pub fn load(_: &[u8], _: &Elf, _: &Site) -> Result<Self, LoadError> {
         Err(LoadError::elsewhere())
     }
 

@@ -9,8 +9,11 @@
 )]
 
 use std::ffi::{CStr, CString, c_char, c_void};
+use std::fs::File;
 use std::io::Write as _;
+use std::os::fd::{AsRawFd as _, FromRawFd as _};
 use std::ptr::NonNull;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
@@ -20,11 +23,11 @@ const OWN_FIRST: libc::c_int = libc::RTLD_DEEPBIND;
 #[cfg(not(target_env = "gnu"))]
 const OWN_FIRST: libc::c_int = 0;
 
-use crate::abi::{ABI, Answer, Command, Drive, Entry, Legs, Sample, Table};
 use crate::crash;
-pub use crate::crash::Site;
+pub use crate::crash::{Moment, Site};
 use crate::elf::Elf;
 use crate::library::LoadError;
+use standstill_interface::abi::{ABI, Answer, Command, Drive, Entry, Legs, REENTRANT, Sample, Table};
 
 /// Writable memory of an image and what it held after loading.
 struct Memory {
@@ -52,15 +55,19 @@ struct Head {
 
 impl Image {
     /// Loads a copy of these bytes. All symbols are resolved here, never in the middle of a run.
-    pub fn load(bytes: &[u8], elf: &Elf) -> Result<Self, LoadError> {
+    pub fn load(bytes: &[u8], elf: &Elf, site: &Site) -> Result<Self, LoadError> {
         crash::watch();
-        // The loader knows files that it has loaded already: each image is a file of its own, whose name goes at once.
-        let copy = tempfile::Builder::new().prefix("standstill-").suffix(".so").tempfile();
-        let written = copy.and_then(|mut copy| copy.write_all(bytes).map(|()| copy.into_temp_path()));
-        let path =
-            written.map_err(|error| LoadError::because(format!("no copy of it could be made: {error}")))?;
+        during(site, || Self::open(bytes, elf))
+    }
+
+    fn open(bytes: &[u8], elf: &Elf) -> Result<Self, LoadError> {
+        // The loader knows files that it has loaded already: each image is a file of its own, which has no place in any folder,
+        // so that none stays behind. A debugger finds it by the number of this process.
+        let copy = file_in_memory(bytes)
+            .map_err(|error| LoadError::because(format!("no copy of it could be made: {error}")))?;
+        let path = path_of(&copy);
         // SAFETY: constructors of the library run; whoever names it as the detector wants its code to run.
-        let library = unsafe { Library::open(Some(path.as_os_str()), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
+        let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
         let library = library.map_err(|error| load_error(&error, elf))?;
         // SAFETY: `sts_entry` is declared so in standstill.h.
         let entry = unsafe { library.get::<Entry>(b"sts_entry\0") };
@@ -90,7 +97,7 @@ impl Image {
             *asked
         };
         let mut image = Self { table, memory: Vec::new(), _library: library };
-        if table.flags & crate::abi::REENTRANT == 0 {
+        if table.flags & REENTRANT == 0 {
             image.memory = Self::writable(*entry as *const c_void, elf)?;
         }
         Ok(image)
@@ -184,6 +191,32 @@ impl Image {
     }
 }
 
+/// A file with these bytes that is in no folder.
+fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
+    // SAFETY: a zero-ended name; the number that is returned is a file of this process, or −1.
+    let file = unsafe {
+        match libc::memfd_create(c"standstill-detector".as_ptr(), libc::MFD_CLOEXEC) {
+            -1 => return Err(std::io::Error::last_os_error()),
+            number => File::from_raw_fd(number),
+        }
+    };
+    (&file).write_all(bytes)?;
+    Ok(file)
+}
+
+/// A path of an open file that no other one had before: the loader takes what it has under a path for the same library, and
+/// numbers of files come again. Slashes more or less lead to the same place.
+fn path_of(file: &File) -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(1);
+    let mut count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let mut path = format!("/proc/{}/fd", std::process::id());
+    while count > 0 {
+        path += if count % 2 == 1 { "//." } else { "/." };
+        count /= 2;
+    }
+    path + "/" + &file.as_raw_fd().to_string()
+}
+
 /// A C string.
 ///
 /// # Safety
@@ -196,6 +229,14 @@ unsafe fn text(from: *const c_char) -> Option<String> {
 /// What the loader says; all that is missing, where it names only the first.
 fn load_error(error: &libloading::Error, elf: &Elf) -> LoadError {
     let said = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
+    let absent: Vec<&str> = elf.needed.iter().filter(|name| is_absent(name)).map(String::as_str).collect();
+    if !absent.is_empty() {
+        return LoadError::new(
+            format!("a library that is linked to {}, which cannot be loaded here", absent.join(", ")),
+            "all libraries that it needs (ldd names them): install them, set LD_LIBRARY_PATH, or link what is yours into one file"
+                .to_owned(),
+        );
+    }
     let missing = missing(elf);
     if !missing.is_empty() {
         let names = missing.join(", ");
@@ -205,6 +246,12 @@ fn load_error(error: &libloading::Error, elf: &Elf) -> LoadError {
         );
     }
     LoadError::because(said)
+}
+
+/// Whether a library that another one needs is not to be had.
+fn is_absent(name: &str) -> bool {
+    // SAFETY: a library of the system, loaded as the library itself would load it.
+    unsafe { Library::new(name) }.is_err()
 }
 
 /// What neither this program nor any library that it needs has.

@@ -12,9 +12,9 @@ use std::collections::VecDeque;
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Sampling, Stage};
 
-use crate::abi::{self, Legs};
 use crate::command::{duty, no_leg};
 use crate::library::Timing;
+use standstill_interface::abi::{self, Legs};
 
 /// The timer between a library and the bench.
 #[derive(Debug)]

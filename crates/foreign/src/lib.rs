@@ -10,7 +10,6 @@
 //!
 //! `unsafe` stands in `image.rs` (loading, memory, calls) and `crash.rs` (signals) alone.
 
-mod abi;
 mod command;
 #[cfg(target_os = "linux")]
 mod crash;
@@ -19,14 +18,17 @@ mod elf;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;
+#[cfg(test)]
+mod layout;
 mod library;
+mod shared;
 mod texts;
 
 #[cfg(target_os = "linux")]
-pub use abi::ABI;
 pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
-pub use library::{Level, Library, LoadError, Timing};
+pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
+pub use standstill_interface::abi::ABI;
 pub use texts::kept;
 
 /// The header that a detector in C includes.

@@ -2,11 +2,12 @@
 
 use std::fmt;
 use std::path::{Path, PathBuf};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
-use crate::abi;
 use crate::elf::Elf;
-use crate::image::Image;
+use crate::image::{Image, Moment, Site};
+use crate::shared;
+use standstill_interface::abi;
 
 /// Why a library cannot be the detector.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -18,7 +19,8 @@ pub struct LoadError {
 }
 
 impl LoadError {
-    pub(crate) fn new(found: String, needed: String) -> Self {
+    /// An error of these words.
+    pub fn new(found: String, needed: String) -> Self {
         Self { found, needed }
     }
 
@@ -56,6 +58,15 @@ pub struct Timing {
     pub update_delay: u32,
 }
 
+/// What must be known of a library before there are trials with it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Description {
+    /// What it calls itself.
+    pub name: String,
+    /// How it is called.
+    pub level: Level,
+}
+
 /// How a library is called.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Level {
@@ -68,12 +79,13 @@ pub enum Level {
 /// A library that can be a detector.
 pub struct Library {
     path: PathBuf,
+    /// The path as messages have it.
+    label: Arc<str>,
     bytes: Arc<[u8]>,
-    name: String,
-    level: Level,
+    description: Description,
     elf: Elf,
-    /// Images that no detection uses now.
-    images: Mutex<Vec<Image>>,
+    /// Images that no detection uses now; nothing if it is loaded in other processes only.
+    images: Option<Mutex<Vec<Image>>>,
 }
 
 impl fmt::Debug for Library {
@@ -84,6 +96,19 @@ impl fmt::Debug for Library {
 
 /// Libraries of this program: each is checked and loaded once, however many scenarios name it.
 static KNOWN: Mutex<Vec<Arc<Library>>> = Mutex::new(Vec::new());
+
+/// Loads the library at a path in another process and describes it.
+type Inspect = Box<dyn Fn(&Path) -> Result<Description, LoadError> + Send + Sync>;
+
+/// Who loads libraries in place of this process.
+static ELSEWHERE: OnceLock<Inspect> = OnceLock::new();
+
+/// From here on this process loads no library: `inspect` has another one do it and say what it found. For a program of
+/// which nothing but workers runs detectors.
+pub fn load_elsewhere(inspect: impl Fn(&Path) -> Result<Description, LoadError> + Send + Sync + 'static) {
+    // Who was there first stays.
+    let _ = ELSEWHERE.set(Box::new(inspect));
+}
 
 impl Library {
     /// The library with these bytes, which were read from `path`.
@@ -123,18 +148,43 @@ impl Library {
         if elf.entry.is_none() {
             return Err(LoadError::no_entry());
         }
-        let image = Image::load(bytes, &elf)?;
-        let table = image.table();
-        let level = level(table)?;
-        let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
-        let images = Mutex::new(vec![image]);
-        Ok(Self { path: path.to_owned(), bytes: Arc::clone(bytes), name, level, elf, images })
+        let label: Arc<str> = path.display().to_string().into();
+        let (description, images) = if let Some(inspect) = ELSEWHERE.get() {
+            (inspect(path)?, None)
+        } else {
+            let image = Image::load(bytes, &elf, &Site::new(&label, Moment::Load))?;
+            let level = level(image.table())?;
+            let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+            let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
+            (Description { name, level }, Some(Mutex::new(vec![image])))
+        };
+        Ok(Self { path: path.to_owned(), label, bytes: Arc::clone(bytes), description, elf, images })
     }
 
     /// What it calls itself.
     pub fn name(&self) -> &str {
-        &self.name
+        &self.description.name
+    }
+
+    /// What there is to know of it without a detection.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// Whether this process has loaded it, so that it can make detectors.
+    pub fn is_here(&self) -> bool {
+        self.images.is_some()
+    }
+
+    /// What it takes from the C library, or from others, that is there once for all copies and is not set back; nothing if
+    /// there is none.
+    pub fn shared_note(&self) -> Option<String> {
+        shared::note(&self.elf)
+    }
+
+    /// Its path as messages have it.
+    pub(crate) fn label(&self) -> &Arc<str> {
+        &self.label
     }
 
     /// Where it was read from.
@@ -144,20 +194,27 @@ impl Library {
 
     /// How it is called.
     pub fn level(&self) -> Level {
-        self.level
+        self.description.level
     }
 
     /// An image with its memory as after loading: one that no detection uses, or a new one.
     pub(crate) fn image(&self) -> Result<Image, LoadError> {
-        let free = self.images.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let mut image = free.map_or_else(|| Image::load(&self.bytes, &self.elf), Ok)?;
+        let Some(images) = &self.images else {
+            let found = "a library that only other processes load";
+            return Err(LoadError::new(found.to_owned(), "a trial in one of these".to_owned()));
+        };
+        let free = images.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        let load = || Image::load(&self.bytes, &self.elf, &Site::new(&self.label, Moment::Load));
+        let mut image = free.map_or_else(load, Ok)?;
         image.set_back();
         Ok(image)
     }
 
     /// Takes an image back.
     pub(crate) fn give_back(&self, image: Image) {
-        self.images.lock().unwrap_or_else(PoisonError::into_inner).push(image);
+        if let Some(images) = &self.images {
+            images.lock().unwrap_or_else(PoisonError::into_inner).push(image);
+        }
     }
 }
 

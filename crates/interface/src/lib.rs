@@ -15,6 +15,7 @@
 #![no_std]
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+pub mod abi;
 mod angle;
 mod choice;
 mod command;

@@ -39,7 +39,7 @@ impl ScenarioFile {
         files: &Files,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor, files)?;
-        scenario.detector_for(&scenario.case(0)).map_err(|error| FileError::settings(&error))?;
+        scenario.try_detector().map_err(|error| FileError::settings(&error))?;
         Ok(scenario)
     }
 

@@ -38,6 +38,8 @@ pub struct DetectorTable {
     pub config: IndexMap<String, toml::Value>,
     /// Whether `method` is set.
     named: bool,
+    /// Whether its library is an axis, so that there is no method either.
+    pub(super) library_is_an_axis: bool,
     /// The methods' own keys that are set.
     settings: Vec<(&'static Key, Value)>,
 }
@@ -189,7 +191,7 @@ impl Serialize for DetectorTable {
         let mut table = serializer.serialize_struct("DetectorTable", FIELDS.len())?;
         for (name, field) in FIELDS.iter() {
             match field {
-                Field::Method if self.library.is_some() && !self.named => {}
+                Field::Method if (self.library.is_some() || self.library_is_an_axis) && !self.named => {}
                 Field::Method => table.serialize_field(name, &self.method)?,
                 Field::Signature => {
                     self.signature.iter().try_for_each(|it| table.serialize_field(name, it))?;

@@ -30,6 +30,8 @@ pub struct Plan {
     tolerances: Vec<Drawn>,
     /// What is said of poles that the motors' data do not tell.
     pole_notes: Vec<&'static str>,
+    /// What is said of libraries that share something with their copies.
+    library_notes: Vec<String>,
     /// What sets them without the document, if that is the same.
     pub(super) typed: Option<Typed>,
     /// Who runs its trials in place of this process.
@@ -106,12 +108,23 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let pole_notes = Vec::new();
+        let (pole_notes, library_notes) = (Vec::new(), Vec::new());
         let (typed, remote) = (None, None);
-        let mut plan =
-            Self { document, resolved, motor, file, points, tolerances, pole_notes, typed, remote };
+        let mut plan = Self {
+            document,
+            resolved,
+            motor,
+            file,
+            points,
+            tolerances,
+            pole_notes,
+            library_notes,
+            typed,
+            remote,
+        };
         for number in 0..plan.points.len() {
-            let motor = plan.scenario(number)?.motor;
+            let Scenario { motor, foreign, .. } = plan.scenario(number)?;
+            plan.library_notes.extend(foreign.and_then(|foreign| foreign.library().shared_note()));
             // One motor for all points is looked at once.
             if motor.has_magnet() && (number == 0 || plan.motor.is_none()) {
                 plan.pole_notes.extend(motor.pole_knowledge().note());
@@ -119,6 +132,8 @@ impl Plan {
         }
         plan.pole_notes.sort_unstable();
         plan.pole_notes.dedup();
+        plan.library_notes.sort_unstable();
+        plan.library_notes.dedup();
         let tried = plan.check_draws()?;
         plan.typed = plan.setters(tried)?;
         plan.document.seal();
@@ -149,6 +164,11 @@ impl Plan {
     /// What must be said of wrong poles where the motors' data do not tell which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
         (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
+    }
+
+    /// What must be said of results where a library keeps something outside of its own memory.
+    pub fn library_note(&self) -> Option<String> {
+        (!self.library_notes.is_empty()).then(|| self.library_notes.join("; "))
     }
 
     /// Whether each trial draws values of its own.

@@ -196,7 +196,15 @@ impl<S: Settings<f64>> Scenario<S> {
             let needed = "the carrier period of the drive";
             return Err(SettingsError { setting: "polarity.carrier_period", needed });
         }
-        self.detector_for(&self.case(0)).map(|_| ())
+        self.try_detector()
+    }
+
+    /// Whether a detector can be made; not of a library that only other processes load, which try it there.
+    pub(crate) fn try_detector(&self) -> Result<(), SettingsError> {
+        match &self.foreign {
+            Some(foreign) if !foreign.library().is_here() => Ok(()),
+            _ => self.made(&self.case(0), None).map(|_| ()),
+        }
     }
 
     /// The detector of a case of this scenario: the method's, or a library's with the case's own seed.
@@ -204,12 +212,17 @@ impl<S: Settings<f64>> Scenario<S> {
     /// # Errors
     /// Settings that cannot work, and what a library said that refused.
     pub fn detector_for(&self, case: &Case) -> Result<Made<S::Detector>, SettingsError> {
+        self.made(case, Some(case.streams.index()))
+    }
+
+    /// The same for a trial, or none, as messages tell.
+    fn made(&self, case: &Case, trial: Option<u64>) -> Result<Made<S::Detector>, SettingsError> {
         let Some(foreign) = &self.foreign else { return self.detector.detector().map(Made::Own) };
         let mut draws = case.streams.open(Purpose::Detector);
         // A draw has 48 bits.
         let [high, low] = [(); 2].map(|()| draws.integer(u64::from(u32::MAX)));
         let seed = high << 32 | low;
-        let detector = foreign.detector(seed, case.streams.index());
+        let detector = foreign.detector(seed, trial);
         detector.map(Made::Foreign).map_err(|refused| SettingsError::own(kept(&refused)))
     }
 

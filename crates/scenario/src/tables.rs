@@ -266,7 +266,9 @@ impl ScenarioFile {
     pub fn text(&self) -> Result<String, FileError> {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
-        let mut text = toml::to_string(&Self { axes: IndexMap::new(), ..self.clone() }).map_err(wrong)?;
+        let mut table = Self { axes: IndexMap::new(), ..self.clone() };
+        table.detector.library_is_an_axis = self.axes.contains_key("detector.library");
+        let mut text = toml::to_string(&table).map_err(wrong)?;
         if !self.axes.is_empty() {
             text += "\n[axes]\n";
         }

@@ -70,6 +70,9 @@ pub struct Identity {
     /// What must be said of wrong poles: which pole draws more current, the motor's data do not tell.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pole_note: Option<String>,
+    /// What must be said of a detector from a library that keeps something outside of its own memory.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub library_note: Option<String>,
     /// Digests of the files that it names, by their paths from its folder.
     #[serde(skip_serializing_if = "BTreeMap::is_empty", default)]
     pub files: BTreeMap<String, String>,

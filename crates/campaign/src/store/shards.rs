@@ -278,6 +278,7 @@ mod tests {
             shard: Shard { index, count },
             scenario: format!("seed = {seed}\n"),
             pole_note: None,
+            library_note: None,
             files: BTreeMap::new(),
         }
     }

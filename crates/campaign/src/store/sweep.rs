@@ -73,6 +73,7 @@ impl Sweep<'_> {
             shard: self.shard,
             scenario: self.plan.text()?,
             pole_note: self.plan.pole_note(),
+            library_note: self.plan.library_note(),
             files: self.plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect(),
         })
     }

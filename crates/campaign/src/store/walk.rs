@@ -160,6 +160,7 @@ pub(crate) mod tests {
             shard,
             scenario: text,
             pole_note: None,
+            library_note: None,
             files: BTreeMap::new(),
         }
     }

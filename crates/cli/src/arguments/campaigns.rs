@@ -280,6 +280,9 @@ pub struct Slurm {
     /// What is kept of the trials
     #[arg(long, value_enum, default_value_t = Rows::All)]
     pub rows: Rows,
+    /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone
+    #[arg(long)]
+    pub isolate: bool,
     /// Folder for the results; journals and logs go to `shards` in it
     #[arg(long, value_name = "DIR", default_value = "standstill-out/run")]
     pub out: PathBuf,

@@ -5,7 +5,6 @@ pub mod isolated;
 pub mod results;
 
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
@@ -15,7 +14,6 @@ use standstill_campaign::store::{
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
-use self::isolated::Workers;
 use self::results::{Results, SUMMARY, SummaryFile};
 use crate::Report;
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
@@ -61,11 +59,7 @@ fn document_of(options: &Run) -> Result<Document, Error> {
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
-    let isolated = options.isolate.then(|| Workers::of(&document)).transpose()?;
-    let mut plan = Plan::new(document)?;
-    if let Some(workers) = isolated {
-        plan = plan.with_remote(Arc::new(workers));
-    }
+    let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;
     let out = &options.results.out;

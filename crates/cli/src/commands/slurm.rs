@@ -5,7 +5,7 @@ use std::path::Path;
 
 use standstill_scenario::Plan;
 
-use super::run::{document, quoted};
+use super::run::{document, isolated, quoted};
 use crate::Report;
 use crate::arguments::{FormatName, Rows, Slurm};
 use crate::error::Error;
@@ -17,7 +17,11 @@ pub fn run(options: &Slurm) -> Result<Report, Error> {
     let mut document = document(&options.scenario, &options.keys, &options.amount)?;
     scenario::vary(&mut document, &options.axes)?;
     // What is wrong with it shows here, and not a thousand times on the cluster.
-    Plan::new(document)?;
+    if options.isolate {
+        isolated::plan(&document)?
+    } else {
+        Plan::new(document)?
+    };
     let here = std::env::current_dir().map_err(|error| Error::Read(".".into(), error))?;
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     Ok(Report { text: script(options, &here, &program), code: 0 })
@@ -49,6 +53,7 @@ fn command(options: &Slurm) -> String {
     words.extend(options.amount.trials.map(|trials| format!("--trials {trials}")));
     words.extend(options.amount.seed.seed.map(|seed| format!("--seed {seed}")));
     words.extend(pairs("--stop-at", &options.amount.stop_at));
+    words.extend(options.isolate.then(|| "--isolate".to_owned()));
     words.extend((options.rows == Rows::None).then(|| "--rows none".to_owned()));
     words.join(" ")
 }
@@ -139,6 +144,7 @@ mod tests {
             "errors=default,harsh",
             "--rows",
             "none",
+            "--isolate",
             "--out",
             "big out",
         ];
@@ -151,7 +157,7 @@ mod tests {
             "#SBATCH --cpus-per-task=4\n",
             "#SBATCH --time=02:00:00\n",
             "#SBATCH --partition=short\n",
-            "sweep 'it'\\''s mine.toml' -s 'sensors.noise=20 mA' --vary errors=default,harsh --rows none --threads 4 --resume",
+            "sweep 'it'\\''s mine.toml' -s 'sensors.noise=20 mA' --vary errors=default,harsh --isolate --rows none --threads 4 --resume",
             "cd '/home/a b'\n",
             "--dependency=\"afterok:",
         ] {

@@ -13,8 +13,15 @@ fn root() -> PathBuf {
 
 /// Builds a library in a folder from a source of this repository.
 fn build(folder: &Path, source: &str, library: &str) {
+    build_with(folder, source, library, &[]);
+}
+
+/// The same with options.
+fn build_with(folder: &Path, source: &str, library: &str, options: &[&str]) {
     let output = Command::new("cc")
-        .args(["-O2", "-shared", "-fPIC", "-I"])
+        .args(["-O2", "-shared", "-fPIC"])
+        .args(options)
+        .arg("-I")
         .arg(root().join("crates/foreign/include"))
         .args(["-o", library])
         .arg(root().join(source))
@@ -25,9 +32,11 @@ fn build(folder: &Path, source: &str, library: &str) {
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }
 
+const PROBE: &str = "crates/scenario/tests/foreign/probe.c";
+
 /// The probe's scenario, asking for something.
 fn probe(folder: &Path, what: &str) {
-    build(folder, "crates/scenario/tests/foreign/probe.c", "probe.so");
+    build(folder, PROBE, "probe.so");
     let text = format!("motor = \"light-vehicle\"\ntrials = 60\n[detector.config]\nwhat = \"{what}\"\n");
     fs::write(folder.join("s.toml"), text).expect("written");
 }
@@ -97,6 +106,23 @@ fn law_another_build_of_the_library_is_another_run() {
 }
 
 #[test]
+fn law_shards_of_a_library_put_together_are_its_run() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    let run = |more: &[&str]| {
+        let output =
+            standstill(&[&["run", "s.toml", "--detector", "./probe.so"], more].concat(), folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    };
+    run(&["--out", "whole"]);
+    run(&["--out", "parts", "--shard", "1/2"]);
+    run(&["--out", "parts", "--shard", "2/2", "--isolate"]);
+    assert!(standstill(&["merge", "parts", "--out", "merged"], folder.path()).status.success());
+    let trials = |of: &str| fs::read(folder.path().join(of).join("trials.csv")).expect("written");
+    assert_eq!(trials("merged"), trials("whole"));
+}
+
+#[test]
 fn law_commands_for_methods_alone_say_so() {
     let folder = folder();
     probe(folder.path(), "found");
@@ -160,4 +186,208 @@ fn law_isolated_a_library_that_misbehaves_costs_that_trial_alone() {
     assert_eq!(trials(&[], "plain"), trials(&["--isolate"], "apart"));
     let message = mistake(&["run", "s.toml", "--isolate", "-s", "detector.config={}"], folder.path());
     assert!(message.contains("--isolate") && message.contains("`detector.library`"), "{message}");
+}
+
+#[test]
+fn law_what_crashes_before_the_first_trial_is_a_mistake_where_it_is_isolated() {
+    let folder = folder();
+    let at = folder.path();
+    let ends = [
+        ("crash", "the library crashed: SIGSEGV"),
+        ("exit", "the library called exit()"),
+        ("hang", "a call took longer than detector.call_timeout"),
+    ];
+    for (how, reason) in ends {
+        for loads in [true, false] {
+            probe(at, &if loads { "found".to_owned() } else { format!("create-{how}") });
+            if loads {
+                build_with(at, PROBE, "probe.so", &[&format!("-DAT_LOAD=\"{how}\"")]);
+            }
+            let timeout = ["-s", "detector.call_timeout=200 ms", "--isolate"];
+            for command in [&["run", "s.toml", "--out", "out"][..], &["slurm", "s.toml", "--shards", "2"]] {
+                let message = mistake(&[command, &["--detector", "./probe.so"], &timeout].concat(), at);
+                assert!(message.contains("`detector.library`") && message.contains(reason), "{message}");
+            }
+            assert!(!at.join("out").exists(), "nothing is written");
+        }
+    }
+    // Without it the program ends by the signal, and says when that was.
+    for (what, options, when) in [
+        ("create-crash", vec![], "while a first detector of it was tried, crashed: SIGSEGV"),
+        ("found", vec!["-DAT_LOAD=\"crash\""], "while it was loaded, crashed: SIGSEGV"),
+        ("found", vec!["-DAT_LOAD=\"exit\""], "while it was loaded, called exit()"),
+    ] {
+        probe(at, what);
+        build_with(at, PROBE, "probe.so", &options);
+        let output = standstill(&["run", "s.toml", "--detector", "./probe.so", "--out", "out"], at);
+        let said = String::from_utf8(output.stderr).expect("text");
+        assert!(said.contains("probe.so, ") && said.contains(when) && !said.contains("trial"), "{said}");
+    }
+}
+
+#[test]
+fn law_isolated_libraries_can_be_an_axis() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    build_with(folder.path(), PROBE, "other.so", &["-DCOMMANDS"]);
+    let axis = ["--vary", "detector.library=./probe.so,./other.so", "-s", "detector.time_limit=1 ms"];
+    let trials = |more: &[&str], out: &str| {
+        let common = ["sweep", "s.toml", "--trials", "10", "--out", out];
+        let output = standstill(&[&common[..], &axis, more].concat(), folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read_to_string(folder.path().join(out).join("trials.csv")).expect("written")
+    };
+    let plain = trials(&[], "plain");
+    assert_eq!(plain, trials(&["--isolate"], "apart"));
+    assert_eq!(plain.lines().filter(|line| line.contains(",found,")).count(), 10);
+    assert_eq!(plain.lines().filter(|line| line.contains("not done within")).count(), 10);
+}
+
+/// Processes whose parent is this one, which have not ended.
+fn children(of: u32) -> Vec<u32> {
+    let stat = |pid: u32| {
+        let text = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+        let (_, rest) = text.rsplit_once(") ")?;
+        let mut words = rest.split(' ');
+        (words.next()? != "Z").then_some(())?;
+        words.next()?.parse::<u32>().ok()
+    };
+    let all = fs::read_dir("/proc")
+        .expect("a list")
+        .filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
+    all.filter(|pid| stat(*pid) == Some(of)).collect()
+}
+
+/// Whether this process runs.
+fn runs(pid: u32) -> bool {
+    let text = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    text.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with('Z'))
+}
+
+fn soon(what: &str, mut holds: impl FnMut() -> bool) {
+    for _ in 0..600 {
+        if holds() {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(50));
+    }
+    panic!("{what}");
+}
+
+#[test]
+fn law_workers_end_with_their_parent() {
+    for signal in ["-KILL", "-INT"] {
+        let folder = folder();
+        // An eighth of the trials hangs, for longer than this test.
+        probe(folder.path(), "hang");
+        let mut run = Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args([
+                "run",
+                "s.toml",
+                "--detector",
+                "./probe.so",
+                "--isolate",
+                "--threads",
+                "2",
+                "--trials",
+                "100000",
+            ])
+            .args([
+                "-s",
+                if signal == "-KILL" { "detector.call_timeout=900 s" } else { "detector.call_timeout=1 s" },
+            ])
+            .current_dir(folder.path())
+            .stderr(std::process::Stdio::null())
+            .stdout(std::process::Stdio::null())
+            .spawn()
+            .expect("starts");
+        let journal = folder.path().join("standstill-out/run");
+        soon("trials begin", || journal.exists() && children(run.id()).len() == 2);
+        let workers = children(run.id());
+        let status = Command::new("kill").args([signal, &run.id().to_string()]).status().expect("kill");
+        assert!(status.success());
+        let ended = run.wait().expect("ends");
+        assert_eq!(
+            (ended.code(), ended.signal()),
+            if signal == "-INT" { (Some(130), None) } else { (None, Some(9)) }
+        );
+        soon("workers end", || workers.iter().all(|pid| !runs(*pid)));
+    }
+}
+
+#[test]
+fn law_no_copy_of_a_library_stays_behind() {
+    let folder = folder();
+    let copies = folder.path().join("copies");
+    fs::create_dir(&copies).expect("made");
+    for at_load in [true, false] {
+        probe(folder.path(), "crash");
+        if at_load {
+            build_with(folder.path(), PROBE, "probe.so", &["-DAT_LOAD=\"crash\""]);
+        }
+        let output = Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args(["run", "s.toml", "--detector", "./probe.so"])
+            .env("TMPDIR", &copies)
+            .current_dir(folder.path())
+            .output()
+            .expect("starts");
+        assert_eq!(output.status.signal(), Some(11));
+        assert_eq!(names(&copies), Vec::<String>::new());
+    }
+}
+
+#[test]
+fn law_what_a_library_shares_is_said_in_its_results() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    for (options, says) in [(vec![], false), (vec!["-DRAND"], true)] {
+        build_with(folder.path(), PROBE, "probe.so", &options);
+        let output =
+            standstill(&["run", "s.toml", "--detector", "./probe.so", "--out", "out"], folder.path());
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let said = String::from_utf8(output.stdout).expect("text");
+        assert_eq!(said.contains("Library: it calls rand: "), says, "{said}");
+        let summary = fs::read_to_string(folder.path().join("out/summary.json")).expect("written");
+        assert_eq!(summary.contains("it calls rand: "), says, "{summary}");
+    }
+}
+
+#[test]
+fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written() {
+    let folder = folder();
+    let at = folder.path();
+    for (options, what, more, part) in [
+        (&["-DNO_ENTRY"][..], "found", &[][..], "without sts_entry"),
+        (&["-DABI=2"], "found", &[], "a table of ABI 2, needed one of ABI 1"),
+        (&["-DSIZE=40"], "found", &[], "a table of 40 bytes"),
+        (&["-DMISSING"], "found", &[], "HAL_ADC_Start"),
+        (&["-c"], "found", &[], "an object file"),
+        (&[], "refuse", &[], "probe refused: this motor is not for me"),
+        (&[], "found", &["-s", "inverter.carrier=10 kHz"], "a PWM of 12500 Hz"),
+    ] {
+        probe(at, what);
+        build_with(at, PROBE, "probe.so", options);
+        for isolate in [&[][..], &["--isolate"]] {
+            let run = ["run", "s.toml", "--detector", "./probe.so", "--out", "out"];
+            let message = mistake(&[&run[..], more, isolate].concat(), at);
+            assert!(message.contains(part) && message.contains("`detector.library`"), "{message}");
+            assert!(!at.join("out").exists(), "nothing is written");
+        }
+    }
+    fs::write(at.join("probe.so"), "no library").expect("written");
+    let message = mistake(&["run", "s.toml", "--detector", "./probe.so", "--isolate", "--out", "out"], at);
+    assert!(message.contains("no library") && !at.join("out").exists(), "{message}");
+}
+
+#[test]
+fn analytic_the_odds_of_a_library_that_always_says_the_same_angle_are_even() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    let odds = ["odds", "s.toml", "--event", "wrong-pole", "--detector", "./probe.so", "--json"];
+    let output = standstill(&odds, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let [low, high] = ["low", "high"].map(|end| json[end].as_f64());
+    assert!(low < Some(0.5) && high > Some(0.5) && low > Some(0.48) && high < Some(0.52), "{text}");
 }

@@ -90,3 +90,20 @@ fn law_more_saturation_more_voltage_and_more_turns_speak_for_the_pole() {
     // Noise averages away over the turns. What legs that switch unequally add to each of them does not.
     assert!(evidence("light-vehicle-stiff", 20.0, 30) > usual);
 }
+
+#[test]
+fn law_a_turn_that_counts_before_the_current_has_settled_names_many_times_the_wrong_poles() {
+    let (folder, _) = example("rotating.c");
+    let wrong_of = |errors: &str, config: &str| {
+        let text = rotating("light-vehicle", errors, &format!("turns = 2\n{config}"));
+        wrong(&records(&plan(&folder, &text).expect("valid"), 0..300))
+    };
+    // The first vector goes back without having gone forth: a current of one rise stays, and dead time opposes it.
+    let unsettled = wrong_of("default", "begin = \"back\"\nignore = 0\n");
+    let settled = wrong_of("default", "begin = \"back\"\nignore = 2\n");
+    let from_rest = wrong_of("default", "ignore = 0\n");
+    assert!(unsettled >= 40 && unsettled >= 8 * settled.max(1), "{unsettled} against {settled} of 300");
+    assert!(from_rest <= 6, "{from_rest} of 300");
+    // Without dead time a current that flows on costs a hundredth of itself a period.
+    assert_eq!(wrong_of("none", "begin = \"back\"\nignore = 0\n"), 0);
+}

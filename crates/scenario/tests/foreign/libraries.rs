@@ -112,6 +112,21 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
 }
 
 #[test]
+fn law_commands_that_are_ever_shorter_do_not_go_on_for_ever() {
+    let (folder, _) = probe(&["-DCOMMANDS"]);
+    let of = |what: &str| {
+        let text = asking(what).replace("[detector]\n", "[detector]\ntime_limit = \"300 ms\"\n");
+        records(&plan(&folder, &text).expect("valid"), 0..1)[0]
+    };
+    let short = of("short");
+    assert_eq!(short.reason(), "more than 100000 commands of less than 1 us on average");
+    assert_eq!((short.verdict(), short.run.duration.0), (Verdict::Failed, 100_100));
+    // More commands than that are allowed where they take their time: then it is the time that ends it.
+    let long = of("long");
+    assert_eq!((long.reason().as_str(), long.run.duration.0), ("not done within 0.3 s", 300_000_000));
+}
+
+#[test]
 fn law_a_detector_that_cannot_be_made_in_the_middle_ends_the_run_with_what_the_library_says() {
     let (folder, _) = probe(&[]);
     let text = asking("refuse-some").replace("[detector]\n", "[detector]\ntime_limit = \"20 ms\"\n");
@@ -163,6 +178,27 @@ fn refused(options: &[&str], change: impl FnOnce(&mut Vec<u8>), text: &str) -> S
     plan(&folder, text).expect_err("must be refused").to_string()
 }
 
+/// The same of a library that is linked to another one, which is not where the loader looks.
+fn refused_without_its_library(text: &str) -> String {
+    let (folder, other) = probe(&["-DNO_ENTRY", "-DOTHER", "-Wl,-soname,libother.so"]);
+    let (of, at) = (format!("-L{}", folder.path().display()), folder.path().join("libother.so"));
+    std::fs::rename(other, at).expect("renamed");
+    let (folder, _) =
+        probe(&["-DLINKED", &of, "-Wl,--no-as-needed", "-Wl,--allow-shlib-undefined", "-lother"]);
+    plan(&folder, text).expect_err("must be refused").to_string()
+}
+
+#[test]
+fn law_what_a_library_shares_with_its_copies_is_said() {
+    let note = |options: &[&str]| {
+        let (folder, _) = probe(options);
+        plan(&folder, &asking("found")).expect("valid").library_note()
+    };
+    assert_eq!(note(&[]), None);
+    let said = note(&["-DRAND"]).expect("it calls rand");
+    assert!(said.contains("it calls rand:") && said.contains("number of threads"), "{said}");
+}
+
 #[test]
 fn law_what_is_wrong_with_a_library_is_said_in_a_line_before_anything_runs() {
     let text = &asking("found");
@@ -182,6 +218,10 @@ fn law_what_is_wrong_with_a_library_is_said_in_a_line_before_anything_runs() {
         (refused(&[], |bytes| bytes[18] = 40, text), vec!["a library for 32-bit Arm"]),
         (refused(&["-DMISSING"], same, text), vec!["HAL_ADC_Start", "TIM1_CNT", "stub them"]),
         (refused(&["-DNO_ENTRY"], same, text), vec!["without sts_entry"]),
+        (
+            refused_without_its_library(text),
+            vec!["linked to libother.so, which cannot be loaded", "ldd names them"],
+        ),
         (refused(&["-DABI=2"], same, text), vec!["a table of ABI 2", "one of ABI 1"]),
         (refused(&["-DSIZE=40"], same, text), vec!["a table of 40 bytes", "at least 72 bytes"]),
         (refused(&["-DDELAY=7"], same, text), vec!["update_delay 7", "from 1 to 4"]),

@@ -20,6 +20,54 @@ long random(void)
     return 1;
 }
 
+/* Crashes of each kind, for those who ask for one by a name that ends so. */
+static void misbehave(const char *how)
+{
+    if (strcmp(how, "crash") == 0) {
+        *(volatile int *)(uintptr_t)(calls * 0) = 1;
+    }
+    if (strcmp(how, "exit") == 0) {
+        exit(0);
+    }
+    if (strcmp(how, "hang") == 0) {
+        for (;;) {
+            calls++;
+        }
+    }
+}
+
+#ifdef AT_LOAD
+__attribute__((constructor)) static void loaded(void)
+{
+    misbehave(AT_LOAD);
+}
+#endif
+
+#ifdef RAND
+int rand_of_the_c_library(void);
+int rand_of_the_c_library(void)
+{
+    return rand();
+}
+#endif
+
+#ifdef OTHER
+int of_another_library(void);
+int of_another_library(void)
+{
+    return 1;
+}
+#endif
+
+#ifdef LINKED
+int of_another_library(void);
+int use_another_library(void);
+int use_another_library(void)
+{
+    return of_another_library();
+}
+#endif
+
 static int is(const char *what)
 {
     const char *line = strstr(config, "what=");
@@ -35,6 +83,9 @@ static void *create(const sts_drive *knows, const char *given, uint64_t seed, co
     starts++;
     big[starts]++;
     seen = seed;
+    if (is("create-crash") || is("create-exit") || is("create-hang")) {
+        misbehave(is("create-crash") ? "crash" : is("create-exit") ? "exit" : "hang");
+    }
     angle = at == NULL ? 1.0f : strtof(at + 6, NULL);
     if (is("refuse") || (is("refuse-some") && seed % 8 == 0)) {
         *refused = "this motor is not for me";
@@ -117,16 +168,8 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         }
         return STS_GO_ON;
     }
-    if (is("crash") && seen % 8 == 0) {
-        *(volatile int *)(uintptr_t)(calls * 0) = 1;
-    }
-    if (is("exit") && seen % 8 == 0) {
-        exit(0);
-    }
-    if (is("hang") && seen % 8 == 0) {
-        for (;;) {
-            calls++;
-        }
+    if (seen % 8 == 0 && (is("crash") || is("exit") || is("hang"))) {
+        misbehave(is("crash") ? "crash" : is("exit") ? "exit" : "hang");
     }
     if (is("crash") || is("exit") || is("hang")) {
         return STS_FOUND;
@@ -137,6 +180,21 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
     }
     return STS_GO_ON;
 }
+
+#ifdef COMMANDS
+#define LEVEL 0
+/* For ever the shortest command that there is. */
+static int32_t step(void *detector, const sts_sample *samples, uint32_t count, sts_command *command, sts_result *result)
+{
+    (void)detector, (void)samples, (void)count, (void)result;
+    command->stages = 1;
+    command->stage[0].duration_ns = is("short") ? 1 : 2000;
+    return STS_GO_ON;
+}
+#else
+#define LEVEL (STS_INTERRUPT | STS_DOUBLE_UPDATE)
+#define step NULL
+#endif
 
 #ifndef ABI
 #define ABI STS_ABI
@@ -174,7 +232,7 @@ const sts_detector *another_entry(uint32_t abi);
 const sts_detector *sts_entry(uint32_t abi)
 {
     static const sts_detector table = {
-        ABI, SIZE, STS_INTERRUPT | STS_DOUBLE_UPDATE | FLAGS, 12500, 0.25f, DELAY, "probe", create, NULL, reason, NULL, isr,
+        ABI, SIZE, LEVEL | FLAGS, 12500, 0.25f, DELAY, "probe", create, NULL, reason, step, isr,
     };
     (void)abi;
     return &table;

@@ -1,4 +1,7 @@
-//! The six vectors of `examples/c/six_vectors.c` in Rust, line by line: the same bits.
+//! The six vectors of `examples/c/six_vectors.c` in Rust, line by line: the same bits, and what a call costs.
+
+use std::hint::black_box;
+use std::time::Instant;
 
 use standstill_detect::Nameplate;
 use standstill_interface::{
@@ -171,4 +174,84 @@ fn cross_six_vectors_from_c_give_the_bits_of_the_same_detector_in_rust() {
         assert!(near > 50, "{motor}: it is a detector, {near} of 60");
     }
     assert!(angles.len() > 100, "trials differ");
+}
+
+/// A detector and what it was told.
+struct Recorder<D> {
+    inner: D,
+    steps: Vec<Vec<Reading<f64>>>,
+}
+
+impl<D: Detector<f64>> Detector<f64> for Recorder<D> {
+    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
+        self.steps.push(readings.to_vec());
+        self.inner.step(readings)
+    }
+}
+
+/// Detections that are timed at once: some 20 µs, so that many are not interrupted.
+const AT_ONCE: u32 = 20;
+
+/// The least time in ns of a detection by each of two, by turns.
+fn least(mut both: [&mut dyn FnMut(); 2]) -> [f64; 2] {
+    let mut least = [f64::INFINITY; 2];
+    for _ in 0..3000 {
+        for (least, detection) in least.iter_mut().zip(&mut both) {
+            let begin = Instant::now();
+            for _ in 0..AT_ONCE {
+                detection();
+            }
+            *least = least.min(begin.elapsed().as_secs_f64() * 1e9 / f64::from(AT_ONCE));
+        }
+    }
+    least
+}
+
+/// `cargo test -p standstill-scenario --test foreign law_a_call -- --nocapture` prints the figures.
+#[test]
+#[allow(clippy::cast_possible_truncation, reason = "readings in single precision")]
+fn law_a_call_into_a_library_costs_little_beside_the_same_detector_in_rust() {
+    let (folder, _) = example("six_vectors.c");
+    let plan = plan(&folder, "motor = \"light-vehicle\"\ndetector.library = \"mine.so\"\n").expect("valid");
+    let scenario = plan.scenario(0).expect("valid");
+    let case = scenario.case(0);
+    let inner = scenario.detector_for(&case).expect("made");
+    let mut recorder = Recorder { inner, steps: Vec::new() };
+    run(&case, &mut recorder, false, &mut NoProbe);
+    let steps = recorder.steps;
+    let single: Vec<Vec<Reading<f32>>> = steps
+        .iter()
+        .map(|readings| {
+            let single = |reading: &Reading<f64>| Reading {
+                at: reading.at,
+                current: Abc(reading.current.0.map(|current| current as f32)),
+                sensed: reading.sensed,
+                dc_link: reading.dc_link as f32,
+                dc_link_clipped: reading.dc_link_clipped,
+                counts: reading.counts,
+            };
+            readings.iter().map(single).collect()
+        })
+        .collect();
+    let (maker, nameplate) = (scenario.foreign.as_ref().expect("a library"), scenario.nameplate());
+    let [c, rust] = least([
+        &mut || {
+            let mut detector = maker.detector(7, Some(0)).expect("made");
+            for readings in &steps {
+                let _ = black_box(detector.step(black_box(readings)));
+            }
+        },
+        &mut || {
+            let mut detector = SixVectors::new(&nameplate);
+            for readings in &single {
+                let _ = black_box(detector.step(black_box(readings)));
+            }
+        },
+    ]);
+    let calls = steps.len() as f64;
+    let most = 1.3 * rust + 200.0 * calls;
+    println!(
+        "six vectors, a detection of {calls} calls: {c:.0} ns in C, {rust:.0} ns in Rust; 1.3 times that and 200 ns a call are {most:.0} ns"
+    );
+    assert!(c < most, "{c} ns against {most} ns");
 }

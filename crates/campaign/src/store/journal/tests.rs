@@ -17,6 +17,7 @@ fn identity() -> Identity {
         shard: Shard::WHOLE,
         scenario: "seed = 1\ntrials = 100\n".to_owned(),
         pole_note: None,
+        library_note: None,
         files: BTreeMap::new(),
     }
 }

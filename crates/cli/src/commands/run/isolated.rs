@@ -5,17 +5,22 @@
 //!                       ── "2 815" ─────────►  simulator + library
 //!                       ◄── record, a line ──
 //! ```
-//! A worker that ends instead has lost its trial: the next one is another process.
+//! A worker that ends instead has lost its trial: the next one is another process. Before the first trial a worker is asked to
+//! describe the library, and to make a detector at each point: what crashes then is said as any other mistake is. The process of
+//! the run itself never loads the library.
 
 use std::io::{BufRead as _, BufReader, Write as _};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
-use standstill_scenario::{Document, Lost, Plan, Record, Remote};
+use serde_json::{Value, json};
+use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_elsewhere};
+use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
-use crate::Report;
 use crate::error::Error;
+use crate::{Report, host};
 
 /// What stands before a line of a worker's own, among what its library prints.
 const MARK: &str = "\u{1}standstill ";
@@ -36,26 +41,146 @@ struct Worker {
     output: BufReader<ChildStdout>,
 }
 
+/// The plan of a document whose trials run in processes of their own.
+pub fn plan(document: &Document) -> Result<Plan, Error> {
+    let workers = Workers::of(document)?;
+    let limit = document.load()?.detector.call_limit()?;
+    load_elsewhere(move |path| inspected(path, limit));
+    let plan = Plan::new(document.clone())?;
+    workers.check().map_err(|error| Error::Scenario(document.locate(error)))?;
+    Ok(plan.with_remote(Arc::new(workers)))
+}
+
 impl Workers {
     /// For the trials of a document with a library.
-    pub fn of(document: &Document) -> Result<Self, Error> {
+    fn of(document: &Document) -> Result<Self, Error> {
+        let refused = |found: &str, needed: &str| {
+            Err(Error::Arguments(format!("--isolate: found {found}; needed {needed}")))
+        };
+        if host::current().is_some() {
+            return refused(
+                "a program that carries out commands itself",
+                "`standstill run`, which starts workers",
+            );
+        }
         let file = document.load()?;
-        if file.detector.library.is_none() {
-            let found = "--isolate: found a scenario without `detector.library`";
-            return Err(Error::Arguments(format!(
-                "{found}; needed one: methods need no process of their own"
-            )));
+        if file.detector.library.is_none() && !file.axes.contains_key("detector.library") {
+            return refused(
+                "a scenario without `detector.library`",
+                "one: methods need no process of their own",
+            );
         }
         let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());
         let path = folder.map_err(Error::writing(Path::new("scenario")))?.join("scenario.toml");
-        let scenario = serde_json::json!({ "path": path, "text": file.text()? }).to_string();
+        let scenario = json!({ "path": path, "text": file.text()? }).to_string();
         Ok(Self { scenario, free: Mutex::default() })
     }
 
     fn worker(&self) -> std::io::Result<Worker> {
-        if let Some(worker) = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop() {
-            return Ok(worker);
+        let free = self.free.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        free.map_or_else(|| Worker::new(&self.scenario), Ok)
+    }
+
+    /// Whether detectors can be made at all points; what a worker says who tries.
+    fn check(&self) -> Result<(), FileError> {
+        let refused = |key: &str, message: String| FileError::Key {
+            place: String::new(),
+            key: key.to_owned(),
+            message,
+        };
+        let of_library = |message: String| refused("detector.library", message);
+        let mut worker = self.worker().map_err(|error| of_library(format!("no worker process: {error}")))?;
+        match worker.answer() {
+            Some((Answer::Ready, _)) => {
+                self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
+                Ok(())
+            }
+            Some((_, text)) => Err(match serde_json::from_str::<[String; 2]>(&text) {
+                Ok([key, message]) => refused(&key, message),
+                Err(_) => of_library(text),
+            }),
+            None => Err(of_library(format!(
+                "found one of which no detector can be made: {}, needed one whose create() returns",
+                worker.ending()
+            ))),
         }
+    }
+}
+
+/// What a worker says of the library at a path.
+fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
+    let failed = |found: String| LoadError::new(found, "one that can be loaded".to_owned());
+    let request = json!({ "inspect": path, "limit": limit.as_secs_f64() });
+    let mut worker = Worker::new(&request.to_string())
+        .map_err(|error| failed(format!("no process that loads it: {error}")))?;
+    let Some((answer, text)) = worker.answer() else {
+        return Err(failed(format!("a library that cannot be loaded: {}", worker.ending())));
+    };
+    // It ends at the end of its input.
+    let _ = worker.ending();
+    let said: Value = serde_json::from_str(&text).unwrap_or_default();
+    let part = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
+    match (answer, level(&said["isr"])) {
+        (Answer::Library, Some(level)) => Ok(Description { name: part("name"), level }),
+        _ => Err(LoadError::new(part("found"), part("needed"))),
+    }
+}
+
+/// A level as `described` writes it.
+fn level(of: &Value) -> Option<Level> {
+    #[allow(clippy::cast_possible_truncation, reason = "it was a single one")]
+    match of.as_array().map(Vec::as_slice) {
+        None => Some(Level::Command),
+        Some([pwm, twice, at, delay]) => Some(Level::Interrupt(Timing {
+            pwm_hz: u32::try_from(pwm.as_u64()?).ok()?,
+            twice: twice.as_bool()?,
+            sample_at: at.as_f64()? as f32,
+            update_delay: u32::try_from(delay.as_u64()?).ok()?,
+        })),
+        Some(_) => None,
+    }
+}
+
+/// What a worker says of a library that it has loaded.
+fn described(path: &str) -> String {
+    let path = PathBuf::from(path);
+    let read = std::fs::read(&path).map_err(|error| {
+        LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
+    });
+    match read.and_then(|bytes| Library::of(&path, &bytes.into())) {
+        Ok(library) => {
+            let isr = match library.level() {
+                Level::Command => Value::Null,
+                Level::Interrupt(Timing { pwm_hz, twice, sample_at, update_delay }) => {
+                    json!([pwm_hz, twice, sample_at, update_delay])
+                }
+            };
+            format!("library {}", json!({ "name": library.name(), "isr": isr }))
+        }
+        Err(LoadError { found, needed }) => {
+            format!("refused {}", json!({ "found": found, "needed": needed }))
+        }
+    }
+}
+
+/// What an answer of a worker is about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Answer {
+    /// It has its scenario, and a detector could be made.
+    Ready,
+    /// It has loaded a library.
+    Library,
+    /// It cannot do what it was asked.
+    Refused,
+    /// No trial can be run.
+    Error,
+    /// A trial's record.
+    Record,
+}
+
+impl Worker {
+    /// A process that reads this first.
+    fn new(first: &str) -> std::io::Result<Self> {
         let mut child = Command::new(std::env::current_exe()?)
             .arg("worker")
             .stdin(Stdio::piped())
@@ -64,15 +189,13 @@ impl Workers {
         let (Some(mut input), Some(output)) = (child.stdin.take(), child.stdout.take()) else {
             return Err(std::io::Error::other("a process without pipes"));
         };
-        writeln!(input, "{}", self.scenario)?;
-        Ok(Worker { child, input, output: BufReader::new(output) })
+        // One that has ended already has no answer either.
+        let _ = writeln!(input, "{first}");
+        Ok(Self { child, input, output: BufReader::new(output) })
     }
-}
 
-impl Worker {
-    /// Asks for a trial; nothing if the process ends before it answers.
-    fn ask(&mut self, point: usize, trial: u64) -> Option<Result<Record, Lost>> {
-        writeln!(self.input, "{point} {trial}").ok()?;
+    /// Its next answer; nothing if it ends before.
+    fn answer(&mut self) -> Option<(Answer, String)> {
         let mut line = Vec::new();
         loop {
             line.clear();
@@ -82,14 +205,38 @@ impl Worker {
             let text = String::from_utf8_lossy(&line);
             // What a library prints may stand before it.
             let Some((_, answer)) = text.trim_end_matches('\n').split_once(MARK) else { continue };
-            return Some(match answer.split_once(' ') {
-                Some(("error", text)) => Err(Lost::All(text.to_owned())),
-                Some(("record", line)) => {
-                    Record::from_line(line).ok_or_else(|| Lost::All(format!("a record that is none: {line}")))
-                }
-                _ => Err(Lost::All(format!("an answer that is none: {answer}"))),
+            let (kind, text) = answer.split_once(' ').unwrap_or((answer, ""));
+            let kind = match kind {
+                "ready" => Answer::Ready,
+                "library" => Answer::Library,
+                "refused" => Answer::Refused,
+                "record" => Answer::Record,
+                _ => Answer::Error,
+            };
+            return Some((kind, text.to_owned()));
+        }
+    }
+
+    /// Asks for a trial; nothing if the process ends before it answers.
+    fn ask(&mut self, point: usize, trial: u64) -> Option<Result<Record, Lost>> {
+        // One that ended while it began says so by its end.
+        let _ = writeln!(self.input, "{point} {trial}");
+        loop {
+            let (answer, text) = self.answer()?;
+            return Some(match answer {
+                Answer::Ready => continue,
+                Answer::Record => Record::from_line(&text)
+                    .ok_or_else(|| Lost::All(format!("a record that is none: {text}"))),
+                _ => Err(Lost::All(text)),
             });
         }
+    }
+
+    /// Waits for its end, and says why it came.
+    fn ending(self) -> String {
+        let Self { mut child, input, .. } = self;
+        drop(input);
+        child.wait().map_or_else(|error| error.to_string(), ending)
     }
 }
 
@@ -112,19 +259,15 @@ impl Remote for Workers {
             self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
             return answer;
         }
-        drop(worker.input);
-        let status = worker.child.wait().map_err(|error| Lost::All(error.to_string()))?;
-        Err(Lost::Trial(ending(status)))
+        Err(Lost::Trial(worker.ending()))
     }
 }
 
 impl Drop for Workers {
     fn drop(&mut self) {
         for worker in std::mem::take(self.free.get_mut().unwrap_or_else(PoisonError::into_inner)) {
-            let Worker { mut child, input, .. } = worker;
             // At the end of its input a worker ends.
-            drop(input);
-            let _ = child.wait();
+            let _ = worker.ending();
         }
     }
 }
@@ -136,7 +279,26 @@ pub fn worker() -> Result<Report, Error> {
     let failed = |error: std::io::Error| Error::Read("standard input".into(), error);
     let mut lines = std::io::stdin().lines();
     let first = lines.next().transpose().map_err(failed)?.unwrap_or_default();
-    let plan = plan(&first);
+    let first: Value =
+        serde_json::from_str(&first).map_err(|error| Error::Arguments(format!("worker: {error}")))?;
+    if let Some(path) = first["inspect"].as_str() {
+        isolate(Duration::from_secs_f64(first["limit"].as_f64().unwrap_or(1.0)));
+        let _ = say(&described(path));
+        // Whoever asked has read it when the input ends.
+        while lines.next().is_some() {}
+        return Ok(Report { text: String::new(), code: 0 });
+    }
+    let plan = plan_of(&first);
+    let said = match &plan {
+        Ok(_) => say("ready"),
+        Err(Error::Scenario(FileError::Key { key, message, .. })) => {
+            say(&format!("refused {}", json!([key, message])))
+        }
+        Err(error) => say(&format!("refused {}", crate::text::one_line(&error.to_string()))),
+    };
+    if said.is_err() {
+        return Ok(Report { text: String::new(), code: 0 });
+    }
     let mut point_at_hand = None;
     for line in lines {
         let line = line.map_err(failed)?;
@@ -155,20 +317,30 @@ pub fn worker() -> Result<Report, Error> {
             Ok(record) => format!("record {}", record.to_line()),
             Err(error) => format!("error {}", crate::text::one_line(&error)),
         };
-        let mut output = std::io::stdout();
-        if writeln!(output, "{MARK}{answer}").and_then(|()| output.flush()).is_err() {
+        if say(&answer).is_err() {
             break;
         }
     }
     Ok(Report { text: String::new(), code: 0 })
 }
 
-fn plan(first: &str) -> Result<Plan, Error> {
-    let given: serde_json::Value =
-        serde_json::from_str(first).map_err(|error| Error::Arguments(format!("worker: {error}")))?;
+/// A line to the parent.
+fn say(answer: &str) -> std::io::Result<()> {
+    let mut output = std::io::stdout();
+    writeln!(output, "{MARK}{answer}").and_then(|()| output.flush())
+}
+
+/// Libraries that misbehave end this process.
+fn isolate(limit: Duration) {
+    #[cfg(target_os = "linux")]
+    standstill_foreign::isolate(limit);
+    #[cfg(not(target_os = "linux"))]
+    let _ = limit;
+}
+
+fn plan_of(given: &Value) -> Result<Plan, Error> {
     let text = |key: &str| given[key].as_str().unwrap_or_default().to_owned();
     let document = Document::parse(Path::new(&text("path")), &text("text"))?;
-    #[cfg(target_os = "linux")]
-    standstill_foreign::isolate(document.load()?.detector.call_limit()?);
+    isolate(document.load()?.detector.call_limit()?);
     Ok(Plan::new(document)?)
 }

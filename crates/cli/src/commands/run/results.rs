@@ -278,6 +278,9 @@ impl Results {
         if let Some(note) = &file.run.pole_note {
             let _ = writeln!(text, "\nPoles: {note}.");
         }
+        if let Some(note) = &file.run.library_note {
+            let _ = writeln!(text, "\nLibrary: {note}.");
+        }
         text += "\n";
         text += &file_list(&options.out, &files);
         Report { text, code }

@@ -1,0 +1,91 @@
+/* sts_detectors.h: Standstill's detectors in a drive of yours, from the static library libsts_detectors.a. ABI 1.
+ *
+ * The other way round than standstill.h, with the same types: here the drive is C and the detector is Rust. No standard
+ * library, no allocation; all that a detector keeps is in the memory that you give it. Detectors compute in single precision;
+ * sts_begin() needs a few numbers in double precision. SI units; angles in electrical radians from the axis of phase a;
+ * currents flow into the motor. docs/firmware.md tells the rest.
+ */
+#ifndef STS_DETECTORS_H
+#define STS_DETECTORS_H
+
+#include "standstill.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Memory of a detector of any method, in bytes, with room for the samples of a command. */
+#define STS_DETECTOR_BYTES 10240u
+
+/* A command of a detector asks for no more samples. */
+#define STS_MOST_SAMPLES 128u
+
+/* A detector: static, or wherever you have that much memory. It may be moved between two calls. */
+typedef struct sts_state {
+    uint64_t memory[STS_DETECTOR_BYTES / 8u];
+} sts_state;
+
+/* What the data sheets of motor and drive say. Zeros where they say nothing, but for what is marked "needed". */
+typedef struct sts_plate {
+    uint64_t rated_pulse_ns;    /* needed: across two phases in series, until the rated current flows where it rises fastest */
+    uint64_t dead_time_ns;
+    uint64_t period_ns;         /* needed: of the PWM carrier */
+    uint64_t skew_ns;           /* phase b is converted so much later than a, and c than b */
+    float rated_current;        /* needed: of a phase, A, peak */
+    float resistance;           /* of a phase, ohm */
+    float ld;                   /* needed: H, without current */
+    float lq;                   /* needed: H, without current */
+    float flux;                 /* of the magnet, Wb */
+    int32_t stronger_pole;      /* near rated current, 1: the north pole draws the larger current, -1: the south; 0: neither */
+    int32_t stronger_pole_half; /* the same near half the rated current */
+    float pole_difference;      /* by which share one pole's current exceeds the other's near rated current */
+    float gain_tolerance;       /* standard deviation of the current sensors' gains, a share */
+    float dc_link;              /* needed: V */
+    float switch_drop[2];       /* across a conducting switch: V, and ohm */
+    float diode_drop[2];        /* across a diode whose leg is off: V, and ohm */
+    float reverse_drop[2];      /* where the current flows against the switch that is on: V, and ohm */
+    float sensor_bandwidth;     /* corner frequency of the current sensors' filters, Hz; 0: no filter */
+    float bandwidth_mismatch;   /* by which share at most a sensor's corner differs from the others' */
+    float pick_up[2];           /* of the current sensors at an edge: A, and the time constant of its decay, s */
+} sts_plate;
+
+/* A setting of a method, as in a scenario's table [detector]: its key, and its value in SI units (0 or 1 for no or yes). */
+typedef struct sts_setting {
+    const char *key;
+    double value;
+} sts_setting;
+
+/* Why a detection ended as it did: result.reason of STS_AXIS and STS_FAILED. */
+enum sts_reason {
+    STS_POLE_BELOW_NOISE = 1,      /* the poles answer too much alike for the noise that was measured */
+    STS_POLE_NO_SIGNATURE = 2,     /* stronger_pole is 0 */
+    STS_POLE_NOT_DECIDED = 3,      /* not certain enough after all vectors */
+    STS_POLE_OFF_AXIS = 4,         /* the pole's answer does not lie along the axis */
+    STS_CURRENT_CLIPPED = 16,      /* a converter at the end of its range */
+    STS_DC_LINK_CLIPPED = 17,
+    STS_NOT_A_NUMBER = 18,         /* a sample that is not finite */
+    STS_CURRENT_HIDDEN = 19,       /* a current that no sensor sees */
+    STS_NO_CURRENT = 20,           /* too little current: a phase may be open */
+    STS_CURRENT_PERSISTS = 21,     /* the current does not decay */
+    STS_NO_SALIENCY = 22,
+    STS_NOT_INDUCTIVE = 23,        /* a line does not answer as an inductance */
+    STS_DID_NOT_FOLLOW = 24,       /* the rotor did not follow an alignment */
+    STS_ROTOR_MOVES = 25,
+    STS_UNEXPECTED_SAMPLES = 26    /* others than were asked for, or a state that sts_begin() did not make */
+};
+
+/* Makes a detector of a method ("bipolar", "line-inductance-fast", …: standstill explain names them) in `state`.
+ * NULL: it is ready for sts_step(). Otherwise why it is refused, a text inside `state`. */
+const char *sts_begin(
+    sts_state *state, const char *method, const sts_plate *plate, const sts_setting *settings, uint32_t settings_count);
+
+/* From the samples of the last command (none at first) to the next one. STS_GO_ON: carry out `command`; its samples are due at
+ * first_ns, first_ns + interval_ns, … after its begin, sts_sample.time_ns counts from there. Otherwise the detection is over:
+ * STS_FOUND, STS_AXIS or STS_FAILED with `result`, in which NaN stands for what the method does not know. */
+int32_t sts_step(
+    sts_state *state, const sts_sample *samples, uint32_t samples_count, sts_command *command, sts_result *result);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

@@ -1,0 +1,24 @@
+//! Standstill's detectors as a static C library for drives: `sts_detectors.h`, from the same source as in the bench.
+//!
+//! ```text
+//!   a drive's C ── samples ──► sts_step() ──► Detector<f32> ── command, or result ──► the drive
+//!                                 └─ all it keeps is in an sts_state of the drive's
+//! ```
+//! This builds only while no crate below it needs more than `core`: with the standard library there would be two panic
+//! handlers, with `alloc` an allocator would be missing.
+#![no_std]
+
+mod begin;
+mod c;
+mod commissioning;
+mod convert;
+
+use core::panic::PanicInfo;
+
+pub use commissioning::learn;
+
+/// Detectors do not panic, and what this links holds no text of one; a drive's watchdog would end what stands here.
+#[panic_handler]
+fn panic(_: &PanicInfo) -> ! {
+    loop {}
+}

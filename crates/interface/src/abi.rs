@@ -1,0 +1,205 @@
+//! The types of `standstill.h` and `sts_detectors.h`, field by field: how a detector and a drive talk where one of them is
+//! written in C. What each field means and its unit stands in the headers. A test of the crate `standstill-foreign` compares
+//! each size, offset and number with what C compilers make of them.
+#![allow(missing_docs, reason = "the headers say what each field is")]
+
+use core::ffi::{c_char, c_void};
+
+use crate::{Fault, Undetermined};
+
+/// The version of these types.
+pub const ABI: u32 = 1;
+
+/// `STS_OFF` and the others, in their order.
+pub const OFF: u8 = 0;
+pub const LOW: u8 = 1;
+pub const HIGH: u8 = 2;
+pub const DUTY: u8 = 3;
+pub const RISE: u8 = 4;
+pub const FALL: u8 = 5;
+
+/// `enum sts_flags`.
+pub const INTERRUPT: u32 = 1;
+pub const DOUBLE_UPDATE: u32 = 2;
+pub const REENTRANT: u32 = 4;
+
+/// `enum sts_status`.
+pub const GO_ON: i32 = 0;
+pub const FOUND: i32 = 1;
+pub const AXIS: i32 = 2;
+pub const FAILED: i32 = 3;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drive {
+    pub size: u32,
+    pub current_bits: u32,
+    pub dc_link_bits: u32,
+    pub amps_per_count: f32,
+    pub amps_at_zero: f32,
+    pub volts_per_count: f32,
+    pub dc_link: f32,
+    pub rated_current: f32,
+    pub resistance: f32,
+    pub ld: f32,
+    pub lq: f32,
+    pub flux: f32,
+    pub dead_time: f32,
+    pub stronger_pole: i32,
+    pub period_ns: u64,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Sample {
+    pub time_ns: u64,
+    pub current: [f32; 3],
+    pub dc_link: f32,
+    pub current_count: [u32; 3],
+    pub dc_link_count: u32,
+    pub sensed: [u8; 3],
+    pub dc_link_clipped: u8,
+    pub half: u8,
+    pub reserved: [u8; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Legs {
+    pub leg: [u8; 3],
+    pub reserved: u8,
+    pub duty: [f32; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Stage {
+    pub legs: Legs,
+    pub edge_ns: [u32; 3],
+    pub reserved: u32,
+    pub duration_ns: u64,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Command {
+    pub stage: [Stage; 2],
+    pub stages: u32,
+    pub samples: u32,
+    pub first_ns: u64,
+    pub interval_ns: u64,
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Answer {
+    pub angle: f32,
+    pub angle_deviation: f32,
+    pub pole_evidence: f32,
+    pub pole_needed: f32,
+    pub reason: u32,
+}
+
+impl Answer {
+    /// Nothing known.
+    pub const NONE: Self = Self {
+        angle: f32::NAN,
+        angle_deviation: f32::NAN,
+        pole_evidence: f32::NAN,
+        pole_needed: f32::NAN,
+        reason: 0,
+    };
+}
+
+pub type Create = unsafe extern "C" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
+pub type Destroy = unsafe extern "C" fn(*mut c_void);
+pub type Reason = unsafe extern "C" fn(u32) -> *const c_char;
+pub type Step = unsafe extern "C" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
+pub type Isr = unsafe extern "C" fn(*mut c_void, *const Sample, *mut Legs, *mut Answer) -> i32;
+pub type Entry = unsafe extern "C" fn(u32) -> *const Table;
+
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Table {
+    pub abi: u32,
+    pub size: u32,
+    pub flags: u32,
+    pub pwm_hz: u32,
+    pub sample_at: f32,
+    pub update_delay: u32,
+    pub name: *const c_char,
+    pub create: Option<Create>,
+    pub destroy: Option<Destroy>,
+    pub reason: Option<Reason>,
+    pub step: Option<Step>,
+    pub isr: Option<Isr>,
+}
+
+/// `STS_DETECTOR_BYTES`: memory of a detector of any method.
+pub const DETECTOR_BYTES: usize = 10 * 1024;
+
+/// `STS_MOST_SAMPLES`: of a command of any method.
+pub const MOST_SAMPLES: usize = 128;
+
+/// `sts_plate`: what a detector of the static library is told.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plate {
+    pub rated_pulse_ns: u64,
+    pub dead_time_ns: u64,
+    pub period_ns: u64,
+    pub skew_ns: u64,
+    pub rated_current: f32,
+    pub resistance: f32,
+    pub ld: f32,
+    pub lq: f32,
+    pub flux: f32,
+    pub stronger_pole: i32,
+    pub stronger_pole_half: i32,
+    pub pole_difference: f32,
+    pub gain_tolerance: f32,
+    pub dc_link: f32,
+    pub switch_drop: [f32; 2],
+    pub diode_drop: [f32; 2],
+    pub reverse_drop: [f32; 2],
+    pub sensor_bandwidth: f32,
+    pub bandwidth_mismatch: f32,
+    pub pick_up: [f32; 2],
+}
+
+/// `sts_setting`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug)]
+pub struct Setting {
+    pub key: *const c_char,
+    pub value: f64,
+}
+
+/// `enum sts_reason`, of an axis without pole.
+pub const fn axis_reason<T>(reason: &Undetermined<T>) -> u32 {
+    match reason {
+        Undetermined::MarginBelowNoise { .. } => 1,
+        Undetermined::NoSignature => 2,
+        Undetermined::NotDecided { .. } => 3,
+        Undetermined::OffAxis { .. } => 4,
+        Undetermined::Own(own) => own.code,
+    }
+}
+
+/// `enum sts_reason`, of a failure.
+pub const fn failure_reason<T>(fault: &Fault<T>) -> u32 {
+    match fault {
+        Fault::Clipped(_) => 16,
+        Fault::DcLinkClipped => 17,
+        Fault::NotANumber => 18,
+        Fault::Hidden(_) => 19,
+        Fault::NoCurrent { .. } => 20,
+        Fault::CurrentPersists(_) => 21,
+        Fault::NoSaliency { .. } => 22,
+        Fault::NotInductive(_) => 23,
+        Fault::DidNotFollow { .. } => 24,
+        Fault::RotorMoves { .. } => 25,
+        Fault::UnexpectedReadings => 26,
+        Fault::Own(own) => own.code,
+    }
+}
