@@ -17,6 +17,7 @@ pub use sources::Source;
 pub(crate) use sources::lengths;
 
 use crate::sobol::{Shares, Tuple, ratio};
+use crate::system::kept;
 use crate::{Halt, Trials, Watch};
 
 /// Pairs of samples where nobody asks for another number.
@@ -100,11 +101,13 @@ impl Budget {
         let (mut alone, mut without) = (Vec::new(), Vec::new());
         for source in sources {
             let mix = |(a, b): (&Tape, &Tape)| source.mixed(a, b);
-            mixed.push(bench.errors(tapes_a.iter().zip(&tapes_b).map(mix).collect())?);
+            let key =
+                |what: &str| format!("budget: {} {what} of {} in {pairs} pairs", source.key, sources.len());
+            mixed.push(bench.errors(&key("mixed"), || tapes_a.iter().zip(&tapes_b).map(mix).collect())?);
             let only = |tape: &Tape| source.alone(tape, sources, &longest);
-            alone.push(bench.errors(tapes_a.iter().map(only).collect())?);
+            alone.push(bench.errors(&key("alone"), || tapes_a.iter().map(only).collect())?);
             let none = |tape: &Tape| source.without(tape, &longest);
-            without.push(bench.errors(tapes_a.iter().map(none).collect())?);
+            without.push(bench.errors(&key("without"), || tapes_a.iter().map(none).collect())?);
         }
         let tuple = |k: usize| {
             let mixed: Option<Vec<f64>> = mixed.iter().map(|errors: &Errors| errors[k]).collect();
@@ -179,8 +182,9 @@ impl Bench<'_> {
         self.run((0..pairs).map(tape).collect())
     }
 
-    fn errors(&self, tapes: Vec<Tape>) -> Result<Errors, Halt<FileError>> {
-        Ok(self.run(tapes)?.0)
+    fn errors(&self, key: &str, tapes: impl FnOnce() -> Vec<Tape>) -> Result<Errors, Halt<FileError>> {
+        let count = |errors: &Errors| errors.len() as u64;
+        kept(self.watch, key, count, || Ok(self.run(tapes())?.0))
     }
 
     /// Errors, and the tapes as they are after the trials.

@@ -20,6 +20,7 @@ mod budget;
 mod event;
 mod explain;
 pub mod fit;
+mod kept;
 pub mod limit;
 mod odds;
 pub mod require;

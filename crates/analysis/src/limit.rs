@@ -277,7 +277,6 @@ impl Tally {
     }
 
     /// With what starts contributed, limit by limit.
-    #[cfg(test)]
     pub(crate) fn of(limits: &Limits, values: Vec<Vec<f64>>) -> Self {
         Self { limits: limits.clone(), values }
     }
@@ -287,6 +286,11 @@ impl Tally {
         for (values, limit) in self.values.iter_mut().zip(&self.limits.0) {
             values.push(limit.measure.of(record));
         }
+    }
+
+    /// The same of the tally's own.
+    pub(crate) fn into_values(self) -> Vec<Vec<f64>> {
+        self.values
     }
 
     /// What each start contributed to each limit, in their order.

@@ -6,7 +6,9 @@ use standstill_campaign::{Estimate, binomial_interval, student};
 use standstill_numeric::power;
 use standstill_sim::Tape;
 
+use crate::kept::{KeptRun, KeptTapes};
 use crate::subset::{End, Run, Settings, run};
+use crate::system::kept;
 use crate::{Halt, System, Watch};
 
 /// Independent runs of an answer.
@@ -123,11 +125,34 @@ impl Odds {
         system: &S,
         settings: &Settings,
         watch: &dyn Watch,
+        done: impl FnMut(&Run),
+    ) -> Result<Self, Halt<S::Error>> {
+        Self::of_event(system, "", settings, watch, done)
+    }
+
+    /// The same; `name` tells the event from others whose runs the watch may keep.
+    pub(crate) fn of_event<S: System>(
+        system: &S,
+        name: &str,
+        settings: &Settings,
+        watch: &dyn Watch,
         mut done: impl FnMut(&Run),
     ) -> Result<Self, Halt<S::Error>> {
         let mut runs: Vec<Run> = Vec::new();
         for number in 0..RUNS {
-            let found = run(system, settings, number, watch)?;
+            let key = format!("{name}: run {number} of {settings:?}");
+            let mut fresh = None;
+            let compute = || {
+                let found = run(system, settings, number, watch)?;
+                let keep = KeptRun::of(&found);
+                fresh = Some(found);
+                Ok::<_, Halt<S::Error>>(keep)
+            };
+            let found = kept(watch, &key, |kept: &KeptRun| kept.trials, compute)?;
+            let found = match fresh.or_else(|| found.run(settings.seed)) {
+                Some(found) => found,
+                None => run(system, settings, number, watch)?,
+            };
             done(&found);
             let flat = found.end == End::Flat;
             runs.push(found);
@@ -138,7 +163,7 @@ impl Odds {
         }
         if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
             let spent = runs.iter().map(|run| run.trials).sum::<u64>();
-            let mut odds = plain(system, settings, watch)?;
+            let mut odds = plain(system, name, settings, watch)?;
             odds.trials += spent;
             return Ok(odds);
         }
@@ -211,10 +236,21 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
 }
 
 /// Plain trials, counted.
-fn plain<S: System>(system: &S, settings: &Settings, watch: &dyn Watch) -> Result<Odds, Halt<S::Error>> {
+fn plain<S: System>(
+    system: &S,
+    name: &str,
+    settings: &Settings,
+    watch: &dyn Watch,
+) -> Result<Odds, Halt<S::Error>> {
     // The first level of one run with as many states.
     let all = Settings { states: PLAIN, chain: PLAIN / 400, ..*settings };
-    let (hits, failures) = crate::subset::plain(system, &all, RUNS, watch)?;
+    let compute = || {
+        let (hits, mut failures) = crate::subset::plain(system, &all, RUNS, watch)?;
+        Ok::<_, Halt<S::Error>>((hits, KeptTapes::of(&mut failures)))
+    };
+    let key = format!("{name}: plain trials of {all:?}");
+    let (hits, failures) = kept(watch, &key, |_| u64::from(PLAIN), compute)?;
+    let failures = failures.tapes(settings.seed).unwrap_or_default();
     let weight = 1.0 / failures.len().max(1) as f64;
     Ok(Odds {
         answer: Answer::Plain,

@@ -9,6 +9,7 @@ use toml::Value;
 
 use crate::bracket::Verdict;
 use crate::limit::{Limits, Tally};
+use crate::system::kept;
 use crate::{Halt, Watch};
 
 /// A scenario whose key is to be judged. All values have the same random numbers: those of the scenario's seed.
@@ -83,6 +84,21 @@ impl<'a> Bench<'a> {
         let mut document = self.document.clone();
         document.set_value("seed", seed_value(seed), Origin::CommandLine)?;
         let Ok(plan) = self.plan_of(document, values) else { return Ok(None) };
+        let key = self.key(values, seed, trials);
+        let values = kept(watch, &key, |_| trials, || self.values(&plan, trials, watch))?;
+        Ok(Some(Tally::of(self.limits, values)))
+    }
+
+    /// What a tally depends on but for the scenario.
+    fn key(&self, values: &[f64], seed: u64, trials: u64) -> String {
+        let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
+        let settings: Vec<String> = settings.collect();
+        let measures: Vec<String> = self.limits.0.iter().map(|limit| limit.measure.to_string()).collect();
+        format!("{trials} trials of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
+    }
+
+    /// What each start contributes to each limit.
+    fn values(&self, plan: &Plan, trials: u64, watch: &dyn Watch) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
         let scenario = plan.scenario(0)?;
         let mut tally = Tally::new(self.limits);
         let parts = (0..trials.div_ceil(AT_ONCE)).into_par_iter().map(|part| {
@@ -102,7 +118,7 @@ impl<'a> Bench<'a> {
                 tally.add(record);
             }
         }
-        Ok(Some(tally))
+        Ok(tally.into_values())
     }
 
     /// The value of a key in the scenario, in SI; none where it says nothing of it.

@@ -2,6 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use serde::{Serialize, de::DeserializeOwned};
 use standstill_sim::Tape;
 
 /// A function of a vector of standard normals that grows as it is read.
@@ -51,6 +52,34 @@ pub trait Watch: Sync {
 
     /// So many further trials are done.
     fn did(&self, trials: u64);
+
+    /// What an interrupted question kept under this key.
+    fn recall(&self, _key: &str) -> Option<Vec<u8>> {
+        None
+    }
+
+    /// Keeps a part of the answer, should the question be interrupted.
+    fn keep(&self, _key: &str, _bytes: &[u8]) {}
+}
+
+/// What is kept under this key, or else what is computed, which is kept then. The key says all that the result depends on but
+/// the scenario; `trials` is what the result costs.
+pub(crate) fn kept<T: Serialize + DeserializeOwned, E>(
+    watch: &dyn Watch,
+    key: &str,
+    trials: impl FnOnce(&T) -> u64,
+    compute: impl FnOnce() -> Result<T, E>,
+) -> Result<T, E> {
+    let known = watch.recall(key).and_then(|bytes| postcard::from_bytes(&bytes).ok());
+    if let Some(known) = known {
+        watch.did(trials(&known));
+        return Ok(known);
+    }
+    let found = compute()?;
+    if let Ok(bytes) = postcard::to_stdvec(&found) {
+        watch.keep(key, &bytes);
+    }
+    Ok(found)
 }
 
 /// Nobody looks on, but a flag may be set.

@@ -116,7 +116,7 @@ impl<'a> Trials<'a> {
         /// In degrees: nearer to the other axis than to its own.
         const LOST: f64 = 45.0;
         let towards = self.towards(event);
-        let mut odds = Odds::of(&towards, settings, watch, done)?;
+        let mut odds = Odds::of_event(&towards, &event.to_string(), settings, watch, done)?;
         let errors = towards.errors.into_inner();
         if errors > 0 {
             odds.alarms.push(Alarm::Errors(errors));

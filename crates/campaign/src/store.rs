@@ -7,8 +7,10 @@
 //! The files are made from the journal alone. So they are the same however often the run was interrupted, and those of
 //! shards that were merged are those of a single run. A run may keep statistics alone ([`Tally`]), which add up exactly.
 
+mod earlier;
 mod identity;
 mod journal;
+mod notes;
 mod row;
 mod shards;
 mod survey;
@@ -16,10 +18,12 @@ mod sweep;
 mod tally;
 mod walk;
 
+pub use earlier::Earlier;
 pub use identity::{Identity, Shard};
 pub use journal::{Journal, JournalError, Keep, Rows};
+pub use notes::Notes;
 pub use row::Row;
-pub use shards::{Shards, ShardsError};
+pub use shards::{Shards, ShardsError, head};
 pub use survey::{State, Survey, Surveyed};
 pub use sweep::{Sweep, SweepError};
 pub use tally::{Tallied, Tally};

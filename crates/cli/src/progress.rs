@@ -1,10 +1,11 @@
 //! A progress bar on a terminal; nothing in a pipe.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 use standstill_analysis::Watch;
+use standstill_campaign::store::Notes;
 
 use crate::{host, interrupt};
 
@@ -34,12 +35,24 @@ fn new(length: u64) -> ProgressBar {
 pub struct Watched {
     pub bar: ProgressBar,
     stop: Arc<AtomicBool>,
+    /// What is kept of a question, should it be interrupted.
+    notes: Option<Mutex<Notes>>,
 }
 
 impl Watched {
     /// A bar for about this many trials, and an interrupt's flag.
     pub fn new(trials: u64) -> Self {
-        Self { bar: bar(trials), stop: interrupt::flag() }
+        Self { bar: bar(trials), stop: interrupt::flag(), notes: None }
+    }
+
+    /// The same, with notes.
+    pub fn noting(trials: u64, notes: Option<Notes>) -> Self {
+        Self { notes: notes.map(Mutex::new), ..Self::new(trials) }
+    }
+
+    /// Whether an interrupted question can go on from its notes.
+    pub fn has_notes(&self) -> bool {
+        self.notes.as_ref().is_some_and(|notes| locked(notes).is_begun())
     }
 }
 
@@ -55,6 +68,19 @@ impl Watch for Watched {
             self.bar.set_length(self.bar.position());
         }
     }
+
+    fn recall(&self, key: &str) -> Option<Vec<u8>> {
+        locked(self.notes.as_ref()?).get(key).map(<[u8]>::to_vec)
+    }
+
+    fn keep(&self, key: &str, bytes: &[u8]) {
+        // What cannot be noted costs the time to compute it again, not the answer.
+        let _ = self.notes.as_ref().map(|notes| locked(notes).add(key, bytes));
+    }
+}
+
+fn locked(notes: &Mutex<Notes>) -> MutexGuard<'_, Notes> {
+    notes.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// A bar for this many rows that are written, at most.

@@ -104,6 +104,12 @@ impl Identity {
         all.into_iter().chain(files).map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
+    /// Whether its trials are the first ones of `longer`: the same run but for fewer trials.
+    pub fn begins(&self, longer: &Self) -> bool {
+        let apart = |run: &Self| Self { trials: 0, scenario: without_trials(&run.scenario), ..run.clone() };
+        self.trials < longer.trials && apart(self) == apart(longer)
+    }
+
     /// The first difference from another run, in words; none: they are the same.
     pub fn difference(&self, other: &Self) -> Option<String> {
         let differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
@@ -142,9 +148,34 @@ impl Identity {
     }
 }
 
+/// A scenario's text without its number of trials, which stands before all tables.
+fn without_trials(scenario: &str) -> String {
+    let number = scenario.lines().position(|line| line.starts_with("trials = "));
+    let rest = scenario.lines().enumerate().filter(|(line, _)| Some(*line) != number);
+    rest.flat_map(|(_, line)| [line, "\n"]).collect()
+}
+
 #[cfg(test)]
 mod tests {
+    use super::super::walk::tests::identity;
     use super::*;
+
+    #[test]
+    fn law_a_run_begins_another_if_only_the_number_of_trials_is_smaller() {
+        let of = |trials: u64, seed: u64, more: &str| Identity {
+            trials,
+            seed,
+            scenario: format!("motor = \"x\"\ntrials = {trials}\nseed = {seed}\n[rotor]\n{more}"),
+            ..identity("{}", Shard::WHOLE)
+        };
+        let short = of(8000, 1, "");
+        assert!(short.begins(&of(9000, 1, "")));
+        for other in [of(8000, 1, ""), of(7000, 1, ""), of(9000, 2, ""), of(9000, 1, "trials = 3")] {
+            assert!(!short.begins(&other), "{other:?}");
+        }
+        let shard = Shard { index: 1, count: 2 };
+        assert!(!short.begins(&Identity { shard, ..of(9000, 1, "") }));
+    }
 
     #[test]
     fn law_shards_are_all_rows_once() {

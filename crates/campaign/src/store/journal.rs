@@ -64,6 +64,11 @@ pub trait Keep {
     /// Where the run stands.
     fn walk(&self) -> &Walk;
 
+    /// Point and trial of the next rows, at most `most` of them.
+    fn ahead(&self, most: u64) -> Vec<(usize, u64)> {
+        self.walk().ahead(most)
+    }
+
     /// Takes rows, which must be the next ones.
     ///
     /// # Errors

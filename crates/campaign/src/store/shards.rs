@@ -20,6 +20,14 @@ pub struct Shards {
     tallies: bool,
 }
 
+/// What run a journal is of, whatever it keeps of it.
+///
+/// # Errors
+/// A file that is no journal, or cannot be read.
+pub fn head(path: &Path) -> Result<Identity, JournalError> {
+    identity(path)
+}
+
 /// The head of a journal, whatever it keeps.
 pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
     if is_tally(path) {

@@ -3,6 +3,7 @@
 use std::fmt;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::earlier::Earlier;
 use super::identity::{Identity, Shard};
 use super::journal::{JournalError, Keep};
 use super::row::Row;
@@ -79,21 +80,41 @@ impl Sweep<'_> {
     }
 
     /// Runs what the journal does not have yet, block by block, until it is done or `stop` is set. `progress` sees each
-    /// block once the journal has it. True if all is done.
+    /// block's rows, once the journal has the rows before it.
     ///
     /// # Errors
-    /// A trial that cannot be run, once the journal has the rows before it.
+    /// A value that cannot be, once the rows before it are kept; a journal that cannot be written; no threads.
     pub fn run(
         &self,
+        journal: &mut impl Keep,
+        stop: &AtomicBool,
+        progress: impl FnMut(&[Row]),
+    ) -> Result<bool, SweepError> {
+        self.run_after(&mut Earlier::default(), journal, stop, progress)
+    }
+
+    /// The same; rows that earlier runs have are taken from these.
+    ///
+    /// # Errors
+    /// Those of [`Sweep::run`].
+    pub fn run_after(
+        &self,
+        earlier: &mut Earlier,
         journal: &mut impl Keep,
         stop: &AtomicBool,
         mut progress: impl FnMut(&[Row]),
     ) -> Result<bool, SweepError> {
         let mut engine = Engine::new(self.plan, self.threads).map_err(SweepError::Threads)?;
         while !journal.walk().is_done() && !stop.load(Ordering::Relaxed) {
-            let block = journal.walk().ahead(engine.size());
-            let (records, outcome) = engine.block(&block, stop);
-            let rows: Vec<Row> = records.iter().map(Row::from).collect();
+            let block = journal.ahead(engine.size());
+            let known: Vec<Option<Row>> = block.iter().map(|place| earlier.row(*place)).collect();
+            let unknown: Vec<(usize, u64)> =
+                block.iter().zip(&known).filter(|(_, row)| row.is_none()).map(|(place, _)| *place).collect();
+            let (records, outcome) =
+                if unknown.is_empty() { (Vec::new(), Ok(())) } else { engine.block(&unknown, stop) };
+            let mut records = records.iter().map(Row::from);
+            // Up to the first that is not there.
+            let rows: Vec<Row> = known.into_iter().map_while(|row| row.or_else(|| records.next())).collect();
             journal.append(&rows)?;
             progress(&rows);
             outcome?;

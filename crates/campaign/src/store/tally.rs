@@ -34,6 +34,8 @@ pub struct Tally {
     limit: f64,
     /// Of the points since the last block; the last one may go on.
     open: BTreeMap<usize, Statistics>,
+    /// What earlier runs with fewer trials have of the points.
+    earlier: BTreeMap<usize, Statistics>,
     begun: Instant,
     written: Instant,
 }
@@ -81,9 +83,40 @@ impl Tally {
             walk: tally.walk,
             limit,
             open: last,
+            earlier: BTreeMap::new(),
             begun: now,
             written: now,
         })
+    }
+
+    /// Goes on from the statistics of an earlier run of fewer trials, point by point.
+    #[must_use]
+    pub fn after(mut self, earlier: &Tallied) -> Self {
+        for (point, statistics) in &earlier.points {
+            let known = self.earlier.get(point).map_or(0, Statistics::trials);
+            if statistics.trials() > known {
+                self.earlier.insert(*point, statistics.clone());
+            }
+        }
+        self.adopt();
+        self
+    }
+
+    /// How many trials were had from earlier runs, of the points that are still to come.
+    pub fn earlier_trials(&self) -> u64 {
+        self.earlier.values().map(Statistics::trials).sum()
+    }
+
+    /// At the beginning of a point, takes what an earlier run has of it.
+    fn adopt(&mut self) {
+        while !self.walk.is_done()
+            && let (point, 0) = self.walk.next()
+            && let Some((point, statistics)) =
+                usize::try_from(point).ok().and_then(|point| self.earlier.remove_entry(&point))
+        {
+            self.walk.jump(&statistics);
+            self.open.insert(point, statistics);
+        }
     }
 }
 
@@ -92,11 +125,23 @@ impl Keep for Tally {
         &self.walk
     }
 
+    /// Where earlier runs may have the beginning of the next point, up to the end of the one at hand.
+    fn ahead(&self, most: u64) -> Vec<(usize, u64)> {
+        let mut ahead = self.walk.ahead(most);
+        if let Some(&(first, _)) = ahead.first()
+            && !self.earlier.is_empty()
+        {
+            ahead.retain(|(point, _)| *point == first);
+        }
+        ahead
+    }
+
     fn append(&mut self, rows: &[Row]) -> Result<(), JournalError> {
         for row in rows {
             let point = self.walk.take(row).ok_or_else(|| journal::out_of_order(&self.path))?;
             self.open.entry(point).or_insert_with(|| Statistics::with_limit(self.limit)).add_row(row);
         }
+        self.adopt();
         if self.written.elapsed() >= PATIENCE.max(self.begun.elapsed() / SHARE) {
             self.sync()
         } else {

@@ -53,6 +53,24 @@ impl Walk {
         self.statistics = going_on.cloned().unwrap_or_default();
     }
 
+    /// Takes the first rows of the point at hand, of which these are the statistics: the walk must be at the point's first.
+    /// Goes to the next point if the point ends with them.
+    pub(super) fn jump(&mut self, statistics: &Statistics) {
+        let trials = statistics.trials();
+        if trials == 0 {
+            return;
+        }
+        self.next.1 = trials;
+        let narrow = !self.stop_at.is_empty() && {
+            self.statistics = statistics.clone();
+            next_look(trials - 1) == trials && self.is_narrow()
+        };
+        if narrow || trials >= self.trials {
+            self.next = (self.next.0 + 1, 0);
+            self.statistics = Statistics::default();
+        }
+    }
+
     /// Whether all its rows are there.
     pub fn is_done(&self) -> bool {
         self.next >= self.end

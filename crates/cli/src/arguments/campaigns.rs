@@ -38,7 +38,7 @@ pub struct Run {
     /// What is kept of the trials: `all`, a row of each, or `none` but the statistics, for runs of a billion trials
     #[arg(long, value_enum, default_value_t = Rows::All)]
     pub rows: Rows,
-    /// Go on with a run that was interrupted; from the start if there is none
+    /// Go on with a run that was interrupted, or one that had fewer --trials; from the start if there is none
     #[arg(long)]
     pub resume: bool,
     /// Only this part of the trials, such as 3/8; `standstill merge` puts the parts together
@@ -103,6 +103,9 @@ pub struct Question {
     /// --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    /// Go on with a question of this scenario that was interrupted; from the start if there is none
+    #[arg(long)]
+    pub resume: bool,
     /// Print JSON; files are written only with --out
     #[arg(long)]
     pub json: bool,
@@ -215,7 +218,9 @@ pub struct Merge {
 pub struct Report {
     /// Folder of the run, with summary.json and the trials
     pub folder: PathBuf,
-    /// Folder for the files; made if it does not exist [default: `report` in the run's folder]
+    /// Folder of a second run, which is compared with the first: trial by trial where they share the seed
+    pub second: Option<PathBuf>,
+    /// Folder for the files; made if it does not exist [default: `report` in the first run's folder]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
 }

@@ -9,7 +9,7 @@ use standstill_campaign::Estimate;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
 use super::question::{
-    Answer, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
+    self, Answer, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Budget as Options;
@@ -17,7 +17,6 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::output::Output;
-use crate::progress::Watched;
 use crate::text::wide_table;
 
 const FILES: [&str; 7] = [
@@ -89,12 +88,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         drop(Output::create(&folder, &FILES)?);
     }
     let pairs = options.pairs.map_or(PAIRS, u64::from);
-    let watched = Watched::new(trials_of_budget(pairs, sources.len()));
+    let watched = question::watched(question, "budget", &plan, trials_of_budget(pairs, sources.len()))?;
     watched.bar.set_message(format!("{} sources", sources.len()));
     let found = on_threads(question, || Budget::of(&trials, &sources, pairs, &watched))?;
     watched.bar.finish_and_clear();
     let Some(budget) = unless_stopped(found)? else {
-        return Ok(interrupted(question, "the samples were not complete"));
+        return Ok(interrupted(question, "budget", &watched, "the samples were not complete"));
     };
     let setting = setting(plan.file(), trials.scenario());
     let rows = rows(&budget);

@@ -13,8 +13,8 @@ use standstill_scenario::Record;
 use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
 
 use super::question::{
-    Answer, folder, interrupted, json as with_setup, on_threads, plan, probability, probability_interval,
-    setting, unless_stopped,
+    self, Answer, folder, interrupted, json as with_setup, on_threads, plan, probability,
+    probability_interval, setting, unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Odds as Options;
@@ -22,7 +22,6 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
-use crate::progress::Watched;
 use crate::text::table;
 
 /// Time in s between two points of a waveform at most.
@@ -73,7 +72,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         drop(Output::create(&folder, &["odds.csv", "odds.json", "odds.html", "odds.svg", "odds.png"])?);
     }
     let settings = Settings { seed: plan.file().seed, ..Settings::default() };
-    let watched = Watched::new(expected(&settings, &[]));
+    let watched = question::watched(question, "odds", &plan, expected(&settings, &[]))?;
     let mut done = Vec::new();
     let found = on_threads(question, || {
         watched.bar.set_message(format!("run 1 of {RUNS}"));
@@ -90,7 +89,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     })?;
     watched.bar.finish_and_clear();
     let Some((odds, anatomy)) = unless_stopped(found)? else {
-        return Ok(interrupted(question, &format!("{} of {RUNS} runs were done", done.len())));
+        return Ok(interrupted(
+            question,
+            "odds",
+            &watched,
+            &format!("{} of {RUNS} runs were done", done.len()),
+        ));
     };
     answer(&plan, &trials, options.event, &odds, &anatomy)?.report(question)
 }

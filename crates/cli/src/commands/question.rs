@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use standstill_analysis::Halt;
 use standstill_campaign::Estimate;
+use standstill_campaign::store::{Notes, Shard, Sweep};
 use standstill_detect::Method;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section};
@@ -16,6 +17,7 @@ use crate::arguments::Question;
 use crate::error::Error;
 use crate::interrupt::INTERRUPTED;
 use crate::output::Output;
+use crate::progress::Watched;
 use crate::scenario::{self, Shorthands};
 
 /// The document with what the command line sets in it.
@@ -56,12 +58,47 @@ pub fn unless_stopped<T>(result: Result<T, Halt<FileError>>) -> Result<Option<T>
     }
 }
 
-/// What there is to say of a question that was not answered.
-pub fn interrupted(question: &Question, done: &str) -> Report {
-    let text = if question.json {
-        format!("{:#}\n", serde_json::json!({ "interrupted": true }))
+/// Where a question that may be interrupted keeps what it has computed; nowhere if no files are wanted.
+fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
+    Some(folder(question, name)?.join(format!("{name}.journal")))
+}
+
+/// Who looks on: a bar for about this many trials, an interrupt's flag, and notes from which `--resume` goes on.
+///
+/// # Errors
+/// Notes that are in the way, or of another scenario.
+pub fn watched(question: &Question, name: &str, plan: &Plan, trials: u64) -> Result<Watched, Error> {
+    let Some(path) = notes_of(question, name) else { return Ok(Watched::new(trials)) };
+    let identity = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
+    let notes = if question.resume {
+        Notes::resume(&path, &identity)?
+    } else if path.exists() {
+        return Err(Error::Results {
+            path,
+            found: "what a question has computed that was interrupted".to_owned(),
+            needed: "--resume to go on with it, another --out, or that you remove it".to_owned(),
+        });
     } else {
-        format!("Interrupted: {done}; no files were written.\n")
+        Notes::new(&path, &identity)
+    };
+    Ok(Watched::noting(trials, Some(notes)))
+}
+
+/// What there is to say of a question that was not answered.
+pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &str) -> Report {
+    let kept = notes_of(question, name).filter(|_| watched.has_notes());
+    let command = super::run::to_resume();
+    let text = match (question.json, kept) {
+        (true, None) => format!("{:#}\n", serde_json::json!({ "interrupted": true })),
+        (true, Some(path)) => {
+            let json = serde_json::json!({ "interrupted": true, "journal": path, "resume": command });
+            format!("{json:#}\n")
+        }
+        (false, None) => format!("Interrupted: {done}; no files were written.\n"),
+        (false, Some(path)) => format!(
+            "Interrupted: {done}; what was computed is kept in {}. Go on with\n  {command}\n",
+            path.display()
+        ),
     };
     Report { text, code: INTERRUPTED }
 }
@@ -133,7 +170,13 @@ impl Answer {
     /// Writes the files that are wanted; what is printed.
     pub fn report(self, question: &Question) -> Result<Report, Error> {
         let folder = folder(question, self.name);
-        self.written(folder, question.json)
+        let notes = notes_of(question, self.name);
+        let report = self.written(folder, question.json)?;
+        // Only now that the files are in place.
+        if let Some(notes) = notes.filter(|notes| notes.exists()) {
+            std::fs::remove_file(&notes).map_err(Error::writing(&notes))?;
+        }
+        Ok(report)
     }
 
     /// The same into a folder.

@@ -3,6 +3,7 @@
 mod page;
 mod setup;
 mod study;
+mod two;
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ use standstill_report::table::{Format, Reader};
 use standstill_scenario::{Document, ScenarioFile};
 
 use super::reproduce::file_list;
-use super::run::results::{SummaryFile, trials_name};
+use super::run::results::{STATISTICS, SummaryFile, trials_name};
 use crate::Report as Said;
 use crate::arguments::Report;
 use crate::error::Error;
@@ -32,6 +33,10 @@ pub struct Run {
 
 pub fn run(options: &Report) -> Result<Said, Error> {
     interrupt::at_once();
+    if let Some(second) = &options.second {
+        let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
+        return two::run([&options.folder, second], &out);
+    }
     let run = Run::open(&options.folder)?;
     let (html, figures) = made(&run)?;
     let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
@@ -77,17 +82,33 @@ fn remove_stale(folder: &Path, files: &[String]) {
     }
 }
 
+/// What is there instead of trials that can be read, and the way out.
+fn no_trials(folder: &Path, needed: &[&str]) -> Error {
+    let other = [Format::Npz, Format::Mat].map(trials_name);
+    let found = if let Some(other) = other.into_iter().find(|name| folder.join(name).exists()) {
+        format!("{other}, which is not read back")
+    } else if folder.join(STATISTICS).exists() {
+        "statistics alone (--rows none), whose answers are in summary.json".to_owned()
+    } else {
+        "no trials".to_owned()
+    };
+    Error::Results {
+        path: folder.to_owned(),
+        found,
+        needed: format!(
+            "{}, as `standstill run` writes them with --format csv or parquet and --rows all",
+            needed.join(" or ")
+        ),
+    }
+}
+
 impl Run {
     /// Opens a finished run's folder.
     pub fn open(folder: &Path) -> Result<Self, Error> {
         let summary = SummaryFile::read(folder)?;
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
-            return Err(Error::Results {
-                path: folder.to_owned(),
-                found: "no trials".to_owned(),
-                needed: format!("{}, as `standstill run` writes them", names.join(" or ")),
-            });
+            return Err(no_trials(folder, &names));
         };
         let file = Document::parse(Path::new("scenario"), &summary.run.scenario)?.load()?;
         Ok(Self { folder: folder.to_owned(), trials, summary, file })

@@ -16,7 +16,8 @@ use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
 use super::question::{
-    Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
+    self, Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
+    unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Require as Options;
@@ -100,7 +101,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         width: 0.05,
         whole: bench.keys[last].1,
     };
-    let watched = Watched::new(0);
+    let watched = question::watched(question, "require", &plan, 0)?;
     let limits = options.limit.clone();
     let mut asked =
         Question { bench, limits, search, watched: &watched, judged: Vec::new(), rows: Vec::new() };
@@ -110,7 +111,12 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let found = on_threads(question, || asked.find(&[]))?;
     watched.bar.finish_and_clear();
     let Some(found) = unless_stopped(found)? else {
-        return Ok(interrupted(question, &format!("{} values were judged", asked.rows.len())));
+        return Ok(interrupted(
+            question,
+            "require",
+            &watched,
+            &format!("{} values were judged", asked.rows.len()),
+        ));
     };
     answer(options, &plan, &asked, &found)?.report(question)
 }

@@ -1,20 +1,23 @@
 //! `standstill run` and `standstill sweep`: a scenario file, trial by trial, into files.
 
 pub mod by_host;
+mod earlier;
 pub mod isolated;
 pub mod results;
 
+use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
 use standstill_campaign::store::{
-    Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally,
+    Earlier, Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally,
 };
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
-use self::results::{Results, SUMMARY, SummaryFile};
+use self::earlier::Found;
+use self::results::{Results, STATISTICS, SUMMARY, SummaryFile};
 use crate::Report;
 use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::error::Error;
@@ -80,22 +83,34 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     }
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let mut statistics = Statistics::default();
+    let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
     // The journal stays locked until its rows are in the files.
     let outcome = match options.rows {
         Rows::All => {
             let mut journal = journal(&path, &identity, &mut statistics)?;
-            advance(&trials, &mut journal, statistics, &stop)
+            advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
         Rows::None => {
             let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
             let mut tally = Tally::open(&path, &identity, limit).inspect_err(|_| remove_if_empty(out))?;
-            advance(&trials, &mut tally, statistics, &stop)
+            for earlier in &found.tallies {
+                tally = tally.after(earlier);
+            }
+            advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
     };
     match outcome {
-        Ok(Some(report)) => Ok(report),
+        Ok(Some(mut report)) => {
+            found.remove();
+            let statistics = options.rows == Rows::None && !found.tallies.is_empty();
+            if (found.rows.taken() > 0 || statistics) && !options.results.json {
+                let _ =
+                    writeln!(report.text, "The run of {} trials that was there was extended.", found.trials);
+            }
+            Ok(report)
+        }
         Ok(None) => Ok(interrupted(&options.results, &path)),
         Err(error) => {
             // The error itself is told by the caller, in a line.
@@ -148,8 +163,13 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     }
     let shards = Shards::single(path)?;
     let Some(results) = Results::write(&options.results, &shards, stop)? else { return Ok(None) };
-    // Only now that the files are in place.
-    std::fs::remove_file(path).map_err(Error::writing(path))?;
+    // Only now that the files are in place. Statistics alone can be extended only from their journal.
+    if options.rows == Rows::None && results::files_wanted() {
+        let kept = options.results.out.join(STATISTICS);
+        std::fs::rename(path, &kept).map_err(Error::writing(&kept))?;
+    } else {
+        std::fs::remove_file(path).map_err(Error::writing(path))?;
+    }
     Ok(Some(results.report(&options.results)))
 }
 
@@ -161,6 +181,7 @@ fn tell(line: &str) {
 /// Runs what is left; returns whether that was all.
 fn advance(
     trials: &Trials<'_>,
+    earlier: &mut Earlier,
     journal: &mut impl Keep,
     mut statistics: Statistics,
     stop: &AtomicBool,
@@ -168,7 +189,7 @@ fn advance(
     let bar = progress::bar(statistics.trials() + journal.walk().left());
     bar.set_position(statistics.trials());
     bar.reset_eta();
-    let done = trials.run(journal, stop, |rows: &[Row]| {
+    let done = trials.run_after(earlier, journal, stop, |rows: &[Row]| {
         for row in rows {
             statistics.add_row(row);
         }
@@ -189,6 +210,9 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         return Ok(None);
     }
     let summary = SummaryFile::read(&options.out)?;
+    if summary.run.begins(identity) {
+        return Ok(None);
+    }
     if let Some(difference) = summary.run.difference(identity) {
         return Err(Error::Results {
             path,
@@ -217,17 +241,22 @@ fn in_the_way(path: &Path) -> Error {
 }
 
 fn interrupted(options: &Options, path: &Path) -> Report {
-    let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
-    if !command.iter().any(|word| word == "--resume") {
-        command.push("--resume".to_owned());
-    }
-    let command = command.join(" ");
+    let command = to_resume();
     if options.json {
         let json = serde_json::json!({ "interrupted": true, "journal": path, "resume": command });
         return Report { text: format!("{json:#}\n"), code: INTERRUPTED };
     }
     let text = format!("Interrupted: what was done is kept in {}. Go on with\n  {command}\n", path.display());
     Report { text, code: INTERRUPTED }
+}
+
+/// The command line that goes on with what this one has begun.
+pub fn to_resume() -> String {
+    let mut command: Vec<String> = std::env::args_os().map(|word| quoted(&word.to_string_lossy())).collect();
+    if !command.iter().any(|word| word == "--resume") {
+        command.push("--resume".to_owned());
+    }
+    command.join(" ")
 }
 
 /// A word as a shell takes it.

@@ -19,7 +19,8 @@ use standstill_scenario::{Document, Origin, Plan};
 use toml::Value;
 
 use super::question::{
-    Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
+    self, Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
+    unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Tune as Options;
@@ -58,7 +59,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         _ => Measure::Duration,
     });
     let last = options.trials.map_or(LAST, u64::from);
-    let watched = Watched::new(0);
+    let watched = question::watched(question, "tune", &plan, 0)?;
     let found = on_threads(question, || {
         let limits = limits(options, &document, plan.file().seed, last, &watched)?;
         let effort = Effort::new(last, &limits);
@@ -80,7 +81,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     })?;
     watched.bar.finish_and_clear();
     let Some((asked, tuned)) = unless_stopped(found)? else {
-        return Ok(interrupted(question, "the search was not complete"));
+        return Ok(interrupted(question, "tune", &watched, "the search was not complete"));
     };
     answer(&plan, &asked, &tuned)?.report(question)
 }

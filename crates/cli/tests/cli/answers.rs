@@ -1,18 +1,27 @@
 //! `odds`, `budget`, `require`, `tune` and `explain`.
 
 use std::fs;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use serde_json::Value;
 
 use super::{folder, mistake, names, standstill};
 
-const SCENARIO: &str = "motor = \"paper-5k5\"\ndetector.method = \"line-inductance-fast\"\n";
+pub const SCENARIO: &str = "motor = \"paper-5k5\"\ndetector.method = \"line-inductance-fast\"\n";
 
 fn answer(arguments: &[&str], code: i32, folder: &std::path::Path) -> Value {
     let output = standstill(arguments, folder);
     assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(output.stderr.is_empty(), "quiet in a pipe");
     serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+/// The keys that scripts rely on.
+fn has(value: &Value, keys: &[&str]) {
+    for key in keys {
+        assert!(value.get(key).is_some(), "{key} in {value}");
+    }
 }
 
 fn number(value: &Value, key: &str) -> f64 {
@@ -26,6 +35,7 @@ fn odds_of_what_is_not_rare_are_those_of_plain_trials_on_any_number_of_threads()
     let arguments = ["odds", "s.toml", "--event", "|e| > 1 deg", "--json"];
     let one = answer(&[&arguments[..], &["--threads", "1"]].concat(), 0, folder.path());
     assert_eq!(one, answer(&[&arguments[..], &["--threads", "3"]].concat(), 0, folder.path()));
+    has(&one, &["event", "probability", "low", "high", "trials", "levels"]);
     let (low, high) = (number(&one, "low"), number(&one, "high"));
     assert!(low < 0.24 && 0.22 < high && high - low < 0.02, "{low} to {high}");
     assert_eq!((&one["event"], &one["levels"]), (&"|e| > 1 deg".into(), &1.into()));
@@ -45,6 +55,10 @@ fn a_budget_has_its_keys_and_writes_its_files() {
     assert!((share - 1.0).abs() < 1e-9, "{share}");
     for name in ["method", "sensors.noise", "sensors.gain_error", "interaction"] {
         let source = sources.iter().find(|source| source["source"] == name).expect(name);
+        has(
+            source,
+            &["source", "alone_rms_deg", "without_rms_deg", "share", "share_low", "share_high", "total"],
+        );
         assert!(number(source, "share_low") <= number(source, "share_high"));
     }
     let expected = [
@@ -71,6 +85,7 @@ fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
     let edge = require("rms <= 1 deg", &["--between", "2 mA:50 mA", "--most", "4000"], 0);
     let (low, value, high) = (number(&edge, "low"), number(&edge, "value"), number(&edge, "high"));
     assert!(0.010 < low && low <= value && value <= high && high < 0.020, "{edge}");
+    has(&edge, &["key", "value", "low", "high", "limit"]);
     assert_eq!((&edge["key"], &edge["limit"]), (&"sensors.noise".into(), &"rms <= 1 deg".into()));
     let none = require("rms <= 0.1 deg", &["--between", "5 mA:50 mA"], 1);
     assert!(none["value"].is_null() && none["answer"] == "no value meets it");
@@ -106,6 +121,7 @@ fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
         "t",
     ];
     let tuned = answer(&arguments, 0, folder.path());
+    has(&tuned, &["settings", "start", "best"]);
     let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
     // The default's pulse and rounds make 0.84°.
     assert!(rms("start") > 1.8 && rms("best") < 1.05 * 0.84, "{} to {}", rms("start"), rms("best"));
@@ -167,6 +183,12 @@ fn a_trial_is_explained_as_it_was_and_by_what_it_drew() {
     // What cannot be is said.
     assert!(mistake(&["explain", "r", "--wrong-poles"], path).contains("no wrong pole"));
     assert!(mistake(&["explain", "r", "--trial", "300"], path).contains("from 0 to 299"));
+    let early = ["run", "s.toml", "--trials", "400", "--stop-at", "rms=20%", "--out", "early"];
+    assert!(standstill(&early, path).status.success());
+    assert!(
+        mistake(&["explain", "early", "--trial", "399"], path)
+            .contains("ended early (stop_at), with trial 99")
+    );
     let summary = fs::read_to_string(path.join("r/summary.json")).expect("summary.json");
     let foreign = summary.replace("\"numerics\": ", "\"numerics\": 9");
     fs::write(path.join("r/summary.json"), foreign).expect("written");
@@ -188,6 +210,74 @@ fn a_trace_lays_settings_over_one_another() {
     assert!(results[1]["setting"] == "detector.pulse = 80 us" && error(0) != error(1));
     let many = "detector.pulse=[40 us, 50 us, 60 us, 70 us, 80 us, 90 us, 100 us]";
     assert!(mistake(&["trace", "s.toml", "-s", many, "--out", "u"], path).contains("7 settings"));
+    let twice = ["trace", "s.toml", "-s", "detector.pulse=[40 us, 40 us]", "--out", "u"];
+    assert!(mistake(&twice, path).contains("detector.pulse = 40 us is there twice"));
+    let format = ["trace", "s.toml", "-s", list, "--format", "parquet", "--out", "u"];
+    assert!(mistake(&format, path).contains("--format: needed a single setting"));
+}
+
+#[test]
+fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let questions: [(&str, &[&str]); 4] = [
+        ("odds", &["--event", "|e| > 1 deg"]),
+        ("budget", &["--pairs", "1500"]),
+        ("require", &["--key", "sensors.noise", "--limit", "rms <= 1 deg", "--most", "8000"]),
+        (
+            "tune",
+            &[
+                "--vary",
+                "detector.pulse=60us:120us",
+                "--minimise",
+                "rms",
+                "--trials",
+                "2000",
+                "--starts",
+                "2",
+            ],
+        ),
+    ];
+    for (name, more) in questions {
+        let asked = |out: &str| -> Vec<String> {
+            let words = [&[name, "s.toml", "--json", "--out", out], more].concat();
+            words.into_iter().map(str::to_owned).collect()
+        };
+        let journal = path.join(format!("{name}-b/{name}.journal"));
+        let mut child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args(asked(&format!("{name}-b")))
+            .current_dir(path)
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        let begun = std::time::Instant::now();
+        while fs::metadata(&journal).map_or(0, |file| file.len()) < 3000 {
+            std::thread::sleep(Duration::from_millis(5));
+            assert!(begun.elapsed() < Duration::from_secs(120), "{name}: nothing was kept");
+        }
+        child.kill().expect("SIGKILL");
+        assert!(!child.wait().expect("ended").success(), "{name} had already ended");
+        let b = asked(&format!("{name}-b"));
+        let again = |more: &[&'static str]| -> Vec<String> {
+            b.iter().cloned().chain(more.iter().map(|word| (*word).to_owned())).collect()
+        };
+        let words =
+            |owned: &[String]| owned.iter().map(|word| word.clone().leak() as &str).collect::<Vec<_>>();
+        assert!(mistake(&words(&again(&[])), path).contains("--resume to go on with it"), "{name}");
+        let message = mistake(&words(&again(&["--seed", "7", "--resume"])), path);
+        assert!(message.contains("the seed is 1 there and 7 here"), "{name}: {message}");
+        // Nobody computes what is there: it is read, and told apart from what is not there by its key alone.
+        let resumed = answer(&words(&again(&["--resume"])), 0, path);
+        assert!(!journal.exists(), "{name}");
+        let whole = answer(&words(&asked(&format!("{name}-a"))), 0, path);
+        assert_eq!(resumed, whole, "{name}");
+        let [a, b] = ["a", "b"].map(|out| path.join(format!("{name}-{out}")));
+        assert_eq!(names(&a), names(&b));
+        for file in names(&a) {
+            assert!(fs::read(a.join(&file)).ok() == fs::read(b.join(&file)).ok(), "{name}: {file}");
+        }
+    }
 }
 
 #[test]

@@ -30,7 +30,7 @@ fn law_the_summary_of_a_run_without_rows_is_that_with_rows_also_killed_and_from_
     let summary = |out: &str| fs::read(path.join(out).join("summary.json")).expect("there");
     succeed(&["run", "s.toml", "--out", "rows"], path);
     succeed(&["run", "s.toml", "--rows", "none", "--threads", "2", "--out", "none"], path);
-    assert_eq!(names(&path.join("none")), ["summary.json"]);
+    assert_eq!(names(&path.join("none")), ["run.statistics", "summary.json"]);
     assert_eq!(summary("rows"), summary("none"));
     // Without axes as well, and with points that end early.
     for options in [&["--stop-at", "rms=9%"][..], &["-s", "axes={}"]] {

@@ -5,6 +5,7 @@ mod answers;
 mod bits;
 mod campaigns;
 mod clusters;
+mod compared;
 mod files;
 #[cfg(target_os = "linux")]
 mod firmware;

@@ -286,3 +286,43 @@ fn an_interrupted_comparison_keeps_its_finished_rows() {
     let csv = fs::read_to_string(folder.path().join("c/comparison.csv")).expect("written");
     assert_eq!(csv.lines().count(), 2, "{csv}");
 }
+
+#[test]
+fn law_limits_are_computed_once_for_each_scenario() {
+    let folder = folder();
+    let path = folder.path();
+    let compare = |more: &[&str]| {
+        let arguments =
+            ["compare", "--method", "bipolar", "--rotor", "locked", "--errors", "default", "--json"];
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args(arguments)
+            .args(more)
+            .current_dir(path)
+            .env("XDG_CACHE_HOME", path.join("cache"))
+            .output()
+            .expect("the program starts");
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let rows: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        rows[0]["bound_deg"].as_f64()
+    };
+    let kept = || names(&path.join("cache/standstill/limits"));
+    let first = compare(&["--trials", "3"]);
+    assert!(first.is_some_and(|limit| limit > 0.0));
+    let one = kept();
+    assert_eq!(one.len(), 1);
+    // More trials have the same limit: what stands there is told, not what would be computed.
+    let file = path.join("cache/standstill/limits").join(&one[0]);
+    let text = std::fs::read_to_string(&file).expect("kept");
+    let bits = |limit: f64| limit.to_bits().to_string();
+    let changed = text.replace(&bits(first.expect("a limit")), &bits(0.5));
+    assert_ne!(text, changed);
+    std::fs::write(&file, changed).expect("written");
+    assert_eq!(compare(&["--trials", "5"]), Some(0.5));
+    // Another scenario has its own, and another program's is not found.
+    assert_ne!(compare(&["--trials", "3", "-s", "sensors.noise=20 mA"]), Some(0.5));
+    assert_eq!(kept().len(), 2);
+    let foreign = std::fs::read_to_string(&file).expect("kept").replacen("\"of\":\"", "\"of\":\"9", 1);
+    std::fs::write(&file, foreign).expect("written");
+    assert_eq!(compare(&["--trials", "3"]), first);
+    assert_eq!(compare(&["--trials", "3", "--no-limit"]), None);
+}

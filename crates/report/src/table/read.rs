@@ -11,9 +11,10 @@ use parquet::column::reader::{ColumnReaderImpl, get_typed_column_reader};
 use parquet::data_type::DoubleType;
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::record::Field;
 
 use super::error::quoted;
-use super::{Format, Kind, METADATA, Place, TableError};
+use super::{Column, Format, Kind, METADATA, Place, TableError, Value};
 
 /// Rows of a Parquet file decoded at once.
 const BATCH: usize = 1 << 12;
@@ -110,6 +111,64 @@ impl Reader {
         Ok(())
     }
 
+    /// Calls `each` with the values that every row has in these columns, which must be there with these kinds.
+    ///
+    /// # Errors
+    /// A column that is missing; a value of another kind; a file that cannot be read any further.
+    pub fn values(self, columns: &[Column], mut each: impl FnMut(&[Value<'_>])) -> Result<(), TableError> {
+        let place = |column: &Column| {
+            let found = self.columns.iter().position(|name| *name == column.name);
+            found.ok_or_else(|| file_error(&self.path, &format!("no column {}", column.name)))
+        };
+        let places = columns.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let wrong = |place: Place, column: &Column, found: String| TableError::At {
+            path: self.path.clone(),
+            place,
+            column: Some(column.name.clone()),
+            found,
+            needed: column.kind.needed().to_owned(),
+        };
+        match self.source {
+            Source::Csv(mut from, first) => {
+                let mut next = first;
+                while let Some(mut record) = next {
+                    let cell = |(column, place): (&Column, &usize)| {
+                        let text = &record[*place];
+                        value(column.kind, text).ok_or_else(|| {
+                            wrong(Place::Line(line(&self.path, record.position())), column, quoted(text))
+                        })
+                    };
+                    let row = columns.iter().zip(&places).map(cell).collect::<Result<Vec<_>, _>>()?;
+                    each(&row);
+                    next = advance(&self.path, &mut from, &mut record)?.then_some(record);
+                }
+            }
+            Source::Parquet(file) => {
+                let mut rows = 0;
+                for group in 0..file.num_row_groups() {
+                    let broken =
+                        |error, rows| failed(&self.path, &format!("unreadable after row {rows}"), error);
+                    let group = guarded(|| file.get_row_group(group)).map_err(|e| broken(e, rows))?;
+                    let mut records = guarded(|| group.get_row_iter(None)).map_err(|e| broken(e, rows))?;
+                    while let Some(record) =
+                        guarded(|| records.next().transpose()).map_err(|e| broken(e, rows))?
+                    {
+                        rows += 1;
+                        let fields: Vec<&Field> = record.get_column_iter().map(|(_, field)| field).collect();
+                        let cell = |(column, place): (&Column, &usize)| {
+                            let field = fields[*place];
+                            field_value(column.kind, field)
+                                .ok_or_else(|| wrong(Place::Row(rows), column, field.to_string()))
+                        };
+                        let row = columns.iter().zip(&places).map(cell).collect::<Result<Vec<_>, _>>()?;
+                        each(&row);
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn open_csv(path: &Path) -> Result<Self, TableError> {
         let file = File::open(path).map_err(|error| TableError::Read { path: path.to_owned(), error })?;
         let mut from = csv::ReaderBuilder::new().has_headers(false).from_reader(file);
@@ -149,6 +208,31 @@ impl Reader {
         let pairs = about.key_value_metadata().into_iter().flatten();
         let metadata = pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect();
         Ok(Self { columns, metadata, path: path.to_owned(), source: Source::Parquet(Box::new(file)) })
+    }
+}
+
+/// What a text says in a column of this kind.
+fn value(kind: Kind, text: &str) -> Option<Value<'_>> {
+    if text.is_empty() {
+        return Some(Value::Empty);
+    }
+    match kind {
+        Kind::Whole => text.parse().ok().map(Value::Whole),
+        Kind::Number => number(text).ok().map(|number| number.map_or(Value::Empty, Value::Number)),
+        Kind::Flag => text.parse().ok().map(Value::Flag),
+        Kind::Text => Some(Value::Text(text.into())),
+    }
+}
+
+/// The same of a Parquet file's field.
+fn field_value(kind: Kind, field: &Field) -> Option<Value<'_>> {
+    match (kind, field) {
+        (_, Field::Null) => Some(Value::Empty),
+        (Kind::Whole, Field::Long(whole)) => u64::try_from(*whole).ok().map(Value::Whole),
+        (Kind::Number, Field::Double(number)) => Some(Value::Number(*number)),
+        (Kind::Flag, Field::Bool(flag)) => Some(Value::Flag(*flag)),
+        (Kind::Text, Field::Str(text)) => Some(Value::Text(text.as_str().into())),
+        _ => None,
     }
 }
 

@@ -36,7 +36,15 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
                 "--trial {trial}: needed from 0 to {last}, the last of the run"
             )));
         }
-        return Ok(vec![Chosen { point: options.point.unwrap_or(0), trial, far: 0.0 }]);
+        let point = options.point.unwrap_or(0);
+        let done = run.summary.points.get(point).map_or(&run.summary.summary, |point| &point.summary).trials;
+        if trial >= done {
+            let last = done.saturating_sub(1);
+            return Err(Error::Arguments(format!(
+                "--trial {trial}: point {point} ended early (stop_at), with trial {last}; needed from 0 to {last}"
+            )));
+        }
+        return Ok(vec![Chosen { point, trial, far: 0.0 }]);
     }
     let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
     let (reader, places) = run.columns(["trial", "axis_error_deg", "error_deg"])?;

@@ -13,6 +13,11 @@ use crate::text::wide_table;
 /// Errors that are told, those with the largest effect first.
 const TOLD: usize = 12;
 
+/// What deviations are of draws that are not normal.
+const SCORE: &str = "\
+drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.
+";
+
 /// What is said of a trial.
 pub struct About {
     pub headline: String,
@@ -87,5 +92,5 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
     let header = ["error at its mean, one at a time", "drawn", "the trial then", "its part"];
-    About { headline, details, body, table: wide_table(&header, rows) }
+    About { headline, details, body, table: wide_table(&header, rows) + SCORE }
 }

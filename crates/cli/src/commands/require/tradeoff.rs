@@ -52,7 +52,12 @@ pub fn run(
     })?;
     watched.bar.finish_and_clear();
     if unless_stopped(done)?.is_none() {
-        return Ok(interrupted(&options.question, &format!("{} points were done", points.len())));
+        return Ok(interrupted(
+            &options.question,
+            "require",
+            watched,
+            &format!("{} points were done", points.len()),
+        ));
     }
     answer(options, plan, asked, &points)?.report(&options.question)
 }

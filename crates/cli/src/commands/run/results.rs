@@ -26,6 +26,9 @@ use crate::{host, progress, summary::interval};
 /// Name of the file of summaries.
 pub const SUMMARY: &str = "summary.json";
 
+/// Name of what a run without rows leaves, so that it can be extended.
+pub const STATISTICS: &str = "run.statistics";
+
 /// Points that are printed; of more, only the best and the worst.
 const MOST_LINES: usize = 30;
 
@@ -96,7 +99,7 @@ pub fn names(options: &Run) -> Vec<&'static str> {
 }
 
 /// Whether results go into files: a host may want them in memory alone.
-fn files_wanted() -> bool {
+pub fn files_wanted() -> bool {
     host::current().is_none_or(|host| host.files)
 }
 
@@ -255,6 +258,9 @@ impl Results {
         // An earlier run's trials in another format would be beside this run's summary.
         for other in Format::ALL.into_iter().filter(|other| Some(*other) != format) {
             let _ = std::fs::remove_file(options.out.join(trials_name(other)));
+        }
+        if format.is_some() {
+            let _ = std::fs::remove_file(options.out.join(STATISTICS));
         }
         Ok(Self { summary, json, files })
     }

@@ -5,13 +5,14 @@ use standstill_report::page::{Block, Chart, Page, Section};
 
 use super::{ended, plan};
 use crate::Report;
-use crate::arguments::{Keys, Source, Trace as Options};
+use crate::arguments::{FormatName, Keys, Source, Trace as Options};
 use crate::commands::explain::watch;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
 use crate::text::wide_table;
+use standstill_scenario::Verdict;
 
 /// Settings that one picture can tell apart.
 const MOST: usize = 6;
@@ -54,6 +55,19 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             settings.len()
         )));
     }
+    if let Some((twice, _)) = settings
+        .iter()
+        .enumerate()
+        .find_map(|(k, one)| settings[..k].iter().any(|other| other.1 == one.1).then_some(one))
+    {
+        return Err(Error::Arguments(format!("-s with lists: {twice} is there twice")));
+    }
+    if options.format != FormatName::Csv {
+        return Err(Error::Arguments(
+            "--format: needed a single setting, not lists, which are laid over one another without tables"
+                .to_owned(),
+        ));
+    }
     if options.verify {
         return Err(Error::Arguments("--verify: needed a single setting, not lists".to_owned()));
     }
@@ -70,8 +84,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let mut output = Output::create(&options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
+    let mut code = 0;
     for (name, single, text) in &singles {
         let (record, trace) = watch(single)?;
+        code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
             (*name).clone(),
             ended(&record),
@@ -112,7 +128,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     let files = output.finish()?;
     Ok(Report {
         text: format!("trial {}\n{table}\n{}", options.trial, file_list(&options.out, &files)),
-        code: 0,
+        code,
     })
 }
 

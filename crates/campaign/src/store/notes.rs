@@ -1,0 +1,132 @@
+//! What a question of a scenario has computed so far: parts of its answer, each under a key that says what it depends on.
+//!
+//! ```text
+//!   magic  length  header (JSON)  crc │ length  key, bytes  crc │ …
+//! ```
+//! A process that is killed leaves at most one block that is not whole; opening the notes again cuts it off.
+
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{BufReader, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+
+use super::identity::Identity;
+use super::journal::{self, Block, JournalError};
+
+/// What a journal of notes begins with.
+const NOTES: [u8; 8] = *b"stdstilN";
+
+/// Notes that are being written, by this process alone. The file is made with the first of them.
+#[derive(Debug)]
+pub struct Notes {
+    path: PathBuf,
+    identity: Identity,
+    file: Option<File>,
+    known: HashMap<String, Vec<u8>>,
+}
+
+impl Notes {
+    /// New ones.
+    pub fn new(path: &Path, identity: &Identity) -> Self {
+        Self { path: path.to_owned(), identity: identity.clone(), file: None, known: HashMap::new() }
+    }
+
+    /// Goes on with those of this scenario, up to the last whole block; new ones if there are none.
+    ///
+    /// # Errors
+    /// Notes of another scenario, of another program, or that another process is writing.
+    pub fn resume(path: &Path, identity: &Identity) -> Result<Self, JournalError> {
+        let io = |error| JournalError::Io(path.to_owned(), error);
+        let mut notes = Self::new(path, identity);
+        if !path.exists() {
+            return Ok(notes);
+        }
+        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        journal::lock(&file, path)?;
+        let mut end = 0;
+        let mut from = BufReader::new(File::open(path).map_err(io)?);
+        let found = journal::header(&mut from, NOTES, path, &mut end)?;
+        if let Some(difference) = found.difference(identity) {
+            return Err(JournalError::Other { path: path.to_owned(), difference });
+        }
+        while let Block::Whole(bytes) = journal::read_block(&mut from, &mut end).map_err(io)? {
+            let note = postcard::from_bytes(&bytes);
+            let (key, note): (String, Vec<u8>) = note.map_err(|_| JournalError::Foreign(path.to_owned()))?;
+            notes.known.insert(key, note);
+        }
+        file.set_len(end).and_then(|()| file.seek(SeekFrom::End(0))).map_err(io)?;
+        notes.file = Some(file);
+        Ok(notes)
+    }
+
+    /// What stands under a key.
+    pub fn get(&self, key: &str) -> Option<&[u8]> {
+        self.known.get(key).map(Vec::as_slice)
+    }
+
+    /// Whether anything is kept in the file.
+    pub fn is_begun(&self) -> bool {
+        self.file.is_some()
+    }
+
+    /// Notes something; it is with the operating system when this returns.
+    ///
+    /// # Errors
+    /// A file that cannot be written, or that another process is writing.
+    pub fn add(&mut self, key: &str, bytes: &[u8]) -> Result<(), JournalError> {
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        let note = postcard::to_stdvec(&(key, bytes)).map_err(|error| io(std::io::Error::other(error)))?;
+        let block = journal::block(&note).map_err(io)?;
+        if self.file.is_none() {
+            self.file = Some(self.begin()?);
+        }
+        let written = self.file.as_mut().map_or(Ok(()), |file| file.write_all(&block));
+        written.map_err(|error| JournalError::Io(self.path.clone(), error))
+    }
+
+    fn begin(&self) -> Result<File, JournalError> {
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        if let Some(folder) = self.path.parent() {
+            std::fs::create_dir_all(folder).map_err(io)?;
+        }
+        let mut file =
+            OpenOptions::new().write(true).create(true).truncate(false).open(&self.path).map_err(io)?;
+        journal::lock(&file, &self.path)?;
+        file.set_len(0).map_err(io)?;
+        let beginning = journal::beginning(NOTES, &self.identity).map_err(io)?;
+        file.write_all(&beginning).map_err(io)?;
+        Ok(file)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Shard;
+    use super::super::walk::tests::identity;
+    use super::*;
+
+    #[test]
+    fn law_notes_survive_a_kill_and_are_of_one_scenario() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("new/tune.journal");
+        let scenario = identity("{}", Shard::WHOLE);
+        let mut notes = Notes::new(&path, &scenario);
+        assert!(!path.exists() && !notes.is_begun(), "nothing was noted yet");
+        notes.add("a", b"one").expect("written");
+        notes.add("b", b"two").expect("written");
+        assert!(matches!(Notes::resume(&path, &scenario), Err(JournalError::Busy(_))));
+        drop(notes);
+        // Killed within the last block.
+        let file = OpenOptions::new().write(true).open(&path).expect("there");
+        file.set_len(file.metadata().expect("there").len() - 2).expect("cut");
+        let mut notes = Notes::resume(&path, &scenario).expect("the same");
+        assert_eq!((notes.get("a"), notes.get("b")), (Some(&b"one"[..]), None));
+        notes.add("b", b"three").expect("written");
+        drop(notes);
+        let notes = Notes::resume(&path, &scenario).expect("the same");
+        assert_eq!((notes.get("a"), notes.get("b")), (Some(&b"one"[..]), Some(&b"three"[..])));
+        drop(notes);
+        let other = Identity { seed: 2, ..scenario };
+        assert!(matches!(Notes::resume(&path, &other), Err(JournalError::Other { .. })));
+    }
+}

@@ -1,0 +1,118 @@
+//! Limits that were computed before: one may take minutes, and the same scenario has the same limit.
+//!
+//! A limit is kept under all that it depends on, which stands in the file in full: the program down to its build, its
+//! numerics, the angles, and the whole scenario. So it is never stale; what another program or scenario kept is not found.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::time::UNIX_EPOCH;
+
+use serde::{Deserialize, Serialize};
+use standstill_campaign::{Bound, NUMERICS};
+use standstill_detect::Method;
+use standstill_scenario::Scenario;
+
+use crate::host;
+
+/// A limit as it is kept. Not all of its numbers are finite, and JSON has no others: they are kept as their bits.
+#[derive(Serialize, Deserialize)]
+struct Kept {
+    /// All that it depends on.
+    of: String,
+    /// None: the method has no limit.
+    bound: Option<[Option<u64>; 4]>,
+}
+
+/// Where limits are kept: the user's folder for what may be removed at any time. None where there is no such folder, and for
+/// a host, whose build nobody knows.
+fn folder() -> Option<PathBuf> {
+    if host::current().is_some() {
+        return None;
+    }
+    let set = |name: &str| std::env::var_os(name).filter(|path| !path.is_empty()).map(PathBuf::from);
+    let base = set("XDG_CACHE_HOME")
+        .or_else(|| set("HOME").map(|home| home.join(".cache")))
+        .or_else(|| set("LOCALAPPDATA"))?;
+    Some(base.join("standstill").join("limits"))
+}
+
+/// What a limit depends on.
+fn identity(scenario: &Scenario<Method<f64>>, angles: usize) -> Option<String> {
+    let program = fs::metadata(std::env::current_exe().ok()?).ok()?;
+    let built = program.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
+    let (version, length) = (env!("CARGO_PKG_VERSION"), program.len());
+    Some(format!("{version} {NUMERICS} {length} {built}, {angles} angles: {scenario:?}"))
+}
+
+/// The limit of a scenario: one that was kept, or else what is computed, which is kept if it can be.
+pub fn limit<E>(
+    scenario: &Scenario<Method<f64>>,
+    angles: usize,
+    compute: impl FnOnce() -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E>,
+) -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E> {
+    let place = folder().zip(identity(scenario, angles)).map(|(folder, of)| {
+        let name = format!("{:016x}.json", digest(&of));
+        (folder.join(name), of)
+    });
+    if let Some((path, of)) = &place
+        && let Some(kept) = fs::read(path).ok().and_then(|text| serde_json::from_slice::<Kept>(&text).ok())
+        && kept.of == *of
+    {
+        return Ok((kept.bound.map(bound), None));
+    }
+    let found = compute()?;
+    if let (Some((path, of)), (found, None)) = (place, &found) {
+        // What cannot be kept is computed again.
+        let _ = write(&path, &Kept { of, bound: found.as_ref().map(bits) });
+    }
+    Ok(found)
+}
+
+/// As a whole or not at all: another process may be reading.
+fn write(path: &std::path::Path, kept: &Kept) -> std::io::Result<()> {
+    let folder = path.parent().unwrap_or(path);
+    fs::create_dir_all(folder)?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(&serde_json::to_vec(kept)?)?;
+    file.persist(path)?;
+    Ok(())
+}
+
+fn bits(bound: &Bound) -> [Option<u64>; 4] {
+    [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
+        .map(|value| value.map(f64::to_bits))
+}
+
+fn bound([scheme, all, hybrid_deg, hybrid_all_deg]: [Option<u64>; 4]) -> Bound {
+    let number = |bits: Option<u64>| bits.map(f64::from_bits);
+    let sure = |bits| number(bits).unwrap_or(f64::NAN);
+    Bound {
+        scheme_deg: sure(scheme),
+        all_deg: sure(all),
+        hybrid_deg: number(hybrid_deg),
+        hybrid_all_deg: number(hybrid_all_deg),
+    }
+}
+
+/// Fowler, Noll and Vo's hash: only a file's name, what stands in it decides.
+fn digest(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_limit_survives_with_what_is_not_finite() {
+        let all =
+            Bound { scheme_deg: 0.1, all_deg: f64::INFINITY, hybrid_deg: None, hybrid_all_deg: Some(0.3) };
+        let kept = Kept { of: String::new(), bound: Some(bits(&all)) };
+        let text = serde_json::to_vec(&kept).expect("JSON");
+        let again: Kept = serde_json::from_slice(&text).expect("as written");
+        assert_eq!(again.bound.map(bound), Some(all));
+    }
+}

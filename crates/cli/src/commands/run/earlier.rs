@@ -1,0 +1,173 @@
+//! What is there of a run with fewer trials, which `--resume` goes on from: its files, its journals, or its statistics.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, sync_channel};
+
+use standstill_campaign::store::{Earlier, Identity, Journal, Row, Shard, Tallied};
+use standstill_campaign::store::{JournalError, head};
+use standstill_report::table::{Column, Format, Reader, Value};
+use standstill_scenario::Verdict;
+
+use super::results::{STATISTICS, SummaryFile, trials_name};
+use crate::columns::trial_columns;
+use crate::error::Error;
+
+/// Rows that wait to be taken, block by block.
+const WAITING: usize = 64;
+const BLOCK: usize = 256;
+
+/// What earlier runs left in a folder.
+#[derive(Default)]
+pub struct Found {
+    /// Rows.
+    pub rows: Earlier,
+    /// Statistics alone.
+    pub tallies: Vec<Tallied>,
+    /// Trials of the longest of those runs.
+    pub trials: u64,
+    /// Journals that are of no more use once the longer run is done.
+    journals: Vec<PathBuf>,
+}
+
+impl Found {
+    /// What the folder has of this run with fewer trials. A journal that is in the way is put aside.
+    pub fn of(folder: &Path, identity: &Identity) -> Result<Self, Error> {
+        let mut found = Self::default();
+        let journal = folder.join(identity.shard.file_name());
+        if journal.exists() && !Journal::is_busy(&journal) {
+            let earlier = head(&journal);
+            if let Ok(earlier) = &earlier
+                && earlier.begins(identity)
+            {
+                let aside = journal.with_extension(format!("{}.{EARLIER}", earlier.trials));
+                std::fs::rename(&journal, &aside).map_err(Error::writing(&aside))?;
+            }
+        }
+        let stem = journal.file_stem().map(|stem| format!("{}.", stem.to_string_lossy())).unwrap_or_default();
+        for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+            let name = entry.file_name().to_string_lossy().into_owned();
+            let aside = name.starts_with(&stem) && name.ends_with(&format!(".{EARLIER}"));
+            if aside && found.journal(&entry.path(), identity)? {
+                found.journals.push(entry.path());
+            }
+        }
+        if identity.shard == Shard::WHOLE {
+            let statistics = folder.join(STATISTICS);
+            if statistics.exists() {
+                found.journal(&statistics, identity)?;
+            }
+            found.files(folder, identity);
+        }
+        Ok(found)
+    }
+
+    /// A journal, if it is of an earlier run.
+    fn journal(&mut self, path: &Path, identity: &Identity) -> Result<bool, Error> {
+        let Some(earlier) = head(path).ok().filter(|earlier| earlier.begins(identity)) else {
+            return Ok(false);
+        };
+        match Tallied::read(path) {
+            // Of a part of the rows they do not tell which.
+            Ok(_) if identity.shard != Shard::WHOLE && identity.stop_at.is_empty() => {
+                return Err(JournalError::Other {
+                    path: path.to_owned(),
+                    difference: format!(
+                        "the number of trials is {} there and {} here, and statistics alone of a shard cannot be extended; \
+                         another --out begins anew",
+                        earlier.trials, identity.trials
+                    ),
+                }
+                .into());
+            }
+            Ok(tallied) => self.tallies.push(tallied),
+            Err(_) => self.rows.add_journal(path)?,
+        }
+        self.trials = self.trials.max(earlier.trials);
+        Ok(true)
+    }
+
+    /// The files of a finished run: all trials that found an angle. Of the others the files say why in words alone; they are
+    /// run again.
+    fn files(&mut self, folder: &Path, identity: &Identity) {
+        let Ok(summary) = SummaryFile::read(folder) else { return };
+        if !summary.run.begins(identity) {
+            return;
+        }
+        let names = [Format::Csv, Format::Parquet].map(trials_name);
+        let Some(path) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
+            return;
+        };
+        let Ok(reader) = Reader::open(&path) else { return };
+        if summary.run.metadata().iter().any(|(key, value)| reader.metadata.get(key) != Some(value)) {
+            return;
+        }
+        self.trials = self.trials.max(summary.run.trials);
+        self.rows.add(rows(reader).into_iter().flatten());
+    }
+
+    /// Removes the journals that were put aside.
+    pub fn remove(&self) {
+        for path in &self.journals {
+            let _ = std::fs::remove_file(path);
+        }
+    }
+}
+
+/// The extension of a journal that was put aside, after its number of trials.
+const EARLIER: &str = "earlier";
+
+/// Rows with their points, read by a thread of its own; where they cannot be read any further, they end.
+fn rows(reader: Reader) -> Receiver<Vec<(usize, Row)>> {
+    let (to, from) = sync_channel(WAITING);
+    std::thread::spawn(move || {
+        let columns: Vec<Column> = trial_columns().collect();
+        let mut place = None;
+        let mut block = Vec::with_capacity(BLOCK);
+        let _ = reader.values(&columns, |values| {
+            let &[Value::Whole(trial), ref rest @ ..] = values else { return };
+            // Each point begins with trial 0.
+            let point = place.map_or(0, |point: usize| point + usize::from(trial == 0));
+            place = Some(point);
+            if let Some(row) = row(trial, rest) {
+                block.push((point, row));
+            }
+            if block.len() == BLOCK {
+                // Nobody listens any more: the run has ended.
+                let _ = to.send(std::mem::take(&mut block));
+            }
+        });
+        let _ = to.send(block);
+    });
+    from
+}
+
+/// A trial that found an angle, of its columns behind its number.
+fn row(trial: u64, values: &[Value<'_>]) -> Option<Row> {
+    let number = |place: usize| match values[place] {
+        Value::Number(number) => Some(number),
+        _ => None,
+    };
+    let Value::Text(outcome) = &values[3] else { return None };
+    if outcome != Verdict::Found.name() {
+        return None;
+    }
+    Some(Row {
+        trial,
+        true_angle_deg: number(0)?,
+        estimated_angle_deg: number(1),
+        error_deg: number(2),
+        verdict: Verdict::Found,
+        pole_correct: match values[4] {
+            Value::Flag(correct) => Some(correct),
+            _ => None,
+        },
+        rotor_moved_deg: number(5)?,
+        duration_s: number(6)?,
+        axis_deg: number(7),
+        axis_error_deg: number(8),
+        start_angle_deg: number(9)?,
+        peak_current_a: number(10)?,
+        reason: String::new(),
+        kind: String::new(),
+    })
+}

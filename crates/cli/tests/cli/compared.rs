@@ -1,0 +1,149 @@
+//! `report` of two runs, and docs/answers.md as it is printed.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::answers::SCENARIO;
+use super::{folder, mistake, names, standstill};
+
+/// Words as a shell has them: quotes hold them together.
+fn words(line: &str) -> Vec<String> {
+    let (mut words, mut open, mut quote): (Vec<String>, bool, Option<char>) = (Vec::new(), false, None);
+    for c in line.chars() {
+        match (quote, c) {
+            (Some(mark), c) if c == mark => quote = None,
+            (None, '"' | '\'') => {
+                quote = Some(c);
+                if !std::mem::replace(&mut open, true) {
+                    words.push(String::new());
+                }
+            }
+            (None, c) if c.is_whitespace() => open = false,
+            (_, c) => {
+                if !std::mem::replace(&mut open, true) {
+                    words.push(String::new());
+                }
+                if let Some(word) = words.last_mut() {
+                    word.push(c);
+                }
+            }
+        }
+    }
+    words
+}
+
+/// Each command of the page, with few trials; the line below it that says what it speaks of is what the program says.
+#[test]
+fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
+    let page = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/answers.md");
+    let page = fs::read_to_string(page).expect("the page").replace("\\\n", " ");
+    let folder = folder();
+    let path = folder.path();
+    let scenario = format!("{SCENARIO}errors = \"default\"\n")
+        .replace("detector.method", "trials = 300\ndetector.method");
+    for name in ["scenario.toml", "lif.toml"] {
+        fs::write(path.join(name), &scenario).expect("written");
+    }
+    for (seed, out) in [("1", "run"), ("1", "before"), ("1", "after")] {
+        let out = format!("standstill-out/{out}");
+        assert!(standstill(&["run", "lif.toml", "--seed", seed, "--out", &out], path).status.success());
+    }
+    let few = |command: &str| -> &[&str] {
+        match command {
+            "budget" => &["--pairs", "200"],
+            "require" => &["--most", "1000"],
+            "tune" => &["--trials", "1000", "--starts", "1"],
+            _ => &[],
+        }
+    };
+    let lines: Vec<&str> = page.split("```").skip(1).step_by(2).flat_map(str::lines).collect();
+    let mut run = 0;
+    for (number, line) in lines.iter().enumerate() {
+        let printed = line.strip_prefix("$ ").unwrap_or(line).split(" #").next().unwrap_or_default();
+        let Some(command) = printed.strip_prefix("standstill ") else { continue };
+        // What is rare takes a minute; what is not takes a second.
+        let mut all = words(
+            &command.replace("5.1 deg", "1 deg").replace("undetermined <= 0.1 %", "undetermined <= 5 %"),
+        );
+        let more = few(&all[0]);
+        // The page's own numbers of trials are given up.
+        if let Some(place) = more.first().and_then(|option| all.iter().position(|word| word == option)) {
+            all.drain(place..place + 2);
+        }
+        let all: Vec<&str> = all.iter().map(String::as_str).chain(more.iter().copied()).collect();
+        let output = standstill(&all, path);
+        let told = String::from_utf8_lossy(&output.stdout).into_owned();
+        // Settings that few trials cannot tell to be better are an answer too, with code 1.
+        let fine = output.status.success() || output.status.code() == Some(1);
+        assert!(fine && output.stderr.is_empty(), "{all:?}: {}", String::from_utf8_lossy(&output.stderr));
+        if line.starts_with("$ ") {
+            let setting = lines[number + 1];
+            assert!(told.contains(setting), "{all:?}: {setting} in {told}");
+        }
+        run += 1;
+    }
+    assert!(run >= 12, "{run} commands");
+}
+
+#[test]
+fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let run = |out: &str, more: &[&str]| {
+        let all = [&["run", "s.toml", "--trials", "600", "--out", out], more].concat();
+        assert!(standstill(&all, path).status.success());
+    };
+    run("a", &[]);
+    run("b", &["-s", "sensors.noise=12 mA"]);
+    run("c", &["-s", "sensors.noise=12 mA", "--seed", "2", "--format", "parquet"]);
+    run("d", &["--rows", "none"]);
+    run("e", &["--format", "npz"]);
+    let compared = |a: &str, b: &str| {
+        let output = standstill(&["report", a, b, "--out", "both"], path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let rows = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
+        let rms: Vec<String> = rows.lines().nth(1).expect("rms").split(',').map(str::to_owned).collect();
+        (String::from_utf8(output.stdout).expect("text"), rms)
+    };
+    let (text, paired) = compared("a", "b");
+    let number = |row: &[String], k: usize| row[k].parse::<f64>().expect("a number");
+    for part in ["B is worse", "600 pairs", "sensors.noise", "12 mA", "seed 1"] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    // The rms of each is that of its own summary, and the difference theirs.
+    for (k, out) in [(2, "a"), (5, "b")] {
+        let summary = fs::read_to_string(path.join(out).join("summary.json")).expect("summary.json");
+        let summary: Value = serde_json::from_str(&summary).expect("JSON");
+        assert_eq!(summary["summary"]["rms_deg"]["value"].as_f64(), Some(number(&paired, k)));
+    }
+    assert!((number(&paired, 5) - number(&paired, 2) - number(&paired, 8)).abs() < 1e-9);
+    assert_eq!(paired[11], "600");
+    // Independent random numbers tell far less.
+    let (text, alone) = compared("a", "c");
+    assert!(text.contains("independent runs: their seeds are 1 and 2") && text.contains("seed"), "{text}");
+    let width = |row: &[String]| number(row, 10) - number(row, 9);
+    assert!(width(&alone) > 2.0 * width(&paired), "{} {}", width(&alone), width(&paired));
+    let (text, same) = compared("a", "a");
+    assert!(text.contains("no difference seen") && text.contains("No setting differs"), "{text}");
+    assert_eq!((number(&same, 8), number(&same, 9), number(&same, 10)), (0.0, 0.0, 0.0));
+    assert_eq!(
+        names(&path.join("both")),
+        ["comparison.csv", "comparison.html", "comparison.png", "comparison.svg"]
+    );
+    // What cannot be read names what is there.
+    assert!(mistake(&["report", "a", "d"], path).contains("statistics alone (--rows none)"));
+    for command in [&["report", "e"][..], &["report", "a", "e"], &["explain", "e"]] {
+        let message = mistake(command, path);
+        assert!(message.contains("trials.npz") && message.contains("--format csv"), "{message}");
+    }
+    // Axes with other points cannot stand side by side.
+    let sweep = ["sweep", "s.toml", "--trials", "60", "--vary", "sensors.noise=5 mA,10 mA,20 mA"];
+    for (out, more) in [("f", &[][..]), ("g", &["-s", "sensors.gain_error=1 %"])] {
+        assert!(standstill(&[&sweep[..], more, &["--out", out]].concat(), path).status.success());
+    }
+    assert!(mistake(&["report", "a", "f"], path).contains("axes with other points"));
+    let (text, _) = compared("f", "g");
+    assert!(text.contains("at 3 points") || text.contains("of 3 points"), "{text}");
+}
