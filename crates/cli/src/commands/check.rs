@@ -7,37 +7,34 @@ use serde_json::{Value, json};
 use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
-use standstill_plant::{DataSheet, PoleKnowledge};
+use standstill_plant::PoleKnowledge;
+use standstill_report::page::Tone;
 use standstill_scenario::Document;
 use standstill_scenario::ErrorSet;
 
 use crate::Report;
-use crate::arguments::Check;
+use crate::arguments::{Check, Keys};
+use crate::doubts;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress;
 use crate::scenario::{self, Shorthands};
-use crate::text::{fill, table};
+use crate::table::{Column, Table};
+use crate::terminal::{painted, paragraph};
 
-/// The scenario of what is named: a file of one, or a motor with nothing else said. A data sheet has a name or a
-/// nameplate, which no scenario has.
+/// The scenario of what is named: a file of one, or a motor with nothing else said.
 fn document(options: &Check) -> Result<Document, Error> {
-    let path = Path::new(&options.motor);
-    let mut shorthands = Shorthands::default()
+    let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
         .temperatures(options.temperature)
         .seed(options.seed);
-    let named = DataSheet::built_in_text(&options.motor).is_some()
-        || path.extension().is_none_or(|extension| extension != "toml");
-    let scenario = if named { None } else { Some(scenario::read(path)?) };
-    let document = match scenario {
-        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
-            scenario
-        }
-        _ => {
-            shorthands = shorthands.with("MOTOR", "motor", Some(options.motor.as_str()));
-            Document::parse(Path::new("scenario"), "")?
-        }
+    let path = Path::new(&options.motor);
+    // What has no ending is a motor's name, known or not.
+    let document = if path.exists() || path.extension().is_some() {
+        scenario::read_either(path)?.0
+    } else {
+        let named = Shorthands::default().with("MOTOR", "motor", Some(options.motor.as_str()));
+        scenario::changed(Document::parse(Path::new("scenario"), "")?, &Keys::default(), named)?
     };
     scenario::changed(document, &options.keys, shorthands)
 }
@@ -53,6 +50,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     }
     let errors = file.errors.0;
     let motor = document.motor()?;
+    doubts::warn(&document.scenario_of(&motor)?);
     let demands =
         Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };
     let spinner = progress::steps(standstill_campaign::CANDIDATES.len() as u64);
@@ -72,30 +70,33 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let what = if suitability.pole_is_open() { "rotor's axis" } else { "rotor position" };
     let note = suitability.pole.note().filter(|_| suitability.has_magnet);
     let open = note.map_or_else(String::new, |note| format!("; {note}"));
-    let mut text = format!(
-        "{}: {verdict} to detection of the {what} at standstill (error set {}){open}\n\n",
-        motor.name,
-        errors.name()
+    let tone = if recommended.is_some() { Tone::Good } else { Tone::Bad };
+    let mut text = paragraph(
+        "",
+        &format!(
+            "{}: {} to detection of the {what} at standstill (error set {}){open}",
+            motor.name,
+            painted(tone, verdict),
+            errors.name()
+        ),
     );
+    text.push('\n');
     for reason in &reasons {
-        // The first line of a reason stands out, the others are set in.
-        let filled = fill(reason, 110, "    ");
-        text += &filled.replacen("    ", "  – ", 1);
+        text += &paragraph("  – ", reason);
     }
     let sheet = document.data_sheet()?;
     let assumed = sheet.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
     let assumed: Vec<String> = assumed.collect();
     if !assumed.is_empty() {
-        let filled =
-            fill(&format!("Assumed, as the data sheet does not say: {}.", assumed.join(", ")), 110, "    ");
-        text += &filled.replacen("    ", "  – ", 1);
+        let said = format!("Assumed, as the data sheet does not say: {}.", assumed.join(", "));
+        text += &paragraph("  – ", &said);
     }
     text.push('\n');
-    text += &table(&HEADER, suitability.candidates.iter().map(cells), false);
+    text += &Table::new(columns()).judged(suitability.candidates.iter().map(cells)).text();
     if let Some(candidate) = recommended {
         let _ = writeln!(
             text,
-            "\nRecommended: {}, {} times better than demanded in error and in movement",
+            "\nRecommended: {}, {} times better\nthan demanded in error and in movement",
             candidate.method,
             factor(candidate.margin)
         );
@@ -108,7 +109,17 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-const HEADER: [&str; 7] = ["method", "p95 °, locked", "free", "ms", "peak A", "moved °", "verdict"];
+fn columns() -> [Column; 7] {
+    [
+        Column::word("method"),
+        Column::number("p95 °, locked"),
+        Column::number("free").rank(3),
+        Column::number("ms").rank(1),
+        Column::number("peak A").rank(2),
+        Column::number("moved °").rank(1),
+        Column::prose("verdict").judged(),
+    ]
+}
 
 fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
@@ -124,19 +135,25 @@ fn amperes(value: f64) -> String {
     if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
 }
 
-fn cells(candidate: &Candidate) -> Vec<String> {
+fn milliseconds(seconds: f64) -> String {
+    if seconds.is_finite() { standstill_quantity::number(1, seconds * 1e3) } else { "–".to_owned() }
+}
+
+fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     let (locked, free) = (&candidate.locked, &candidate.free);
     let verdict =
         if candidate.objections.is_empty() { "suited".to_owned() } else { candidate.objections.join("; ") };
-    vec![
+    let tone = if candidate.objections.is_empty() { Tone::Good } else { Tone::Bad };
+    let cells = vec![
         candidate.method.name().to_owned(),
         number(locked.p95_deg.value, 2),
         number(free.p95_deg.value, 2),
-        number(free.mean_duration_s * 1e3, 1),
+        milliseconds(free.mean_duration_s),
         amperes(locked.peak_current_a.max(free.peak_current_a)),
         if free.trials > 0 { number(free.max_moved_deg, 2) } else { "–".to_owned() },
         verdict,
-    ]
+    ];
+    (tone, cells)
 }
 
 fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Vec<String> {
@@ -179,7 +196,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         )
     } else {
         format!(
-            "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
+            "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %.",
             if suitability.pole == PoleKnowledge::Assumed {
                 " (assumed: the map has one side of the d-axis only)"
             } else {
@@ -200,8 +217,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         .and_then(|candidate| train(&candidate.settings).map(|t| (candidate, t)));
     if let Some((candidate, train)) = pulse {
         reasons.push(format!(
-            "Line pulses of {:.0} µs raise {} A at most; they move a free rotor by {:.3}°.",
-            train.pulse.seconds() * 1e6,
+            "Line pulses of {} µs raise {} A at most; they move a free rotor by {:.3}°.",
+            standstill_quantity::number(0, train.pulse.seconds() * 1e6),
             amperes(candidate.locked.peak_current_a),
             candidate.free.max_moved_deg
         ));

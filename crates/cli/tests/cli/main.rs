@@ -15,7 +15,9 @@ mod methods;
 mod mistakes;
 mod nameplates;
 mod pages;
+mod printed;
 mod scenarios;
+mod terminal;
 
 use std::fs;
 use std::path::Path;

@@ -8,7 +8,7 @@ use standstill_sim::Ended;
 
 use super::Told;
 use crate::commands::trace::specimen;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
 
 /// Errors that are told, those with the largest effect first.
 const TOLD: usize = 12;
@@ -18,7 +18,7 @@ pub struct About {
     pub headline: String,
     pub details: Vec<String>,
     pub body: String,
-    pub table: String,
+    pub table: Table,
 }
 
 /// How a trial ended, in a few words.
@@ -86,6 +86,12 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
-    let header = ["error at its mean, one at a time", "drawn", "the trial then", "its part"];
-    About { headline, details, body, table: wide_table(&header, rows) }
+    let table = Table::new([
+        Column::word("error at its mean, one at a time"),
+        Column::number("drawn"),
+        Column::prose("the trial then"),
+        Column::number("its part"),
+    ])
+    .rows(rows);
+    About { headline, details, body, table }
 }
