@@ -91,21 +91,20 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         results::guard(&options.results, &identity)?;
     }
     doubts::warn(&plan.scenario(0)?);
-    if !options.results.json && host::current().is_none() {
-        crate::print(&(opening::text(&plan, &identity, options.shard) + "\n"))?;
-    }
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let mut statistics = Statistics::default();
     // The journal stays locked until its rows are in the files.
     let outcome = match options.rows {
         Rows::All => {
             let mut journal = journal(&path, &identity, &mut statistics)?;
+            say(options, &plan, &identity)?;
             advance(&trials, &mut journal, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
         Rows::None => {
             let limit = plan.file().limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
             let mut tally = Tally::open(&path, &identity, limit).inspect_err(|_| remove_if_empty(out))?;
+            say(options, &plan, &identity)?;
             advance(&trials, &mut tally, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
@@ -122,6 +121,14 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             Err(error)
         }
     }
+}
+
+/// Says what will be simulated, once nothing stands in its way.
+fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
+    if options.results.json || host::current().is_some() {
+        return Ok(());
+    }
+    crate::print(&(opening::text(plan, identity, options.shard) + "\n"))
 }
 
 /// A new journal of rows, or the one that is there, whose rows are added to the statistics.
