@@ -121,8 +121,8 @@ mod tests {
             ),
             ("[sensors]\ngain_error = \"40 %\"", ["sensors.gain_error is", "40 %"]),
             (
-                "[inverter]\ndead_time = \"40 us\"",
-                ["inverter.dead_time is 40 µs", "40 % of the carrier's period of 100 µs"],
+                "[inverter]\ndead_time = \"21 us\"",
+                ["inverter.dead_time is 21 µs", "21 % of the carrier's period of 100 µs"],
             ),
             ("[sensors]\nrange = \"2 A\"\nbits = 12", ["sensors.range is 2 A", "rated for 8 A"]),
             (
