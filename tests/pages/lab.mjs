@@ -2,119 +2,31 @@
 //
 //     cd tests/pages && npm ci
 //     node lab.mjs PROGRAM FOLDER          # PROGRAM: the path of `standstill`
-//     node lab.mjs static SITE FOLDER      # SITE: what scripts/lab-static.sh made
+//     node lab.mjs static SITE FOLDER PROGRAM   # SITE: what scripts/lab-static.sh made; PROGRAM: whose numbers it must have
 //
 // Pictures go into FOLDER. Ends with code 1 and one line per objection. The browser is that of the environment variable
 // CHROMIUM, or /usr/bin/chromium. Not part of `cargo test`: it needs a browser.
 
-import { spawn } from 'node:child_process';
-import { createServer } from 'node:http';
+import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
-import { join, normalize, resolve } from 'node:path';
-import { chromium } from 'playwright-core';
+import { join, resolve } from 'node:path';
+import { browser, children, end, expect, ink, lab, listen, objections, open, rms, settled, site, sleep, state, used } from './desk.mjs';
 
 const words = process.argv.slice(2);
 const isStatic = words[0] === 'static';
-const [program, folder] = isStatic ? words.slice(1) : words;
+const [place, folder] = isStatic ? words.slice(1) : words;
+const program = isStatic ? words[3] : place;
 if (!program || !folder) {
-  console.error('usage: node lab.mjs PROGRAM FOLDER, or node lab.mjs static SITE FOLDER');
+  console.error('usage: node lab.mjs PROGRAM FOLDER, or node lab.mjs static SITE FOLDER PROGRAM');
   process.exit(2);
 }
 mkdirSync(folder, { recursive: true });
 const picture = name => join(folder, name);
-const objections = [];
-const expect = (holds, what) => { if (!holds) objections.push(what); };
-const sleep = time => new Promise(done => setTimeout(done, time));
 
 const desk = mkdtempSync(join(tmpdir(), 'lab-'));
 writeFileSync(join(desk, 'noisy.toml'), 'detector.method = "bipolar"\nsensors.noise = "40 mA"\n');
 writeFileSync(join(desk, 'axes.toml'), '[axes]\n"sensors.noise" = ["1 mA", "40 mA"]\n');
-const children = [];
-
-/** A lab with these arguments; its address and its process. */
-async function lab(...options) {
-  const child = spawn(resolve(program), ['lab', '--no-browser', ...options], { stdio: ['ignore', 'pipe', 'inherit'] });
-  children.push(child);
-  let text = '';
-  const address = await new Promise((done, failed) => {
-    child.stdout.on('data', data => {
-      text += data;
-      const found = /http:\S+/.exec(text);
-      if (found) done(found[0]);
-    });
-    child.on('exit', () => failed(new Error(`the lab ended: ${text}`)));
-  });
-  return { address, child, port: new URL(address).port, end: () => new Promise(done => {
-    child.removeAllListeners('exit');
-    child.on('exit', code => done(code));
-    child.kill('SIGINT');
-  }) };
-}
-
-/** A static folder behind a server that does nothing else. */
-async function site(root) {
-  const kinds = { html: 'text/html', css: 'text/css', mjs: 'text/javascript', svg: 'image/svg+xml', wasm: 'application/wasm' };
-  const server = createServer((request, response) => {
-    const path = normalize(new URL(request.url, 'http://x').pathname).replace(/\/$/, '/index.html');
-    try {
-      const bytes = readFileSync(join(root, path));
-      response.writeHead(200, { 'content-type': kinds[path.split('.').pop()] ?? 'application/octet-stream' });
-      response.end(bytes);
-    } catch {
-      response.writeHead(404).end();
-    }
-  });
-  await new Promise(done => server.listen(0, '127.0.0.1', done));
-  return { address: `http://127.0.0.1:${server.address().port}/`, end: async () => { server.close(); return 0; } };
-}
-
-const flags = ['--no-sandbox', '--disable-gpu', '--disable-quic', '--no-first-run', '--disable-background-networking',
-  '--disable-component-update', '--disable-sync'];
-const profile = mkdtempSync(join(tmpdir(), 'pages-'));
-const browser = await chromium.launchPersistentContext(profile, {
-  executablePath: process.env.CHROMIUM || '/usr/bin/chromium', headless: true, args: flags,
-});
-await browser.grantPermissions(['clipboard-read', 'clipboard-write']);
-
-let quiet = true;
-async function open(address, name, options = {}) {
-  const page = await browser.newPage();
-  page.on('console', message => {
-    if (quiet && ['error', 'warning'].includes(message.type()) && !/status of 422/.test(message.text())) {
-      objections.push(`${name}: console: ${message.text()}`);
-    }
-  });
-  page.on('pageerror', error => objections.push(`${name}: ${error.message}`));
-  page.on('request', request => {
-    if (!request.url().startsWith(new URL(address).origin) && !/^(data|blob):/.test(request.url())) {
-      objections.push(`${name}: asked the network for ${request.url()}`);
-    }
-  });
-  await page.setViewportSize({ width: options.width ?? 1440, height: options.height ?? 1000 });
-  await page.emulateMedia({ colorScheme: options.scheme ?? 'light' });
-  await page.goto(address);
-  await page.waitForSelector('html[data-ready]', { state: 'attached' });
-  await settled(page);
-  return page;
-}
-
-/** Until all trials are there. */
-const settled = async page => {
-  // What waits for the hand to rest begins within a third of a second.
-  await sleep(300);
-  await page.waitForFunction(() => document.querySelector('#progress.done') && globalThis.lab.waves.found.a && globalThis.lab.values.a
-    && Object.values(globalThis.lab.asks).every(asks => Object.values(asks).every(ask => !ask.busy)), null, { timeout: 60_000 });
-};
-const state = page => page.evaluate(() => structuredClone(globalThis.lab.state));
-const rms = (page, side = 'a') => page.evaluate(one => globalThis.lab.summaries[one]?.summary.rms_deg.value, side);
-const ink = (page, id) => page.evaluate(name => {
-  const canvas = document.getElementById(name);
-  const { data } = canvas.getContext('2d').getImageData(0, 0, canvas.width, canvas.height);
-  let sum = 0;
-  for (let k = 3; k < data.length; k += 4) sum += data[k] > 0 ? 1 : 0;
-  return sum / (data.length / 4);
-}, id);
 
 async function looks({ address }) {
   for (const scheme of ['light', 'dark']) {
@@ -159,7 +71,7 @@ async function structure({ address }) {
   await page.close();
 }
 
-async function drag({ address }) {
+async function drag({ address, child }) {
   const page = await open(address, 'drag');
   const box = await page.locator('#rotor').boundingBox();
   const [cx, cy] = [box.x + box.width / 2, box.y + box.height / 2];
@@ -182,10 +94,12 @@ async function drag({ address }) {
       if (since !== null) requestAnimationFrame(() => setTimeout(() => times.push(performance.now() - since)));
     };
   });
+  const spent = [used(), child ? used(child.pid) : 0];
   for (let k = 1; k <= 40; k += 1) {
     await page.mouse.move(...at(10 + 2 * k));
     await sleep(25);
   }
+  const [shown, answered] = [used() - spent[0], child ? used(child.pid) - spent[1] : 0];
   await page.mouse.up();
   await sleep(400);
   const found = await page.evaluate(() => ({ angle: globalThis.lab.state.angle, shown: globalThis.lab.waves.found.a.start_angle, times: globalThis.times }));
@@ -195,6 +109,10 @@ async function drag({ address }) {
   const times = found.times.sort((a, b) => a - b);
   const median = times[times.length >> 1];
   console.log(`hand to picture: median ${median?.toFixed(0)} ms, largest ${times.at(-1)?.toFixed(0)} ms, of ${times.length}`);
+  // What it costs is what the machine's load does not change: processor time of the page and of the lab for each picture.
+  const cost = (shown + answered) / times.length;
+  console.log(`processor time of a picture: ${cost.toFixed(1)} ms, of that ${(answered / times.length).toFixed(1)} ms of the lab`);
+  expect(cost < 50, `a picture takes ${cost.toFixed(0)} ms of processor time`);
   expect(times.length > 10 && median < 250, `hand to picture: ${times.map(time => time.toFixed(0))}`);
   await page.click('#undo');
   expect((await state(page)).angle === null, 'a drag is not one step of undo');
@@ -355,7 +273,7 @@ async function folders() {
   children.push(running);
   const finished = spawn(resolve(program), ['run', join(desk, 'noisy.toml'), '--trials', '300', '--out', join(desk, 'done')], { stdio: 'ignore' });
   await new Promise(done => finished.on('exit', done));
-  const started = await lab(desk);
+  const started = await lab(program, desk);
   const page = await open(started.address, 'folder');
   await page.click('#files');
   const done = () => page.evaluate(() => Number(document.querySelector('li[data-path="night"] progress')?.value ?? -1));
@@ -409,25 +327,46 @@ async function filling({ address }) {
   await page.close();
 }
 
+/** The engine's numbers are the program's, and what they cost. */
+async function numbers({ address }) {
+  const page = await open(address, 'numbers');
+  const [trial, angle] = [5, 100];
+  const found = await page.evaluate(async ([number, degrees]) => {
+    const body = k => ({ setting: { scenario: '', point: 0, set: { 'detector.method': 'bipolar', errors: 'harsh' } }, trial: k, angle: degrees });
+    const bytes = new Uint8Array(await globalThis.lab.engine.detection(body(number)));
+    const length = new DataView(bytes.buffer).getUint32(0, true);
+    const header = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+    const begun = performance.now();
+    for (let k = 0; k < 50; k += 1) await globalThis.lab.engine.detection(body(k));
+    return { error: header.error, duration: header.duration, each: (performance.now() - begun) / 50 };
+  }, [trial, angle]);
+  const out = join(desk, 'native');
+  execFileSync(resolve(program), ['trace', '--method', 'bipolar', '--errors', 'harsh', '--trial', String(trial), '--angle', String(angle), '--out', out]);
+  const native = JSON.parse(readFileSync(join(out, 'result.json'), 'utf8'));
+  console.log(`one detection: error ${found.error}° on the page, ${native.error_deg}° by the program; ${found.each.toFixed(1)} ms each with its waveforms`);
+  expect(Math.abs(found.error - native.error_deg) < 1e-9 && found.duration === native.duration_s, 'the page has other numbers than the program');
+  await page.close();
+}
+
 async function lost() {
-  const started = await lab();
+  const started = await lab(program);
   const page = await open(`${started.address}#errors=harsh`, 'lost');
-  quiet = false;
+  listen(false);
   expect(await started.end() === 0, 'Ctrl-C does not end the lab cleanly');
   await page.selectOption('#key-errors', 'none');
   await page.waitForSelector('#lost:not([hidden])');
   expect(/does not answer/.test(await page.textContent('#lost')), 'no word of the lost connection');
   await page.screenshot({ path: picture('lost.png') });
   expect(page.url().includes('errors=none'), 'what was set is lost');
-  quiet = true;
+  listen(true);
   await page.close();
 }
 
-const all = isStatic ? [looks, structure, drag, type, zoom, compare, link, point, filling]
-  : [looks, structure, drag, type, zoom, compare, link, point, filling, twoTabs, folders, lost];
+const all = isStatic ? [looks, structure, drag, type, zoom, compare, link, point, filling, numbers]
+  : [looks, structure, drag, type, zoom, compare, link, point, filling, numbers, twoTabs, folders, lost];
 try {
   const only = process.env.ONLY?.split(',');
-  const started = isStatic ? await site(resolve(program)) : await lab();
+  const started = isStatic ? await site(resolve(place)) : await lab(program);
   for (const check of all.filter(check => !only || only.includes(check.name))) {
     try {
       await check(started);
@@ -438,9 +377,7 @@ try {
   if (!isStatic) expect(await started.end() === 0, 'the lab does not end cleanly');
   else await started.end();
 } finally {
-  await browser.close();
-  children.forEach(child => child.kill());
-  rmSync(profile, { recursive: true, force: true });
+  await end();
   rmSync(desk, { recursive: true, force: true });
 }
 const different = [...new Set(objections)];

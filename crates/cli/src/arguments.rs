@@ -82,7 +82,7 @@ pub enum Command {
     Completions(Completions),
     /// Man pages, one a command
     Man(Man),
-    /// A motor's inductances over current, and which pole draws more of it
+    /// A motor's inductances over current, and which pole draws more current
     Magnetics(Magnetics),
     /// A motor from scope traces of pulses at standstill: resistance, inductances, angle, saturation, with intervals
     Fit(Fit),

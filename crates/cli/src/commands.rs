@@ -33,6 +33,8 @@ use standstill_quantity::Quantity;
 use standstill_scenario::{MotorSpec, Record, ScenarioFile};
 
 use crate::error::Error;
+use crate::scenario;
+use crate::terminal::tell;
 
 /// The angle that a detector named, or the end of its axis that is nearer to the rotor, in rad.
 fn found(record: &Record) -> Option<f64> {
@@ -48,6 +50,14 @@ fn sheet(name: &str) -> Result<DataSheet, Error> {
     let path = Path::new(name);
     if path.extension().is_none_or(|extension| extension != "toml") {
         return Err(Error::UnknownMotor(name.to_owned()));
+    }
+    // Of a scenario its motor, which is said.
+    if path.exists()
+        && let Ok((document, false)) = scenario::read_either(path)
+        && let Ok(file) = document.load()
+    {
+        tell(&format!("{name} is a scenario, not a data sheet: this is its motor, {}", file.motor.name()));
+        return Ok(document.data_sheet()?);
     }
     let text = Files::default().text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
     DataSheet::parse(name, &text).map_err(Error::Motor)

@@ -3,6 +3,7 @@
 mod arguments;
 mod columns;
 mod commands;
+mod doubts;
 mod error;
 #[allow(clippy::disallowed_methods, reason = "pictures may differ by a shade from one machine to the next")]
 mod figures;
@@ -13,6 +14,8 @@ mod output;
 mod progress;
 mod scenario;
 mod summary;
+mod table;
+mod terminal;
 mod text;
 mod units;
 
@@ -83,7 +86,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
 }
 
 /// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
-fn print(text: &str) -> Result<(), Error> {
+pub(crate) fn print(text: &str) -> Result<(), Error> {
     let mut stdout = std::io::stdout();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {

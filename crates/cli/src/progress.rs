@@ -1,17 +1,24 @@
-//! A progress bar on a terminal; nothing in a pipe.
+//! Progress: a bar on a terminal; elsewhere a line every ten seconds, so that logs show that work goes on.
 
+use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressState, ProgressStyle};
+use console::Term;
+use indicatif::{ProgressBar, ProgressState, ProgressStyle, WeakProgressBar};
 use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
 
+use crate::terminal::tell;
 use crate::{host, interrupt};
+
+/// How long nothing is said without a terminal.
+const EVERY: Duration = Duration::from_secs(10);
 
 /// A bar for this many trials, on standard error.
 pub fn bar(trials: u64) -> ProgressBar {
-    let bar = new(trials);
+    let bar = new(trials, " trials");
     let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
     let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
@@ -22,13 +29,47 @@ pub fn bar(trials: u64) -> ProgressBar {
     bar
 }
 
-/// A bar of this length, which a host watches.
-fn new(length: u64) -> ProgressBar {
-    let bar = ProgressBar::new(length);
+/// A bar of this length.
+fn new(length: u64, what: &'static str) -> ProgressBar {
+    watched(ProgressBar::new(length), what)
+}
+
+/// A bar that a host watches, or that has its lines where nobody sees it.
+fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
     if let Some(host) = host::current() {
         host.watch(&bar);
+    } else if !Term::stderr().is_term() {
+        report(&bar, EVERY, move |bar| tell(&line(bar, what)));
     }
     bar
+}
+
+/// Says how far a bar is each time so much time has gone by, until it has ended.
+fn report(bar: &ProgressBar, every: Duration, say: impl Fn(&ProgressBar) + Send + 'static) {
+    let bar: WeakProgressBar = bar.downgrade();
+    std::thread::spawn(move || {
+        loop {
+            std::thread::sleep(every);
+            match bar.upgrade() {
+                Some(bar) if !bar.is_finished() => say(&bar),
+                _ => return,
+            }
+        }
+    });
+}
+
+/// How far a bar is, in a line.
+fn line(bar: &ProgressBar, what: &str) -> String {
+    let (done, message) = (bar.position(), bar.message());
+    let mut line = match bar.length().filter(|length| *length > 0) {
+        Some(length) => format!("{done} of {length}{what} ({:.0} %)", 100.0 * done as f64 / length as f64),
+        None => format!("{done}{what}"),
+    };
+    let _ = write!(line, " after {} s", bar.elapsed().as_secs());
+    if let (left @ 1.., Some(_)) = (bar.eta().as_secs(), bar.length()) {
+        let _ = write!(line, ", about {left} s left");
+    }
+    if message.is_empty() { line } else { line + ", " + &message }
 }
 
 /// Trials of an analysis: shown on a bar, and ended by a flag.
@@ -85,7 +126,7 @@ fn locked(notes: &Mutex<Notes>) -> MutexGuard<'_, Notes> {
 
 /// A bar for this many rows that are written, at most.
 pub fn writing(rows: u64) -> ProgressBar {
-    let bar = new(rows);
+    let bar = new(rows, " rows written");
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows written, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -93,7 +134,7 @@ pub fn writing(rows: u64) -> ProgressBar {
 
 /// A bar for this many rows that are read.
 pub fn reading(rows: u64) -> ProgressBar {
-    let bar = new(rows);
+    let bar = new(rows, " rows read");
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} rows read, {eta} left");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -101,7 +142,7 @@ pub fn reading(rows: u64) -> ProgressBar {
 
 /// A bar for this many steps of unequal length, on standard error.
 pub fn steps(count: u64) -> ProgressBar {
-    let bar = new(count);
+    let bar = new(count, " steps");
     let style = ProgressStyle::with_template("{bar:16} {pos}/{len} {msg}");
     bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
     bar
@@ -109,11 +150,33 @@ pub fn steps(count: u64) -> ProgressBar {
 
 /// For work whose length nobody knows.
 pub fn spinner(what: &'static str) -> ProgressBar {
-    let spinner = ProgressBar::new_spinner();
+    let spinner = watched(ProgressBar::new_spinner(), " steps");
     let style = ProgressStyle::with_template("{spinner} {msg}: step {pos}");
     spinner.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
-    if let Some(host) = host::current() {
-        host.watch(&spinner);
-    }
     spinner.with_message(what)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+
+    use super::*;
+
+    #[test]
+    fn law_lines_come_while_a_bar_lives_and_end_with_it() {
+        let bar = ProgressBar::hidden();
+        bar.set_length(200);
+        bar.set_position(50);
+        bar.set_message("rms 0.040°");
+        let (said, heard) = mpsc::channel();
+        report(&bar, Duration::from_millis(5), move |bar| said.send(line(bar, " trials")).expect("heard"));
+        let first = heard.recv().expect("a line");
+        assert!(first.starts_with("50 of 200 trials (25 %) after 0 s"), "{first}");
+        assert!(first.ends_with(", rms 0.040°"), "{first}");
+        bar.set_position(100);
+        assert!(heard.iter().any(|line| line.starts_with("100 of 200 trials (50 %)")));
+        bar.finish_and_clear();
+        // The reporter goes, and with it its end of the channel.
+        while heard.recv().is_ok() {}
+    }
 }

@@ -11,6 +11,7 @@ use toml::Value;
 use crate::arguments::{Axes, Keys, Load, PaperDecay, Seed, Setup, Source, Temperatures};
 use crate::error::Error;
 use crate::host;
+use crate::terminal::tell;
 
 /// The paper's method on its motor: what `reproduce` runs, and `trace` shows, where they are given no scenario.
 const PAPER: &str = include_str!("../scenarios/reproduce.toml");
@@ -102,27 +103,70 @@ pub fn document(source: &Source, shipped: Shipped, shorthands: Shorthands) -> Re
     changed(document, &source.keys, shorthands)
 }
 
-/// The document of what an argument MOTOR names: a scenario file, or a motor with nothing else said. A data sheet has a name or
-/// a nameplate, which no scenario has.
-pub fn of_motor(name: &str, keys: &Keys, mut shorthands: Shorthands) -> Result<Document, Error> {
+/// The document of what an argument MOTOR names: a scenario file, or a motor with nothing else said.
+pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Document, Error> {
     let path = Path::new(name);
-    let named = DataSheet::built_in_text(name).is_some()
-        || path.extension().is_none_or(|extension| extension != "toml");
-    let scenario = if named { None } else { Some(read(path)?) };
-    let document = match scenario {
-        Some(scenario) if ["name", "winding", "nameplate"].iter().all(|key| scenario.get(key).is_none()) => {
-            scenario
-        }
-        _ => {
-            shorthands = shorthands.with("MOTOR", "motor", Some(name));
-            Document::parse(Path::new("scenario"), "")?
-        }
+    // What has no ending is a motor's name, known or not.
+    let document = if path.exists() || path.extension().is_some() {
+        read_either(path)?.0
+    } else {
+        let named = Shorthands::default().with("MOTOR", "motor", Some(name));
+        changed(Document::parse(Path::new("scenario"), "")?, &Keys::default(), named)?
     };
     changed(document, keys, shorthands)
 }
 
-/// The document of a scenario file.
+/// The document of a scenario file. Of a motor, the default scenario with it, which is said.
 pub fn read(path: &Path) -> Result<Document, Error> {
+    let (document, motor) = read_either(path)?;
+    if motor && host::current().is_none() {
+        tell(&format!("{} is a motor, not a scenario: this is the default scenario with it", path.display()));
+    }
+    Ok(document)
+}
+
+/// The same without a word, and whether it is a motor: a built-in one, or a data sheet, which has a name or a nameplate as
+/// no scenario has.
+pub fn read_either(path: &Path) -> Result<(Document, bool), Error> {
+    let of_motor = |name: &str| {
+        let document = Document::parse(Path::new("scenario"), "")?;
+        changed(document, &Keys::default(), Shorthands::default().with("MOTOR", "motor", Some(name)))
+    };
+    let name = path.to_string_lossy();
+    if !path.exists() && DataSheet::built_in_text(&name).is_some() {
+        return Ok((of_motor(&name)?, true));
+    }
+    if let Some(found) = named_otherwise(path) {
+        return Err(Error::Results {
+            path: path.to_owned(),
+            found,
+            needed: "a scenario (.toml), or a motor".to_owned(),
+        });
+    }
+    let document = text_of(path)?;
+    if ["name", "winding", "nameplate"].iter().any(|key| document.get(key).is_some()) {
+        return Ok((of_motor(&name)?, true));
+    }
+    Ok((document, false))
+}
+
+/// What a path is that is neither scenario nor motor, and which command takes it.
+fn named_otherwise(path: &Path) -> Option<String> {
+    if path.join("summary.json").exists() {
+        return Some(format!("the folder of a run; `standstill report {}` shows it", path.display()));
+    }
+    if path.is_dir() {
+        return Some("a folder".to_owned());
+    }
+    let kind = path.extension()?.to_str()?.to_ascii_lowercase();
+    let tables = ["csv", "txt", "tsv", "npz", "mat", "parquet"];
+    (path.exists() && tables.contains(&kind.as_str())).then(|| {
+        "a table; `standstill magnetics` takes flux maps, `standstill fit` traces, and a data sheet names its map".to_owned()
+    })
+}
+
+/// The document of a file, whatever it is.
+fn text_of(path: &Path) -> Result<Document, Error> {
     if let Some(host) = host::current()
         && let Some(text) = host.text(path)
     {

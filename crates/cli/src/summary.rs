@@ -3,7 +3,10 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::{Estimate, Summary};
-use standstill_quantity::magnitude;
+use standstill_quantity::{magnitude, number as rounded};
+use standstill_report::page::Tone;
+
+use crate::terminal::{painted, paragraph};
 
 /// A number with so many decimals; a dash for what is none.
 pub fn number(value: f64, digits: usize) -> String {
@@ -68,12 +71,13 @@ pub fn text(s: &Summary) -> String {
     let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
     let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
     let largest = format!(
-        "{}°, exceeded by at most {:.2} % of detections (97.5 %)",
+        "{}°, exceeded by at most {:.2} % (97.5 % sure)",
         number(s.max_deg, 3),
         // Rounded up: a bound must not look smaller than it is.
         (1e4 * s.beyond_max.high).ceil() / 100.0
     );
     let beyond = format!("P(|e| > {}°)", s.limit_deg);
+    let poles = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Good };
     let mut lines = vec![
         ("rms axis error", format!("{}° over {} axes", angle(&s.rms_deg), s.axes)),
         ("mean axis error", format!("{}°", angle(&s.bias_deg))),
@@ -82,12 +86,12 @@ pub fn text(s: &Summary) -> String {
         ("99th percentile", format!("{}°", angle(&s.p99_deg))),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
         (beyond.as_str(), format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
-        ("wrong poles", share(s.wrong_poles, &s.wrong_pole_probability)),
+        ("wrong poles", painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),
         ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
-        ("detection takes", format!("{:.1} ms on average", s.mean_duration_s * 1e3)),
-        ("largest current", format!("{:.2} A", s.peak_current_a)),
+        ("detection takes", format!("{} ms on average", rounded(1, s.mean_duration_s * 1e3))),
+        ("largest current", format!("{} A", rounded(2, s.peak_current_a))),
     ];
     if s.errors > 0 {
         lines.push(("simulation errors", s.errors.to_string()));
@@ -97,7 +101,8 @@ pub fn text(s: &Summary) -> String {
     }
     for (reason, times) in &s.reasons {
         let probability = percent(&times.probability);
-        let _ = writeln!(text, "    {} times, probability {probability} %: {reason}", times.count);
+        let said = format!("{} times, probability {probability} %: {reason}", times.count);
+        text += &paragraph("    ", &said);
     }
     text
 }

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 use std::fs;
+use std::io::ErrorKind::NotFound;
 use std::path::{Component, Path, PathBuf};
 use std::sync::Mutex;
 use std::time::SystemTime;
@@ -64,11 +65,32 @@ impl Folder {
         if path.starts_with(&self.path) { Ok(path) } else { Err(missing()) }
     }
 
+    /// The folder of a run in it, whose files are files: a link may lead elsewhere, and a pipe never ends.
+    ///
+    /// # Errors
+    /// Those of [`Folder::inside`], for both.
+    pub(crate) fn run(&self, name: &str) -> Result<PathBuf, LabError> {
+        let path = self.inside(name)?;
+        let own = |name: &str| {
+            path.join(name)
+                .symlink_metadata()
+                .map_or_else(|error| error.kind() == NotFound, |of| of.is_file())
+        };
+        if ["summary.json", "trials.csv", "trials.parquet"].into_iter().all(own) {
+            Ok(path)
+        } else {
+            Err(LabError::of(format!("the results in {name:?} are no plain files")))
+        }
+    }
+
     /// A scenario of the folder, which reads no file elsewhere.
     pub(crate) fn document(&self, name: &str) -> Result<Document, LabError> {
         let path = self.inside(name)?;
         if path.extension().is_none_or(|extension| extension != "toml") {
             return Err(LabError::of(format!("{name} is no scenario (.toml)")));
+        }
+        if !path.is_file() {
+            return Err(LabError::of(format!("{name} is no file")));
         }
         let mut document = Document::read(&path)?;
         if names_library(&document) {
@@ -181,7 +203,9 @@ fn journals(folder: &Path) -> Vec<PathBuf> {
     let entries = fs::read_dir(folder).into_iter().flatten().flatten();
     let mut paths: Vec<PathBuf> = entries
         .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "journal") && !path.is_symlink())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "journal"))
+        // Neither a link, which may lead elsewhere, nor a pipe, at which reading would wait for ever.
+        .filter(|path| path.symlink_metadata().is_ok_and(|of| of.is_file()))
         .collect();
     paths.sort();
     paths

@@ -21,11 +21,14 @@ use crate::bench::{Bench, lock};
 use crate::cloud::CloudRequest;
 use crate::error::LabError;
 
-/// Makes the page of a finished run in a folder.
-pub type Report = Box<dyn Fn(&Path) -> Result<String, String> + Send + Sync>;
+/// Makes the page of a finished run in a folder, from files below the lab's folder alone, which comes second.
+pub type Report = Box<dyn Fn(&Path, &Path) -> Result<String, String> + Send + Sync>;
 
-/// Requests that are answered at the same time; further ones are told to come back.
+/// Requests that are answered at the same time; further ones are told to come back. Only those with the token count.
 const MOST_REQUESTS: usize = 64;
+
+/// Connections whose requests are being read: whoever sends slowly takes no place from requests that are answered.
+const MOST_READERS: usize = 256;
 
 /// Most clouds that are remembered so that new ones take their places.
 const MOST_SLOTS: usize = 1000;
@@ -64,8 +67,25 @@ pub struct Server {
     report: Report,
     /// Clouds that are being computed, by the slots of their pages.
     clouds: Mutex<HashMap<String, Arc<AtomicBool>>>,
+    readers: AtomicUsize,
     requests: AtomicUsize,
     stopped: AtomicBool,
+}
+
+/// A place among a number of them, given back when it is dropped, also where what had it panics.
+struct Place<'a>(&'a AtomicUsize);
+
+impl<'a> Place<'a> {
+    fn among(taken: &'a AtomicUsize, most: usize) -> Option<Self> {
+        let place = Self(taken);
+        (taken.fetch_add(1, Ordering::SeqCst) < most).then_some(place)
+    }
+}
+
+impl Drop for Place<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_sub(1, Ordering::SeqCst);
+    }
 }
 
 impl Server {
@@ -80,15 +100,15 @@ impl Server {
         let mut token = [0; 16];
         getrandom::fill(&mut token).map_err(|error| ServerError::Random(error.to_string()))?;
         let token = format!("{:032x}", u128::from_be_bytes(token));
-        let (clouds, requests, stopped) = (Mutex::default(), AtomicUsize::new(0), AtomicBool::new(false));
         Ok(Arc::new(Self {
             listener,
             guard: Guard { port, token },
             bench,
             report,
-            clouds,
-            requests,
-            stopped,
+            clouds: Mutex::default(),
+            readers: AtomicUsize::new(0),
+            requests: AtomicUsize::new(0),
+            stopped: AtomicBool::new(false),
         }))
     }
 
@@ -105,16 +125,8 @@ impl Server {
             }
             let Ok(mut stream) = stream else { continue };
             let server = Arc::clone(self);
-            self.requests.fetch_add(1, Ordering::SeqCst);
-            let answer = move || {
-                // Whoever asked may be gone.
-                let _ = server.answer(&mut stream);
-                server.requests.fetch_sub(1, Ordering::SeqCst);
-            };
-            // Without a thread the connection is closed, which its other end sees.
-            if std::thread::Builder::new().spawn(answer).is_err() {
-                self.requests.fetch_sub(1, Ordering::SeqCst);
-            }
+            // Whoever asked may be gone. Without a thread the connection is closed, which its other end sees.
+            let _ = std::thread::Builder::new().spawn(move || drop(server.answer(&mut stream)));
         }
     }
 
@@ -127,24 +139,30 @@ impl Server {
     }
 
     fn answer(&self, stream: &mut TcpStream) -> std::io::Result<()> {
-        if self.requests.load(Ordering::SeqCst) > MOST_REQUESTS {
-            return respond(stream, &Reply::text(503, "too many requests at a time"));
-        }
+        let busy = || Reply::text(503, "too many requests at a time");
+        let Some(reading) = Place::among(&self.readers, MOST_READERS) else {
+            return respond(stream, &busy());
+        };
         let request = match http::read(stream)? {
             Ok(request) => request,
             Err((code, text)) => return respond(stream, &Reply::text(code, text)),
         };
-        let reply = match self.guard.path(&request) {
-            Err(refusal) => Reply::text(403, refusal),
-            Ok(path) => match (request.method.as_str(), path.strip_prefix("api/")) {
-                ("GET", None) => self.page(&path),
-                ("POST", Some("cloud")) => match serde_json::from_str(&request.body) {
-                    Ok(wanted) => return self.cloud(stream, &wanted),
-                    Err(error) => Reply::of(Err(LabError::request(error))),
-                },
-                ("POST", Some(name)) => Reply::of(self.bench.answer(name, &request.body)),
-                _ => Reply::text(405, "not a request of the lab"),
+        drop(reading);
+        let path = match self.guard.path(&request) {
+            Ok(path) => path,
+            Err(refusal) => return respond(stream, &Reply::text(403, refusal)),
+        };
+        let Some(_place) = Place::among(&self.requests, MOST_REQUESTS) else {
+            return respond(stream, &busy());
+        };
+        let reply = match (request.method.as_str(), path.strip_prefix("api/")) {
+            ("GET", None) => self.page(&path),
+            ("POST", Some("cloud")) => match serde_json::from_str(&request.body) {
+                Ok(wanted) => return self.cloud(stream, &wanted),
+                Err(error) => Reply::of(Err(LabError::request(error))),
             },
+            ("POST", Some(name)) => Reply::of(self.bench.answer(name, &request.body)),
+            _ => Reply::text(405, "not a request of the lab"),
         };
         respond(stream, &reply)
     }
@@ -154,7 +172,7 @@ impl Server {
         if let Some(name) = path.strip_prefix("report/") {
             let Some(folder) = self.bench.folder() else { return Reply::text(404, "the lab has no folder") };
             let name = guard::decoded(name);
-            return match folder.inside(&name).map(|path| (self.report)(&path)) {
+            return match folder.run(&name).map(|path| (self.report)(&path, folder.path())) {
                 Ok(Ok(html)) => Reply::report(html),
                 Ok(Err(error)) => Reply::text(422, &error),
                 Err(error) => Reply::text(404, &error.to_string()),

@@ -178,7 +178,29 @@ fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileEr
     let text = files.text(&path).map_err(|error| {
         FileError::key(key, &path.display().to_string(), &format!("a readable file: {error}"))
     })?;
+    if let Some(motor) = of_scenario(&text) {
+        let found = format!("`{name}`, which is a scenario");
+        let needed = format!("a data sheet, or a built-in motor; the scenario's own motor is {motor}");
+        return Err(FileError::key(key, &found, &needed));
+    }
     Ok((path.display().to_string(), text))
+}
+
+/// The motor of a text that is a scenario and no data sheet, as it says it.
+fn of_scenario(text: &str) -> Option<String> {
+    const OWN: [&str; 7] = ["motor", "errors", "detector", "sensors", "inverter", "trials", "axes"];
+    let table = text.parse::<Table>().ok()?;
+    let sheet = ["name", "winding", "nameplate"].iter().any(|key| table.contains_key(*key));
+    if sheet || !OWN.iter().any(|key| table.contains_key(*key)) {
+        return None;
+    }
+    Some(table.get("motor").map_or_else(
+        || "paper-5k5".to_owned(),
+        |motor| match motor {
+            Value::String(name) => format!("`{name}`"),
+            _ => "in its [motor]".to_owned(),
+        },
+    ))
 }
 
 fn named(name: &str, files: &Files, key: &str) -> Result<DataSheet, FileError> {

@@ -61,6 +61,9 @@ pub struct Results {
     /// Format of the trials' file
     #[arg(long, value_enum, default_value_t = FormatName::Csv)]
     pub format: FormatName,
+    /// Replace the results of another run in that folder; without it, they stay, and nothing is run
+    #[arg(long)]
+    pub force: bool,
     /// Print the content of summary.json instead of text
     #[arg(long)]
     pub json: bool,

@@ -19,7 +19,7 @@ pub struct Source {
 }
 
 /// Keys in place of what the file has.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct Keys {
     /// Set a key of the scenario, such as `sensors.noise="20 mA"`, in place of what the file has; any number of times
     #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = assignment)]
@@ -62,10 +62,10 @@ pub struct Load {
 /// How warm the motor is: shorthands for keys, or of a motor that no scenario is about.
 #[derive(Clone, Copy, Debug, Args)]
 pub struct Temperatures {
-    /// Temperature of the winding in °C [default: that of the data sheet]. The drive is not told
+    /// Temperature of the winding in °C [default: that of the data sheet]. The drive does not know
     #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
     pub winding_temperature: Option<f64>,
-    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive is not told
+    /// Temperature of the magnets in °C [default: that of the data sheet]. The drive does not know
     #[arg(long, value_name = "CELSIUS", value_parser = celsius, allow_hyphen_values = true)]
     pub magnet_temperature: Option<f64>,
 }

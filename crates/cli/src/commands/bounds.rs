@@ -1,16 +1,16 @@
 //! `standstill bounds`: the Cramér–Rao limit of a scenario's pulses over the rotor's angle.
 
-use std::fmt::Write as _;
-
 use serde_json::{Value, json};
 use standstill_campaign::{Bound, Bounds, told};
 
 use crate::Report;
 use crate::arguments::Bounds as Options;
+use crate::doubts;
 use crate::error::Error;
 use crate::interrupt;
 use crate::scenario::{self, Shipped, Shorthands};
-use crate::text::table;
+use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 /// A bound's values; none of one that says nothing.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
@@ -31,6 +31,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let file = document.load_single()?;
     let motor = document.motor()?;
     let scenario = document.scenario_of(&motor)?;
+    doubts::warn(&scenario);
     let bounds = Bounds { threads: options.threads.map(usize::from), ..Bounds::of_method(&scenario) };
     let angles = usize::from(options.angles);
     let method = file.detector.method.0.name();
@@ -69,16 +70,16 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         .map(|(number, bound)| cells(format!("{:.1}", angle(number)), bound))
         .collect();
     rows.push(cells("rms".to_owned(), &Bound::rms(&bounds)));
-    text += &table(
-        &["angle °", "own samples °", "all samples °", "on a specimen °", "all, specimen °"],
-        rows,
-        true,
-    );
-    let _ = writeln!(
-        text,
-        "\nAll samples: every {:.0} µs of the same commands. On a specimen: gains, offsets and delays of drive and sensors are \
-         not known either.",
-        interval.seconds() * 1e6
+    let titles = ["angle °", "own samples °", "all samples °", "on a specimen °", "all, specimen °"];
+    text += &Table::new(titles.map(Column::number)).rows(rows).text();
+    text.push('\n');
+    text += &paragraph(
+        "",
+        &format!(
+            "All samples: every {:.0} µs of the same commands. On a specimen: gains, offsets and delays of drive and \
+             sensors are not known either.",
+            interval.seconds() * 1e6
+        ),
     );
     Ok(Report { text, code: 0 })
 }

@@ -17,7 +17,7 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::output::Output;
-use crate::text::wide_table;
+use crate::table::{Column, Table as Printed};
 
 const FILES: [&str; 7] = [
     "budget.csv",
@@ -156,8 +156,9 @@ fn text(setting: &str, budget: &Budget, rows: &[Row]) -> String {
     for note in notes(budget) {
         let _ = writeln!(text, "  {note}");
     }
-    let header = ["source", "alone °", "without °", "share %", "interval", "total %"];
-    let _ = write!(text, "\n{}", wide_table(&header, rows.iter().map(Row::cells)));
+    let numbers = ["alone °", "without °", "share %", "interval", "total %"].map(Column::number);
+    let columns = std::iter::once(Column::word("source")).chain(numbers);
+    let _ = write!(text, "\n{}", Printed::new(columns).rows(rows.iter().map(Row::cells)).text());
     text + LEGEND
 }
 

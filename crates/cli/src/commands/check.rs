@@ -7,16 +7,19 @@ use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
 use standstill_plant::PoleKnowledge;
+use standstill_report::page::Tone;
 use standstill_scenario::Document;
 use standstill_scenario::ErrorSet;
 
 use crate::Report;
 use crate::arguments::Check;
+use crate::doubts;
 use crate::error::Error;
 use crate::interrupt;
 use crate::progress;
 use crate::scenario::{self, Shorthands};
-use crate::text::{fill, table};
+use crate::table::{Column, Table};
+use crate::terminal::{painted, paragraph};
 
 /// The scenario of what is named.
 fn document(options: &Check) -> Result<Document, Error> {
@@ -38,6 +41,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     }
     let errors = file.errors.0;
     let motor = document.motor()?;
+    doubts::warn(&document.scenario_of(&motor)?);
     let demands =
         Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };
     let spinner = progress::steps(standstill_campaign::CANDIDATES.len() as u64);
@@ -57,30 +61,33 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     let what = if suitability.pole_is_open() { "rotor's axis" } else { "rotor position" };
     let note = suitability.pole.note().filter(|_| suitability.has_magnet);
     let open = note.map_or_else(String::new, |note| format!("; {note}"));
-    let mut text = format!(
-        "{}: {verdict} to detection of the {what} at standstill (error set {}){open}\n\n",
-        motor.name,
-        errors.name()
+    let tone = if recommended.is_some() { Tone::Good } else { Tone::Bad };
+    let mut text = paragraph(
+        "",
+        &format!(
+            "{}: {} to detection of the {what} at standstill (error set {}){open}",
+            motor.name,
+            painted(tone, verdict),
+            errors.name()
+        ),
     );
+    text.push('\n');
     for reason in &reasons {
-        // The first line of a reason stands out, the others are set in.
-        let filled = fill(reason, 110, "    ");
-        text += &filled.replacen("    ", "  – ", 1);
+        text += &paragraph("  – ", reason);
     }
     let sheet = document.data_sheet()?;
     let assumed = sheet.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
     let assumed: Vec<String> = assumed.collect();
     if !assumed.is_empty() {
-        let filled =
-            fill(&format!("Assumed, as the data sheet does not say: {}.", assumed.join(", ")), 110, "    ");
-        text += &filled.replacen("    ", "  – ", 1);
+        let said = format!("Assumed, as the data sheet does not say: {}.", assumed.join(", "));
+        text += &paragraph("  – ", &said);
     }
     text.push('\n');
-    text += &table(&HEADER, suitability.candidates.iter().map(cells), false);
+    text += &Table::new(columns()).judged(suitability.candidates.iter().map(cells)).text();
     if let Some(candidate) = recommended {
         let _ = writeln!(
             text,
-            "\nRecommended: {}, {} times better than demanded in error and in movement",
+            "\nRecommended: {}, {} times better\nthan demanded in error and in movement",
             candidate.method,
             factor(candidate.margin)
         );
@@ -93,7 +100,17 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-const HEADER: [&str; 7] = ["method", "p95 °, locked", "free", "ms", "peak A", "moved °", "verdict"];
+fn columns() -> [Column; 7] {
+    [
+        Column::word("method"),
+        Column::number("p95 °, locked"),
+        Column::number("free").rank(3),
+        Column::number("ms").rank(1),
+        Column::number("peak A").rank(2),
+        Column::number("moved °").rank(1),
+        Column::prose("verdict").judged(),
+    ]
+}
 
 fn number(value: f64, digits: usize) -> String {
     if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
@@ -109,19 +126,25 @@ fn amperes(value: f64) -> String {
     if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
 }
 
-fn cells(candidate: &Candidate) -> Vec<String> {
+fn milliseconds(seconds: f64) -> String {
+    if seconds.is_finite() { standstill_quantity::number(1, seconds * 1e3) } else { "–".to_owned() }
+}
+
+fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     let (locked, free) = (&candidate.locked, &candidate.free);
     let verdict =
         if candidate.objections.is_empty() { "suited".to_owned() } else { candidate.objections.join("; ") };
-    vec![
+    let tone = if candidate.objections.is_empty() { Tone::Good } else { Tone::Bad };
+    let cells = vec![
         candidate.method.name().to_owned(),
         number(locked.p95_deg.value, 2),
         number(free.p95_deg.value, 2),
-        number(free.mean_duration_s * 1e3, 1),
+        milliseconds(free.mean_duration_s),
         amperes(locked.peak_current_a.max(free.peak_current_a)),
         if free.trials > 0 { number(free.max_moved_deg, 2) } else { "–".to_owned() },
         verdict,
-    ]
+    ];
+    (tone, cells)
 }
 
 fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Vec<String> {
@@ -164,7 +187,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         )
     } else {
         format!(
-            "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half of it, by {:.1} %.",
+            "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %.",
             if suitability.pole == PoleKnowledge::Assumed {
                 " (assumed: the map has one side of the d-axis only)"
             } else {
@@ -185,8 +208,8 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
         .and_then(|candidate| train(&candidate.settings).map(|t| (candidate, t)));
     if let Some((candidate, train)) = pulse {
         reasons.push(format!(
-            "Line pulses of {:.0} µs raise {} A at most; they move a free rotor by {:.3}°.",
-            train.pulse.seconds() * 1e6,
+            "Line pulses of {} µs raise {} A at most; they move a free rotor by {:.3}°.",
+            standstill_quantity::number(0, train.pulse.seconds() * 1e6),
             amperes(candidate.locked.peak_current_a),
             candidate.free.max_moved_deg
         ));

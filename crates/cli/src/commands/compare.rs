@@ -9,7 +9,8 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use standstill_campaign::{Bound, Campaign, Entry, Occurrence, Statistics, mean_energy, told};
 use standstill_detect::MethodName;
-use standstill_quantity::decimals;
+use standstill_quantity::{decimals, number as rounded};
+use standstill_report::page::Tone;
 use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
@@ -17,12 +18,14 @@ use crate::Report;
 use crate::arguments::Compare;
 use crate::columns;
 use crate::commands::reproduce::file_list;
+use crate::doubts;
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 /// Angles at which the Cramér–Rao limit is computed. Their steps of 22.5° meet no harmonic of the winding twice.
 const ANGLES: usize = 16;
@@ -123,7 +126,7 @@ impl Row {
             self.wrong_poles.to_string(),
             self.undetermined.to_string(),
             (self.failed + self.simulation_errors).to_string(),
-            number(Some(self.duration_ms), 1),
+            rounded(1, self.duration_ms),
             number(Some(self.peak_current), digits[0]),
             number(self.energy, digits[1]),
             number(Some(self.moved_deg), 2),
@@ -133,10 +136,28 @@ impl Row {
     }
 }
 
-const HEADER: [&str; 16] = [
-    "method", "rotor", "errors", "trials", "rms °", "p95 °", "max °", "wrong", "undet.", "failed", "ms",
-    "peak A", "J", "moved °", "limit °", "eff.",
-];
+/// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
+fn columns() -> [Column; 16] {
+    let number = |title: &str, rank: u8| Column::number(title).rank(rank);
+    [
+        Column::word("method"),
+        Column::word("rotor"),
+        Column::word("errors"),
+        number("trials", 7),
+        number("rms °", 0),
+        number("p95 °", 2),
+        number("max °", 6),
+        number("wrong", 0).judged(),
+        number("undet.", 1),
+        number("failed", 1),
+        number("ms", 0),
+        number("peak A", 3),
+        number("J", 8),
+        number("moved °", 1),
+        number("limit °", 4),
+        number("eff.", 5),
+    ]
+}
 
 fn reasons(counts: &BTreeMap<String, Occurrence>, no_bound: Option<RunError>) -> String {
     let counted = counts.iter().map(|(reason, times)| format!("{} × {reason}", times.count));
@@ -188,6 +209,9 @@ fn entries(cells: &[Cell], limits: bool, threads: Option<usize>) -> Result<Vec<E
 
 pub fn run(options: &Compare) -> Result<Report, Error> {
     let Comparison { motor, seed, cells, .. } = Comparison::new(options)?;
+    if let Some(cell) = cells.first() {
+        doubts::warn(&cell.scenario);
+    }
     let output = if options.json { None } else { Some(Output::create(&options.out, &FILES)?) };
     let entries = entries(&cells, !options.no_limit, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
@@ -216,14 +240,17 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         decimals(1, largest(|row| row.peak_current)),
         decimals(2, largest(|row| row.energy.unwrap_or_default())),
     ];
-    let lines = (0..rows.len()).map(|k| rows[k].cells(k.checked_sub(1).map(|before| &rows[before]), digits));
-    text += &wide_table(&HEADER, lines);
+    let lines = rows.iter().enumerate().map(|(k, row)| {
+        let tone = if row.wrong_poles > 0 { Tone::Bad } else { Tone::Neutral };
+        (tone, row.cells(k.checked_sub(1).map(|before| &rows[before]), digits))
+    });
+    text += &Table::new(columns()).judged(lines).headed().text();
     text += LEGEND;
     if let Some(note) = motor.pole_knowledge().note().filter(|_| motor.has_magnet()) {
         let _ = writeln!(text, "wrong, undet.: {note}.");
     }
     for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
-        let _ = writeln!(text, "  {}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons);
+        text += &paragraph("  ", &format!("{}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons));
     }
     let _ = write!(text, "\n{}", file_list(&options.out, &files));
     if interrupted {
@@ -233,7 +260,9 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
 }
 
 const LEGEND: &str = "
-rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole; failed: no angle.
-ms, peak A, J: time, largest current and mean energy of a detection. moved: furthest that a rotor moved.
-limit: Cramér–Rao, from the method's samples (line pulses without the polarity test that follows); eff.: limit / rms.
+rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole;
+failed: no angle. ms, peak A, J: time, largest current and mean energy of a
+detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from the
+method's samples (line pulses without the polarity test that follows);
+eff.: limit / rms.
 ";

@@ -26,6 +26,7 @@ use crate::figures;
 use crate::interrupt::INTERRUPTED;
 use crate::output::Output;
 use crate::progress::Watched;
+use crate::terminal::paragraph;
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
@@ -157,12 +158,19 @@ fn json_of(told: &Told) -> serde_json::Value {
 }
 
 fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
-    let setting = super::report::setting(run);
+    let setting = super::report::setting(&run.file);
     let mut text = format!("{setting}\n");
     let mut sections = Vec::new();
     for told in all {
         let about = words::about(plan, told);
-        let _ = write!(text, "\n{}\n{}\n{}", about.headline, about.body, about.table);
+        let _ = write!(
+            text,
+            "\n{}\n{}\n{}{}",
+            about.headline,
+            about.body,
+            about.table.text(),
+            paragraph("", words::SCORE)
+        );
         let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
         let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
         sections.push(Section {
@@ -170,7 +178,10 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
             blocks: vec![
                 verdict,
                 Block::Code { caption: "What it drew".to_owned(), text: about.body },
-                Block::Code { caption: "Without one of its errors".to_owned(), text: about.table },
+                Block::Code {
+                    caption: "Without one of its errors".to_owned(),
+                    text: about.table.whole() + words::SCORE,
+                },
             ],
         });
     }

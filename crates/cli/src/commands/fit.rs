@@ -19,7 +19,8 @@ use crate::interrupt;
 use crate::output::Output;
 use crate::progress;
 use crate::scenario::{self, Shorthands};
-use crate::text::{fill, table};
+use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 const FILES: [&str; 4] = ["motor.toml", "fit.json", "fit.svg", "fit.png"];
 
@@ -221,13 +222,19 @@ fn text_of(fit: &Fit, records: &[Record]) -> String {
     );
     let rows = fit.parameters.iter().map(|estimate| {
         let [value, interval] = cells(estimate);
-        let told = if estimate.identified { "measured" } else { "not told: fixed" };
+        let told = if estimate.identified { "measured" } else { "not measured: fixed" };
         vec![estimate.name.clone(), value, interval, told.to_owned()]
     });
-    text += &table(&["parameter", "value", "95 % interval", ""], rows, true);
+    let columns = [
+        Column::word("parameter"),
+        Column::number("value"),
+        Column::number("95 % interval"),
+        Column::prose(""),
+    ];
+    text += &Table::new(columns).rows(rows).text();
     text += "\n";
     for sentence in sentences(fit) {
-        text += &fill(&format!("– {sentence}"), 110, "  ");
+        text += &paragraph("  – ", &sentence);
     }
     text
 }
@@ -267,9 +274,9 @@ fn sentences(fit: &Fit) -> Vec<String> {
     said.push(if fit.pole.identified {
         format!("North from south: {:.1} deviations, by the convention that a current along the magnet saturates the iron more{}.", fit.pole.deviations, if fit.falls.is_some_and(|[d, minus_d, _]| d < minus_d) { " against it (as in the motor that the fit began with)" } else { "" })
     } else if !fit.pole.both_ways {
-        "The angle's half turn is not told: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()
+        "The half turn of the angle stays open: the pulses drive current to one side of the magnet only. The angle may be 180° more. Add pulses the other way.".to_owned()
     } else {
-        "The angle's half turn is not told: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
+        "The half turn of the angle stays open: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
     let of = |name: &str, value: f64| {
@@ -296,7 +303,7 @@ fn sentences(fit: &Fit) -> Vec<String> {
             let _ = write!(moves, "{}{name} by {}", if k == 0 { "" } else { ", " }, of(name, *by));
         }
         said.push(format!(
-            "{} is not told; {} of it would move {moves}, which their intervals contain.",
+            "{} is not measured; a change by {} would move {moves}, which their intervals contain.",
             lean.fixed.0,
             of(&lean.fixed.0, lean.fixed.1)
         ));

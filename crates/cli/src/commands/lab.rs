@@ -48,8 +48,8 @@ fn bench(options: &Options) -> Result<Bench, Error> {
 }
 
 /// The page of a run.
-fn report(folder: &Path) -> Result<String, String> {
-    super::report::html(folder).map_err(|error| error.to_string())
+fn report(folder: &Path, fence: &Path) -> Result<String, String> {
+    super::report::html(folder, fence).map_err(|error| error.to_string())
 }
 
 /// Opens the page where that can be done; else the address is printed anyway.

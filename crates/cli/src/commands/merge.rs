@@ -2,7 +2,7 @@
 
 use standstill_campaign::store::Shards;
 
-use super::run::results::Results;
+use super::run::results::{self, Results};
 use crate::Report;
 use crate::arguments::Merge;
 use crate::error::Error;
@@ -11,6 +11,7 @@ use crate::interrupt::{self, INTERRUPTED};
 pub fn run(options: &Merge) -> Result<Report, Error> {
     let stop = interrupt::flag();
     let shards = Shards::collect(&options.shards)?;
+    results::guard(&options.results, &shards.identity().whole())?;
     match Results::write(&options.results, &shards, &stop)? {
         Some(results) => Ok(results.report(&options.results)),
         None => Ok(Report {

@@ -8,7 +8,8 @@ use standstill_plant::{Entry, built_in_names};
 use crate::Report;
 use crate::arguments::Motors;
 use crate::error::Error;
-use crate::text;
+use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();
@@ -37,12 +38,14 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
     }
     let _ = writeln!(out, "{name}: {}\n", sheet.title());
     if !sheet.notes().trim().is_empty() {
-        out += &text::fill(sheet.notes(), 100, "  ");
+        out += &paragraph("  ", sheet.notes());
     }
     let rows = sheet
         .entries()
         .into_iter()
         .map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
-    out += &text::table(&["key", "value", "source", "reason"], rows, false);
+    let columns =
+        [Column::word("key"), Column::prose("value"), Column::word("source"), Column::prose("reason")];
+    out += &Table::new(columns).rows(rows).text();
     Ok(Report { text: out, code: 0 })
 }

@@ -22,7 +22,7 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
-use crate::text::table;
+use crate::table::{Column, Table as Printed};
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
@@ -233,7 +233,13 @@ fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &A
     if !anatomy.sectors.is_empty() {
         text += "\nWhat it looks like: means of its draws, in standard deviations\n\n";
         let rows = anatomy.sectors.iter().map(cells);
-        text += &table(&["angle °", "error", "share %", "draws away from zero"], rows, false);
+        let columns = [
+            Column::word("angle °"),
+            Column::word("error"),
+            Column::word("share %"),
+            Column::prose("draws away from zero"),
+        ];
+        text += &Printed::new(columns).rows(rows).text();
     }
     text
 }

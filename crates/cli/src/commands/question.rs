@@ -14,6 +14,7 @@ use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 use super::reproduce::file_list;
 use crate::Report;
 use crate::arguments::Question;
+use crate::doubts;
 use crate::error::Error;
 use crate::interrupt::INTERRUPTED;
 use crate::output::Output;
@@ -38,7 +39,9 @@ pub fn plan(question: &Question) -> Result<Plan, Error> {
         let needed = "a scenario without; `standstill run` has a use for it";
         return Err(document.refuse("stop_at", "stop_at", needed).into());
     }
-    Ok(Plan::new(document)?)
+    let plan = Plan::new(document)?;
+    doubts::warn(&plan.scenario(0)?);
+    Ok(plan)
 }
 
 /// Runs on as many threads as asked for.

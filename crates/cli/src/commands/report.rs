@@ -2,6 +2,7 @@
 
 mod page;
 mod setup;
+pub mod stale;
 mod study;
 mod two;
 
@@ -9,13 +10,15 @@ use std::path::{Path, PathBuf};
 
 pub use self::study::setting;
 
+use standstill_campaign::store::{Journal, Rows, Shard};
 use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
 use standstill_report::table::{Format, Reader};
 use standstill_scenario::{Document, ScenarioFile};
 
 use super::reproduce::file_list;
-use super::run::results::{STATISTICS, SummaryFile, trials_name};
+use super::run::quoted;
+use super::run::results::{STATISTICS, SUMMARY, SummaryFile, trials_name};
 use crate::Report as Said;
 use crate::arguments::Report;
 use crate::error::Error;
@@ -29,6 +32,8 @@ pub struct Run {
     pub trials: PathBuf,
     pub summary: SummaryFile,
     pub file: ScenarioFile,
+    /// The folder that no file of the scenario may be outside of.
+    fence: Option<PathBuf>,
 }
 
 pub fn run(options: &Report) -> Result<Said, Error> {
@@ -56,9 +61,10 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     Ok(Said { text, code: 0 })
 }
 
-/// The page of a finished run, with nothing written.
-pub fn html(folder: &Path) -> Result<String, Error> {
-    made(&Run::open(folder)?).map(|(html, _)| html)
+/// The page of a finished run, with nothing written and no file read that is not below `fence`.
+pub fn html(folder: &Path, fence: &Path) -> Result<String, Error> {
+    let run = Run { fence: Some(fence.to_owned()), ..Run::open(folder)? };
+    made(&run).map(|(html, _)| html)
 }
 
 /// The page and its figures.
@@ -102,16 +108,65 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     }
 }
 
+/// A folder without results, but with what is to become some: how to go on.
+fn unfinished(folder: &Path) -> Result<(), Error> {
+    let error = |path: &Path, found: String, needed: String| {
+        Err(Error::Results { path: path.to_owned(), found, needed })
+    };
+    if folder.is_file() {
+        let needed = "the folder of a finished run, as `standstill run SCENARIO --out DIR` writes it";
+        return error(folder, "a file".to_owned(), needed.to_owned());
+    }
+    if folder.join(SUMMARY).exists() {
+        return Ok(());
+    }
+    let journal = folder.join(Shard::WHOLE.file_name());
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let name = |entry: std::fs::DirEntry| entry.file_name().to_string_lossy().into_owned();
+    let shards = entries.map(name).filter(|name| name.starts_with("shard-") && name.ends_with(".journal"));
+    if journal.exists() {
+        let found = if Journal::is_busy(&journal) {
+            "a run that is under way".to_owned()
+        } else {
+            format!("a run that is not finished{}", done(&journal).unwrap_or_default())
+        };
+        let folder = quoted(&folder.display().to_string());
+        let needed = format!(
+            "its end: `standstill run SCENARIO --resume --out {folder}` goes on, with the options that it began with"
+        );
+        return error(&journal, found, needed);
+    }
+    match shards.count() {
+        0 => Ok(()),
+        count => {
+            let needed = format!(
+                "all of them put together: `standstill status {0}` says which are missing, `standstill merge {0} --out DIR` makes the results",
+                quoted(&folder.display().to_string())
+            );
+            error(folder, format!("{count} shards of a run, and no results"), needed)
+        }
+    }
+}
+
+/// How many trials a journal has.
+fn done(journal: &Path) -> Option<String> {
+    let mut rows = Rows::open(journal).ok()?;
+    while rows.block().ok()?.is_some() {}
+    let all = rows.identity().rows();
+    Some(format!(", {} of {all} trials are done", all - rows.left()))
+}
+
 impl Run {
     /// Opens a finished run's folder.
     pub fn open(folder: &Path) -> Result<Self, Error> {
+        unfinished(folder)?;
         let summary = SummaryFile::read(folder)?;
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
             return Err(no_trials(folder, &names));
         };
         let file = Document::parse(Path::new("scenario"), &summary.run.scenario)?.load()?;
-        Ok(Self { folder: folder.to_owned(), trials, summary, file })
+        Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }
 
     /// What is wrong with a table of trials that is not this run's.

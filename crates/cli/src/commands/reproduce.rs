@@ -18,6 +18,7 @@ use standstill_sim::{Trace, run as simulate};
 use crate::Report;
 use crate::arguments::Reproduce;
 use crate::columns::{self, trial_columns, trial_values};
+use crate::commands::run::results::{SUMMARY, SummaryFile};
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
@@ -45,6 +46,13 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let document = scenario::document(&options.source, Shipped::Paper, shorthands)?;
     let study = Study::new(&document)?;
     let Study { file, scenario, .. } = &study;
+    if SummaryFile::read(&options.out).is_ok() {
+        return Err(Error::Results {
+            path: options.out.join(SUMMARY),
+            found: "the results of a run".to_owned(),
+            needed: "another --out".to_owned(),
+        });
+    }
     let stop = interrupt::flag();
     let mut output = Output::create(&options.out, &FILES)?;
     let mut text = study.heading();

@@ -3,6 +3,8 @@
 pub mod by_host;
 mod earlier;
 pub mod isolated;
+mod opening;
+mod points;
 pub mod results;
 
 use std::fmt::Write as _;
@@ -23,8 +25,9 @@ use crate::arguments::{Amount, Keys, Results as Options, Rows, Run, Sweep};
 use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
-use crate::progress;
 use crate::scenario::{self, Shorthands};
+use crate::terminal::tell;
+use crate::{doubts, host, progress};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
     carry_out(options, document_of(options)?)
@@ -72,7 +75,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     // Made and removed again: what cannot be written shows before the first trial.
     drop(Output::create(out, &results::names(options))?);
     if path.exists() && !options.resume {
-        return Err(in_the_way(&path));
+        make_way(&path, options.results.force)?;
     }
     if !path.exists()
         && options.resume
@@ -81,6 +84,10 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     {
         return Ok(report);
     }
+    if whole {
+        results::guard(&options.results, &identity)?;
+    }
+    doubts::warn(&plan.scenario(0)?);
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let mut statistics = Statistics::default();
     let mut found = if options.resume { Found::of(out, &identity)? } else { Found::default() };
@@ -88,6 +95,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let outcome = match options.rows {
         Rows::All => {
             let mut journal = journal(&path, &identity, &mut statistics)?;
+            say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut journal, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
@@ -97,6 +105,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             for earlier in &found.tallies {
                 tally = tally.after(earlier);
             }
+            say(options, &plan, &identity)?;
             advance(&trials, &mut found.rows, &mut tally, statistics, &stop)
                 .and_then(|done| if done { write(options, &path, &stop) } else { Ok(None) })
         }
@@ -121,6 +130,14 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             Err(error)
         }
     }
+}
+
+/// Says what will be simulated, once nothing stands in its way.
+fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
+    if options.results.json || host::current().is_some() {
+        return Ok(());
+    }
+    crate::print(&(opening::text(plan, identity, options.shard) + "\n"))
 }
 
 /// A new journal of rows, or the one that is there, whose rows are added to the statistics.
@@ -173,11 +190,6 @@ fn write(options: &Run, path: &Path, stop: &AtomicBool) -> Result<Option<Report>
     Ok(Some(results.report(&options.results)))
 }
 
-/// A line on standard error, whether or not anybody reads it.
-fn tell(line: &str) {
-    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("standstill: {line}\n"));
-}
-
 /// Runs what is left; returns whether that was all.
 fn advance(
     trials: &Trials<'_>,
@@ -214,11 +226,10 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         return Ok(None);
     }
     if let Some(difference) = summary.run.difference(identity) {
-        return Err(Error::Results {
-            path,
-            found: format!("the results of another run: {difference}"),
-            needed: "those of this run, another --out, or no --resume to replace them".to_owned(),
-        });
+        if options.force {
+            return Ok(None);
+        }
+        return Err(results::of_another_run(path, &difference));
     }
     let code = u8::from(summary.summary.errors > 0);
     let text = if options.json {
@@ -229,15 +240,19 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     Ok(Some(Report { text, code }))
 }
 
-fn in_the_way(path: &Path) -> Error {
+/// A journal that is there goes only where that is asked for.
+fn make_way(path: &Path, force: bool) -> Result<(), Error> {
     if Journal::is_busy(path) {
-        return Error::Journal(JournalError::Busy(path.to_owned()));
+        return Err(Error::Journal(JournalError::Busy(path.to_owned())));
     }
-    Error::Results {
+    if force {
+        return std::fs::remove_file(path).map_err(Error::writing(path));
+    }
+    Err(Error::Results {
         path: path.to_owned(),
         found: "trials of a run that is not finished, or of a shard".to_owned(),
-        needed: "--resume to go on with it, another --out, or that you remove it".to_owned(),
-    }
+        needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
+    })
 }
 
 fn interrupted(options: &Options, path: &Path) -> Report {

@@ -8,7 +8,7 @@ use standstill_campaign::store::{State, Survey};
 use crate::Report;
 use crate::arguments::Status;
 use crate::error::Error;
-use crate::text::table;
+use crate::table::{Column, Table};
 
 const STATES: [(State, &str); 5] = [
     (State::Done, "done"),
@@ -47,7 +47,13 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     });
     if !open.is_empty() {
         text.push('\n');
-        text += &table(&["shard", "state", "trials left", "journal"], rows, false);
+        let columns = [
+            Column::word("shard"),
+            Column::word("state"),
+            Column::word("trials left"),
+            Column::prose("journal"),
+        ];
+        text += &Table::new(columns).rows(rows).text();
     }
     if open.len() > MOST_LINES {
         let _ = writeln!(text, "… and {} more that are not done", open.len() - MOST_LINES);

@@ -15,6 +15,7 @@ use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
 use crate::Report;
 use crate::arguments::{Source, Trace as Options};
 use crate::columns::{self, traces::TraceTable};
+use crate::doubts;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
@@ -66,6 +67,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let single = plan.single(options.point, options.trial)?;
     let file = plan.file_at(options.point)?;
     let scenario = &single.scenario;
+    doubts::warn(scenario);
     let format = Format::from(options.format);
     let host = host::current();
     let in_memory = host.as_ref().is_some_and(|host| !host.files);

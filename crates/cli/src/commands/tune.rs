@@ -234,11 +234,11 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
     let blocks = vec![
         Block::Verdict { tone, headline: headline.clone(), details },
         Block::Code { caption: "Settings to copy".to_owned(), text: settings.clone() },
-        Block::Code { caption: "Start and best on the same fresh trials".to_owned(), text: table.clone() },
+        Block::Code { caption: "Start and best on the same fresh trials".to_owned(), text: table.whole() },
     ];
     Ok(Answer {
         name: "tune",
-        text: format!("{setting}\n{headline}\n{lines}\n{table}\n{settings}"),
+        text: format!("{setting}\n{headline}\n{lines}\n{}\n{settings}", table.text()),
         json: with_setup(plan.file(), &scenario, json),
         csv: columns::csv(&rows).map_err(|error| Error::Write("tune.csv".into(), error))?,
         figures: vec![("tune".to_owned(), figure, caption.to_owned())],

@@ -35,7 +35,7 @@ fn law_the_summary_of_a_run_without_rows_is_that_with_rows_also_killed_and_from_
     // Without axes as well, and with points that end early.
     for options in [&["--stop-at", "rms=9%"][..], &["-s", "axes={}"]] {
         let run = |rows: &str| {
-            succeed(&[&["run", "s.toml", "--rows", rows, "--out", rows], options].concat(), path)
+            succeed(&[&["run", "s.toml", "--rows", rows, "--out", rows, "--force"], options].concat(), path)
         };
         run("all");
         run("none");

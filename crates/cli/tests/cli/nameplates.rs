@@ -1,5 +1,4 @@
-//! Motors by their nameplates: of any size, with and without saturation, with mistakes; and `docs/own-motor.md`, whose
-//! commands are run as they are printed.
+//! Motors by their nameplates: of any size, with and without saturation, with mistakes.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,13 +9,13 @@ use serde_json::Value;
 use super::{folder, mistake, names, standstill};
 
 /// A nameplate: pole pairs, resistance, L_d, L_q, magnet flux, rated current, DC link, saturation.
-type Plate = (&'static str, [&'static str; 8]);
+pub type Plate = (&'static str, [&'static str; 8]);
 
 /// Saturation of motors whose rated current makes as much flux as their magnet.
 const BOTH_WAYS: &str = "{ d = \"15 %\", minus_d = \"-8 %\", q = \"20 %\" }";
 
 /// From milliamperes to kiloamperes, from 12 to 1,000 V.
-const PLATES: [Plate; 6] = [
+pub const PLATES: [Plate; 6] = [
     ("milliamperes", ["2", "400 ohm", "1 H", "1.4 H", "0.1 Wb", "20 mA", "24 V", "6 %"]),
     ("hobby", ["7", "40 mΩ", "13.5 uH", "16 uH", "1 mWb", "20 A", "12 V", "12 %"]),
     ("camera", ["11", "5.5 Ω", "1.4 mH", "1.6 mH", "8 mWb", "0.6 A", "12 V", "4 %"]),
@@ -25,7 +24,7 @@ const PLATES: [Plate; 6] = [
     ("megawatt", ["6", "3 mΩ", "200 uH", "300 uH", "0.8 Wb", "1500 A", "1 kV", "8 %"]),
 ];
 
-fn sheet([pole_pairs, resistance, l_d, l_q, flux, current, link, saturation]: [&str; 8]) -> String {
+pub fn sheet([pole_pairs, resistance, l_d, l_q, flux, current, link, saturation]: [&str; 8]) -> String {
     let mut text = format!(
         "[nameplate]\npole_pairs = {pole_pairs}\nresistance = \"{resistance}\"\nL_d = \"{l_d}\"\nL_q = \"{l_q}\"\nmagnet_flux = \"{flux}\"\nrated_current = \"{current}\"\ndc_link = \"{link}\"\n"
     );
@@ -197,60 +196,4 @@ fn motors_lists_a_line_each() {
     for name in ["paper-5k5 ", "light-vehicle ", "light-vehicle-stiff ", "outrunner ", "gimbal "] {
         assert!(lines.iter().any(|line| line.starts_with(name) && line.len() < 118), "{name}: {text}");
     }
-}
-
-const PAGE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/own-motor.md");
-
-/// Files that the page works on.
-const FILES: [&str; 3] = ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv"];
-
-/// The page with what its commands say. In a block whose first line begins with `$ standstill` stand a command and what it
-/// prints; a block of `toml` whose first line is a comment with a name is the file of that name.
-fn as_printed(page: &str) -> String {
-    let folder = folder();
-    for file in FILES {
-        let from = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(file);
-        fs::copy(&from, folder.path().join(from.file_name().expect("a name"))).expect("copied");
-    }
-    let mut out = String::new();
-    let mut blocks = page.split("```");
-    out += blocks.next().unwrap_or_default();
-    while let Some(block) = blocks.next() {
-        let (kind, body) = block.split_once('\n').expect("a block has lines");
-        out += "```";
-        if let (true, Some(rest)) = (kind == "toml", body.strip_prefix("# ")) {
-            let name = rest.lines().next().expect("a name").trim();
-            fs::write(folder.path().join(name), body).expect("written");
-        }
-        match body.strip_prefix("$ standstill ").and_then(|rest| rest.lines().next()) {
-            Some(words) => {
-                let arguments: Vec<&str> = words.split_whitespace().collect();
-                let output = standstill(&arguments, folder.path());
-                let said = [output.stdout, output.stderr].concat();
-                let said = String::from_utf8(said).expect("text");
-                let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
-                let _ = write!(out, "{kind}\n$ standstill {words}\n{}\n", lines.join("\n"));
-            }
-            None => out += block,
-        }
-        out += "```";
-        out += blocks.next().expect("each block ends");
-    }
-    out
-}
-
-/// With `STANDSTILL_WRITE=1` it writes the page.
-#[test]
-fn golden_the_page_of_own_motors_says_what_the_program_says() {
-    let page = fs::read_to_string(PAGE).expect("the page");
-    let printed = as_printed(&page);
-    assert!(page.matches("\n$ standstill ").count() >= 4, "the page shows commands");
-    if std::env::var_os("STANDSTILL_WRITE").is_some() {
-        fs::write(PAGE, printed).expect("writable");
-        return;
-    }
-    for (k, (is, should)) in page.lines().zip(printed.lines()).enumerate() {
-        assert_eq!(is, should, "docs/own-motor.md, line {}", k + 1);
-    }
-    assert_eq!(page.lines().count(), printed.lines().count());
 }

@@ -2,7 +2,7 @@
 
 use std::io::{self, Read, Write};
 use std::net::TcpStream;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Most bytes of a request's head.
 const MOST_HEAD: usize = 32 << 10;
@@ -13,8 +13,11 @@ const MOST_BODY: usize = 256 << 10;
 /// Most headers.
 const MOST_HEADERS: usize = 64;
 
-/// How long whoever asks may take, and whoever is answered.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// How long a whole request may take, however it is cut.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// How long whoever is answered may take for a piece of the answer.
+const SENDING: Duration = Duration::from_secs(20);
 
 /// A request.
 #[derive(Debug)]
@@ -43,10 +46,26 @@ impl Request {
 /// # Errors
 /// Those of the connection; inside, what is no request of a page.
 pub(super) fn read(stream: &mut TcpStream) -> io::Result<Result<Request, Refusal>> {
-    stream.set_read_timeout(Some(PATIENCE))?;
-    stream.set_write_timeout(Some(PATIENCE))?;
+    stream.set_write_timeout(Some(SENDING))?;
     stream.set_nodelay(true)?;
-    read_from(stream)
+    read_from(&mut Timed { stream, until: Instant::now() + PATIENCE })
+}
+
+/// A connection that is read until a certain time.
+struct Timed<'a> {
+    stream: &'a TcpStream,
+    until: Instant,
+}
+
+impl Read for Timed<'_> {
+    fn read(&mut self, to: &mut [u8]) -> io::Result<usize> {
+        let left = self.until.saturating_duration_since(Instant::now());
+        if left.is_zero() {
+            return Err(io::ErrorKind::TimedOut.into());
+        }
+        self.stream.set_read_timeout(Some(left))?;
+        self.stream.read(to)
+    }
 }
 
 fn read_from(stream: &mut impl Read) -> io::Result<Result<Request, Refusal>> {
@@ -125,6 +144,24 @@ pub(super) fn chunk(out: &mut impl Write, bytes: &[u8]) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_a_request_has_its_time_however_often_something_comes() {
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+        let mut slow = TcpStream::connect(listener.local_addr().expect("an address")).expect("it listens");
+        let (stream, _) = listener.accept().expect("a connection");
+        // A byte every 20 ms, for as long as somebody listens.
+        let sender = std::thread::spawn(move || {
+            while slow.write_all(b"A").is_ok() {
+                std::thread::sleep(Duration::from_millis(20));
+            }
+        });
+        let begun = Instant::now();
+        let result = read_from(&mut Timed { stream: &stream, until: begun + Duration::from_millis(200) });
+        assert!(result.is_err() && begun.elapsed() >= Duration::from_millis(200));
+        drop(stream);
+        sender.join().expect("it ends");
+    }
 
     #[test]
     fn analytic_a_request_is_read_however_it_is_cut() {

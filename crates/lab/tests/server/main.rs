@@ -1,5 +1,6 @@
 //! The lab from outside: what its page asks, and what nobody may.
 
+mod crowds;
 mod hostile;
 
 use std::io::{Read as _, Write as _};
@@ -45,7 +46,10 @@ fn bench(folder: Option<&Path>) -> Bench {
 
 impl Running {
     fn new(folder: Option<&Path>) -> Self {
-        let report = Box::new(|path: &Path| Ok(format!("<p>report of {}</p>", path.display())));
+        let report = Box::new(|path: &Path, _: &Path| {
+            assert!(!path.ends_with("panics"), "a report that panics");
+            Ok(format!("<p>report of {}</p>", path.display()))
+        });
         let server = Server::bind(0, bench(folder), report).expect("a port");
         let serving = Arc::clone(&server);
         std::thread::spawn(move || serving.serve());

@@ -8,22 +8,20 @@ use standstill_sim::Ended;
 
 use super::Told;
 use crate::commands::trace::specimen;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
 
 /// Errors that are told, those with the largest effect first.
 const TOLD: usize = 12;
 
 /// What deviations are of draws that are not normal.
-const SCORE: &str = "\
-drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.
-";
+pub const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
 
 /// What is said of a trial.
 pub struct About {
     pub headline: String,
     pub details: Vec<String>,
     pub body: String,
-    pub table: String,
+    pub table: Table,
 }
 
 /// How a trial ended, in a few words.
@@ -91,6 +89,12 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
-    let header = ["error at its mean, one at a time", "drawn", "the trial then", "its part"];
-    About { headline, details, body, table: wide_table(&header, rows) + SCORE }
+    let table = Table::new([
+        Column::word("error at its mean, one at a time"),
+        Column::number("drawn"),
+        Column::prose("the trial then"),
+        Column::number("its part"),
+    ])
+    .rows(rows);
+    About { headline, details, body, table }
 }

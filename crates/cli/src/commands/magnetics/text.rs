@@ -8,7 +8,7 @@ use standstill_plant::{
 use standstill_quantity::{decimals, number};
 
 use super::{Subject, name, reach, short_pulse, standard_errors};
-use crate::text::table;
+use crate::table::{Column, Table};
 
 const fn meaning(signature: PolaritySignature) -> &'static str {
     match signature {
@@ -45,27 +45,27 @@ fn beside_the_core(subject: &Subject, survey: &Survey) -> String {
     if harmonics.any() {
         let _ = writeln!(
             text,
-            "harmonics, not in the table: L_4 {:.3} mH, asymmetry of phase a {:.3} mH, ψ_5 {:.2} mWb, ψ_7 {:.2} mWb",
-            harmonics.inductance_4 * 1e3,
-            harmonics.asymmetry * 1e3,
-            harmonics.flux_5 * 1e3,
-            harmonics.flux_7 * 1e3,
+            "harmonics, not in the table: L_4 {} mH, asymmetry of phase a {} mH, ψ_5 {} mWb, ψ_7 {} mWb",
+            number(3, harmonics.inductance_4 * 1e3),
+            number(3, harmonics.asymmetry * 1e3),
+            number(2, harmonics.flux_5 * 1e3),
+            number(2, harmonics.flux_7 * 1e3),
         );
     }
     if let (Some([d, q]), Some(branch)) = (short_pulse(subject, survey), subject.magnetics.eddy_currents()) {
         let _ = writeln!(
             text,
-            "eddy currents: pulses much shorter than {:.0} µs see L_d {:.3} mH, L_q {:.3} mH",
-            branch.time_constant * 1e6,
-            d * 1e3,
-            q * 1e3
+            "eddy currents: pulses much shorter than {} µs see L_d {} mH, L_q {} mH",
+            number(0, branch.time_constant * 1e6),
+            number(3, d * 1e3),
+            number(3, q * 1e3)
         );
     }
     if let Some(hysteresis) = subject.magnetics.hysteresis() {
         let _ = writeln!(
             text,
-            "hysteresis of the stator's iron, not in the table: coercive current {:.3} A, {} cells, {:.1} % of the smaller inductance not met by small pulses",
-            hysteresis.coercive_current,
+            "hysteresis of the stator's iron, not in the table: coercive current {} A, {} cells, {:.1} % of the smaller inductance not met by small pulses",
+            number(3, hysteresis.coercive_current),
             hysteresis.cells,
             hysteresis.depth * 100.0,
         );
@@ -138,8 +138,22 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
     if subject.map.is_some() {
         header.extend(["± L_dd", "± L_dq", "± L_qq"]);
     }
-    text += &table(&header, rows, true);
+    let columns = header.into_iter().enumerate().map(|(k, title)| match k {
+        0 => Column::word(title),
+        // What errors they have, then what follows from the others.
+        8.. => Column::number(title).rank(2),
+        5 => Column::number(title).rank(1),
+        _ => Column::number(title),
+    });
+    text += &Table::new(columns).rows(rows).text();
     text.push('\n');
+    text += &polarity(survey, current, inductance);
+    text.push('\n');
+    text
+}
+
+/// What a polarity test sees, in so many decimals of currents and inductances.
+fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
     let rows = survey.polarity.iter().map(|p| {
         vec![
             format!("{:.current$}", p.current),
@@ -148,13 +162,8 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
             format!("{:+.2}", 100.0 * p.difference()),
         ]
     });
-    text += &table(
-        &["current along d (A)", "L to north (mH)", "L to south (mH)", "north draws more by (%)"],
-        rows,
-        true,
-    );
-    text.push('\n');
-    text
+    let titles = ["current along d (A)", "L to north (mH)", "L to south (mH)", "north draws more by (%)"];
+    Table::new(titles.map(Column::number)).rows(rows).text()
 }
 
 /// What each kind of core says of the side that the file does not have.

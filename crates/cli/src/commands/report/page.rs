@@ -36,7 +36,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
     Page {
         title: "Initial rotor position: Monte Carlo".to_owned(),
-        subtitle: setting(run),
+        subtitle: setting(&run.file),
         sections: vec![
             section("Verdict", vec![Block::Verdict { tone, headline, details }, Block::Facts(facts(run))]),
             section("Results", results),

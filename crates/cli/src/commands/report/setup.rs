@@ -11,7 +11,12 @@ use super::Run;
 /// Facts of drive and sensors, and the motor's data sheet. Of a sweep those of its first point, where they are no axis.
 pub fn blocks(run: &Run) -> Vec<Block> {
     let document = Document::parse(Path::new("scenario"), &run.summary.run.scenario);
-    let found = document.and_then(|document| Ok((document.data_sheet()?, Plan::new(document)?)));
+    let found = document.and_then(|mut document| {
+        if let Some(fence) = &run.fence {
+            document.fence(Some(fence))?;
+        }
+        Ok((document.data_sheet()?, Plan::new(document)?))
+    });
     let (sheet, plan) = match found {
         Ok(found) => found,
         // A motor's own file may be elsewhere, or another by now.

@@ -2,7 +2,7 @@
 
 use standstill_campaign::{Estimate, Summary, clustered_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
-use standstill_scenario::{AxisSpec, DesignKind};
+use standstill_scenario::{AxisSpec, DesignKind, ScenarioFile};
 
 use super::Run;
 use crate::commands::run::results::PointSummary;
@@ -32,7 +32,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     };
     Study {
         title: String::new(),
-        subtitle: Some(setting(run)),
+        subtitle: Some(setting(&run.file)),
         axes: axes.collect(),
         points,
         design: match run.file.design.kind.0 {
@@ -45,8 +45,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
 }
 
 /// What was run, in a line. What is an axis is not repeated.
-pub fn setting(run: &Run) -> String {
-    let file = &run.file;
+pub fn setting(file: &ScenarioFile) -> String {
     let fixed = |key: &str, text: String| (!file.axes.contains_key(key)).then_some(text);
     let parts = [
         fixed("motor", file.motor.name()),

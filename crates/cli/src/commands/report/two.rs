@@ -25,7 +25,7 @@ use crate::commands::reproduce::file_list;
 use crate::commands::require::shown as shown_value;
 use crate::error::Error;
 use crate::output::Output;
-use crate::text::wide_table;
+use crate::table::{self, Table};
 use crate::units::Shown;
 
 const FILES: [&str; 4] = ["comparison.csv", "comparison.html", "comparison.svg", "comparison.png"];
@@ -143,12 +143,24 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
         .iter()
         .zip(&runs)
         .zip(["A", "B"])
-        .map(|((name, run), letter)| format!("{letter}: {name} ({})", setting(run)))
+        .map(|((name, run), letter)| format!("{letter}: {name} ({})", setting(&run.file)))
         .collect();
     let notes = two.notes();
-    let header = ["", "", "A", "B", "B less A", ""];
-    let table = wide_table(&header, rows.iter().map(Row::cells));
-    let differ = wide_table(&["setting", "A", "B"], settings.iter().map(|row| row.to_vec()));
+    let table = Table::new([
+        table::Column::prose(""),
+        table::Column::prose(""),
+        table::Column::number("A"),
+        table::Column::number("B"),
+        table::Column::number("B less A"),
+        table::Column::word(""),
+    ])
+    .headed()
+    .rows(rows.iter().map(Row::cells))
+    .text();
+    let differ =
+        Table::new([table::Column::prose("setting"), table::Column::prose("A"), table::Column::prose("B")])
+            .rows(settings.iter().map(|row| row.to_vec()))
+            .text();
     let headline = headline(&rows, two.points.len());
     let figure = figure(&rows, &two.points, &names);
     let mut text = format!("{}\n\n{headline}\n", about.join("\n"));

@@ -7,7 +7,7 @@ use standstill_plant::rotor_angle_from_lines;
 use standstill_scenario::Verdict;
 
 use super::disagreements;
-use crate::text::table;
+use crate::table::{Column, Table};
 
 /// A row of `table1.csv`.
 #[derive(Debug, Serialize)]
@@ -121,7 +121,7 @@ pub fn audit_text(findings: &[Finding]) -> String {
     format!(
         "Audit of the published tables: {agree} of {} statements agree with the paper's equations; these do not:\n{}\n",
         findings.len(),
-        table(&["place", "printed", "recomputed", "disagreement"], rows, false)
+        Table::new(["place", "printed", "recomputed", "disagreement"].map(Column::prose)).rows(rows).text()
     )
 }
 
@@ -170,13 +170,14 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
          paper's resolver read; recomputed is equation (7) on the published inductances.\n{}\n\
          Table 2, i_d in A with the vector at the first and the second candidate, angles in degrees; errors against\n\
          the angle that the resolver measured, simulated with an error of its own.\n{}\n",
-        table(
-            &["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"],
-            first,
-            true
-        ),
-        table(
-            &[
+        Table::new(
+            ["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"]
+                .map(Column::number)
+        )
+        .rows(first)
+        .text(),
+        Table::new(
+            [
                 "",
                 "measured publ.",
                 "simul.",
@@ -185,10 +186,11 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
                 "θ publ.",
                 "θ simul.",
                 "error publ.",
-                "error simul."
-            ],
-            second,
-            true
+                "error simul.",
+            ]
+            .map(Column::number)
         )
+        .rows(second)
+        .text()
     )
 }

@@ -16,7 +16,7 @@ use crate::commands::question::{
 };
 use crate::error::Error;
 use crate::figures;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
 
 /// Values of the first key, and the width that the second key's interval may have: curves need less than single answers.
 const VALUES: usize = 9;
@@ -92,7 +92,7 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
         };
         vec![shown(first, point.first), second_text]
     };
-    let table = wide_table(&[first, second], points.iter().map(cells));
+    let table = Table::new([first, second].map(Column::number)).rows(points.iter().map(cells));
     let any = points.iter().any(|point| point.second.is_some());
     let headline = format!("What {second} must be at each {first}, for {limits}");
     let json = json!({
@@ -104,7 +104,7 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
     let tone = if any { Tone::Neutral } else { Tone::Warning };
     Ok(Answer {
         name: "require",
-        text: format!("{setting}\n{headline} [95 % interval]\n\n{table}"),
+        text: format!("{setting}\n{headline} [95 % interval]\n\n{}", table.text()),
         json: with_setup(plan.file(), &scenario, json),
         csv: columns::csv(points).map_err(|error| Error::Write("require.csv".into(), error))?,
         figures: vec![("require".to_owned(), figure, caption.to_owned())],
@@ -115,7 +115,7 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
                 title: "Answer".to_owned(),
                 blocks: vec![
                     Block::Verdict { tone, headline, details: Vec::new() },
-                    Block::Code { caption: "The curve".to_owned(), text: table },
+                    Block::Code { caption: "The curve".to_owned(), text: table.whole() },
                 ],
             }],
             footer: String::new(),

@@ -1,7 +1,6 @@
 //! The files of a finished run: `trials.csv` or `trials.parquet`, and `summary.json`.
 
-use std::fmt::Write as _;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use indexmap::IndexMap;
@@ -12,25 +11,22 @@ use standstill_quantity::Quantity;
 use standstill_report::table::{Column, Columns, Format, TableError, Value, Writer};
 use standstill_scenario::{Document, Point, StopTable};
 
+use super::points;
 use crate::Report;
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, trial_columns, trial_values};
+use crate::commands::report::stale;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
 use crate::output::Output;
-use crate::summary::{self, share};
-use crate::text::wide_table;
-use crate::units::Shown;
-use crate::{host, progress, summary::interval};
+use crate::terminal::paragraph;
+use crate::{host, progress, summary};
 
 /// Name of the file of summaries.
 pub const SUMMARY: &str = "summary.json";
 
 /// Name of what a run without rows leaves, so that it can be extended.
 pub const STATISTICS: &str = "run.statistics";
-
-/// Points that are printed; of more, only the best and the worst.
-const MOST_LINES: usize = 30;
 
 /// Content of `summary.json`.
 #[derive(Debug, Serialize, Deserialize)]
@@ -96,6 +92,34 @@ impl SummaryFile {
 pub fn names(options: &Run) -> Vec<&'static str> {
     let trials = (options.rows == Rows::All).then(|| trials_name(options.results.format.into()));
     trials.into_iter().chain([SUMMARY]).filter(|_| files_wanted()).collect()
+}
+
+/// Refuses to replace the results of another run, or what is none of a run, unless that is asked for. The same run may be
+/// repeated: it writes the same again.
+///
+/// # Errors
+/// What is in the way.
+pub fn guard(options: &Options, identity: &Identity) -> Result<(), Error> {
+    let path = options.out.join(SUMMARY);
+    if options.force || !files_wanted() || !path.exists() {
+        return Ok(());
+    }
+    match SummaryFile::read(&options.out) {
+        Ok(summary) => summary
+            .run
+            .difference(identity)
+            .map_or(Ok(()), |difference| Err(of_another_run(path, &difference))),
+        Err(_) => Err(of_another_run(path, "this file is not of `standstill run`")),
+    }
+}
+
+/// Results that are not replaced.
+pub fn of_another_run(path: PathBuf, difference: &str) -> Error {
+    Error::Results {
+        path,
+        found: format!("the results of another run: {difference}"),
+        needed: "another --out, or --force to replace them".to_owned(),
+    }
 }
 
 /// Whether results go into files: a host may want them in memory alone.
@@ -254,7 +278,14 @@ impl Results {
             + "\n";
         let Some(mut output) = output else { return Ok(Self { summary, json, files: Vec::new() }) };
         output.file(SUMMARY, json.as_bytes())?;
-        let files = output.finish()?;
+        let other = SummaryFile::read(&options.out).map_or(true, |old| old.run != *identity);
+        let mut files = output.finish()?;
+        if other && stale::mark(&options.out)? {
+            files.push(format!(
+                "report/report.html, which is older: `standstill report {}` makes it anew",
+                options.out.display()
+            ));
+        }
         // An earlier run's trials in another format would be beside this run's summary.
         for other in Format::ALL.into_iter().filter(|other| Some(*other) != format) {
             let _ = std::fs::remove_file(options.out.join(trials_name(other)));
@@ -276,16 +307,19 @@ impl Results {
         if file.points.is_empty() {
             text += &summary::text(&file.summary);
         } else {
-            text += &points_text(&file.points);
+            text += &points::text(&file.points);
         }
         if let Some(note) = file.unreached() {
-            let _ = write!(text, "\n{note}\n");
+            text += "\n";
+            text += &paragraph("", &note);
         }
         if let Some(note) = &file.run.pole_note {
-            let _ = writeln!(text, "\nPoles: {note}.");
+            text += "\n";
+            text += &paragraph("", &format!("Poles: {note}."));
         }
         if let Some(note) = &file.run.library_note {
-            let _ = writeln!(text, "\nLibrary: {note}.");
+            text += "\n";
+            text += &paragraph("", &format!("Library: {note}."));
         }
         text += "\n";
         text += &file_list(&options.out, &files);
@@ -303,41 +337,4 @@ impl From<JournalError> for Stopped {
     fn from(error: JournalError) -> Self {
         Self::Failed(error.into())
     }
-}
-
-/// A line each; of many points, the best and the worst.
-fn points_text(points: &[PointSummary]) -> String {
-    let mut order: Vec<&PointSummary> = points.iter().collect();
-    let mut heading = format!("{} points, [95 % intervals]\n\n", points.len());
-    if points.len() > MOST_LINES {
-        order.sort_by(|a, b| summary::rank(&a.summary, &b.summary));
-        order.drain(MOST_LINES / 2..points.len() - MOST_LINES / 2);
-        heading = format!(
-            "{} points: the best {} and the worst {}, by the share of starts answered rightly, then by the rms error, [95 % \
-             intervals]\n\n",
-            points.len(),
-            MOST_LINES / 2,
-            MOST_LINES / 2
-        );
-    }
-    let shown = Shown::of(points);
-    let titles: Vec<String> = shown.iter().map(Shown::title).collect();
-    let results = ["trials", "right %", "rms °", "p95 °", "wrong poles", "undetermined", "failed"];
-    let header: Vec<&str> = titles.iter().map(String::as_str).chain(results).collect();
-    let rows = order.iter().map(|point| {
-        let s = &point.summary;
-        let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
-        values
-            .chain([
-                s.trials.to_string(),
-                format!("{:.2}", 100.0 * summary::right(s)),
-                interval(&s.rms_deg, 1.0, 3),
-                summary::number(s.p95_deg.value, 3),
-                share(s.wrong_poles, &s.wrong_pole_probability),
-                share(s.undetermined, &s.undetermined_probability),
-                share(s.failed, &s.failed_probability),
-            ])
-            .collect()
-    });
-    heading + &wide_table(&header, rows)
 }

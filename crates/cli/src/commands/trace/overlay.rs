@@ -11,7 +11,7 @@ use crate::commands::reproduce::file_list;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
 use standstill_scenario::Verdict;
 
 /// Settings that one picture can tell apart.
@@ -111,13 +111,20 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     }
     let title = format!("Trial {} with several settings", options.trial);
     let figure = figures::overlaid(&traces, &title);
-    let table = wide_table(&["setting", "it ended", "ms", "peak A", "moved °"], rows);
+    let table = Table::new([
+        Column::prose("setting"),
+        Column::prose("it ended"),
+        Column::number("ms"),
+        Column::number("peak A"),
+        Column::number("moved °"),
+    ])
+    .rows(rows);
     output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
     output.file("overlay.svg", figure.svg()?.as_bytes())?;
     output.file("overlay.png", &figure.png()?)?;
     let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
     let blocks =
-        vec![Block::Code { caption: "How they ended".to_owned(), text: table.clone() }, Block::Chart(chart)];
+        vec![Block::Code { caption: "How they ended".to_owned(), text: table.whole() }, Block::Chart(chart)];
     let page = Page {
         title,
         subtitle: String::new(),
@@ -127,7 +134,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("overlay.html", page.html().map_err(Error::Page)?.as_bytes())?;
     let files = output.finish()?;
     Ok(Report {
-        text: format!("trial {}\n{table}\n{}", options.trial, file_list(&options.out, &files)),
+        text: format!("trial {}\n{}\n{}", options.trial, table.text(), file_list(&options.out, &files)),
         code,
     })
 }

@@ -7,7 +7,7 @@ use standstill_quantity::Scale;
 use standstill_report::page::Tone;
 
 use crate::commands::require::shown;
-use crate::text::wide_table;
+use crate::table::{Column, Table};
 
 /// The unit in which a measure is read.
 pub fn scale(measure: Measure, largest: f64) -> Scale {
@@ -151,7 +151,7 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
 }
 
 /// Start and best, measure by measure.
-pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> String {
+pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> Table {
     let keys = asked.ranges.iter().enumerate().map(|(k, range)| {
         let of = |judged: &Judged| value_of(&range.key, judged.values[k]);
         vec![range.key.clone(), of(&tuned.start), of(&tuned.best), String::new()]
@@ -172,5 +172,11 @@ pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> String {
             difference,
         ]
     });
-    wide_table(&["", "start", "best", "difference"], keys.chain(measures))
+    Table::new([
+        Column::word(""),
+        Column::number("start"),
+        Column::number("best"),
+        Column::number("difference"),
+    ])
+    .rows(keys.chain(measures))
 }

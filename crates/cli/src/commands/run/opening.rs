@@ -1,0 +1,58 @@
+//! What is said before the first trial: what will be simulated.
+
+use std::fmt::Write as _;
+
+use standstill_campaign::store::{Identity, Shard};
+use standstill_scenario::{DesignKind, Plan};
+
+use crate::commands::report::setting;
+use crate::terminal::paragraph;
+
+/// What will be simulated, in a few lines.
+pub fn text(plan: &Plan, identity: &Identity, shard: Shard) -> String {
+    let file = plan.file();
+    let mut said = format!("Simulating {}: ", setting(file));
+    let trials = |count: u64| if count == 1 { "1 trial".to_owned() } else { format!("{count} trials") };
+    if file.axes.is_empty() {
+        said += &trials(identity.trials);
+    } else {
+        let axes: Vec<String> = match file.design.kind.0 {
+            DesignKind::Grid => {
+                let values = |key: &String| {
+                    let mut values: Vec<String> = Vec::new();
+                    for point in plan.points() {
+                        let value = point.values.iter().find(|(other, _)| other == key);
+                        let value = value.map(|(_, value)| value.to_string()).unwrap_or_default();
+                        if !values.contains(&value) {
+                            values.push(value);
+                        }
+                    }
+                    values.len()
+                };
+                file.axes.keys().map(|key| format!("{key} ({} values)", values(key))).collect()
+            }
+            _ => file.axes.keys().cloned().collect(),
+        };
+        let _ = write!(
+            said,
+            "{} points over {}, {} at each",
+            identity.points,
+            axes.join(", "),
+            trials(identity.trials)
+        );
+    }
+    if !identity.stop_at.is_empty() {
+        said += " at most, fewer where stop_at is met";
+    }
+    if shard != Shard::WHOLE {
+        let _ = write!(said, "; of these shard {shard}");
+    }
+    if plan.has_tolerances() {
+        let _ = write!(
+            said,
+            "; drawn anew each time: {}",
+            file.tolerances.keys().cloned().collect::<Vec<_>>().join(", ")
+        );
+    }
+    paragraph("", &said)
+}

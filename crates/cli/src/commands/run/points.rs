@@ -1,0 +1,58 @@
+//! The points of a sweep in a table.
+
+use standstill_report::page::Tone;
+
+use super::results::PointSummary;
+use crate::summary::{self, interval, share};
+use crate::table::{Column, Table};
+use crate::units::Shown;
+
+/// Points that are printed; of more, only the best and the worst.
+const MOST_LINES: usize = 30;
+
+/// A line each; of many points, the best and the worst.
+pub fn text(points: &[PointSummary]) -> String {
+    let mut order: Vec<&PointSummary> = points.iter().collect();
+    let mut heading = format!("{} points, [95 % intervals]\n\n", points.len());
+    if points.len() > MOST_LINES {
+        order.sort_by(|a, b| summary::rank(&a.summary, &b.summary));
+        order.drain(MOST_LINES / 2..points.len() - MOST_LINES / 2);
+        heading = format!(
+            "{} points: the best {} and the worst {}, by the share of starts answered\n\
+             rightly, then by the rms error, [95 % intervals]\n\n",
+            points.len(),
+            MOST_LINES / 2,
+            MOST_LINES / 2
+        );
+    }
+    let shown = Shown::of(points);
+    let number = |title: &str, rank: u8| Column::number(title).rank(rank);
+    let results = [
+        number("trials", 4),
+        number("right %", 3),
+        number("rms °", 0),
+        number("p95 °", 2),
+        number("wrong poles", 0).judged(),
+        number("undetermined", 1),
+        number("failed", 1),
+    ];
+    let axes = shown.iter().map(|axis| Column::number(axis.title()));
+    let rows = order.iter().map(|point| {
+        let s = &point.summary;
+        let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
+        let tone = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Neutral };
+        let cells = values
+            .chain([
+                s.trials.to_string(),
+                format!("{:.2}", 100.0 * summary::right(s)),
+                interval(&s.rms_deg, 1.0, 3),
+                summary::number(s.p95_deg.value, 3),
+                share(s.wrong_poles, &s.wrong_pole_probability),
+                share(s.undetermined, &s.undetermined_probability),
+                share(s.failed, &s.failed_probability),
+            ])
+            .collect();
+        (tone, cells)
+    });
+    heading + &Table::new(axes.chain(results)).judged(rows).text()
+}

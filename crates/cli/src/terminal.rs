@@ -1,0 +1,118 @@
+//! The terminal that a command speaks to: how wide it is, and whether it has colours.
+
+use std::fmt::Write as _;
+use std::sync::OnceLock;
+
+use console::{Style, Term};
+use standstill_report::page::Tone;
+
+use crate::host;
+
+/// Columns where there is no terminal.
+pub const USUAL: usize = 80;
+
+/// Prose is hard to read in longer lines.
+const LONGEST_LINE: usize = 100;
+
+/// Columns of the terminal; of what is not written to one, those of `COLUMNS`, or [`USUAL`].
+pub fn width() -> usize {
+    static WIDTH: OnceLock<usize> = OnceLock::new();
+    if host::current().is_some() {
+        return USUAL;
+    }
+    *WIDTH.get_or_init(|| {
+        let terminal = Term::stdout().size_checked().map(|(_, columns)| usize::from(columns));
+        let variable = || std::env::var("COLUMNS").ok().and_then(|columns| columns.trim().parse().ok());
+        terminal.or_else(variable).filter(|columns| *columns > 0).unwrap_or(USUAL).max(20)
+    })
+}
+
+/// Columns of prose.
+pub fn prose_width() -> usize {
+    width().min(LONGEST_LINE)
+}
+
+/// Whether verdicts are coloured: on a terminal that has colours, unless `NO_COLOR` is set or `CLICOLOR` is 0; anywhere if
+/// `CLICOLOR_FORCE` is set. A host has its own ways.
+pub fn colours() -> bool {
+    host::current().is_none() && console::colors_enabled()
+}
+
+/// A word of this tone, in its colour if there are colours; the word says the same without.
+pub fn painted(tone: Tone, word: &str) -> String {
+    paint(tone, word, colours())
+}
+
+/// The same where it is known whether there are colours.
+pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
+    let style = Style::new().force_styling(colours);
+    match tone {
+        Tone::Good => style.green().apply_to(word).to_string(),
+        Tone::Warning => style.yellow().apply_to(word).to_string(),
+        Tone::Bad => style.red().bold().apply_to(word).to_string(),
+        Tone::Neutral => word.to_owned(),
+    }
+}
+
+/// A line on standard error, whether or not anybody reads it.
+pub fn tell(line: &str) {
+    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("standstill: {line}\n"));
+}
+
+/// Words in lines of at most `width` columns, longer words alone in theirs.
+pub fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last_mut().expect("a line");
+        let used = console::measure_text_width(line);
+        if line.is_empty() {
+            line.push_str(word);
+        } else if used + 1 + console::measure_text_width(word) <= width {
+            line.push(' ');
+            line.push_str(word);
+        } else {
+            lines.push(word.to_owned());
+        }
+    }
+    lines
+}
+
+/// A paragraph as wide as the terminal allows, the first line behind `first`, the others behind as many spaces.
+pub fn paragraph(first: &str, text: &str) -> String {
+    let indent = console::measure_text_width(first);
+    let mut filled = String::new();
+    for (k, line) in wrapped(text, prose_width().saturating_sub(indent)).iter().enumerate() {
+        if k == 0 {
+            let _ = writeln!(filled, "{first}{line}");
+        } else {
+            let _ = writeln!(filled, "{:indent$}{line}", "");
+        }
+    }
+    filled
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_colours_add_nothing_to_the_words() {
+        for tone in [Tone::Good, Tone::Warning, Tone::Bad, Tone::Neutral] {
+            assert_eq!(paint(tone, "suited", false), "suited");
+            let coloured = paint(tone, "suited", true);
+            assert_eq!(console::strip_ansi_codes(&coloured), "suited");
+            assert_eq!(coloured == "suited", tone == Tone::Neutral);
+            assert_eq!(console::measure_text_width(&coloured), 6);
+        }
+    }
+
+    #[test]
+    fn law_wrapped_lines_are_no_wider_and_lose_no_word() {
+        let text = "no method can know the axis better than 0.033° rms from these line pulses";
+        for width in 1..80 {
+            let lines = wrapped(text, width);
+            assert_eq!(lines.join(" "), text);
+            assert!(lines.iter().all(|line| line.chars().count() <= width || !line.contains(' ')));
+        }
+    }
+}

@@ -1,0 +1,77 @@
+//! Pages whose commands are run as they are printed.
+//!
+//! In a block whose first line begins with `$ standstill` stand a command and what it prints; a block of `toml` whose first
+//! line is a comment with a name is the file of that name. With `STANDSTILL_WRITE=1` the tests write the pages.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+
+use super::{folder, standstill};
+
+/// The page with what its commands say; `files` of `examples/` lie beside it.
+fn as_printed(page: &str, files: &[&str]) -> String {
+    let folder = folder();
+    for file in files {
+        let from = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples")).join(file);
+        fs::copy(&from, folder.path().join(from.file_name().expect("a name"))).expect("copied");
+    }
+    let mut out = String::new();
+    let mut blocks = page.split("```");
+    out += blocks.next().unwrap_or_default();
+    while let Some(block) = blocks.next() {
+        let (kind, body) = block.split_once('\n').expect("a block has lines");
+        out += "```";
+        if let (true, Some(rest)) = (kind == "toml", body.strip_prefix("# ")) {
+            let name = rest.lines().next().expect("a name").trim();
+            fs::write(folder.path().join(name), body).expect("written");
+        }
+        match body.strip_prefix("$ standstill ").and_then(|rest| rest.lines().next()) {
+            Some(words) => {
+                let arguments: Vec<&str> = words.split_whitespace().collect();
+                let output = standstill(&arguments, folder.path());
+                let said = [output.stderr, output.stdout].concat();
+                let said = String::from_utf8(said).expect("text");
+                let lines: Vec<&str> = said.trim_end().lines().map(str::trim_end).collect();
+                let _ = write!(out, "{kind}\n$ standstill {words}\n{}\n", lines.join("\n"));
+            }
+            None => out += block,
+        }
+        out += "```";
+        out += blocks.next().expect("each block ends");
+    }
+    out
+}
+
+/// That a page of `docs/` says what the program says.
+fn holds(name: &str, files: &[&str]) {
+    let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs")).join(name);
+    let page = fs::read_to_string(&path).expect("the page");
+    let printed = as_printed(&page, files);
+    assert!(page.matches("\n$ standstill ").count() >= 4, "the page shows commands");
+    if std::env::var_os("STANDSTILL_WRITE").is_some() {
+        fs::write(path, printed).expect("writable");
+        return;
+    }
+    for (k, (is, should)) in page.lines().zip(printed.lines()).enumerate() {
+        assert_eq!(is, should, "docs/{name}, line {}", k + 1);
+    }
+    assert_eq!(page.lines().count(), printed.lines().count());
+}
+
+#[test]
+fn golden_the_page_of_own_motors_says_what_the_program_says() {
+    holds("own-motor.md", &["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv"]);
+}
+
+#[test]
+fn golden_the_tutorial_says_what_the_program_says() {
+    holds("tutorial.md", &[]);
+    // Its tables fit a terminal.
+    let page =
+        fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/tutorial.md")).expect("the page");
+    let printed = page.split("```").skip(1).step_by(2).flat_map(|block| block.split("\n\n"));
+    for line in printed.filter(|part| part.contains("──")).flat_map(str::lines) {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
