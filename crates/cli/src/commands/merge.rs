@@ -11,7 +11,7 @@ use crate::interrupt::{self, INTERRUPTED};
 pub fn run(options: &Merge) -> Result<Report, Error> {
     let stop = interrupt::flag();
     let shards = Shards::collect(&options.shards)?;
-    results::guard(&options.results, &shards.identity().whole())?;
+    results::guard(&options.results, &shards.identity().whole(), true)?;
     match Results::write(&options.results, &shards, &stop)? {
         Some(results) => Ok(results.report(&options.results)),
         None => Ok(Report {

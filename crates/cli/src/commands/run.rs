@@ -85,7 +85,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
         return Ok(report);
     }
     if whole {
-        results::guard(&options.results, &identity)?;
+        results::guard(&options.results, &identity, options.resume)?;
     }
     doubts::warn(&plan.scenario(0)?);
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;

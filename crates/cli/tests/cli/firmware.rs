@@ -342,8 +342,10 @@ fn law_what_a_library_shares_is_said_in_its_results() {
     probe(folder.path(), "found");
     for (options, says) in [(vec![], false), (vec!["-DRAND"], true)] {
         build_with(folder.path(), PROBE, "probe.so", &options);
-        let output =
-            standstill(&["run", "s.toml", "--detector", "./probe.so", "--out", "out"], folder.path());
+        let output = standstill(
+            &["run", "s.toml", "--detector", "./probe.so", "--out", "out", "--force"],
+            folder.path(),
+        );
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let said = String::from_utf8(output.stdout).expect("text");
         assert_eq!(said.contains("Library: it calls rand: "), says, "{said}");

@@ -92,7 +92,7 @@ fn a_motor_without_saturation_is_judged_on_everything_else() {
     let output = standstill(&[&["check", "own.toml"], &method[..]].concat(), at);
     let text = String::from_utf8(output.stdout).expect("text");
     assert_eq!(output.status.code(), Some(0), "{text}");
-    let verdict = "own: suited to detection of the rotor's axis at standstill (error set default); saturation is not given: the pole cannot be judged\n";
+    let verdict = "own: suited to detection of the rotor's axis at standstill (error set default);\nsaturation is not given: the pole cannot be judged\n";
     assert!(text.starts_with(verdict) && !text.contains("NOT suited"), "{text}");
     let output = standstill(&[&["check", "own.toml", "--json"], &method[..]].concat(), at);
     let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");

@@ -22,7 +22,7 @@ impl<V: Wide> Tried<V> {
         Self {
             h: zero,
             legs,
-            end: here.clone(),
+            end: *here,
             change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
             link_rise: [zero; 2],
             acceleration: [zero; 2],

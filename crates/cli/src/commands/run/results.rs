@@ -95,16 +95,18 @@ pub fn names(options: &Run) -> Vec<&'static str> {
 }
 
 /// Refuses to replace the results of another run, or what is none of a run, unless that is asked for. The same run may be
-/// repeated: it writes the same again.
+/// repeated: it writes the same again. Where it `extends` results, more trials of the same run may take their place: all of them are
+/// in it.
 ///
 /// # Errors
 /// What is in the way.
-pub fn guard(options: &Options, identity: &Identity) -> Result<(), Error> {
+pub fn guard(options: &Options, identity: &Identity, extends: bool) -> Result<(), Error> {
     let path = options.out.join(SUMMARY);
     if options.force || !files_wanted() || !path.exists() {
         return Ok(());
     }
     match SummaryFile::read(&options.out) {
+        Ok(summary) if extends && summary.run.begins(identity) => Ok(()),
         Ok(summary) => summary
             .run
             .difference(identity)
