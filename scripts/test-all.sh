@@ -39,7 +39,7 @@ wheel() {
     local size
     size=$(stat -c %s "$newest")
     printf 'wheel: %s, %d bytes\n' "$(basename "$newest")" "$size"
-    [ "$size" -le 4000000 ] || { echo "a wheel of more than 4 MB" >&2; return 1; }
+    [ "$size" -le 4000000 ] || failed+=("a wheel of at most 4 MB")
     "$venv/bin/pip" install --quiet --force-reinstall --no-deps "$newest" || return 1
     "$venv/bin/pip" install --quiet numpy pandas pyarrow polars scipy mypy pytest matplotlib 'dask[distributed]'
 }

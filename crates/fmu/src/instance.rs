@@ -254,8 +254,8 @@ impl Instance {
         let State { rig, start_time, .. } = &mut self.state;
         let Some(rig) = rig else { return Err("a step: there is no machine".to_owned()) };
         let own = *start_time + rig.elapsed.seconds();
-        // A step that was rounded by the importer adds up.
-        let near = (own - period / 4.0..=own + period / 4.0).contains(&time);
+        let off = period / 4.0 + rig.rounded;
+        let near = (own - off..=own + off).contains(&time);
         if !near {
             return Err(format!(
                 "communication point: found {time:e} s, needed {own:e} s, where the last step ended"
@@ -263,7 +263,7 @@ impl Instance {
         }
         match inputs {
             Inputs::Legs(legs, sample_at) => rig.step(&legs, sample_at, length),
-            Inputs::Potential(potential) => rig.feed(potential, length),
+            Inputs::Potential(potential) => rig.feed(potential, time + length - *start_time),
         }
     }
 

@@ -21,6 +21,8 @@ pub(crate) struct Rig {
     second_half: bool,
     /// Time of all steps so far.
     pub elapsed: Nanos,
+    /// How far in s the importer's time may be off it: steps of a drive have whole nanoseconds.
+    pub rounded: f64,
     /// What the last step read; none before the first.
     pub reading: Option<Reading<f64>>,
 }
@@ -62,6 +64,7 @@ impl Rig {
             halves: [half, period - half],
             second_half: false,
             elapsed: Nanos::ZERO,
+            rounded: 0.0,
             reading: None,
         }
     }
@@ -116,17 +119,19 @@ impl Rig {
         self.reading = readings.first().copied();
         self.second_half ^= then.is_none();
         self.elapsed = self.elapsed + duration;
+        self.rounded += OFF;
         Ok(())
     }
 
-    /// One communication step of a motor.
+    /// One communication step of a motor, until a time in s since its beginning.
     ///
     /// # Errors
     /// A step of less than a nanosecond, and why the machine could not go on.
-    pub fn feed(&mut self, potential: [f64; 3], seconds: f64) -> Result<(), String> {
-        // The importer's time, which whole nanoseconds follow without drift.
-        let end = Nanos::from_seconds(self.elapsed.seconds() + seconds);
+    pub fn feed(&mut self, potential: [f64; 3], until: f64) -> Result<(), String> {
+        // The importer's own time: rounded steps would add up.
+        let end = Nanos::from_seconds(until);
         if end <= self.elapsed {
+            let seconds = until - self.elapsed.seconds();
             return Err(format!("communication step: found {seconds:e} s, needed at least 1e-9 s"));
         }
         self.driven.feed(potential, end - self.elapsed).map_err(|error| why(&error))?;

@@ -139,7 +139,7 @@ def sweep(
     ([0.005, 0.0275, 0.05], 150)
     """
     words, given = _words("sweep", scenario)
-    options = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
+    options: dict[str, Any] = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
     options |= {"format": format, "rows": rows, "resume": resume, "threads": threads}
     return _carried_out(words, given, out, progress, options)
 
@@ -170,7 +170,7 @@ def shard(
     (True, 'shard-1-of-2.journal')
     """
     words, given = _words("run" if vary is None else "sweep", scenario)
-    options = {"vary": vary, "trials": trials, "seed": seed, "stop_at": stop_at, "rows": rows, "threads": threads}
+    options: dict[str, Any] = {"vary": vary, "trials": trials, "seed": seed, "stop_at": stop_at, "rows": rows, "threads": threads}
     words += ["--json", "--resume", "--shard", part, "--out", os.fspath(out), *_options(options)]
     _, text, _ = _standstill.command(words, given, True, progress)
     return Path(json.loads(text)["journal"])
@@ -420,7 +420,7 @@ def tune(
     >>> answer["trials"], len(answer["front"]) >= 1
     (1000, True)
     """
-    options = {"vary": vary, "minimise": minimise, "subject_to": subject_to, "against": against, "trials": trials}
+    options: dict[str, Any] = {"vary": vary, "minimise": minimise, "subject_to": subject_to, "against": against, "trials": trials}
     options |= {"starts": starts, "seed": seed, "out": out, "threads": threads}
     answer: dict[str, Any] = _answer("tune", scenario, progress, **options)
     return answer

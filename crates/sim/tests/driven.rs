@@ -126,6 +126,30 @@ fn cross_a_fed_motor_is_the_motor_of_a_bridge_without_drops() {
     }
 }
 
+/// Where its rotor starts and stops, a motor that is fed goes on with the currents that it had.
+#[test]
+fn law_a_fed_motor_has_no_jumps_where_its_rotor_starts_and_stops() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let case = case(&motor, RotorState::Free, Devices::default(), SensorSettings::IDEAL);
+    let mut fed = Driven::motor(&case);
+    let (mut last, mut changes, mut largest) = (fed.now(), 0, 0.0_f64);
+    for n in 0..10_000 {
+        // 20 V that turn five times a second.
+        let angle = f64::from(n) * 20e-6 * 5.0 * std::f64::consts::TAU;
+        let potential =
+            [0.0, 1.0, 2.0].map(|k| 20.0 * standstill_numeric::cos(angle - k * std::f64::consts::TAU / 3.0));
+        fed.feed(potential, Nanos(20_000)).expect("voltages");
+        let now = fed.now();
+        changes += u32::from((now.speed == 0.0) != (last.speed == 0.0) || now.speed * last.speed < 0.0);
+        for k in 0..3 {
+            largest = largest.max((now.current[k] - last.current[k]).abs());
+        }
+        last = now;
+    }
+    // 20 V across the smaller inductance for 20 µs raise 0.04 A, and as much again may be induced.
+    assert!(changes >= 2 && largest < 0.1, "{changes} changes, {largest} A");
+}
+
 #[test]
 fn analytic_a_fed_linear_motor_follows_its_time_constant() {
     let mut motor = built_in("paper-5k5").expect("built in");

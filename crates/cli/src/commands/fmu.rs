@@ -1,5 +1,6 @@
 //! `standstill fmu`: drive or motor as a functional mock-up unit.
 
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use standstill_fmu::{Binary, Model, Part, Version, pack};
@@ -33,7 +34,15 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let version = if options.fmi == "3" { Version::Three } else { Version::Two };
     let model = Model::new(&document, part).map_err(|error| Error::Arguments(error.to_string()))?;
     let path = binary(options)?;
-    let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path, error))?;
+    let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path.clone(), error))?;
+    if !LIBRARIES.iter().any(|magic| library.starts_with(magic)) {
+        return Err(Error::InTheWay {
+            path,
+            is: "no shared library",
+            needed: "the one that the crate standstill-fmu makes",
+        });
+    }
+    replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &Binary(library)).map_err(Error::writing(&options.out))?;
     let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut output = Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name])?;
@@ -56,6 +65,22 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
         count(standstill_fmu::Variable::is_parameter),
     );
     Ok(Report { text, code: 0 })
+}
+
+/// What shared libraries of Linux, macOS and Windows begin with.
+const LIBRARIES: [&[u8]; 3] = [b"\x7fELF", b"\xcf\xfa\xed\xfe", b"MZ"];
+
+/// Another FMU may be replaced, but no data sheet, device or link.
+fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
+    let Ok(there) = std::fs::symlink_metadata(out) else { return Ok(()) };
+    let mut begin = [0; 4];
+    let is_archive = there.is_file()
+        && std::fs::File::open(out).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+        && &begin == b"PK\x03\x04";
+    if is_archive || there.is_dir() {
+        return Ok(());
+    }
+    Err(Error::InTheWay { path: out.to_owned(), is: "no FMU", needed: "another name, or an FMU to replace" })
 }
 
 /// The shared library that goes into the FMU.

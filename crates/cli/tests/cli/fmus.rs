@@ -25,12 +25,14 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
-    let cases: [(&[&str], &str); 7] = [
+    let cases: [(&[&str], &str); 9] = [
         (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
         (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
         (&["fmu", "paper-5k5", "-s", "inverter.dead_time=-1", "-o", "x.fmu"], "`inverter.dead_time`"),
         (&["fmu", "paper-5k5", "--seed", "5000000000", "-o", "x.fmu"], "at most 2147483647"),
         (&["fmu", "paper-5k5", "--binary", "none.so", "-o", "x.fmu"], "none.so"),
+        (&["fmu", "paper-5k5", "--binary", "axes.toml", "-o", "x.fmu"], "is no shared library"),
+        (&["fmu", "paper-5k5", "-o", "axes.toml"], "axes.toml is no FMU"),
         (&["fmu", "paper-5k5", "-o", ".."], "must be a file"),
         (&["fmu", "paper-5k5", "--fmi", "1", "-o", "x.fmu"], "[possible values: 2, 3]"),
     ];
@@ -38,5 +40,6 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         let message = mistake(arguments, path);
         assert!(message.contains(says), "{arguments:?}: {message}");
         assert_eq!(names(path), ["axes.toml"], "{arguments:?}");
+        assert!(fs::read(path.join("axes.toml")).expect("there").starts_with(b"[axes]"), "{arguments:?}");
     }
 }

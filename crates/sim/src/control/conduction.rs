@@ -95,6 +95,10 @@ impl<'a> Control<'a> {
 
     /// Finds the conduction modes that fit the gates and the machine.
     pub(super) fn resolve<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+        // Terminals that are held by voltages have no devices.
+        if bank.machine.legs.fed.is_some() {
+            return Ok(());
+        }
         if bank.machine.legs.elastance.is_some() {
             return self.settle_terminals(bank, None);
         }

@@ -31,9 +31,12 @@ pub enum Want {
     Over(RunError),
 }
 
-/// Events between two instants beyond which the modes are taken to chatter. A segment of a PWM period has at most a
-/// handful.
+/// Events between two instants, and within [`NO_TIME`], beyond which the modes are taken to chatter. A segment of a PWM period has
+/// at most a handful.
 const MOST_EVENTS: u32 = 1000;
+
+/// Time in ns in which nothing that a machine does has a thousand events.
+const NO_TIME: f64 = 1e3;
 
 /// A run in a lane of a bank.
 pub struct Control<'a> {
@@ -55,6 +58,8 @@ pub struct Control<'a> {
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
+    /// When the first of them was, in ns.
+    counted_from: f64,
     segments: u64,
     all_events: u64,
     /// Energy in J lost where the rotor ran into the end of the brake's play.
@@ -95,6 +100,7 @@ impl<'a> Control<'a> {
             ringing: settings.pick_up.map(Ringing::new),
             readings,
             events: 0,
+            counted_from: 0.0,
             segments: 0,
             all_events: 0,
             impact_loss: 0.0,
@@ -176,7 +182,7 @@ impl<'a> Control<'a> {
         let mut ended = Ok(());
         if out_of_bounds {
             bank.to_mode_end &= !(1 << lane);
-            ended = self.count_event().and_then(|()| self.resolve(bank));
+            ended = self.count_event(bank).and_then(|()| self.resolve(bank));
             self.show_change(bank);
         } else if bank.to_mode_end >> lane & 1 == 0 {
             self.events = 0;
@@ -184,7 +190,7 @@ impl<'a> Control<'a> {
             bank.to_mode_end &= !(1 << lane);
             let which = bank.ending_mode[lane];
             if which != NOTHING {
-                ended = self.count_event().and_then(|()| self.end_mode(bank, which));
+                ended = self.count_event(bank).and_then(|()| self.end_mode(bank, which));
                 self.show_change(bank);
             }
         }
@@ -194,7 +200,12 @@ impl<'a> Control<'a> {
         }
     }
 
-    fn count_event(&mut self) -> Result<(), RunError> {
+    /// Counts what happens without time passing: terminals that ring and iron that remembers have many ends of modes in a long wait.
+    fn count_event<V: Wide>(&mut self, bank: &Bank<'a, V>) -> Result<(), RunError> {
+        let time = self.time(bank);
+        if time > self.counted_from + NO_TIME {
+            (self.events, self.counted_from) = (0, time);
+        }
         self.events += 1;
         self.all_events += 1;
         if self.events > MOST_EVENTS { Err(RunError::Chatter) } else { Ok(()) }

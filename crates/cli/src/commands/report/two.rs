@@ -369,6 +369,10 @@ fn trials(run: &Run) -> Result<Vec<Vec<Trial>>, Error> {
 fn headline(rows: &[Row], points: usize) -> String {
     let rms: Vec<&Row> = rows.iter().filter(|row| row.is_rms()).collect();
     if let [one] = rms[..] {
+        if one.a.is_nan() || one.b.is_nan() {
+            let said = |rms: f64| if rms.is_nan() { "no axis".to_owned() } else { format!("rms {rms:.3}°") };
+            return format!("{} at A, {} at B", said(one.a), said(one.b));
+        }
         return format!(
             "{}: rms {:.3}° at A, {:.3}° at B, {:+.3}° [{:+.3}, {:+.3}]",
             one.verdict(),
