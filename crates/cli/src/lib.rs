@@ -43,13 +43,35 @@ pub struct Report {
 
 /// The program: carries out the command line of this process.
 pub fn main() -> ExitCode {
-    let report = arguments(std::env::args_os()).and_then(command);
-    let outcome = report.and_then(|report| print(&report.text).map(|()| report.code));
+    let outcome = arguments(std::env::args_os()).and_then(|arguments| {
+        let for_programs = prints_for_programs(&arguments.command);
+        let report = command(arguments)?;
+        // No prose begins with a brace, all JSON does.
+        let text = if for_programs || report.text.starts_with('{') {
+            report.text
+        } else {
+            terminal::for_reading(report.text)
+        };
+        print(&text).map(|()| report.code)
+    });
     ExitCode::from(outcome.unwrap_or_else(|error| {
         // `eprintln!` would panic where standard error cannot be written.
         let _ = writeln!(std::io::stderr(), "standstill: {}", text::one_line(&error.to_string()));
         2
     }))
+}
+
+/// Whether what a command prints is for a program: a script, a schema, a page of the manual, a file to go on with.
+fn prints_for_programs(command: &Command) -> bool {
+    matches!(
+        command,
+        Command::Completions(_)
+            | Command::Man(_)
+            | Command::Schema
+            | Command::Slurm(_)
+            | Command::Init(_)
+            | Command::Worker
+    )
 }
 
 /// Carries out a command.

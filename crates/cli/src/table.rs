@@ -238,16 +238,20 @@ impl Table {
     fn stacked(&self, width: usize, colours: bool) -> String {
         let titles =
             self.columns.iter().map(|column| measure_text_width(&column.title)).max().unwrap_or_default();
+        // Long titles leave half of the room to their cells.
+        let titles = titles.min(width / 2);
         let mut blocks = Vec::new();
         for (tone, row) in &self.rows {
             let mut block = String::new();
             for (column, cell) in self.columns.iter().zip(row).filter(|(_, cell)| !cell.is_empty()) {
-                for (k, line) in
-                    wrapped(cell, width.saturating_sub(titles + AROUND + 1)).into_iter().enumerate()
-                {
-                    let title = if k == 0 { column.title.as_str() } else { "" };
+                let title = broken(&column.title, titles);
+                let cell = wrapped(cell, width.saturating_sub(titles + AROUND + 1));
+                for k in 0..title.len().max(cell.len()) {
+                    let line = cell.get(k).cloned().unwrap_or_default();
                     let line = if column.judged { paint(*tone, &line, colours) } else { line };
-                    let _ = writeln!(block, " {}  {line}", pad_str(title, titles, Alignment::Left, None));
+                    let title =
+                        pad_str(title.get(k).map_or("", String::as_str), titles, Alignment::Left, None);
+                    let _ = writeln!(block, "{}", format!(" {title}  {line}").trim_end());
                 }
             }
             blocks.push(block);

@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::OnceLock;
 
-use console::{Style, Term};
+use console::{Style, Term, measure_text_width};
 use standstill_report::page::Tone;
 
 use crate::host;
@@ -64,10 +64,10 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {
         let line = lines.last_mut().expect("a line");
-        let used = console::measure_text_width(line);
+        let used = measure_text_width(line);
         if line.is_empty() {
             line.push_str(word);
-        } else if used + 1 + console::measure_text_width(word) <= width {
+        } else if used + 1 + measure_text_width(word) <= width {
             line.push(' ');
             line.push_str(word);
         } else {
@@ -79,7 +79,7 @@ pub fn wrapped(text: &str, width: usize) -> Vec<String> {
 
 /// A paragraph as wide as the terminal allows, the first line behind `first`, the others behind as many spaces.
 pub fn paragraph(first: &str, text: &str) -> String {
-    let indent = console::measure_text_width(first);
+    let indent = measure_text_width(first);
     let mut filled = String::new();
     for (k, line) in wrapped(text, prose_width().saturating_sub(indent)).iter().enumerate() {
         if k == 0 {
@@ -91,9 +91,65 @@ pub fn paragraph(first: &str, text: &str) -> String {
     filled
 }
 
+/// A command's text as whoever reads it sees it: on a terminal no line is wider than that, nor than `COLUMNS` where it is set. In a
+/// pipe lines stay as they are, for programs that look for one.
+pub fn for_reading(text: String) -> String {
+    if Term::stdout().is_term() || std::env::var_os("COLUMNS").is_some() {
+        folded(&text, width())
+    } else {
+        text
+    }
+}
+
+/// Text with its longer lines broken at spaces. What follows stands under the line's own text: behind its label, which two spaces end,
+/// or else further in than its begin.
+fn folded(text: &str, width: usize) -> String {
+    let mut folded = String::with_capacity(text.len());
+    for line in text.lines() {
+        if measure_text_width(line) <= width {
+            folded += line;
+            folded.push('\n');
+            continue;
+        }
+        let body = line.trim_start_matches(' ');
+        let begin = line.len() - body.len();
+        let label = body.find("  ").map(|end| begin + end);
+        let label = label.map(|end| end + (line[end..].len() - line[end..].trim_start_matches(' ').len()));
+        let (head, indent) = match label.map(|end| (&line[..end], measure_text_width(&line[..end]))) {
+            Some((head, columns)) if columns <= width / 2 => (head, columns),
+            _ => (&line[..begin], begin + 2),
+        };
+        let rest = &line[head.len()..];
+        for (k, part) in wrapped(rest, width.saturating_sub(indent)).iter().enumerate() {
+            let _ = if k == 0 {
+                writeln!(folded, "{head}{part}")
+            } else {
+                writeln!(folded, "{:indent$}{part}", "")
+            };
+        }
+    }
+    folded
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_folded_lines_fit_and_keep_their_words() {
+        let text = "paper-5k5: a line without a label that is longer than there is room for\n\n  \
+                    largest              1.625°, exceeded by at most 16.85 % (97.5 % sure)\n  \
+                    furthest from their means: gain of c +2.3 σ, switch-off delay of a -1.6 σ\nshort\n";
+        for width in 30..90 {
+            let folded = folded(text, width);
+            let words = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+            assert_eq!(words(&folded), words(text));
+            assert!(folded.lines().all(|line| measure_text_width(line) <= width), "{width}:\n{folded}");
+        }
+        assert_eq!(folded(text, 200), text);
+        let narrow = folded(text, 60);
+        assert!(narrow.contains("\n                       (97.5 % sure)\n"), "{narrow}");
+    }
 
     #[test]
     fn law_colours_add_nothing_to_the_words() {
@@ -102,7 +158,7 @@ mod tests {
             let coloured = paint(tone, "suited", true);
             assert_eq!(console::strip_ansi_codes(&coloured), "suited");
             assert_eq!(coloured == "suited", tone == Tone::Neutral);
-            assert_eq!(console::measure_text_width(&coloured), 6);
+            assert_eq!(measure_text_width(&coloured), 6);
         }
     }
 

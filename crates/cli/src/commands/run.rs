@@ -26,7 +26,7 @@ use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::scenario::{self, Shorthands};
-use crate::terminal::tell;
+use crate::terminal::{for_reading, tell};
 use crate::{doubts, host, progress};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
@@ -137,7 +137,7 @@ fn say(options: &Run, plan: &Plan, identity: &Identity) -> Result<(), Error> {
     if options.results.json || host::current().is_some() {
         return Ok(());
     }
-    crate::print(&(opening::text(plan, identity, options.shard) + "\n"))
+    crate::print(&for_reading(opening::text(plan, identity, options.shard) + "\n"))
 }
 
 /// A new journal of rows, or the one that is there, whose rows are added to the statistics.

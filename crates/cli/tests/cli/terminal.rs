@@ -99,6 +99,39 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
 }
 
 #[test]
+fn law_no_line_is_wider_than_the_terminal() {
+    let folder = folder();
+    let at = folder.path();
+    let commands: [&[&str]; 9] = [
+        &["motors"],
+        &["motors", "light-vehicle"],
+        &["check", "paper-5k5"],
+        &["magnetics", "paper-5k5"],
+        &["bounds", "paper-5k5", "--angles", "4"],
+        &["trace", "--out", "t"],
+        &["run", "paper-5k5", "--trials", "20", "--out", "r", "--force"],
+        &["explain", "r", "--worst", "1"],
+        &["compare", "--method", "bipolar", "--trials", "5", "--no-limit", "--out", "c"],
+    ];
+    for width in [60, 80] {
+        for arguments in commands {
+            let output = with(&[("COLUMNS", &width.to_string())], arguments, at);
+            assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+            for line in String::from_utf8(output.stdout).expect("text").lines() {
+                assert!(line.chars().count() <= width, "{width}: {arguments:?}: {line}");
+            }
+        }
+    }
+    // What is for a program keeps its lines, and so does a pipe of which nothing is known.
+    let script = with(&[("COLUMNS", "30")], &["completions", "bash"], at);
+    assert!(columns(&String::from_utf8_lossy(&script.stdout)) > 60);
+    let json = with(&[("COLUMNS", "30")], &["run", "paper-5k5", "--trials", "20", "--json", "--force"], at);
+    assert!(serde_json::from_slice::<serde_json::Value>(&json.stdout).is_ok());
+    let explained = said(&["explain", "r", "--worst", "1"], at);
+    assert!(explained.lines().any(|line| line.chars().count() > 100), "{explained}");
+}
+
+#[test]
 fn law_verdicts_are_coloured_only_where_that_is_wanted() {
     let folder = folder();
     let check = |variables: &[(&str, &str)]| {
