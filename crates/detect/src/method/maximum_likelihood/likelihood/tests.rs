@@ -238,3 +238,16 @@ fn law_curves_without_information_have_no_fit() {
         assert!((current / (MODEL.on * since / p.inductance) - 1.0).abs() < 0.01);
     }
 }
+
+#[test]
+fn law_each_way_ends_where_its_own_current_does() {
+    // Far from symmetric: the larger current loses more to the resistance and is gone earlier.
+    let model = PulseModel { resistance: 40.0, ..MODEL };
+    let p = LineParameters { inductance: 28.0e-3, slope: 3.0e-3, delay: 2e-6, lag: 0.0, late: 0.0 };
+    let mut seen = [0; 2];
+    model.follow(&p, 52, |_, way, current, _| {
+        assert!(current >= 0.0, "{way:?} {current}");
+        seen[usize::from(way == Way::Forward)] += 1;
+    });
+    assert!(seen[0] > seen[1] && seen[1] > 20, "{seen:?}");
+}
