@@ -10,6 +10,7 @@
 //! Run with `cargo run --release --example speed`.
 
 use std::hint::black_box;
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
@@ -17,7 +18,7 @@ use multiversion::multiversion;
 use standstill_campaign::{Campaign, CampaignError};
 use standstill_detect::{Method, MethodName, SettingsError};
 use standstill_plant::built_in;
-use standstill_scenario::{ErrorSet, Scenario};
+use standstill_scenario::{Document, ErrorSet, Plan, Scenario};
 use standstill_sim::RotorState;
 
 /// Multiplications with addition that do not wait for each other: as many chains as a processor can have under way.
@@ -94,6 +95,55 @@ fn row(scenario: &Scenario<Method<f64>>, label: &str, trials: u64) -> Result<(),
     Ok(())
 }
 
+/// The map of a motor, whose algebraic core it was sampled from.
+const MAPPED: &str = r#"
+[motor]
+name = "mapped"
+rating = { current = "8.8 A", dc_link = "550 V" }
+winding = { pole_pairs = 2, resistance = "0.63 Ω" }
+map.file = "maps/both_sides.csv"
+rotor = { inertia = "0.015 kg m²", stiction = "0.2 N m", coulomb = "0.2 N m", viscous = "0 N m s" }
+"#;
+
+/// How fast trials of the second scenario of each pair are against those of the first, in lanes, as rows of a table.
+fn ratios() -> Result<(), Box<dyn std::error::Error>> {
+    let file = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/speed.toml"));
+    let paper = "motor = \"paper-5k5\"\n";
+    let drawn = format!(
+        "{paper}[tolerances]\n\"motor.winding.resistance\" = {{ normal = \"5 %\", truncated = 3 }}\n"
+    );
+    let pairs = [
+        ("a free rotor against a locked one", [paper.to_owned(), format!("{paper}rotor.state = \"free\"\n")]),
+        (
+            "a flux map against the core behind it",
+            ["motor = \"pm-reluctance\"\n".to_owned(), MAPPED.to_owned()],
+        ),
+        ("a motor drawn by each trial against a fixed one", [paper.to_owned(), drawn]),
+    ];
+    println!(
+        "\n| detections per time | `line-inductance-fast` | `bipolar` | `maximum-likelihood` |\n|---|---|---|---|"
+    );
+    for (label, texts) in pairs {
+        print!("| {label} |");
+        for method in [MethodName::LineInductanceFast, MethodName::Bipolar, MethodName::MaximumLikelihood] {
+            let plan = |text: &String| {
+                Plan::new(Document::parse(file, &format!("detector.method = \"{method}\"\n{text}"))?)
+            };
+            let plans = [plan(&texts[0])?, plan(&texts[1])?];
+            let scenarios = [plans[0].scenario(0)?, plans[1].scenario(0)?];
+            let trials = |k: usize| {
+                let done =
+                    plans[k].trials(0, &scenarios[k], &mut (0..512), &mut |record| _ = black_box(record));
+                assert!(done.is_ok(), "trials that run");
+            };
+            let [first, second] = by_turns([5, 25], [1.0; 2], [&mut || trials(0), &mut || trials(1)]);
+            print!(" {:.2} |", first / second);
+        }
+        println!();
+    }
+    Ok(())
+}
+
 fn campaign(scenario: &Scenario<Method<f64>>, trials: u64, threads: Option<usize>) {
     let campaign = Campaign { scenario, trials, threads };
     let done = campaign.run(&AtomicBool::new(false), |record| {
@@ -164,6 +214,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             row(&scenario(method, RotorState::Free), &format!("`{method}`, free"), trials)?;
         }
     }
+
+    ratios()?;
 
     let trials = 20_000;
     let [one, two] = by_turns(

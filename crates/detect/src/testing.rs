@@ -140,7 +140,7 @@ impl LineMotor {
             for (phase, sign) in [(from, 1.0), (to, -1.0)] {
                 let late = self.skew * f64::from(phase as u8);
                 let seen = LineParameters { lag: self.lag[phase as usize], late, ..self.line(line) };
-                model.follow(&seen, forward, count, |k, current, _| {
+                model.one_way(&seen, forward, count, |k, current, _| {
                     currents[k][phase as usize] = sign * current;
                     peak = peak.max(current);
                 });

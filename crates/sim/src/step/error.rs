@@ -1,7 +1,10 @@
 //! How far a step may be off, relative to the tolerance.
 //!
-//! Each factor has a reason; all of them are checked by tests against the referee, on eight motors and with larger and smaller
-//! tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
+//! Each factor has a reason, which `tests` holds against closed forms; all of them are checked against the referee, too, on eight
+//! motors and with larger and smaller tolerances (`tests/suite/{referee,convergence,accuracy}.rs`).
+
+#[cfg(test)]
+mod tests;
 
 use standstill_numeric::{Symmetric, Wide};
 
@@ -14,7 +17,9 @@ use crate::physics::plane::Plane;
 /// exponential; the sum of two resistances doubles it once more.
 const QUADRATURE: f64 = 0.2;
 
-/// The same of what drives terminals that ring, per weber: a swing is off by the same for as long as it lasts, step by step.
+/// The same of what drives terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
+/// moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the swing turns meanwhile. A swing keeps
+/// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance.
 const RINGING: f64 = 2.0;
 
 /// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
@@ -25,8 +30,10 @@ const CURVATURE: f64 = 4.0;
 /// twentieth, and twice that.
 const FILTERED: f64 = 0.1;
 
-/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end: the
-/// prediction was of an order less than the correction, which is far better than the difference of both.
+/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end. For an
+/// acceleration e^(−x s) the prediction is off by x²/24 and x²/6, what was put right by x³/720 and x⁴/720 while x is small. No step is
+/// longer than the winding's time constant, so torque, of second order in the currents, has x of 2 at most; up to there the share is
+/// at most 0.012 and 0.021. Eight and five times that, for torque that is no single exponential.
 pub(super) const SHARE_OF_ANGLE: f64 = 0.1;
 /// See [`SHARE_OF_ANGLE`].
 pub(super) const SHARE_OF_SPEED: f64 = 0.1;
@@ -35,7 +42,9 @@ pub(super) const SHARE_OF_SPEED: f64 = 0.1;
 /// microsecond, for the correction itself is far better, as that of the angle.
 pub(super) const SHARE_OF_LINK: f64 = 3e-7;
 
-/// What the rule for the flux that lags behind misses of e^−x, x⁵/720, and for what the flux does meanwhile 72 times that.
+/// What the rule for the flux that lags behind misses of e^−x is x⁵/720. If what it follows changes itself, as e^(−k x s), it is
+/// some (k + 1/2)⁵ times that, at k = 2 a hundred times in units of the flux, which is never far more than it lags: 72 times, and an
+/// error below the estimate for all k up to 2.
 const RELAXING: f64 = 0.1;
 
 /// The error in Wb of a flux that lags behind by at most so much in Wb, over `x` of its time constants.

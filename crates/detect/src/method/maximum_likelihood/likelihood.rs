@@ -13,139 +13,17 @@
 //! sheet says of τ is good to some 20 %; for all channels alike that is a second common parameter. While the current
 //! rises it is nearly the same as t_s, but it delays the end of the pulse as well, which t_s does not.
 
+mod both;
+mod current;
 mod lag;
 #[cfg(test)]
 mod tests;
 
 use standstill_interface::Real;
 
-use lag::{Memory, Response};
-
-/// What is known of a pulse and its samples.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct PulseModel<T> {
-    /// Voltage in V across the line while the pulse lasts.
-    pub on: T,
-    /// Voltage in V against the current afterwards.
-    pub off: T,
-    /// Resistance in Ω of the line.
-    pub resistance: T,
-    /// Length of the pulse in s.
-    pub pulse: T,
-    /// From one sample to the next in s, the first one interval after the start.
-    pub interval: T,
-    /// How long in s after an edge of the legs samples are left out: what the edge makes the wires pick up decays.
-    pub blank: T,
-}
-
-/// What a current depends on: L in H, c in H/A, both of its line, and t_s in s; and how it is seen.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct LineParameters<T> {
-    pub inductance: T,
-    pub slope: T,
-    pub delay: T,
-    /// τ of the sensors in s; zero: they see the current as it is.
-    pub lag: T,
-    /// How much later in s than its trigger each sample is taken.
-    pub late: T,
-}
-
-/// The current in A and its slopes over L, c and t_s.
-#[derive(Clone, Copy, Debug)]
-struct Flow<T> {
-    current: T,
-    slopes: [T; 3],
-}
-
-impl<T: Real> Flow<T> {
-    fn plus(&self, rate: &Self, time: T) -> Self {
-        Self {
-            current: self.current + rate.current * time,
-            slopes: core::array::from_fn(|k| self.slopes[k] + rate.slopes[k] * time),
-        }
-    }
-}
-
-impl<T: Real> PulseModel<T> {
-    /// Whether a sample at `time` in s is near the edge that begins or the one that ends the pulse.
-    fn near_an_edge(&self, time: T, delay: T) -> bool {
-        let since = |edge: T| time >= edge && time - edge < self.blank;
-        self.blank > T::zero() && (since(delay) || since(self.pulse))
-    }
-
-    /// Calls `sample` with number, current and its slopes over L, c, t_s and τ, of each sample while the current flows.
-    pub fn follow(
-        &self,
-        p: &LineParameters<T>,
-        forward: bool,
-        count: usize,
-        mut sample: impl FnMut(usize, T, [T; 4]),
-    ) {
-        let zero = T::zero();
-        let sign = if forward { T::one() } else { -T::one() };
-        let rate = |at: &Flow<T>, voltage: T| {
-            let inductance = p.inductance - sign * p.slope * at.current;
-            let f = (voltage - self.resistance * at.current) / inductance;
-            let over_current = (f * sign * p.slope - self.resistance) / inductance;
-            Flow {
-                current: f,
-                slopes: [
-                    over_current * at.slopes[0] - f / inductance,
-                    over_current * at.slopes[1] + f * sign * at.current / inductance,
-                    over_current * at.slopes[2],
-                ],
-            }
-        };
-        // Later by dt is less by di/dt at the start.
-        let start = -rate(&Flow { current: zero, slopes: [zero; 3] }, self.on).current;
-        let mut at = Flow { current: zero, slopes: [zero, zero, start] };
-        let mut now = p.delay;
-        let mut voltage = self.on;
-        let mut memory = Memory::new();
-        let mut response = Response::of(zero);
-        for k in 0..count {
-            let then = self.interval * T::of((k + 1) as f64) + p.late;
-            while now < then {
-                let on = now < self.pulse;
-                if !on {
-                    voltage = -self.off;
-                }
-                let end = if on { then.min(self.pulse) } else { then };
-                let (next, begin) = step(&at, end - now, |at| rate(at, voltage));
-                if p.lag > zero {
-                    response = response.at((end - now) / p.lag);
-                    memory.follow(&response, &at, &begin, &next, end - now);
-                }
-                (at, now) = (next, end);
-            }
-            if at.current < zero {
-                return;
-            }
-            if then >= p.delay && !self.near_an_edge(then, p.delay) {
-                if p.lag > zero {
-                    sample(k, memory.seen.current, memory.slopes(p.lag));
-                } else {
-                    let [l, c, t] = at.slopes;
-                    sample(k, at.current, [l, c, t, zero]);
-                }
-            }
-        }
-    }
-}
-
-/// One step of the classical Runge–Kutta method, and the rate at its beginning: its error is far below any sensor's at a
-/// twentieth of a pulse.
-fn step<T: Real>(at: &Flow<T>, time: T, rate: impl Fn(&Flow<T>) -> Flow<T>) -> (Flow<T>, Flow<T>) {
-    let half = time / T::of(2.0);
-    let k1 = rate(at);
-    let k2 = rate(&at.plus(&k1, half));
-    let k3 = rate(&at.plus(&k2, half));
-    let k4 = rate(&at.plus(&k3, time));
-    let sixth = time / T::of(6.0);
-    let end =
-        at.plus(&k1, sixth).plus(&k2, sixth * T::of(2.0)).plus(&k3, sixth * T::of(2.0)).plus(&k4, sixth);
-    (end, k1)
-}
+use super::MOST_SAMPLES;
+use current::Way;
+pub(crate) use current::{LineParameters, PulseModel};
 
 /// The answer.
 #[derive(Clone, Copy, Debug)]
@@ -285,31 +163,55 @@ fn accumulate<T: Real>(
         products: zero,
         count: zero,
     };
+    // Sums are in the order of the curves, whatever is computed beside each other.
+    let mut forwards = [(0, zero, [zero; 4]); MOST_SAMPLES];
     for (k, line) in curves.iter().enumerate() {
-        for (forward, curve) in [false, true].into_iter().zip(line) {
-            let mut last = zero;
-            model.follow(&at[k], forward, curve.len(), |sample, current, slopes| {
-                let residual = curve[sample] - current;
-                n.products = n.products + residual * last;
-                last = residual;
-                let [l, c, t, m] = core::array::from_fn(|p| slopes[p] * units[p.min(2)]);
-                let [ll, lc, cc] = &mut n.block[k];
-                (*ll, *lc, *cc) = (*ll + l * l, *lc + l * c, *cc + c * c);
-                for ([lp, cp], p) in n.coupling[k].iter_mut().zip([t, m]) {
-                    (*lp, *cp) = (*lp + l * p, *cp + c * p);
-                }
-                let [lr, cr] = &mut n.right[k];
-                (*lr, *cr) = (*lr + l * residual, *cr + c * residual);
-                let [tt, tm, mm] = &mut n.common;
-                (*tt, *tm, *mm) = (*tt + t * t, *tm + t * m, *mm + m * m);
-                let [tr, mr] = &mut n.common_right;
-                (*tr, *mr) = (*tr + t * residual, *mr + m * residual);
-                n.squares = n.squares + residual * residual;
-                n.count = n.count + T::one();
-            });
+        let [mut backward, mut forward] = line.map(|curve| Residuals { curve, last: zero });
+        let mut kept = 0;
+        model.follow(&at[k], line[0].len(), |sample, way, current, slopes| match way {
+            Way::Backward => backward.add(&mut n, k, units, (sample, current, slopes)),
+            Way::Forward => {
+                forwards[kept] = (sample, current, slopes);
+                kept += 1;
+            }
+        });
+        for sample in &forwards[..kept] {
+            forward.add(&mut n, k, units, *sample);
         }
     }
     n
+}
+
+/// One curve against the model.
+struct Residuals<'a, T> {
+    curve: &'a [T],
+    /// That of the sample before.
+    last: T,
+}
+
+impl<T: Real> Residuals<'_, T> {
+    /// Adds a sample of line `k`: its number, the model's current and the slopes of that.
+    #[inline]
+    fn add(&mut self, n: &mut Normal<T>, k: usize, units: [T; 3], sample: (usize, T, [T; 4])) {
+        let (sample, current, slopes) = sample;
+        let residual = self.curve[sample] - current;
+        n.products = n.products + residual * self.last;
+        self.last = residual;
+        let [l, c, t, m] = core::array::from_fn(|p| slopes[p] * units[p.min(2)]);
+        let [ll, lc, cc] = &mut n.block[k];
+        (*ll, *lc, *cc) = (*ll + l * l, *lc + l * c, *cc + c * c);
+        for ([lp, cp], p) in n.coupling[k].iter_mut().zip([t, m]) {
+            (*lp, *cp) = (*lp + l * p, *cp + c * p);
+        }
+        let [lr, cr] = &mut n.right[k];
+        (*lr, *cr) = (*lr + l * residual, *cr + c * residual);
+        let [tt, tm, mm] = &mut n.common;
+        (*tt, *tm, *mm) = (*tt + t * t, *tm + t * m, *mm + m * m);
+        let [tr, mr] = &mut n.common_right;
+        (*tr, *mr) = (*tr + t * residual, *mr + m * residual);
+        n.squares = n.squares + residual * residual;
+        n.count = n.count + T::one();
+    }
 }
 
 /// What the inverse of the normal matrix says of L and c.

@@ -11,9 +11,16 @@
 //! shows is the quadratic `p = x − τ x' + τ² x''` and `(y(0) − p(0)) e^(−r u)`, to which the second answers with
 //! `r (y(0) − p(0)) e^(−r)` at the end.
 
-use standstill_interface::Real;
+use core::ops::{Div, Mul};
 
-use super::Flow;
+use standstill_interface::{Arithmetic, Real};
+
+use super::current::Flow;
+
+/// One number or several, of which a plain number makes a multiple.
+pub(super) trait Scaled<T>: Arithmetic + Mul<T, Output = Self> + Div<T, Output = Self> {}
+
+impl<T, V: Arithmetic + Mul<T, Output = V> + Div<T, Output = V>> Scaled<T> for V {}
 
 /// What a step of one length does.
 #[derive(Clone, Copy, Debug)]
@@ -57,51 +64,52 @@ impl<T: Real> Response<T> {
     }
 
     /// y at the end of a step, from y at its beginning and the quadratic.
-    fn apply(&self, seen: T, [x0, x1, x2]: [T; 3]) -> T {
+    fn apply<V: Scaled<T>>(&self, seen: V, [x0, x1, x2]: [V; 3]) -> V {
         let [w0, w1, w2] = self.weights;
-        self.left * seen + x0 * w0 + x1 * w1 + x2 * w2
+        seen * self.left + x0 * w0 + x1 * w1 + x2 * w2
     }
 }
 
 /// The quadratic with these values at both ends of a step and this rise at its beginning.
-fn quadratic<T: Real>(begin: T, rise: T, end: T) -> [T; 3] {
+fn quadratic<V: Arithmetic>(begin: V, rise: V, end: V) -> [V; 3] {
     [begin, rise, end - begin - rise]
 }
 
 /// What sensors have seen of a current and its slopes.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Memory<T> {
-    pub seen: Flow<T>,
+pub(super) struct Memory<V> {
+    pub seen: Flow<V>,
     /// What a second sensor behind the first sees of the current.
-    second: T,
+    second: V,
 }
 
-impl<T: Real> Memory<T> {
+impl<V: Arithmetic> Memory<V> {
     /// Before the current begins. Nothing is seen of its slopes either, though that over t_s begins with a step.
-    pub fn new() -> Self {
-        let zero = T::zero();
+    pub fn new(zero: V) -> Self {
         Self { seen: Flow { current: zero, slopes: [zero; 3] }, second: zero }
     }
 
     /// Advances over a step of `time` in s, at whose ends the current is this and at whose beginning it rises at `rate`.
-    pub fn follow(
+    pub fn follow<T: Real>(
         &mut self,
         response: &Response<T>,
-        begin: &Flow<T>,
-        rate: &Flow<T>,
-        end: &Flow<T>,
+        begin: &Flow<V>,
+        rate: &Flow<V>,
+        end: &Flow<V>,
         time: T,
-    ) {
+    ) where
+        V: Scaled<T>,
+    {
         let [x0, x1, x2] = quadratic(begin.current, rate.current * time, end.current);
         let r = response.ratio;
         let before = self.seen.current;
         self.seen.current = response.apply(before, [x0, x1, x2]);
         self.second = if r < T::of(SHORT) {
-            response.apply(self.second, quadratic(before, r * (x0 - before), self.seen.current))
+            response.apply(self.second, quadratic(before, (x0 - before) * r, self.seen.current))
         } else {
             let two = T::of(2.0);
-            let shown = [x0 - (x1 - two * x2 / r) / r, x1 - two * x2 / r, x2];
-            response.apply(self.second, shown) + r * (before - shown[0]) * response.left
+            let shown = [x0 - (x1 - x2 * two / r) / r, x1 - x2 * two / r, x2];
+            response.apply(self.second, shown) + (before - shown[0]) * r * response.left
         };
         for (k, slope) in self.seen.slopes.iter_mut().enumerate() {
             let x = quadratic(begin.slopes[k], rate.slopes[k] * time, end.slopes[k]);
@@ -110,7 +118,10 @@ impl<T: Real> Memory<T> {
     }
 
     /// Slopes of what is seen over L, c, t_s and τ.
-    pub fn slopes(&self, lag: T) -> [T; 4] {
+    pub fn slopes<T: Real>(&self, lag: T) -> [V; 4]
+    where
+        V: Scaled<T>,
+    {
         let [l, c, t] = self.seen.slopes;
         [l, c, t, (self.second - self.seen.current) / lag]
     }
@@ -118,8 +129,6 @@ impl<T: Real> Memory<T> {
 
 #[cfg(test)]
 mod tests {
-    use standstill_interface::Arithmetic;
-
     use super::*;
 
     /// What a sensor with τ = 1 shows of x = 1 + 2 t − 3 t² from y(0) on.
@@ -150,7 +159,7 @@ mod tests {
         let at = |current: f64| Flow { current, ..none };
         // Up at 1 A/s for a second, then down, in steps of a quarter.
         let seen = |lag: f64| {
-            let mut memory = Memory::new();
+            let mut memory = Memory::new(0.0);
             for k in 0..6_u8 {
                 let (t, sign) = (f64::from(k) * 0.25, if k < 4 { 1.0 } else { -1.0 });
                 let current = |t: f64| 1.0 - (1.0 - t).abs();

@@ -21,7 +21,7 @@ fn from(inductance: f64) -> [LineParameters<f64>; 3] {
 
 fn curve(p: &LineParameters<f64>, forward: bool) -> Vec<f64> {
     let mut curve = vec![0.0; 52];
-    MODEL.follow(p, forward, 52, |k, current, _| curve[k] = current);
+    MODEL.one_way(p, forward, 52, |k, current, _| curve[k] = current);
     curve
 }
 
@@ -30,7 +30,7 @@ fn analytic_without_saturation_the_current_is_exponential() {
     let p = LineParameters { inductance: 28.0e-3, slope: 0.0, delay: 2e-6, lag: 0.0, late: 0.0 };
     let on = |t: f64| MODEL.on / MODEL.resistance * (1.0 - (-MODEL.resistance * t / p.inductance).exp());
     let mut seen = 0;
-    MODEL.follow(&p, true, 52, |k, current, slopes| {
+    MODEL.one_way(&p, true, 52, |k, current, slopes| {
         let t = 10e-6 * (k + 1) as f64;
         if t <= 200e-6 {
             assert!((current - on(t - 2e-6)).abs() < 1e-9, "{k}");
@@ -56,7 +56,7 @@ fn analytic_slopes_are_differences() {
         let (l, c, t) = step;
         let up = curve(&moved(l, c, t), true);
         let down = curve(&moved(-l, -c, -t), true);
-        MODEL.follow(&p, true, 52, |k, _, slopes| {
+        MODEL.one_way(&p, true, 52, |k, _, slopes| {
             let difference = (up[k] - down[k]) / (2.0 * (l + c + t));
             assert!((slopes[n] - difference).abs() < 1e-4 * difference.abs() + 1e-3, "{n} {k}");
         });
@@ -72,7 +72,7 @@ fn analytic_behind_a_filter_of_first_order_an_exponential_is_two() {
             let [slow, fast] = [own, lag].map(|of| of * (-t / of).exp());
             MODEL.on / MODEL.resistance * (1.0 - (slow - fast) / (own - lag))
         };
-        MODEL.follow(&p, true, 19, |k, current, slopes| {
+        MODEL.one_way(&p, true, 19, |k, current, slopes| {
             let t = 10e-6 * (k + 1) as f64 + 0.7e-6 - 2e-6;
             assert!((current - on(t)).abs() < 1e-8, "{lag} {k}: {current} {}", on(t));
             let slope = (on(t - 1e-9) - on(t + 1e-9)) / 2e-9;
@@ -80,7 +80,7 @@ fn analytic_behind_a_filter_of_first_order_an_exponential_is_two() {
         });
         let moved = |by: f64| curve(&LineParameters { lag: lag + by, ..p }, true);
         let (up, down) = (moved(1e-10), moved(-1e-10));
-        MODEL.follow(&p, true, 52, |k, _, slopes| {
+        MODEL.one_way(&p, true, 52, |k, _, slopes| {
             let difference = (up[k] - down[k]) / 2e-10;
             assert!(
                 (slopes[3] - difference).abs() < 1e-3 * difference.abs() + 5.0,
@@ -130,7 +130,7 @@ fn analytic_a_fit_finds_how_much_the_sensors_lag() {
 fn analytic_samples_near_an_edge_are_left_out() {
     let model = PulseModel { blank: 9e-6, ..MODEL };
     let mut seen = Vec::new();
-    model.follow(&TRUE[0], true, 52, |k, _, _| seen.push(k));
+    model.one_way(&TRUE[0], true, 52, |k, _, _| seen.push(k));
     // The pulse begins at 2.2 µs and ends with the sample at 200 µs.
     assert!(
         !seen.contains(&0)
@@ -228,7 +228,7 @@ fn law_curves_without_information_have_no_fit() {
     for delay in [-3e-5, 3.5e-5] {
         let p = LineParameters { inductance: 28e-3, slope: 0.0, delay, lag: 0.0, late: 0.0 };
         let mut first = None;
-        MODEL.follow(&p, true, 52, |k, current, _| {
+        MODEL.one_way(&p, true, 52, |k, current, _| {
             assert!(current >= 0.0);
             first.get_or_insert((k, current));
         });
@@ -237,4 +237,17 @@ fn law_curves_without_information_have_no_fit() {
         assert_eq!(k, if delay < 0.0 { 0 } else { 3 });
         assert!((current / (MODEL.on * since / p.inductance) - 1.0).abs() < 0.01);
     }
+}
+
+#[test]
+fn law_each_way_ends_where_its_own_current_does() {
+    // Far from symmetric: the larger current loses more to the resistance and is gone earlier.
+    let model = PulseModel { resistance: 40.0, ..MODEL };
+    let p = LineParameters { inductance: 28.0e-3, slope: 3.0e-3, delay: 2e-6, lag: 0.0, late: 0.0 };
+    let mut seen = [0; 2];
+    model.follow(&p, 52, |_, way, current, _| {
+        assert!(current >= 0.0, "{way:?} {current}");
+        seen[usize::from(way == Way::Forward)] += 1;
+    });
+    assert!(seen[0] > seen[1] && seen[1] > 20, "{seen:?}");
 }
