@@ -1,0 +1,133 @@
+//! What the commands that answer questions say of a detector from a C library, where a formula says what it must be.
+
+use std::fs;
+use std::path::Path;
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+use crate::firmware::{build, probe};
+use crate::{folder, standstill};
+
+fn answer(arguments: &[&str], folder: &Path) -> Value {
+    let output = standstill(arguments, folder);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("JSON")
+}
+
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or_else(|| panic!("{key} of {value}"))
+}
+
+/// Of a library that takes its first sample, 0.5 rad for 1 A, for the angle of a rotor at 0°. No current flows then: its error
+/// is offset and noise of one sensor, 40 mA and 30 mA, so 20 and 15 mrad.
+fn reads() -> TempDir {
+    let folder = folder();
+    probe(folder.path(), "reads");
+    let text = "motor = \"light-vehicle\"\nerrors = \"none\"\nrotor.angle = 0\n[sensors]\nnoise = \"30 mA\"\noffset = \"40 mA\"\n\
+                [detector.config]\nwhat = \"reads\"\nangle = 0.5\n";
+    fs::write(folder.path().join("s.toml"), text).expect("written");
+    folder
+}
+
+#[test]
+fn analytic_a_budget_of_a_library_has_the_variances_of_its_errors() {
+    let folder = reads();
+    let budget = ["budget", "s.toml", "--detector", "./probe.so", "--pairs", "4000", "--json"];
+    let budget = answer(&budget, folder.path());
+    assert_eq!(budget["method"], "probe");
+    let of = |name: &str| {
+        let sources = budget["sources"].as_array().expect("a list");
+        sources.iter().find(|source| source["source"] == name).expect(name)
+    };
+    let degrees = |radians: f64| radians.to_degrees();
+    for (name, alone, share) in
+        [("sensors.offset", degrees(20e-3), 16.0 / 25.0), ("sensors.noise", degrees(15e-3), 9.0 / 25.0)]
+    {
+        let source = of(name);
+        assert!((number(source, "alone_rms_deg") / alone - 1.0).abs() < 0.05, "{source}");
+        assert!(number(source, "share_low") < share && share < number(source, "share_high"), "{source}");
+        assert!((number(source, "share") - share).abs() < 0.06, "{source}");
+    }
+    assert!((number(&budget, "rms_deg") / degrees(25e-3) - 1.0).abs() < 0.05, "{budget}");
+    let none = of("interaction");
+    assert!(number(none, "share_low") < 0.0 && 0.0 < number(none, "share_high"), "errors add up: {none}");
+}
+
+#[test]
+fn analytic_what_a_library_requires_of_a_sensor_is_what_its_other_errors_leave() {
+    let folder = reads();
+    let arguments = [
+        "require",
+        "s.toml",
+        "--detector",
+        "./probe.so",
+        "--key",
+        "sensors.noise",
+        "--limit",
+        "rms <= 1.6 deg",
+        "--between",
+        "10 mA:100 mA",
+        "--json",
+    ];
+    let edge = answer(&arguments, folder.path());
+    let expected = ((1.6_f64.to_radians() / 0.5).powi(2) - 0.04_f64.powi(2)).sqrt();
+    assert_eq!((&edge["method"], &edge["answer"]), (&"probe".into(), &"at most".into()));
+    assert!(number(&edge, "low") < expected && expected < number(&edge, "high"), "{edge}: {expected}");
+    assert!((number(&edge, "value") / expected - 1.0).abs() < 0.04, "{edge}: {expected}");
+}
+
+/// The error is in proportion to the gain: the least that may be is the best, with a fifth of the error.
+#[test]
+fn analytic_a_library_is_tuned_by_a_key_of_its_own() {
+    let folder = reads();
+    let arguments = [
+        "tune",
+        "s.toml",
+        "--detector",
+        "./probe.so",
+        "--vary",
+        "detector.config.angle=0.1:0.5",
+        "--minimise",
+        "rms",
+        "--trials",
+        "1000",
+        "--starts",
+        "1",
+        "--json",
+    ];
+    let tuned = answer(&arguments, folder.path());
+    let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
+    assert!(
+        (number(&tuned["settings"], "detector.config.angle") - 0.1).abs() < 1e-3,
+        "{}",
+        tuned["settings"]
+    );
+    assert!((rms("start") / rms("best") - 5.0).abs() < 0.05, "{} {}", rms("start"), rms("best"));
+}
+
+#[test]
+fn law_a_bound_of_a_librarys_commands_bears_its_name() {
+    let folder = folder();
+    build(folder.path(), "examples/c/six_vectors.c", "six.so");
+    fs::write(folder.path().join("s.toml"), "motor = \"light-vehicle\"\n").expect("written");
+    let of = |more: &[&str]| {
+        answer(&[&["bounds", "s.toml", "--angles", "4", "--json"], more].concat(), folder.path())
+    };
+    let (library, method) = (of(&["--detector", "./six.so"]), of(&[]));
+    assert_eq!((&library["method"], &method["method"]), (&"six".into(), &"line-inductance-fast".into()));
+    assert_ne!(number(&library["rms"], "scheme_deg"), number(&method["rms"], "scheme_deg"));
+}
+
+#[test]
+fn analytic_the_odds_of_a_library_that_always_says_the_same_angle_are_even() {
+    let folder = folder();
+    probe(folder.path(), "found");
+    let odds = ["odds", "s.toml", "--event", "wrong-pole", "--detector", "./probe.so", "--json"];
+    let output = standstill(&odds, folder.path());
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let text = String::from_utf8(output.stdout).expect("text");
+    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let [low, high] = ["low", "high"].map(|end| json[end].as_f64());
+    assert!(low < Some(0.5) && high > Some(0.5) && low > Some(0.48) && high < Some(0.52), "{text}");
+}
