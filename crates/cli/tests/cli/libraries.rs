@@ -106,6 +106,51 @@ fn analytic_a_library_is_tuned_by_a_key_of_its_own() {
     assert!((rms("start") / rms("best") - 5.0).abs() < 0.05, "{} {}", rms("start"), rms("best"));
 }
 
+/// What the page calls yours: registers that became variables, and an injection that is done after ten interrupts.
+const YOURS: &str = "
+static struct { unsigned JDR1; } adc1, adc2;
+static struct { unsigned CCR1, CCR2, CCR3, ARR; } tim1;
+#define ADC1 (&adc1)
+#define ADC2 (&adc2)
+#define TIM1 (&tim1)
+static struct { float Ld; } motor;
+static struct { int done, calls; float angle, first_harmonic, noise; } hfi;
+static void hfi_start(void) { tim1.ARR = 1000; tim1.CCR1 = 510; tim1.CCR2 = tim1.CCR3 = 500; }
+static void hfi_interrupt(void)
+{
+    hfi.angle = motor.Ld > 0 && adc1.JDR1 > 0 && adc2.JDR1 > 0 ? 1.0f : 0.0f;
+    hfi.noise = 1.0f;
+    hfi.done = ++hfi.calls == 10;
+}
+";
+
+#[test]
+fn law_the_interrupt_of_the_page_is_a_detector() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..");
+    let page = fs::read_to_string(root.join("docs/firmware.md")).expect("the page");
+    let printed =
+        page.split("```c\n").nth(1).and_then(|rest| rest.split("```").next()).expect("a block in C");
+    assert!(printed.contains("hfi_interrupt();") && printed.contains("sts_entry"));
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("start.c"), printed).expect("written");
+    fs::write(at.join("hfi.h"), YOURS).expect("written");
+    fs::write(at.join("s.toml"), "motor = \"light-vehicle\"\ntrials = 20\n").expect("written");
+    build(at, &at.join("start.c").to_string_lossy(), "mine.so");
+    let run = ["run", "s.toml", "--detector", "./mine.so", "--json", "--out", "out"];
+    assert_eq!(answer(&run, at)["summary"]["found"], 20);
+    let trials = fs::read_to_string(at.join("out/trials.csv")).expect("written");
+    let of =
+        |line: &str, column: usize| line.split(',').nth(column).and_then(|cell| cell.parse::<f64>().ok());
+    for line in trials.lines().skip(1) {
+        // Ten periods of 50 us, and the answer at the eleventh: one radian, each time from cleared variables.
+        assert!((of(line, 2).expect("an angle") - 1.0_f64.to_degrees()).abs() < 1e-4, "{line}");
+    }
+    let found: std::collections::BTreeSet<_> =
+        trials.lines().skip(1).map(|line| line.split(',').nth(7)).collect();
+    assert_eq!(found.len(), 1, "all take the same time: {found:?}");
+}
+
 #[test]
 fn law_a_bound_of_a_librarys_commands_bears_its_name() {
     let folder = folder();
