@@ -68,6 +68,7 @@ pub enum Command {
     /// The shards of a run, put together
     Merge(Merge),
     /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
+    #[cfg(feature = "program")]
     Slurm(Slurm),
     /// Which shards of a run are done, and which to submit again
     Status(Status),

@@ -82,6 +82,7 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         #[cfg(feature = "program")]
         Command::Fmu(options) => commands::fmu::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
+        #[cfg(feature = "program")]
         Command::Slurm(options) => commands::slurm::run(&options),
         Command::Status(options) => commands::status::run(&options),
         Command::Bounds(options) => commands::bounds::run(&options),
