@@ -32,7 +32,7 @@ environment() {
 wheel() {
     "$venv/bin/pip" install --quiet 'maturin>=1.9,<2' || return 1
     # Built in a folder of its own target, because the crate is a workspace of its own.
-    CARGO_TARGET_DIR=$target/python "$venv/bin/maturin" build --release --quiet \
+    CARGO_TARGET_DIR=$target/python "$venv/bin/maturin" build --release --quiet --compression-level 9 \
         --manifest-path crates/python/Cargo.toml --interpreter "$venv/bin/python" --out "$target/wheels" || return 1
     local newest
     newest=$(ls -t "$target"/wheels/standstill-*.whl | head -1)
@@ -51,6 +51,7 @@ python_part() {
     try "$venv/bin/mypy" --strict --allow-untyped-defs --allow-untyped-calls examples/python/error_over_angle.py
     try "$venv/bin/python" examples/python/error_over_angle.py "$target/error_over_angle.png"
     try "$venv/bin/python" tests/python/read_results.py "$STANDSTILL"
+    try "$venv/bin/python" tests/python/costs.py "$STANDSTILL"
     try page python
 }
 

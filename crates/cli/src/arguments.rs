@@ -15,9 +15,11 @@ use standstill_interface::Choice;
 use standstill_plant::MapValues;
 use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 
+#[cfg(feature = "program")]
+pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Completions, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report,
-    Require, Results, Rows, Run, Slurm, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
+    Results, Rows, Run, Slurm, Status, Sweep, Tune,
 };
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
@@ -38,6 +40,7 @@ pub struct Arguments {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// The paper, end to end: its tables audited and simulated, its error over all rotor angles
+    #[cfg(feature = "program")]
     Reproduce(Reproduce),
     /// One detection, every waveform
     Trace(Trace),
@@ -59,28 +62,35 @@ pub enum Command {
     Explain(Explain),
     /// Which settings are best: a measure as small as can be while limits hold, with the settings to copy
     Tune(Tune),
-    #[cfg(feature = "fmu")]
+    #[cfg(feature = "program")]
     /// Drive or motor as a functional mock-up unit (FMI 2.0, 3.0), for Simulink, OpenModelica and other tools
     Fmu(Fmu),
     /// The shards of a run, put together
     Merge(Merge),
     /// A script that runs a scenario file's shards on a cluster with Slurm, and puts them together
+    #[cfg(feature = "program")]
     Slurm(Slurm),
     /// Which shards of a run are done, and which to submit again
     Status(Status),
     /// What no method can do better with the same pulses: the Cramér–Rao limit over the rotor's angle
     Bounds(Bounds),
     /// A finished run as one HTML file, and its figures
+    #[cfg(feature = "program")]
     Report(Report),
     /// A page in the browser: move the rotor, turn any key, and see one detection and ten thousand at once
+    #[cfg(feature = "program")]
     Lab(Lab),
     /// An example of a scenario file, with every key, or a motor's data sheet to fill in
+    #[cfg(feature = "program")]
     Init(Init),
     /// JSON Schema of scenario files, for editors
+    #[cfg(feature = "program")]
     Schema,
     /// What a shell needs to complete this command line, on standard output
+    #[cfg(feature = "program")]
     Completions(Completions),
     /// Man pages, one a command
+    #[cfg(feature = "program")]
     Man(Man),
     /// A motor's inductances over current, and which pole draws more current
     Magnetics(Magnetics),
@@ -231,7 +241,7 @@ pub struct Check {
     pub json: bool,
 }
 
-#[cfg(feature = "fmu")]
+#[cfg(feature = "program")]
 #[derive(Debug, Args)]
 pub struct Fmu {
     /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml), of which the detector stays behind
@@ -262,7 +272,7 @@ pub struct Fmu {
 }
 
 /// What an FMU is of.
-#[cfg(feature = "fmu")]
+#[cfg(feature = "program")]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum FmuPart {
     /// Inverter, motor and sensors

@@ -6,9 +6,10 @@ pub mod check;
 pub mod compare;
 pub mod explain;
 pub mod fit;
-#[cfg(feature = "fmu")]
+#[cfg(feature = "program")]
 pub mod fmu;
 pub mod init;
+#[cfg(feature = "program")]
 pub mod lab;
 pub mod magnetics;
 pub mod merge;
@@ -19,6 +20,7 @@ pub mod report;
 pub mod reproduce;
 pub mod require;
 pub mod run;
+#[cfg(feature = "program")]
 pub mod shell;
 pub mod slurm;
 pub mod status;

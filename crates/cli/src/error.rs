@@ -8,6 +8,7 @@ use standstill_analysis::fit::record::RecordError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
 use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
+#[cfg(feature = "program")]
 use standstill_lab::ServerError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
@@ -43,6 +44,7 @@ pub enum Error {
     Shards(ShardsError),
     Table(TableError),
     Page(PageError),
+    #[cfg(feature = "program")]
     Lab(ServerError),
     /// Results that are already there, or that are of another run.
     Results {
@@ -95,6 +97,7 @@ impl fmt::Display for Error {
             Self::Shards(error) => error.fmt(f),
             Self::Table(error) => error.fmt(f),
             Self::Page(error) => write!(f, "cannot write the page: {error}"),
+            #[cfg(feature = "program")]
             Self::Lab(error) => error.fmt(f),
             Self::Results { path, found, needed } => {
                 write!(f, "{}: found {found}, needed {needed}", path.display())

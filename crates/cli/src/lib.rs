@@ -1,5 +1,10 @@
 //! The commands of `standstill`: of its program ([`main`]), and of other programs that carry them out ([`Host`]).
 
+#![cfg_attr(
+    not(feature = "program"),
+    allow(dead_code, unused_imports, reason = "what commands of the program alone use")
+)]
+
 mod arguments;
 mod columns;
 mod commands;
@@ -77,6 +82,7 @@ fn prints_for_programs(command: &Command) -> bool {
 /// Carries out a command.
 fn command(arguments: Arguments) -> Result<Report, Error> {
     match arguments.command {
+        #[cfg(feature = "program")]
         Command::Reproduce(options) => commands::reproduce::run(&options),
         Command::Trace(options) => commands::trace::run(&options),
         Command::Compare(options) => commands::compare::run(&options),
@@ -91,18 +97,25 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Explain(options) => commands::explain::run(&options),
         Command::Tune(options) => commands::tune::run(&options),
         Command::Odds(options) => commands::odds::run(&options),
+        #[cfg(feature = "program")]
         Command::Report(options) => commands::report::run(&options),
+        #[cfg(feature = "program")]
         Command::Lab(options) => commands::lab::run(&options),
-        #[cfg(feature = "fmu")]
+        #[cfg(feature = "program")]
         Command::Fmu(options) => commands::fmu::run(&options),
         Command::Merge(options) => commands::merge::run(&options),
+        #[cfg(feature = "program")]
         Command::Slurm(options) => commands::slurm::run(&options),
         Command::Status(options) => commands::status::run(&options),
         Command::Bounds(options) => commands::bounds::run(&options),
+        #[cfg(feature = "program")]
         Command::Init(options) => commands::init::run(&options),
+        #[cfg(feature = "program")]
         Command::Completions(options) => Ok(commands::shell::completions(&options)),
+        #[cfg(feature = "program")]
         Command::Man(options) => commands::shell::man(&options),
         Command::Worker => commands::run::isolated::worker(),
+        #[cfg(feature = "program")]
         Command::Schema => Ok(commands::init::schema()),
     }
 }

@@ -19,10 +19,8 @@ pub(crate) struct Rig {
     /// The two halves of a PWM period, and whether the next update is in its middle.
     halves: [Nanos; 2],
     second_half: bool,
-    /// Time of all steps so far.
-    pub elapsed: Nanos,
-    /// How far in s the importer's time may be off it: steps of a drive have whole nanoseconds.
-    pub rounded: f64,
+    /// Time of all steps of a motor so far.
+    elapsed: Nanos,
     /// What the last step read; none before the first.
     pub reading: Option<Reading<f64>>,
 }
@@ -37,6 +35,9 @@ pub(crate) struct Legs {
 /// How far in s a communication step may be off the PWM's, which has whole nanoseconds.
 const OFF: f64 = 1.01e-9;
 
+/// The longest that an instance simulates: nanoseconds in f64 have room for small parts of one until then.
+const LONGEST: Nanos = Nanos(10_000_000_000_000);
+
 impl Rig {
     /// At rest, as trial number `trial` of the scenario.
     pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Self {
@@ -46,16 +47,10 @@ impl Rig {
         // fields are dropped in their order, so the machine goes first; and no borrow leaves this type.
         #[allow(unsafe_code)]
         let borrowed: &'static Scenario<Method<f64>> = unsafe { &*Arc::as_ptr(&scenario) };
-        let mut case = Case { time_limit: Nanos(u64::MAX), ..borrowed.case(trial) };
+        let case = Case { time_limit: LONGEST, ..borrowed.case(trial) };
         let driven = match part {
             Part::Drive => Driven::new(&case),
-            Part::Motor => {
-                // Nothing of the inverter is there: neither its ripple nor its filters shorten the steps.
-                case.inverter.link = standstill_inverter::DcLink::stiff(case.inverter.link.voltage);
-                case.inverter.bridge.terminal_capacitance = 0.0;
-                case.sensors = standstill_sim::Sensors::nominal(standstill_sim::SensorSettings::IDEAL);
-                Driven::motor(&case)
-            }
+            Part::Motor => Driven::motor(&case),
         };
         let half = Nanos(period.0 / 2);
         Self {
@@ -64,7 +59,6 @@ impl Rig {
             halves: [half, period - half],
             second_half: false,
             elapsed: Nanos::ZERO,
-            rounded: 0.0,
             reading: None,
         }
     }
@@ -118,8 +112,6 @@ impl Rig {
         let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
         self.reading = readings.first().copied();
         self.second_half ^= then.is_none();
-        self.elapsed = self.elapsed + duration;
-        self.rounded += OFF;
         Ok(())
     }
 
@@ -141,5 +133,10 @@ impl Rig {
 }
 
 fn why(error: &RunError) -> String {
-    format!("the simulation cannot go on: {error}")
+    match error {
+        RunError::TimeLimit(longest) => {
+            format!("the simulation cannot go on: an instance simulates at most {} s", longest.seconds())
+        }
+        error => format!("the simulation cannot go on: {error}"),
+    }
 }

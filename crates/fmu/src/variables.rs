@@ -295,8 +295,11 @@ fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variab
 }
 
 fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
-    let all =
-        keys().into_iter().filter(|of| of.key.starts_with("inverter.") || of.key.starts_with("sensors."));
+    // The PWM period is the communication step and the interval of the clock, which the description has.
+    let is = |key: &str| {
+        (key.starts_with("inverter.") || key.starts_with("sensors.")) && key != "inverter.carrier"
+    };
+    let all = keys().into_iter().filter(|of| is(&of.key));
     all.filter_map(|of| of_key(&of, number(scenario.value(&of.key))?)).collect()
 }
 

@@ -51,6 +51,20 @@ def test_law_files_from_python_have_the_bytes_of_the_command_line(tmp_path: Path
         assert json.loads((tmp_path / f"a-{format}" / "summary.json").read_text())["summary"] == results.summary
 
 
+def test_law_a_page_shows_its_charts_as_they_are_drawn(tmp_path: Path) -> None:
+    budget = 'detector.method = "line-inductance-fast"\n'
+    st.budget(budget, pairs=100, out=tmp_path / "b", progress=False)
+    (tmp_path / "s.toml").write_text(budget)
+    command_line("budget", "s.toml", "--pairs", "100", "--out", "a", cwd=tmp_path)
+    a, b = ((tmp_path / of / "budget.html").read_text() for of in "ab")
+    assert len(a) > 1_500_000 > 500_000 > len(b), (len(a), len(b))
+    # Each chart has its drawing, which is what paper and readers without scripts see too.
+    drawn = '<div class="drawn" role="img"'
+    assert a.count(drawn) == b.count(drawn) > 0
+    for name in ("budget.csv", "budget.json", "budget.svg", "budget.png"):
+        assert (tmp_path / "a" / name).read_bytes() == (tmp_path / "b" / name).read_bytes(), name
+
+
 def test_law_columns_are_those_of_the_files(results: st.Results, tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text(SWEEP)
     for format in ("csv", "parquet", "npz", "mat"):

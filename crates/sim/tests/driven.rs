@@ -172,3 +172,50 @@ fn analytic_a_fed_linear_motor_follows_its_time_constant() {
     }
     assert_eq!(fed.feed([f64::NAN, 0.0, 0.0], step), Err(RunError::NotFinite));
 }
+
+/// Time is in f64, in nanoseconds: after 10,000 s, the longest that an FMU runs, an instant is still exact to 2 ps.
+#[test]
+fn law_a_drive_that_has_waited_reads_what_it_would_have_read_at_once() {
+    let motor = built_in("paper-5k5").expect("built in");
+    for rotor in [RotorState::Locked, RotorState::Free] {
+        let case = Case { time_limit: Nanos(u64::MAX), ..case(&motor, rotor, USUAL, SensorSettings::IDEAL) };
+        let after = |waits: u64| -> Vec<[f64; 3]> {
+            let mut drive = Driven::new(&case);
+            for _ in 0..waits {
+                let wait = Command::hold(Stage::off(Nanos(10_000_000_000)), Sampling::NONE);
+                drive.carry_out(&wait).expect("a wait");
+            }
+            script().iter().map(|of| drive.carry_out(of).expect("a command")[0].current.0).collect()
+        };
+        let (at_once, later) = (after(0), after(1000));
+        assert!(at_once.iter().flatten().any(|current| current.abs() > 0.5));
+        for (there, here) in at_once.iter().zip(&later) {
+            for k in 0..3 {
+                assert!((there[k] - here[k]).abs() < 1e-7, "{rotor:?}: {there:?} {here:?}");
+            }
+        }
+    }
+}
+
+/// Neither filters nor terminals, ripple or a weak link of the case's inverter are there.
+#[test]
+fn law_a_fed_motor_has_nothing_of_the_inverter_and_the_sensors() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let ideal = case(&motor, RotorState::Free, Devices::default(), SensorSettings::IDEAL);
+    let mut real = case(&motor, RotorState::Free, USUAL, SENSORS);
+    real.inverter.bridge.terminal_capacitance = 1e-9;
+    real.inverter.link.ripple = 0.2;
+    let fed = |case: &Case| {
+        let mut fed = Driven::motor(case);
+        let mut seen = Vec::new();
+        for n in 0..50 {
+            let on = f64::from(n % 3) * 100.0;
+            fed.feed([on, -on, 0.0], Nanos(50_000)).expect("voltages");
+            seen.push(fed.now());
+        }
+        seen
+    };
+    let (alone, beside) = (fed(&ideal), fed(&real));
+    assert!(alone[49].torque.abs() > 0.1, "{:?}", alone[49]);
+    assert_eq!(alone, beside);
+}

@@ -241,6 +241,7 @@ pub struct Init {
     pub vesc: Option<PathBuf>,
 }
 
+#[cfg(feature = "program")]
 #[derive(Debug, Args)]
 pub struct Completions {
     /// The shell

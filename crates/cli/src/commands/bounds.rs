@@ -34,7 +34,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     doubts::warn(&scenario);
     let bounds = Bounds { threads: options.threads.map(usize::from), ..Bounds::of_method(&scenario) };
     let angles = usize::from(options.angles);
-    let method = file.detector.method.0.name();
+    let method = file.detector.name();
     let (found, interval) = (bounds.over(angles)?, bounds.interval);
     let angle = |number: usize| 360.0 * number as f64 / angles as f64;
     if options.json {

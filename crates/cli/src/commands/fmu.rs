@@ -45,7 +45,12 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &Binary(library)).map_err(Error::writing(&options.out))?;
     let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut output = Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name])?;
+    let mut output =
+        Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name]).map_err(|error| match error {
+            // The file that was asked for, and not its folder.
+            Error::Write(_, error) => Error::Write(options.out.clone(), error),
+            error => error,
+        })?;
     output.file(&name, &content)?;
     output.finish()?;
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();

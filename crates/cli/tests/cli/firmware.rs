@@ -12,7 +12,7 @@ fn root() -> PathBuf {
 }
 
 /// Builds a library in a folder from a source of this repository.
-fn build(folder: &Path, source: &str, library: &str) {
+pub fn build(folder: &Path, source: &str, library: &str) {
     build_with(folder, source, library, &[]);
 }
 
@@ -35,7 +35,7 @@ fn build_with(folder: &Path, source: &str, library: &str, options: &[&str]) {
 const PROBE: &str = "crates/scenario/tests/foreign/probe.c";
 
 /// The probe's scenario, asking for something.
-fn probe(folder: &Path, what: &str) {
+pub fn probe(folder: &Path, what: &str) {
     build(folder, PROBE, "probe.so");
     let text = format!("motor = \"light-vehicle\"\ntrials = 60\n[detector.config]\nwhat = \"{what}\"\n");
     fs::write(folder.join("s.toml"), text).expect("written");
@@ -379,17 +379,4 @@ fn law_what_is_wrong_with_a_library_ends_the_command_before_anything_is_written(
     fs::write(at.join("probe.so"), "no library").expect("written");
     let message = mistake(&["run", "s.toml", "--detector", "./probe.so", "--isolate", "--out", "out"], at);
     assert!(message.contains("no library") && !at.join("out").exists(), "{message}");
-}
-
-#[test]
-fn analytic_the_odds_of_a_library_that_always_says_the_same_angle_are_even() {
-    let folder = folder();
-    probe(folder.path(), "found");
-    let odds = ["odds", "s.toml", "--event", "wrong-pole", "--detector", "./probe.so", "--json"];
-    let output = standstill(&odds, folder.path());
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let text = String::from_utf8(output.stdout).expect("text");
-    let json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
-    let [low, high] = ["low", "high"].map(|end| json[end].as_f64());
-    assert!(low < Some(0.5) && high > Some(0.5) && low > Some(0.48) && high < Some(0.52), "{text}");
 }

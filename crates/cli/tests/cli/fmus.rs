@@ -25,7 +25,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
-    let cases: [(&[&str], &str); 9] = [
+    let cases: [(&[&str], &str); 10] = [
         (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
         (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
         (&["fmu", "paper-5k5", "-s", "inverter.dead_time=-1", "-o", "x.fmu"], "`inverter.dead_time`"),
@@ -34,6 +34,8 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         (&["fmu", "paper-5k5", "--binary", "axes.toml", "-o", "x.fmu"], "is no shared library"),
         (&["fmu", "paper-5k5", "-o", "axes.toml"], "axes.toml is no FMU"),
         (&["fmu", "paper-5k5", "-o", ".."], "must be a file"),
+        // Nobody can write there.
+        (&["fmu", "paper-5k5", "-o", "/proc/drive.fmu"], "cannot write /proc/drive.fmu: "),
         (&["fmu", "paper-5k5", "--fmi", "1", "-o", "x.fmu"], "[possible values: 2, 3]"),
     ];
     for (arguments, says) in cases {

@@ -12,6 +12,8 @@ mod firmware;
 mod fits;
 mod fmus;
 mod lab;
+#[cfg(target_os = "linux")]
+mod libraries;
 mod maps;
 mod methods;
 mod mistakes;

@@ -109,9 +109,14 @@ impl<'u> Slave<'u> {
         Ok(Self { library, unpacked, component, log })
     }
 
+    /// As it is made.
+    pub fn made(unpacked: &'u Unpacked) -> Self {
+        Self::new(unpacked, &unpacked.model.token()).expect("an instance")
+    }
+
     /// In initialization mode, with parameters set.
     pub fn begun(unpacked: &'u Unpacked, parameters: &[(&str, f64)]) -> Self {
-        let slave = Self::new(unpacked, &unpacked.model.token()).expect("an instance");
+        let slave = Self::made(unpacked);
         for (name, value) in parameters {
             assert_eq!(slave.set(name, *value), 0, "{name}: {:?}", slave.log);
         }
@@ -190,6 +195,16 @@ impl<'u> Slave<'u> {
         type Step = unsafe extern "C" fn(*mut c_void, f64, f64, c_int) -> c_int;
         // SAFETY: the function of the standard's headers.
         unsafe { self.library.get::<Step>(b"fmi2DoStep").expect("there")(self.component, time, length, 1) }
+    }
+
+    /// Tells when the simulation begins.
+    pub fn start_at(&self, time: f64) -> c_int {
+        type Setup = unsafe extern "C" fn(*mut c_void, c_int, f64, f64, c_int, f64) -> c_int;
+        // SAFETY: the function of the standard's header.
+        unsafe {
+            let setup = self.library.get::<Setup>(b"fmi2SetupExperiment").expect("there");
+            setup(self.component, 0, 0.0, time, 0, 0.0)
+        }
     }
 
     pub fn state(&self, name: &str, state: &mut State) -> c_int {

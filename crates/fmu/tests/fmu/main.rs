@@ -4,6 +4,7 @@
 
 mod description;
 mod importer;
+mod time;
 
 use std::path::Path;
 use std::ptr::null_mut;

@@ -9,7 +9,10 @@ use std::fmt::Write;
 
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
+#[cfg(feature = "interactive")]
 const PLOTLY: &str = include_str!("../../assets/plotly-cartesian.min.js");
+#[cfg(not(feature = "interactive"))]
+const PLOTLY: &str = "";
 
 /// Nothing may be fetched; Plotly needs neither `eval` nor workers.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; \
@@ -55,7 +58,7 @@ pub(super) fn page(page: &Page) -> Result<String, PageError> {
                     main #content { @for section in &sections { (section) } }
                 }
                 @if !page.footer.is_empty() { footer { (rich(&page.footer)) } }
-                @if has_charts {
+                @if has_charts && !PLOTLY.is_empty() {
                     script #palette type="application/json" { (PreEscaped(embedded(&translations()))) }
                     script { (PreEscaped(PLOTLY)) }
                 }
@@ -232,7 +235,7 @@ fn chart(chart: &Chart) -> Result<Markup, PageError> {
                 @if !interactive.legend.is_empty() { (legend(&interactive.legend)) }
                 div.plot role="group" aria-label={ "Interactive: " (summary) } {}
             }
-            script.data type="application/json" { (PreEscaped(embedded(&data))) }
+            @if !PLOTLY.is_empty() { script.data type="application/json" { (PreEscaped(embedded(&data))) } }
             @if !chart.caption.is_empty() { figcaption { (rich(&chart.caption)) } }
         }
     })

@@ -126,6 +126,11 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         result->pole_needed = 3.0f;
         return STS_FOUND;
     }
+    if (is("reads")) {
+        /* What stands for 1 A is the angle that is configured. */
+        result->angle = angle * sample->current[0];
+        return STS_FOUND;
+    }
     if (is("axis")) {
         result->reason = 7;
         return STS_AXIS;

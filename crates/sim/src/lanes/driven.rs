@@ -1,12 +1,14 @@
 //! One machine that carries out one command after the other.
 
 use standstill_interface::{Abc, Command, Nanos, Reading, Sampling, Stage};
+use standstill_inverter::DcLink;
 
 use super::bank::{Bank, Served};
 use super::has_filters;
 use crate::case::{Case, Finished, RunError};
 use crate::control::{Control, Want, can_move};
 use crate::physics::plane::Plane;
+use crate::sensing::{SensorSettings, Sensors};
 use crate::trace::{Probe, Snapshot};
 
 /// A machine from rest on, to which whoever has it gives the commands: for programs that do not call a detector but are
@@ -67,9 +69,13 @@ impl<'a> Driven<'a> {
     }
 
     /// A motor alone at rest, of which potentials that are given ([`Driven::feed`]) hold the terminals. Of the case's inverter
-    /// and sensors nothing is there.
+    /// and sensors nothing is there: neither the link's ripple nor charged terminals or filters.
     pub fn motor(case: &Case<'a>) -> Self {
-        let mut motor = Self::new(case);
+        let mut alone = case.clone();
+        alone.inverter.link = DcLink::stiff(case.inverter.link.voltage);
+        alone.inverter.bridge.terminal_capacitance = 0.0;
+        alone.sensors = Sensors::nominal(SensorSettings::IDEAL);
+        let mut motor = Self::new(&alone);
         motor.bank.machine.legs.fed = Some(Plane::new(0.0, 0.0));
         motor
     }
