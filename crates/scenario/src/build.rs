@@ -29,7 +29,7 @@ impl ScenarioFile {
 
     /// The motor.
     pub(super) fn motor(&self, files: &Files) -> Result<Motor, FileError> {
-        self.motor.sheet(files)?.motor().map_err(FileError::Motor)
+        self.motor.sheet(files)?.motor().map_err(|error| self.motor.wrong(error))
     }
 
     /// The scenario, with a motor that is already there.
