@@ -290,10 +290,13 @@ impl<V: Wide> Memory<V> {
         };
         for k in 0..MOST_CELLS {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
-            let ends = [self.away[k], away[k]];
+            // A leg that was taken to be blocked may have moved the flux since the last step.
+            let ends = [Plane::choose(sliding, self.away[k], away[k] - change), away[k]];
             let room = ends.map(|e| reach * reach - e.dot(e));
+            // What it was beyond before ends nothing now.
+            let past = room[0].least(zero);
             let closing = [0, 1].map(|end: usize| ends[end].dot(rise[end]) * -2.0);
-            let stuck = Cubic { value: room, slope: closing };
+            let stuck = Cubic { value: room.map(|room| room - past), slope: closing };
             let along = [0, 1].map(|end: usize| direction(&ends[end]).dot(rise[end]));
             let turning = Cubic { value: along, slope: [along[1] - along[0]; 2] };
             // How far it went back, on a path that bends evenly.

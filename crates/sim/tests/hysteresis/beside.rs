@@ -147,3 +147,28 @@ fn regress_a_cell_near_its_end_where_a_leg_is_blocked() {
     }
     assert!(failed.is_empty(), "{} {failed:?}", failed.len());
 }
+
+/// The same where PWM takes a leg's current through zero and a cell turns back.
+#[test]
+fn regress_a_cell_that_turns_back_where_a_leg_is_blocked() {
+    let motor = of("paper-5k5", 0.01, 3);
+    let mut failed = Vec::new();
+    for number in 0..400_u32 {
+        let mut case = case(&motor, inverter(USUAL, OpenLeg::Diodes));
+        case.start_angle = 0.7 * f64::from(number);
+        case.memory = Some(1.9 * f64::from(number));
+        case.tolerance = Tolerance { flux: 8.5e-10 };
+        let around = |turn: f64| {
+            let duty = |phase: f64| {
+                standstill_interface::Leg::Duty(0.5 + 0.1 * (turn * 0.314 - phase * 2.0944).cos())
+            };
+            Command::hold(stage([duty(0.0), duty(1.0), duty(2.0)], 100), Sampling::NONE)
+        };
+        let commands: Vec<_> = (0..100).map(|n| around(f64::from(n))).collect();
+        let run: Run<f64> = run(&case, &mut Script::new(&commands), false, &mut NoProbe);
+        if matches!(run.ended, Ended::Error(_)) {
+            failed.push((number, run.duration.0));
+        }
+    }
+    assert!(failed.is_empty(), "{} {failed:?}", failed.len());
+}
