@@ -2,6 +2,7 @@
 
 mod check;
 mod entries;
+mod error;
 mod extras;
 mod map;
 mod nameplate;
@@ -10,6 +11,7 @@ mod sourced;
 
 use std::fmt;
 use std::path::Path;
+use std::sync::Arc;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
@@ -22,6 +24,8 @@ use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
+use self::error::wrong;
+pub use self::error::{MotorError, TableError};
 use self::extras::HysteresisTable;
 use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
@@ -184,6 +188,9 @@ pub struct DataSheet {
     /// The file, or the built-in's name.
     #[serde(skip)]
     file: String,
+    /// The file's text, for line numbers; empty of a sheet that is none.
+    #[serde(skip)]
+    text: Arc<str>,
     /// Through which its map is read.
     #[serde(skip)]
     files: Files,
@@ -210,53 +217,6 @@ pub struct DataSheet {
 
 fn untitled() -> String {
     "A motor by its data sheet".to_owned()
-}
-
-/// A data sheet that is not a motor.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub enum MotorError {
-    /// Not TOML, or not with these keys; the message shows the line.
-    Format {
-        /// The file, or the built-in's name.
-        file: String,
-        /// What the parser says.
-        message: String,
-    },
-    /// A number that no motor has.
-    Value {
-        /// The file, or the built-in's name.
-        file: String,
-        /// Its key.
-        key: &'static str,
-        /// What was found.
-        found: String,
-        /// What is needed.
-        needed: String,
-    },
-    /// Its flux map is none.
-    Map(MapError),
-}
-
-impl fmt::Display for MotorError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Format { file, message } => write!(f, "{file}: {message}"),
-            Self::Value { file, key, found, needed } => {
-                write!(f, "{file}: `{key}` is {found}, but must be {needed}")
-            }
-            Self::Map(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for MotorError {}
-
-/// What is wrong with a table, and with which of its keys.
-pub struct TableError {
-    /// The path of the key; empty if it is the table itself.
-    pub key: String,
-    /// What is wrong.
-    pub message: String,
 }
 
 impl DataSheet {
@@ -298,17 +258,13 @@ impl DataSheet {
         if table.contains_key("nameplate") {
             return Self::of_nameplate(file, &table, Some(text));
         }
-        let sheet = Self::of_table(table).map_err(|TableError { key, message }| {
-            let line = key_span(text, &key).map(|span| format!("line {}, ", line_of(text, span.start)));
-            let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
-            format(line.unwrap_or_default() + &place + &message)
-        })?;
-        sheet.of_file(file)
+        let sheet = Self::of_table(table).map_err(|error| error.of_file(file, text))?;
+        sheet.of_file(file, text)
     }
 
     /// From what a file or a scenario says; `file` is where it is said, and beside which its map is looked for.
     pub fn read(file: &str, from: Table) -> Result<Result<Self, MotorError>, TableError> {
-        Ok(Self::of_table(from)?.of_file(file))
+        Ok(Self::of_table(from)?.of_file(file, ""))
     }
 
     /// The one place where a data sheet is read from a table: the code for it is compiled once for each way to read it.
@@ -318,7 +274,10 @@ impl DataSheet {
         Self::deserialize(from).map_err(|error| {
             // What follows the first line says where it is, which the path knows.
             let message = error.to_string().trim().lines().next().unwrap_or_default().to_owned();
-            TableError { key: track.path().to_string().trim_end_matches(['.', '?']).to_owned(), message }
+            let path = track.path().to_string();
+            let key = path.trim_end_matches(['.', '?']);
+            // A plain number is its own value.
+            TableError { key: key.strip_suffix(".value").unwrap_or(key).to_owned(), message }
         })
     }
 
@@ -326,8 +285,8 @@ impl DataSheet {
     /// for line numbers.
     pub fn of_nameplate(file: &str, table: &Table, text: Option<&str>) -> Result<Self, MotorError> {
         let whole = nameplate::spelled_out(file, table, text)?;
-        let sheet = Self::of_table(whole)
-            .map_err(|TableError { message, .. }| MotorError::Format { file: file.to_owned(), message })?;
+        let text = text.unwrap_or_default();
+        let sheet = Self::of_table(whole).map_err(|error| error.of_file(file, text))?;
         // A plain number stands for all that could stand below it.
         let stated = |key: &str| {
             let mut place = Some(&Value::Table(table.clone()));
@@ -342,7 +301,7 @@ impl DataSheet {
         // Saturation that is not given is not assumed either: nothing is known of it.
         let missing = |key: &str| !stated(key) && key != "nameplate.saturation";
         let assumed = sheet.entries().into_iter().filter(|entry| missing(&entry.key)).collect();
-        Self { assumed, ..sheet }.of_file(file)
+        Self { assumed, ..sheet }.of_file(file, text)
     }
 
     /// What a nameplate left out, and what was assumed in its place.
@@ -350,14 +309,14 @@ impl DataSheet {
         &self.assumed
     }
 
-    fn of_file(self, file: &str) -> Result<Self, MotorError> {
+    fn of_file(self, file: &str, text: &str) -> Result<Self, MotorError> {
         let printable = |c: char| c.is_ascii_alphanumeric() || "-_. ".contains(c);
         if self.name.is_empty() || self.name.len() > 60 || !self.name.chars().all(printable) {
             let found = format!("{:?}", self.name.chars().take(60).collect::<String>());
             let needed = "1 to 60 letters, digits, spaces, dots, dashes or underscores".to_owned();
-            return Err(MotorError::Value { file: file.to_owned(), key: "name", found, needed });
+            return Err(wrong((file, text), "name", found, needed));
         }
-        Ok(Self { file: file.to_owned(), ..self })
+        Ok(Self { file: file.to_owned(), text: text.into(), ..self })
     }
 
     /// The same sheet, whose map is read through this door.

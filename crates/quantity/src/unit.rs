@@ -88,6 +88,11 @@ units! {
 }
 
 impl Dimension {
+    /// Whether its numbers have neither unit nor per cent.
+    pub const fn is_bare(&self) -> bool {
+        self.symbol.is_empty() && !self.share
+    }
+
     /// All ways to write the unit.
     pub(crate) fn spellings(&self) -> impl Iterator<Item = &'static str> {
         std::iter::once(self.symbol).chain(self.aliases.iter().copied()).filter(|symbol| !symbol.is_empty())

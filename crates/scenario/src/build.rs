@@ -29,7 +29,7 @@ impl ScenarioFile {
 
     /// The motor.
     pub(super) fn motor(&self, files: &Files) -> Result<Motor, FileError> {
-        self.motor.sheet(files)?.motor().map_err(FileError::Motor)
+        self.motor.sheet(files)?.motor().map_err(|error| self.motor.wrong(error))
     }
 
     /// The scenario, with a motor that is already there.
@@ -138,10 +138,14 @@ fn check_memory(motor: &Motor) -> Result<(), FileError> {
         let needed = "\"virgin\", or a motor whose data sheet has a `[hysteresis]`";
         return Err(FileError::key("rotor.memory", "\"former\"", needed));
     };
-    let around = (0..72).map(|n| Heading::of(f64::from(n) * (std::f64::consts::TAU / 72.0)));
-    for at in around {
-        let left = Dq::new(at.cos, at.sin) * hysteresis.coercive_current;
-        circuit.flux_at(left, at).map_err(|error| {
+    // Where a map ends along d or q is among these; a trial that finds an end between them fails, and says so.
+    let around = |parts: u8| {
+        (0..parts).map(move |n| Heading::of(f64::from(n) * (std::f64::consts::TAU / f64::from(parts))))
+    };
+    let rotors = if circuit.harmonics().any() { 24 } else { 1 };
+    for (last, rotor) in around(24).flat_map(|last| around(rotors).map(move |rotor| (last, rotor))) {
+        let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
+        circuit.flux_at(left, rotor).map_err(|error| {
             let needed = format!("\"virgin\": the motor's core does not know all currents that its iron may be left with: {error}");
             FileError::key("rotor.memory", "\"former\"", &needed)
         })?;

@@ -6,7 +6,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_plant::{DataSheet, Files, TableError, built_in_names};
+use standstill_plant::{DataSheet, Files, MotorError, TableError, built_in_names};
 use toml::{Table, Value};
 
 use super::document::FileError;
@@ -90,6 +90,18 @@ impl MotorSpec {
             Self::Named(name) => named(name, files, "motor"),
             Self::Table(table) => in_place(table, files),
         }
+    }
+
+    /// What is said of a data sheet that is no motor: where the scenario itself says what is wrong, its key there.
+    pub(super) fn wrong(&self, error: MotorError) -> FileError {
+        if let (Self::Table(table), MotorError::Value { key, found, needed, .. }) = (self, &error) {
+            let mut parts = key.split('.');
+            let first = parts.next().and_then(|part| table.get(part));
+            if parts.try_fold(first, |at, part| Some(at?.get(part))).flatten().is_some() {
+                return FileError::key(&format!("motor.{key}"), found, needed);
+            }
+        }
+        FileError::Motor(error)
     }
 
     /// The value of one of its numbers, such as `winding.resistance`; none if it has none.

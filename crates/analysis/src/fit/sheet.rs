@@ -69,7 +69,12 @@ impl Fit {
         };
         line(
             "pole_pairs",
-            assumed(pole_pairs.to_string(), &or("a guess; only matters where the rotor can move")),
+            // A count is no text.
+            assumed(pole_pairs.to_string(), &or("a guess; only matters where the rotor can move")).replacen(
+                &format!("\"{pole_pairs}\""),
+                &pole_pairs.to_string(),
+                1,
+            ),
         );
         for (key, symbol, value) in [
             ("resistance", "Ω", self.plant.resistance),

@@ -256,7 +256,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         ),
         (
             &["reproduce", "--motor", "unit.toml"],
-            &["unit.toml", "line 17", "`winding.resistance.value`", "`1.2 mH`", "Ω"],
+            &["unit.toml", "line 17", "`winding.resistance`", "`1.2 mH`", "Ω"],
         ),
         (&["reproduce", "--motor", "poles.toml"], &["poles.toml", "winding.pole_pairs", "is 0", "1 to 200"]),
         (

@@ -45,6 +45,16 @@ const MOTORS: &[Case] = &[
         "[motor]\nbase = \"paper-5k5\"\nwinding.resistance = \"1.3 mH\"",
         &["run", "s.toml"],
     ),
+    (
+        "A remanence that no soft iron has",
+        "[motor]\nbase = \"paper-5k5\"\n[motor.hysteresis]\ncoercive_current = \"2 A\"\ndepth = \"5 %\"\ncells = 3",
+        &["run", "s.toml"],
+    ),
+    (
+        "A count in quotes",
+        "[motor]\nbase = \"paper-5k5\"\n[motor.hysteresis]\ncoercive_current = \"80 mA\"\ndepth = \"5 %\"\ncells = \"3\"",
+        &["run", "s.toml"],
+    ),
 ];
 
 const AXES: &[Case] = &[

@@ -4,16 +4,16 @@ use std::fmt;
 
 use standstill_interface::Dq;
 use standstill_numeric::sin_cos;
-use standstill_quantity::Unit;
 use standstill_quantity::unit::One;
+use standstill_quantity::{Unit, listed};
 
-use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced};
+use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced, wrong};
 use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Winding};
 
 impl DataSheet {
     /// The motor, if the numbers make one.
     pub fn motor(&self) -> Result<Motor, MotorError> {
-        let check = Check { file: &self.file };
+        let check = Check { sheet: (&self.file, &self.text) };
         let w = &self.winding;
         let resistance = check.positive("winding.resistance", &w.resistance)?;
         if let Some(power) = &self.rating.power {
@@ -140,7 +140,8 @@ impl DataSheet {
 }
 
 pub(super) struct Check<'a> {
-    file: &'a str,
+    /// The sheet's file and text.
+    sheet: (&'a str, &'a str),
 }
 
 /// Range of a map over the rated current: a polarity test goes 2 % beyond that, and a little more as its voltage is.
@@ -154,12 +155,7 @@ const SMALLEST: f64 = 1e-15;
 
 impl Check<'_> {
     pub(super) fn value(&self, key: &'static str, found: &impl fmt::Display, needed: &str) -> MotorError {
-        MotorError::Value {
-            file: self.file.to_owned(),
-            key,
-            found: found.to_string(),
-            needed: needed.to_owned(),
-        }
+        wrong(self.sheet, key, found.to_string(), needed.to_owned())
     }
 
     pub(super) fn positive<U: Unit>(&self, key: &'static str, from: &Sourced<U>) -> Result<f64, MotorError> {
@@ -200,9 +196,9 @@ impl Check<'_> {
         ];
         for (key, what, saturated, stated, unit, slack) in pairs {
             if (saturated - stated).abs() > 0.02 * stated.abs() + slack {
-                let found = format!("such that the {what} is {stated:.4e} {unit}");
-                let needed =
-                    format!("within 2 % of what [saturation] or [map] makes it, {saturated:.4e} {unit}");
+                let found = format!("such that the {what} is {}", listed(&[stated], unit));
+                let makes = listed(&[saturated], unit);
+                let needed = format!("within 2 % of what [saturation] or [map] makes it, {makes}");
                 return Err(self.value(key, &found, &needed));
             }
         }

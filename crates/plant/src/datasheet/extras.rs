@@ -3,6 +3,7 @@
 use schemars::JsonSchema;
 use serde::Deserialize;
 use standstill_numeric::Heading;
+use standstill_quantity::listed;
 use standstill_quantity::unit::{Ampere, One, Share};
 
 use super::check::Check;
@@ -98,9 +99,9 @@ impl Check<'_> {
             };
             let found = from.as_ref().map_or_else(String::new, |from| from.value.to_string());
             let needed = format!(
-                "small enough for 3/2 |inductance_4| + 2/3 |asymmetry|, here {:.4e} H, to be at most half of the smaller inductance, {:.4e} H",
-                harmonics.largest_inductance(),
-                0.5 * least
+                "small enough for 3/2 |inductance_4| + 2/3 |asymmetry|, here {}, to be at most half of the smaller inductance, {}",
+                listed(&[harmonics.largest_inductance()], "H"),
+                listed(&[0.5 * least], "H")
             );
             return Err(self.value(key, &found, &needed));
         }
@@ -109,7 +110,8 @@ impl Check<'_> {
             if let Some(found) = found
                 && found.value.value().abs() > 0.3 * rest
             {
-                let needed = format!("at most 0.3 of the flux without current, {:.4e} Wb", 0.3 * rest);
+                let needed =
+                    format!("at most 0.3 of the flux without current, {}", listed(&[0.3 * rest], "Wb"));
                 return Err(self.value(key, &found.value, &needed));
             }
         }
@@ -146,7 +148,9 @@ impl Check<'_> {
         let current = coercive.value.value();
         if current != 0.0 && !(least..=most).contains(&current) {
             let needed = format!(
-                "0, or from 0.01 % to 10 % of rated current, {least:.3e} to {most:.3e} A: less is not seen, more is no soft iron"
+                "0, or from 0.01 % to 10 % of rated current, {} to {}: less is not seen, more is no soft iron",
+                listed(&[least], "A"),
+                listed(&[most], "A")
             );
             return Err(self.value("hysteresis.coercive_current", &coercive.value, &needed));
         }

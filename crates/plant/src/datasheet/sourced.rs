@@ -25,6 +25,42 @@ enum Field {
 
 struct Table(Number);
 
+/// The number by itself. Where there is no unit to write, a text is a slip.
+struct Value(Number);
+
+impl<'de> DeserializeSeed<'de> for Value {
+    type Value = f64;
+
+    fn deserialize<D: Deserializer<'de>>(self, from: D) -> Result<f64, D::Error> {
+        from.deserialize_any(self)
+    }
+}
+
+impl Visitor<'_> for Value {
+    type Value = f64;
+
+    fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        self.0.expecting(f)
+    }
+
+    fn visit_str<E: Error>(self, text: &str) -> Result<f64, E> {
+        if self.0.0.is_bare() {
+            return Err(E::custom(format!(
+                "found the text \"{text}\", needed a number without quotes, such as 3"
+            )));
+        }
+        self.0.visit_str(text)
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+        self.0.visit_f64(value)
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+        self.0.visit_i64(value)
+    }
+}
+
 /// What is said of a number that stands by itself.
 pub const PLAIN: &str = "in the data sheet, without a reason";
 
@@ -40,7 +76,7 @@ impl<'de> Visitor<'de> for Table {
     }
 
     fn visit_str<E: Error>(self, text: &str) -> Result<Self::Value, E> {
-        Ok(plain(self.0.deserialize(text.into_deserializer())?))
+        Ok(plain(Value(self.0).deserialize(text.into_deserializer())?))
     }
 
     fn visit_f64<E: Error>(self, value: f64) -> Result<Self::Value, E> {
@@ -55,7 +91,7 @@ impl<'de> Visitor<'de> for Table {
         let (mut value, mut source, mut reason) = (None, None, None);
         while let Some(field) = map.next_key()? {
             match field {
-                Field::Value => value = Some(map.next_value_seed(self.0)?),
+                Field::Value => value = Some(map.next_value_seed(Value(self.0))?),
                 Field::Source => source = Some(map.next_value()?),
                 Field::Reason => reason = Some(map.next_value()?),
             }

@@ -2,11 +2,23 @@
 
 use standstill_interface::Dq;
 use standstill_numeric::{Heading, Wide};
+use standstill_plant::NoConvergence;
 
 use super::run::Control;
-use crate::case::Case;
+use crate::case::{Case, RunError};
 use crate::lanes::bank::Bank;
 use crate::physics::plane::Plane;
+
+/// Why a machine cannot begin with the current that its iron is left with.
+fn without_a_state(error: &NoConvergence) -> RunError {
+    // Currents of a map are far below what i64 holds in mA.
+    #[allow(clippy::cast_possible_truncation)]
+    let milli = |current: f64| (current * 1e3).round() as i64;
+    match error.beyond {
+        Some(_) => RunError::LeftMap { current_ma: [milli(error.current.d), milli(error.current.q)] },
+        None => RunError::NotFinite,
+    }
+}
 
 impl<'a> Control<'a> {
     /// The machine at rest.
@@ -22,7 +34,10 @@ impl<'a> Control<'a> {
             if let Some(last) = last {
                 // No current flows: the core's is against what the iron is left with.
                 let left = Dq::new(last.cos, last.sin) * -hysteresis.coercive_current;
-                rest = motor.magnetics.flux_at(left, heading).unwrap_or(rest);
+                match motor.magnetics.flux_at(left, heading) {
+                    Ok(flux) => rest = flux,
+                    Err(error) => self.nowhere = Some(without_a_state(&error)),
+                }
             }
             let inductance = motor.magnetics.inductance();
             let most = inductance.xx + inductance.yy - inductance.smaller_eigenvalue();

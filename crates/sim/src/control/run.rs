@@ -70,6 +70,8 @@ pub struct Control<'a> {
     /// Whether the link's voltage has not been looked up since time passed.
     pub(super) stale: bool,
     first: bool,
+    /// Why there is no state that it could begin with.
+    pub(super) nowhere: Option<RunError>,
 }
 
 impl<'a> Control<'a> {
@@ -108,6 +110,7 @@ impl<'a> Control<'a> {
             found: -1.0,
             stale: false,
             first: true,
+            nowhere: None,
             case,
         };
         control.readings.clear();
@@ -158,7 +161,7 @@ impl<'a> Control<'a> {
     pub fn command<V: Wide>(&mut self, bank: &mut Bank<'a, V>, command: &Command<f64>) -> Want {
         self.readings.clear();
         let carrier = self.case.inverter.carrier_period;
-        if let Err(error) = validate(command, carrier) {
+        if let Some(error) = self.nowhere.or(validate(command, carrier).err()) {
             return Want::Over(error);
         }
         self.readings.reserve(command.sampling.count as usize);
@@ -385,3 +388,6 @@ impl<'a> Control<'a> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -34,6 +34,10 @@ pub const SLACK: f64 = 0.1;
 /// So many times this slack it may be off where a step was to end there.
 const DEEP: f64 = 10.0;
 
+/// So many times this slack it may be off where the flux got there at once, however short the step was: each step puts right what the
+/// one before it missed of a blocked leg's current, by some tolerances of the flux.
+const AT_ONCE: f64 = 200.0;
+
 /// The cells of machines of which each has its own.
 #[derive(Clone, Debug)]
 pub struct Memory<V: Wide> {
@@ -50,7 +54,7 @@ pub struct Memory<V: Wide> {
     away: Away<V>,
     /// Which cells slide.
     slides: [V::Mask; MOST_CELLS],
-    /// What they add to the inverse inductance in 1/H where the machines are.
+    /// What they have added to the inverse inductance in 1/H that is known of where the machines are.
     tangent: Symmetric<V>,
 }
 
@@ -84,6 +88,8 @@ pub struct Moved<V: Wide> {
     pub margin: [V; MOST_CELLS],
     /// What slack makes of `cubic`.
     pub slack: [V; MOST_CELLS],
+    /// By how much in Wb the flux changed at once.
+    jump: V,
 }
 
 fn none<V: Wide>() -> Plane<V> {
@@ -222,7 +228,7 @@ impl<V: Wide> Memory<V> {
         self.iron(&self.away_at(flux, None))
     }
 
-    /// What the cells add to the inverse inductance where the machines are.
+    /// What the cells have added to the inverse inductance that is known of where the machines are.
     #[inline(always)]
     pub const fn tangent(&self) -> Symmetric<V> {
         self.tangent
@@ -261,12 +267,18 @@ impl<V: Wide> Memory<V> {
         }
     }
 
-    /// What follows from a step to where so much is elastic, in Wb; `rise`: of the flux at both ends, in Wb a step.
+    /// What follows from a step to where so much is elastic, in Wb, with what its end's inverse inductance has of the cells;
+    /// `change` and `rise`: of the flux, in Wb and at both ends in Wb a step.
     #[inline(always)]
-    pub fn moved(&self, away: Away<V>, rise: [Plane<V>; 2]) -> Moved<V> {
+    pub fn moved(
+        &self,
+        (away, tangent): (Away<V>, Symmetric<V>),
+        change: Plane<V>,
+        rise: [Plane<V>; 2],
+    ) -> Moved<V> {
+        let jump = change - (rise[0] + rise[1]) * V::of(0.5);
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         let blank = Cubic { value: [zero; 2], slope: [zero; 2] };
-        let tangent = self.tangent_of(&away, &self.slides);
         let mut moved = Moved {
             away,
             tangent,
@@ -274,13 +286,17 @@ impl<V: Wide> Memory<V> {
             cubic: [blank; MOST_CELLS],
             margin: [far; MOST_CELLS],
             slack: [zero; MOST_CELLS],
+            jump: jump.dot(jump).sqrt(),
         };
         for k in 0..MOST_CELLS {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
-            let ends = [self.away[k], away[k]];
+            // A leg that was taken to be blocked may have moved the flux since the last step.
+            let ends = [Plane::choose(sliding, self.away[k], away[k] - change), away[k]];
             let room = ends.map(|e| reach * reach - e.dot(e));
+            // What it was beyond before ends nothing now.
+            let past = room[0].least(zero);
             let closing = [0, 1].map(|end: usize| ends[end].dot(rise[end]) * -2.0);
-            let stuck = Cubic { value: room, slope: closing };
+            let stuck = Cubic { value: room.map(|room| room - past), slope: closing };
             let along = [0, 1].map(|end: usize| direction(&ends[end]).dot(rise[end]));
             let turning = Cubic { value: along, slope: [along[1] - along[0]; 2] };
             // How far it went back, on a path that bends evenly.
@@ -308,7 +324,7 @@ impl<V: Wide> Memory<V> {
     #[inline(always)]
     pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
         let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
-        [least + self.slack, least + self.slack * DEEP]
+        [least + self.slack, least + self.slack * DEEP + moved.jump.least(self.slack * AT_ONCE)]
     }
 
     /// Whether a mode of this cell ended in a lane's step.

@@ -28,7 +28,8 @@ fn go(memory: &mut Memory<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (
         sums.0 += weight * memory.iron(&away).current.dot(rise);
         sums.1 += weight * memory.loss(0, &away, rise);
     }
-    let moved = memory.moved(memory.away_at(to, Some(begin)), [begin, end]);
+    let away = memory.away_at(to, Some(begin));
+    let moved = memory.moved((away, memory.iron(&away).tangent), way, [begin, end]);
     assert!(memory.error(way, slopes, Plane::new(0.0, 0.0)) >= 0.0);
     memory.take(true, to, &moved);
     sums

@@ -56,8 +56,8 @@ impl<V: Wide> Tried<V> {
         );
         let mut state = state_of(machine, until * 1e-9, &attempt.end);
         let elastic = pinned_of(&attempt.end).map(|pinned| state.flux - pinned);
-        let away = machine.memory.as_ref().map(|_| elastic);
         let iron = machine.memory.as_ref().map(|memory| memory.iron(&elastic));
+        let away = iron.map(|iron| (elastic, iron.tangent));
         let mut at = machine.operating(&state, iron.as_ref());
         let (flux, current) = (state.flux, at.current);
         settle(legs, &mut state.flux, &mut at);

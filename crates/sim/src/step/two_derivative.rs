@@ -325,7 +325,7 @@ impl<V: Wide> Tried<V> {
         if let Some(memory) = machine.memory_if::<RARE>() {
             let rise = [along, end_change.flux * h];
             error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;
-            away = Some(memory.away_at(flux, Some(along)));
+            away = iron.map(|iron| (memory.away_at(flux, Some(along)), iron.tangent));
         }
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
         Self::between::<RARE>(machine, bounds, legs, here, end, h, ends, ringing, away, error)
@@ -343,7 +343,7 @@ impl<V: Wide> Tried<V> {
         h: V,
         ends: Ends<V>,
         ringing: Option<Ringing<V>>,
-        away: Option<Away<V>>,
+        away: Option<(Away<V>, Symmetric<V>)>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
@@ -366,8 +366,8 @@ impl<V: Wide> Tried<V> {
             floating = Some(places);
         }
         let rises = [change.flux * h, end_change.flux * h];
-        let memory = machine.memory_if::<RARE>();
-        let moved = memory.zip(away).map(|(memory, away)| memory.moved(away, rises));
+        let (memory, way) = (machine.memory_if::<RARE>(), end.state.flux - here.state.flux);
+        let moved = memory.zip(away).map(|(memory, away)| memory.moved(away, way, rises));
         let margins = [
             bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
             bounds.margins::<RARE>(machine, legs, &end.state, &end.at, end_change, &phases[1]),

@@ -1,6 +1,6 @@
 use standstill_interface::Nanos;
 use standstill_inverter::{Bridge, Conduction, DcLink, Gate, GateTiming, Inverter};
-use standstill_plant::built_in;
+use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
 
 use super::*;
 
@@ -48,4 +48,57 @@ fn law_a_step_that_may_ring_is_the_other_where_nothing_rings() {
     }
     seen.dedup();
     assert_eq!(seen.len(), 6, "every machine takes a step of its own");
+}
+
+/// Whatever cells do, what is known of a linear core's inductance without them stays what it is: nothing of where they were
+/// predicted is left in it.
+#[test]
+fn regress_cells_leave_nothing_in_the_inductance() {
+    use Conduction::{LowerSwitch, UpperSwitch};
+    let winding = Winding { mean_inductance: 10e-3 / 1.5, saliency: 0.0, leakage: 0.0 };
+    let hysteresis = Hysteresis { coercive_current: 0.5, depth: 0.3, cells: 3 };
+    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
+    let magnetics = MagneticCircuit::new(core).expect("linear").with_hysteresis(Some(hysteresis));
+    let paper = built_in("paper-5k5").expect("a built-in motor");
+    let motor = Motor { resistance: 30.0, winding, magnetics, ..paper };
+    let inverter = Inverter {
+        bridge: Bridge::default(),
+        gates: [GateTiming::default(); 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos(100_000),
+    };
+    let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, false, false);
+    bank.machine.put(0, &motor, &inverter.link, 0.4, 0.0);
+    bank.machine.legs.put_bridge(0, &inverter.bridge);
+    for (k, gate) in [Gate::High, Gate::Low, Gate::Low].into_iter().enumerate() {
+        bank.machine.legs.gates[k].expect(0, Some((-2.0, -1.0, gate)));
+    }
+    bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
+    let cells = motor.magnetics.cells().expect("cells");
+    // Magnetised across the voltage, so that what slides turns.
+    let memory = bank.machine.memory.as_mut().expect("it remembers");
+    memory.put(0, cells, Plane::new(0.5, 0.0), 10e-3, 1e-7, Some(Plane::new(0.43, 0.9)));
+    bank.here.state.flux = Plane::new(0.5, 0.0);
+    bank.here.state.link = 550.0;
+    bank.look(0);
+    let (mut tangents, mut worst) = (Vec::new(), 0.0_f64);
+    for step in 1..=40 {
+        let legs = bank.machine.legs.at::<true>(bank.here.time, motor.resistance);
+        bank.machine.find_cells(true, &legs, &mut bank.here.at, &bank.here.state);
+        let until = f64::from(step) * 2e3;
+        let tried = Tried::new::<true>(&bank.machine, &bank.bounds, &legs, &bank.here, until, &bank.accuracy);
+        take(&bank.machine, false, &mut bank.here, &tried.end, true);
+        let memory = bank.machine.memory.as_mut().expect("it remembers");
+        memory.take(true, tried.end.state.flux, &tried.moved.expect("cells"));
+        let (all, cells) = (bank.here.at.inverse_inductance, memory.tangent());
+        for (all, core) in [(all.xx - cells.xx, 100.0), (all.xy - cells.xy, 0.0), (all.yy - cells.yy, 100.0)]
+        {
+            worst = worst.max((all - core).abs());
+        }
+        tangents.push(cells.xy);
+    }
+    let turned = tangents.iter().fold(f64::NEG_INFINITY, |most, xy| most.max(*xy))
+        - tangents.iter().fold(f64::INFINITY, |least, xy| least.min(*xy));
+    assert!(turned > 1.0, "nothing turns");
+    assert!(worst < 1e-11, "{worst:e} 1/H of 100");
 }

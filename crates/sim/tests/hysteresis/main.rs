@@ -1,142 +1,18 @@
 //! The stator's iron remembers: closed forms, the energy ledger, the referee. Against SciPy: `tests/suite/hysteresis.rs`.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
-use standstill_interface::{
-    Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
-};
-use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
-use standstill_plant::{Core, EddyBranch, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
+mod bench;
+mod beside;
+
+use standstill_interface::{Command, Reading, Sampling};
+use standstill_inverter::{Devices, OpenLeg};
+use standstill_plant::{EddyBranch, Hysteresis, Motor, built_in};
 use standstill_sim::{
-    Case, Ended, Ledger, NoProbe, RotorState, Run, SensorSettings, Sensors, Streams, Tolerance, Width,
-    referee, run, run_side_by_side_in,
+    Case, Ended, NoProbe, RotorState, Run, Tolerance, Width, referee, run, run_side_by_side_in,
 };
 
-use Leg::{Duty, High, Low, Off};
-
-const LINK: f64 = 550.0;
-
-/// Plays commands one after the other and keeps all readings.
-#[derive(Clone)]
-struct Script {
-    commands: Vec<Command<f64>>,
-    next: usize,
-    readings: Vec<Reading<f64>>,
-}
-
-impl Script {
-    fn new(commands: &[Command<f64>]) -> Self {
-        Self { commands: commands.to_vec(), next: 0, readings: Vec::new() }
-    }
-}
-
-impl Detector<f64> for Script {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        self.readings.extend_from_slice(readings);
-        self.next += 1;
-        match self.commands.get(self.next - 1) {
-            Some(command) => Step::Drive(*command),
-            None => Step::Done(Outcome::Failed {
-                fault: Fault::UnexpectedReadings,
-                findings: Findings::default(),
-            }),
-        }
-    }
-}
-
-fn stage(legs: [Leg<f64>; 3], micros: u64) -> Stage<f64> {
-    Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) }
-}
-
-/// Some samples of a command of one or two stages.
-fn sampled(command: Command<f64>, count: u32) -> Command<f64> {
-    let interval = Nanos(command.duration().0 / u64::from(count));
-    Command { sampling: Sampling { first: interval, interval, count }, ..command }
-}
-
-fn pulse(on: [Leg<f64>; 3], off: [Leg<f64>; 3], micros: u64) -> Command<f64> {
-    sampled(Command::sequence(stage(on, micros), stage(off, 3 * micros), Sampling::NONE), 16)
-}
-
-const USUAL: Devices = Devices {
-    switch_drop: 0.9,
-    switch_resistance: 50e-3,
-    diode_drop: 1.0,
-    diode_resistance: 30e-3,
-    kind: standstill_inverter::DeviceKind::Igbt,
-};
-
-fn inverter(devices: Devices, open_leg: OpenLeg) -> Inverter {
-    let dead_time = Nanos::from_micros(u64::from(devices != Devices::default()) * 2);
-    Inverter {
-        bridge: Bridge { devices, open_leg, terminal_capacitance: 0.0 },
-        gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
-        link: DcLink::stiff(LINK),
-        carrier_period: Nanos::from_micros(100),
-    }
-}
-
-fn case(motor: &Motor, inverter: Inverter) -> Case<'_> {
-    Case {
-        motor,
-        inverter,
-        sensors: Sensors::nominal(SensorSettings::IDEAL),
-        start_angle: 0.35,
-        rotor: RotorState::Locked,
-        memory: None,
-        load_torque: 0.0,
-        streams: Streams::new(1, 0),
-        tolerance: Tolerance { flux: 1e-9 },
-        time_limit: Case::TIME_LIMIT,
-    }
-}
-
-/// A linear motor without saliency, of 10 mH and next to no resistance.
-fn linear(hysteresis: Hysteresis) -> Motor {
-    let winding = Winding { mean_inductance: 10e-3 / 1.5, saliency: 0.0, leakage: 0.0 };
-    let core = Core::Linear(Linear::from_winding(&winding, 0.45));
-    let magnetics = MagneticCircuit::new(core).expect("linear").with_hysteresis(Some(hysteresis));
-    Motor { resistance: 1e-6, winding, magnetics, ..built_in("paper-5k5").expect("built in") }
-}
-
-fn of(name: &str, share: f64, cells: u8) -> Motor {
-    let motor = built_in(name).expect("built in");
-    let hysteresis = Hysteresis { coercive_current: share * motor.rated_current, depth: 0.05, cells };
-    let magnetics = motor.magnetics.clone().with_hysteresis(Some(hysteresis));
-    Motor { magnetics, ..motor }
-}
-
-fn play(case: &Case, commands: &[Command<f64>]) -> (Run<f64>, Vec<Reading<f64>>) {
-    let mut script = Script::new(commands);
-    let run = run(case, &mut script, true, &mut NoProbe);
-    assert!(!matches!(run.ended, Ended::Error(_)), "{:?} {:?}", run.ended, run.work);
-    (run, script.readings)
-}
-
-fn ledger(case: &Case, commands: &[Command<f64>]) -> Ledger {
-    play(case, commands).0.ledger.expect("asked for")
-}
-
-fn sequences(micros: u64) -> [(&'static str, Vec<Command<f64>>); 4] {
-    let off = [Off; 3];
-    let pwm =
-        |a, b, c| sampled(Command::hold(stage([Duty(a), Duty(b), Duty(c)], 6 * micros), Sampling::NONE), 20);
-    [
-        (
-            "fast",
-            [[High, Low, Off], [Low, High, Off], [Off, High, Low], [Off, Low, High]]
-                .map(|on| pulse(on, off, micros))
-                .into(),
-        ),
-        (
-            "slow",
-            [[High, Low, Off], [Off, High, Low], [Low, Off, High]]
-                .map(|on| pulse(on, [Low, Low, Off], micros))
-                .into(),
-        ),
-        ("vector", vec![pulse([High, Low, Low], off, micros), pulse([Low, High, High], [Low; 3], micros)]),
-        ("pwm", vec![pwm(0.6, 0.45, 0.41), pwm(0.45, 0.52, 0.55), pwm(0.55, 0.45, 0.5)]),
-    ]
-}
+use bench::*;
+use standstill_interface::Leg::{High, Low, Off};
 
 #[test]
 fn cross_the_referee_has_the_same_currents_and_no_energy_is_lost() {

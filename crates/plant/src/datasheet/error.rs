@@ -1,0 +1,77 @@
+//! What is said of a data sheet that is not a motor.
+
+use std::fmt;
+
+use super::place::{key_span, line_of};
+use crate::MapError;
+
+/// A data sheet that is not a motor.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum MotorError {
+    /// Not TOML, or not with these keys; the message shows the line.
+    Format {
+        /// The file, or the built-in's name.
+        file: String,
+        /// What the parser says.
+        message: String,
+    },
+    /// A number that no motor has.
+    Value {
+        /// The file, or the built-in's name.
+        file: String,
+        /// The line of its key, from 1, where it stands in a file; 0 if not.
+        line: usize,
+        /// Its key.
+        key: &'static str,
+        /// What was found.
+        found: String,
+        /// What is needed.
+        needed: String,
+    },
+    /// Its flux map is none.
+    Map(MapError),
+}
+
+impl fmt::Display for MotorError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Format { file, message } => write!(f, "{file}: {message}"),
+            Self::Value { file, line, key, found, needed } => {
+                let line = if *line > 0 { format!("line {line}, ") } else { String::new() };
+                write!(f, "{file}: {line}`{key}` is {found}, but must be {needed}")
+            }
+            Self::Map(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for MotorError {}
+
+/// What is wrong with a table, and with which of its keys.
+pub struct TableError {
+    /// The path of the key; empty if it is the table itself.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+impl TableError {
+    /// The same of a file with this text, with its line.
+    pub(super) fn of_file(&self, file: &str, text: &str) -> MotorError {
+        let Self { key, message } = self;
+        let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
+        let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
+        MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
+    }
+}
+
+/// A number that no motor has, of a sheet's file and text.
+pub(super) fn wrong(
+    (file, text): (&str, &str),
+    key: &'static str,
+    found: String,
+    needed: String,
+) -> MotorError {
+    let line = key_span(text, key).map_or(0, |span| line_of(text, span.start));
+    MotorError::Value { file: file.to_owned(), line, key, found, needed }
+}

@@ -1,0 +1,42 @@
+use standstill_inverter::{Bridge, DcLink, GateTiming, Inverter};
+use standstill_plant::built_in;
+
+use super::*;
+use crate::{RotorState, SensorSettings, Sensors, Streams, Tolerance};
+
+/// Modes that end a thousand times without time passing chatter; spread over a wait they may end as often as they like.
+#[test]
+fn regress_events_are_counted_where_no_time_passes() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let case = Case {
+        motor: &motor,
+        inverter: Inverter {
+            bridge: Bridge::default(),
+            gates: [GateTiming::default(); 3],
+            link: DcLink::stiff(550.0),
+            carrier_period: Nanos::from_micros(100),
+        },
+        sensors: Sensors::nominal(SensorSettings::IDEAL),
+        start_angle: 0.35,
+        rotor: RotorState::Locked,
+        memory: None,
+        load_torque: 0.0,
+        streams: Streams::new(1, 0),
+        tolerance: Tolerance { flux: 1e-9 },
+        time_limit: Case::TIME_LIMIT,
+    };
+    // Until what is counted is said to chatter, with so much time in ns between two events.
+    let until_chatter = |apart: f64| {
+        let mut bank: Bank<'_, f64> = Bank::like(&motor, &case.inverter, false, false);
+        let mut control = Control::new(case.clone(), &mut bank, 0, None, false, Vec::new());
+        (1..=5000_u32).find(|_| {
+            bank.here.time += apart;
+            control.count_event(&bank) == Err(RunError::Chatter)
+        })
+    };
+    assert_eq!(until_chatter(0.0), Some(MOST_EVENTS + 1));
+    // A thousand within a microsecond, wherever it begins, are too many; fewer are what terminals do that ring.
+    assert!(until_chatter(0.5).is_some_and(|count| count < 3 * MOST_EVENTS));
+    assert_eq!(until_chatter(2.0), None);
+    assert_eq!(until_chatter(100.0), None);
+}
