@@ -181,7 +181,7 @@ mod tests {
         let root = tempfile::tempdir().expect("a folder");
         for (index, trials) in [(1, 10_000), (2, 12_000), (3, 10_000)] {
             let numerics = crate::NUMERICS;
-            let shard = Identity { trials, numerics, ..of("{}", Shard { index, count: 3 }) };
+            let shard = Identity { numerics, trials, ..of("{}", Shard { index, count: 3 }) };
             let mut journal =
                 Journal::create(&root.path().join(shard.shard.file_name()), &shard).expect("writable");
             let rows: Vec<_> =
