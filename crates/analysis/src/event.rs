@@ -109,20 +109,20 @@ impl Event {
         self.value(record) > 0.0
     }
 
-    /// What brings a start nearer to the event, in words; none where nothing tells.
-    pub const fn order_parameter(self) -> Option<&'static str> {
+    /// What brings a start nearer to the event, in words.
+    pub const fn order_parameter(self) -> &'static str {
         match self {
             Self::WrongPole => {
-                Some("evidence for the wrong pole less what a decision needs, in standard deviations")
+                "evidence for the wrong pole less what a decision needs, in standard deviations"
             }
-            Self::WrongEvidence => Some("evidence for the wrong pole, in standard deviations"),
-            Self::Error(_) => Some("the axis error, in degrees"),
-            Self::Undetermined => {
-                Some("what a decision needs less the evidence found, in standard deviations")
+            Self::WrongEvidence => "evidence for the wrong pole, in standard deviations",
+            Self::Error(_) => "the axis error, in degrees",
+            Self::Undetermined => "what a decision needs less the evidence found, in standard deviations",
+            Self::Failed => {
+                "the nearest fault check's margin with its sign turned: 1 less the factor to its limit"
             }
-            Self::Failed => None,
-            Self::Moved(_) => Some("the movement, in degrees"),
-            Self::PeakCurrent(_) => Some("the largest phase current, in A"),
+            Self::Moved(_) => "the movement, in degrees",
+            Self::PeakCurrent(_) => "the largest phase current, in A",
         }
     }
 
@@ -155,7 +155,9 @@ impl Event {
                 let found = evidence(&outcome, run.end_angle);
                 beyond(happened, found.map(|(wrong, needed)| needed - wrong.abs()))
             }
-            Self::Failed => beyond(record.verdict() == Verdict::Failed, None),
+            Self::Failed => {
+                beyond(record.verdict() == Verdict::Failed, record.fault_margin().map(|margin| -margin))
+            }
             Self::Moved(bound) => run.moved.to_degrees() - bound,
             Self::PeakCurrent(bound) => run.peak_current - bound,
         };

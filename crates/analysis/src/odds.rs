@@ -44,6 +44,8 @@ pub enum Alarm {
     TooRare(f64),
     /// So many simulations could not go on; they count as starts without the event.
     Errors(u64),
+    /// So large a share of the faults are of kinds that no margin leads to.
+    Unled(f64),
     /// An axis error near 90° makes any pole a wrong one: so large a share of the wrong poles are of that kind.
     WrongAxes(f64),
 }
@@ -78,6 +80,12 @@ impl fmt::Display for Alarm {
             Self::Errors(count) => {
                 write!(f, "{count} simulations could not go on and count as starts without the event")
             }
+            Self::Unled(share) => write!(
+                f,
+                "{:.0} % of the failed starts ended with a fault that no margin tells beforehand, as a clipped current: \
+                 there may be more of them",
+                100.0 * share
+            ),
             Self::WrongAxes(share) => write!(
                 f,
                 "{:.0} % of the wrong poles have an axis error above 45°: it is the axis that is lost, not the pole",

@@ -9,7 +9,7 @@ use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::Tape;
 
 use crate::subset::{Run, Settings};
-use crate::{Alarm, Event, Halt, Odds, System, Watch};
+use crate::{Alarm, Answer, Event, Halt, Odds, System, Watch};
 
 /// The trials of a scenario without axes, tolerances included.
 #[derive(Clone, Debug)]
@@ -121,17 +121,29 @@ impl<'a> Trials<'a> {
         if errors > 0 {
             odds.alarms.push(Alarm::Errors(errors));
         }
-        if event == Event::WrongPole {
-            let tapes = odds.failures.iter().map(|(_, tape)| tape.clone()).collect();
-            let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
-            let records = self.all_records(tapes, watch)?;
-            let weights = odds.failures.iter().zip(&records);
-            let share: f64 = weights.filter(|(_, record)| lost(record)).map(|((weight, _), _)| weight).sum();
-            if share > 0.1 {
-                odds.alarms.push(Alarm::WrongAxes(share));
-            }
-        }
+        let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
+        let unled = |record: &Record| record.fault_margin().is_none_or(|margin| margin >= 0.0);
+        let alarm = match (event, odds.answer) {
+            (Event::WrongPole, _) => self.share(&odds, lost, watch)?.map(Alarm::WrongAxes),
+            (Event::Failed, Answer::Subset) => self.share(&odds, unled, watch)?.map(Alarm::Unled),
+            _ => None,
+        };
+        odds.alarms.extend(alarm);
         Ok(odds)
+    }
+
+    /// The share of the event's starts that are of this kind, if it is more than a tenth.
+    fn share(
+        &self,
+        odds: &Odds,
+        kind: impl Fn(&Record) -> bool,
+        watch: &dyn Watch,
+    ) -> Result<Option<f64>, Halt<FileError>> {
+        let tapes = odds.failures.iter().map(|(_, tape)| tape.clone()).collect();
+        let records = self.all_records(tapes, watch)?;
+        let of_kind = odds.failures.iter().zip(&records).filter(|(_, record)| kind(record));
+        let share = of_kind.map(|((weight, _), _)| weight).sum::<f64>();
+        Ok((share > 0.1).then_some(share))
     }
 }
 

@@ -5,7 +5,9 @@ use std::sync::atomic::AtomicBool;
 
 use standstill_analysis::subset::Settings;
 use standstill_analysis::{Alarm, Anatomy, Answer, Event, Trials};
-use standstill_sim::Tape;
+use standstill_interface::{Fault, Outcome};
+use standstill_scenario::Verdict;
+use standstill_sim::{Ended, Tape};
 
 #[path = "systems/motor.rs"]
 mod motor;
@@ -70,4 +72,46 @@ fn law_a_locked_rotor_never_moves_and_that_is_said_to_be_flat() {
     );
     assert_eq!(values.expect("runs").end, standstill_analysis::subset::End::Flat);
     assert!(Alarm::Flat.to_string().contains("plain trials"));
+}
+
+#[test]
+fn cross_levels_of_the_fault_margin_count_failed_starts_as_plain_trials_do() {
+    // The paper's motor has a saliency of 0.23: noise, gains and drive seldom make less than this of it.
+    let plan = motor::plan(
+        "errors = \"default\"\n[detector]\nmethod = \"line-inductance-fast\"\nleast_saliency = 0.2085",
+    );
+    let trials = Trials::new(&plan).expect("a scenario");
+    let tapes: Vec<Tape> = (0..40_000).map(|k| Tape::new(77, k)).collect();
+    let records = trials.all_records(tapes, &NEVER).expect("trials");
+    let plain = records.iter().filter(|record| Event::Failed.happened(record)).count() as f64 / 4e4;
+    assert!((7e-4..2.5e-3).contains(&plain), "{plain}");
+    // The margin is the saliency's, as its fault says, and that of the others too: none is flat.
+    for record in &records {
+        let margin = record.fault_margin().expect("checks with limits");
+        assert_eq!(margin < 0.0, record.verdict() == Verdict::Failed, "{margin}");
+        if let Ended::Outcome(Outcome::Failed { fault: Fault::NoSaliency { ratio, needed }, .. }) =
+            record.run.ended
+        {
+            assert_eq!(margin, ratio / needed - 1.0);
+        }
+    }
+    let settings = Settings { states: 1000, ..Settings::default() };
+    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    assert_eq!(odds.answer, Answer::Subset);
+    assert!(odds.levels > 2 && !odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(_))));
+    let ratio = odds.probability.value / plain;
+    // Sixteen per cent of the plain trials' own, and of the runs'.
+    assert!((0.6..1.6).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn law_a_fault_without_a_margin_is_said_to_be_one() {
+    // A converter that ends where the vectors' current lies: what is clipped has no margin.
+    let plan = motor::plan(
+        "errors = \"default\"\nsensors.range = 8.4\n[detector]\nmethod = \"line-inductance-fast\"",
+    );
+    let trials = Trials::new(&plan).expect("a scenario");
+    let settings = Settings { states: 1000, ..Settings::default() };
+    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    assert!(odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(share) if *share > 0.9)), "{odds:?}");
 }

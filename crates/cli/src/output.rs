@@ -15,6 +15,9 @@ use crate::error::Error;
 /// Hidden folders for files in the making begin with this, then the number of their process.
 const PREFIX: &str = ".standstill-";
 
+/// How many times an interrupt tries to remove a folder that is being filled.
+const AGAIN: u32 = 100;
+
 /// What an interrupt that cannot wait has to remove.
 static UNFINISHED: Mutex<Option<Unfinished>> = Mutex::new(None);
 
@@ -43,7 +46,13 @@ impl Unfinished {
 /// Removes what is in the making; for a process that is about to end.
 pub fn abandon() {
     if let Some(unfinished) = UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner).take() {
-        unfinished.remove();
+        // Another thread may be making files in it meanwhile.
+        for _ in 0..AGAIN {
+            unfinished.remove();
+            if !unfinished.staging.exists() {
+                return;
+            }
+        }
     }
 }
 
@@ -143,7 +152,7 @@ impl Drop for Output {
 }
 
 /// Removes what processes that were killed left behind in this folder.
-fn remove_stale(folder: &Path) {
+pub fn remove_stale(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
         let name = entry.file_name();

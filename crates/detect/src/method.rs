@@ -15,6 +15,7 @@ use standstill_interface::{Detector, Fault, Findings, Nanos, Outcome, Reading, R
 
 use crate::keys::{self, Key, Keyed, Lines, Value};
 use crate::nameplate::Nameplate;
+use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::PolaritySettings;
 use crate::settings::{Decay, Settings, SettingsError};
@@ -37,6 +38,9 @@ pub(crate) trait Sequence<T: Real> {
 
     /// What was measured up to now.
     fn findings(&self) -> &Findings<T>;
+
+    /// How near it was to a fault up to now.
+    fn margin(&self) -> Margin<T>;
 }
 
 choice! {
@@ -88,8 +92,12 @@ macro_rules! methods {
 
         $(impl<T: Real> Detector<T> for $detector<T> {
             fn step(&mut self, readings: &[Reading<T>]) -> Step<T> {
-                let step = self.next(readings);
-                step.unwrap_or_else(|fault| Step::Done(Outcome::Failed { fault, findings: *self.findings() }))
+                let outcome = match self.next(readings) {
+                    Ok(Step::Drive(command)) => return Step::Drive(command),
+                    Ok(Step::Done(outcome)) => outcome,
+                    Err(fault) => Outcome::Failed { fault, findings: *self.findings() },
+                };
+                Step::Done(outcome.with_fault_margin(self.margin().smallest()))
             }
         })*
 

@@ -4,6 +4,7 @@ pub(crate) mod both_ways;
 pub(crate) mod complex;
 pub(crate) mod injection;
 pub(crate) mod lines;
+pub(crate) mod margin;
 pub(crate) mod modulation;
 pub(crate) mod polarity;
 pub(crate) mod settle;

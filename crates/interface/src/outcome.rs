@@ -89,6 +89,10 @@ pub struct Findings<T> {
     pub pole_evidence: Option<PoleEvidence<T>>,
     /// Gains of the phases' current sensors relative to their mean, where a method compares them.
     pub sensor_gain: Option<Abc<T>>,
+    /// How near the nearest of the checks that end a detection with a fault came to doing so: by which factor what was checked
+    /// kept its limit, less one. Negative where one did. None of a detector that does not say, or that checked nothing with a
+    /// limit: a clipped current, say, has none.
+    pub fault_margin: Option<T>,
 }
 
 impl<T> Default for Findings<T> {
@@ -103,6 +107,7 @@ impl<T> Default for Findings<T> {
             pole_error: None,
             pole_evidence: None,
             sensor_gain: None,
+            fault_margin: None,
         }
     }
 }
@@ -251,6 +256,17 @@ impl<T: Copy> Outcome<T> {
                 findings
             }
         }
+    }
+}
+
+impl<T> Outcome<T> {
+    /// The same with this [`Findings::fault_margin`].
+    #[must_use]
+    pub fn with_fault_margin(mut self, margin: Option<T>) -> Self {
+        let (Self::Found { findings, .. } | Self::Axis { findings, .. } | Self::Failed { findings, .. }) =
+            &mut self;
+        findings.fault_margin = margin;
+        self
     }
 }
 

@@ -113,6 +113,14 @@ impl Record {
         self.error_deg().map(|error| self.run.has_pole && error.abs() <= 90.0)
     }
 
+    /// How near it was to a fault, see [`standstill_interface::Findings::fault_margin`].
+    pub fn fault_margin(&self) -> Option<f64> {
+        match &self.run.ended {
+            Ended::Outcome(outcome) => outcome.findings().fault_margin,
+            Ended::Error(_) => None,
+        }
+    }
+
     /// Furthest the rotor was from its start, in electrical degrees.
     pub fn rotor_moved_deg(&self) -> f64 {
         self.run.moved.to_degrees()

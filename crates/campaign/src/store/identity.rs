@@ -131,11 +131,15 @@ impl Identity {
             return differ("the shard", &self.shard, &other.shard);
         }
         if self.scenario != other.scenario {
-            let mut lines = self.scenario.lines().zip(other.scenario.lines());
-            return match lines.find(|(own, other)| own != other) {
-                Some((own, other)) => differ("the scenario", &format!("`{own}`"), &format!("`{other}`")),
-                None => Some("one scenario says more than the other".to_owned()),
+            let [own, others] = [self, other].map(|run| values(&run.scenario));
+            let mut keys = own.keys().chain(others.keys());
+            let Some(key) = keys.find(|key| own.get(*key) != others.get(*key)) else {
+                return Some("the scenarios are written in another way".to_owned());
             };
+            let of = |values: &BTreeMap<String, String>| {
+                values.get(key).cloned().unwrap_or_else(|| "not set".to_owned())
+            };
+            return differ(&format!("`{key}`"), &of(&own), &of(&others));
         }
         let paths = self.files.keys().chain(other.files.keys());
         if let Some(path) = paths.into_iter().find(|path| self.files.get(*path) != other.files.get(*path)) {
@@ -146,6 +150,23 @@ impl Identity {
         }
         (self != other).then(|| "the points are others".to_owned())
     }
+}
+
+/// What a scenario's text sets, by keys with those of their tables before them.
+fn values(scenario: &str) -> BTreeMap<String, String> {
+    fn flatten(before: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
+        let toml::Value::Table(table) = value else {
+            into.insert(before.to_owned(), value.to_string());
+            return;
+        };
+        for (key, value) in table {
+            let key = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
+            flatten(&key, value, into);
+        }
+    }
+    let mut all = BTreeMap::new();
+    flatten("", &toml::Value::Table(toml::from_str(scenario).unwrap_or_default()), &mut all);
+    all
 }
 
 /// A scenario's text without its number of trials, which stands before all tables.

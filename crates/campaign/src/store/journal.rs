@@ -51,7 +51,12 @@ impl fmt::Display for JournalError {
             Self::Short(path) => write!(f, "{} has fewer rows than it had", path.display()),
             Self::Busy(path) => write!(f, "{} is being written by another process", path.display()),
             Self::Other { path, difference } => {
-                write!(f, "{} is the journal of another run: {difference}", path.display())
+                write!(
+                    f,
+                    "{} is the journal of another run: {difference}; go on with what it was begun with, with another --out, \
+                     or begin anew with --force in place of --resume",
+                    path.display()
+                )
             }
         }
     }

@@ -59,6 +59,17 @@ impl Notes {
         Ok(notes)
     }
 
+    /// Removes what is in their place, unless another process is writing it.
+    ///
+    /// # Errors
+    /// A file that is being written, or cannot be removed.
+    pub fn replace(&self) -> Result<(), JournalError> {
+        let io = |error| JournalError::Io(self.path.clone(), error);
+        let file = OpenOptions::new().write(true).open(&self.path).map_err(io)?;
+        journal::lock(&file, &self.path)?;
+        std::fs::remove_file(&self.path).map_err(io)
+    }
+
     /// What stands under a key.
     pub fn get(&self, key: &str) -> Option<&[u8]> {
         self.known.get(key).map(Vec::as_slice)
@@ -125,8 +136,11 @@ mod tests {
         drop(notes);
         let notes = Notes::resume(&path, &scenario).expect("the same");
         assert_eq!((notes.get("a"), notes.get("b")), (Some(&b"one"[..]), Some(&b"three"[..])));
+        assert!(matches!(Notes::new(&path, &scenario).replace(), Err(JournalError::Busy(_))));
         drop(notes);
         let other = Identity { seed: 2, ..scenario };
         assert!(matches!(Notes::resume(&path, &other), Err(JournalError::Other { .. })));
+        Notes::new(&path, &other).replace().expect("nobody writes it");
+        assert!(!path.exists());
     }
 }

@@ -51,6 +51,11 @@ pub(super) fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String
         })
 }
 
+/// Whether a shard is of a run whose first trials those of another's run are, in as many shards.
+pub(super) fn begins(shorter: &Identity, longer: &Identity) -> bool {
+    shorter.shard.count == longer.shard.count && shorter.whole().begins(&longer.whole())
+}
+
 /// Whether a journal has all that it should, and how many trials are missing, at most.
 fn standing(path: &Path) -> Result<(bool, u64), JournalError> {
     if is_tally(path) {
@@ -87,6 +92,17 @@ pub enum ShardsError {
         /// What is different.
         difference: String,
     },
+    /// One has fewer trials than another: it was not extended yet.
+    Shorter {
+        /// The one.
+        path: PathBuf,
+        /// Which.
+        shard: Shard,
+        /// Trials of its run.
+        trials: u64,
+        /// Those of the other.
+        of: u64,
+    },
     /// One was computed by a program of other numerics: points and statistics would not be those of its rows.
     Numerics {
         /// Where it is.
@@ -122,6 +138,12 @@ impl fmt::Display for ShardsError {
             Self::Foreign { path, first, difference } => {
                 write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
             }
+            Self::Shorter { path, shard, trials, of } => write!(
+                f,
+                "shard {shard} in {} is of a run of {trials} trials, others of {of}: run it again with --shard {shard} \
+                 --trials {of} --resume",
+                path.display()
+            ),
             Self::Numerics { path, found } => write!(
                 f,
                 "the number of the program's numerics is {found} in {} and {NUMERICS} here: merge its shards with the program that computed them",
@@ -170,7 +192,15 @@ impl Shards {
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
             let difference = difference([&path, first], [&identity, of]);
             if let Some(difference) = difference {
-                return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+                let (shorter, longer) = if begins(&identity, of) {
+                    ((path, identity), of.trials)
+                } else if begins(of, &identity) {
+                    ((first.clone(), of.clone()), identity.trials)
+                } else {
+                    return Err(ShardsError::Foreign { path, first: first.clone(), difference });
+                };
+                let (path, Identity { shard, trials, .. }) = shorter;
+                return Err(ShardsError::Shorter { path, shard, trials, of: longer });
             }
             let shard = identity.shard;
             if let Some((first, _)) = found.get(&shard.index) {

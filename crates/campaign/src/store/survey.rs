@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError, Rows, is_tally};
-use super::shards::{ShardsError, difference, identity, journals};
+use super::shards::{ShardsError, begins, difference, identity, journals};
 use super::tally::Tallied;
 
 /// How far a shard is.
@@ -59,6 +59,7 @@ impl Survey {
     pub fn of(folders: &[PathBuf]) -> Result<Self, ShardsError> {
         let mut run: Option<(PathBuf, Identity)> = None;
         let mut found: BTreeMap<u64, Surveyed> = BTreeMap::new();
+        let mut shards: BTreeMap<u64, Identity> = BTreeMap::new();
         let mut unreadable: Vec<(PathBuf, JournalError)> = Vec::new();
         for path in journals(folders)? {
             let identity = match identity(&path) {
@@ -70,7 +71,8 @@ impl Survey {
             };
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
             let difference = difference([&path, first], [&identity, of]);
-            if let Some(difference) = difference {
+            if let Some(difference) = difference.filter(|_| !begins(&identity, of) && !begins(of, &identity))
+            {
                 return Err(ShardsError::Foreign { path, first: first.clone(), difference });
             }
             let index = identity.shard.index;
@@ -81,7 +83,11 @@ impl Survey {
                     second: path,
                 });
             }
+            if of.trials < identity.trials {
+                run = Some((path.clone(), identity.clone()));
+            }
             found.insert(index, surveyed(index, path)?);
+            shards.insert(index, identity);
         }
         let Some((_, identity)) = run else {
             let first = unreadable.into_iter().next().map(|(_, error)| ShardsError::Journal(error));
@@ -89,6 +95,19 @@ impl Survey {
                 first.unwrap_or_else(|| ShardsError::None(folders.first().cloned().unwrap_or_default()))
             );
         };
+        for (index, shard) in shards.iter().filter(|(_, shard)| shard.trials < identity.trials) {
+            // It was not extended yet, as others were.
+            let Some(surveyed) = found.get_mut(index) else { continue };
+            let rows = |of: &Identity| {
+                let range = shard.shard.range(of.rows());
+                range.end - range.start
+            };
+            let more = rows(&identity).saturating_sub(rows(shard));
+            surveyed.left = surveyed.left.map(|left| left + more);
+            if surveyed.state == State::Done {
+                surveyed.state = State::Begun;
+            }
+        }
         let count = identity.shard.count.min(MOST);
         for (path, error) in unreadable {
             // Its name is all there is.
@@ -156,6 +175,31 @@ mod tests {
     use super::super::journal::Keep as _;
     use super::super::walk::tests::{identity as of, row};
     use super::*;
+
+    #[test]
+    fn regress_shards_that_were_not_extended_yet_are_begun_and_merge_says_what_to_run() {
+        let root = tempfile::tempdir().expect("a folder");
+        for (index, trials) in [(1, 10_000), (2, 12_000), (3, 10_000)] {
+            let numerics = crate::NUMERICS;
+            let shard = Identity { numerics, trials, ..of("{}", Shard { index, count: 3 }) };
+            let mut journal =
+                Journal::create(&root.path().join(shard.shard.file_name()), &shard).expect("writable");
+            let rows: Vec<_> =
+                journal.walk().ahead(u64::MAX).iter().map(|(_, trial)| row(*trial, 1.0)).collect();
+            rows.chunks(100).for_each(|block| journal.append(block).expect("written"));
+        }
+        let folders = [root.path().to_owned()];
+        let survey = Survey::of(&folders).expect("one run");
+        let states: Vec<_> = survey.shards.iter().map(|shard| (shard.state, shard.left)).collect();
+        let points = survey.identity.points;
+        let rows = |trials: u64| points * trials * 3 / 3 - points * trials * 2 / 3;
+        assert_eq!(states[1], (State::Done, Some(0)));
+        assert_eq!(states[2], (State::Begun, Some(rows(12_000) - rows(10_000))));
+        assert_eq!((survey.again().as_str(), survey.identity.trials), ("1,3", 12_000));
+        let message = super::super::Shards::collect(&folders).expect_err("not extended").to_string();
+        assert!(message.contains("of 10000 trials, others of 12000"), "{message}");
+        assert!(message.contains("--trials 12000 --resume"), "{message}");
+    }
 
     #[test]
     fn law_each_state_is_told_and_what_is_left_can_be_submitted_again() {

@@ -165,9 +165,10 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
         let about = words::about(plan, told);
         let _ = write!(
             text,
-            "\n{}\n{}\n{}{}",
-            about.headline,
-            about.body,
+            "\n{}{}{}\n{}{}",
+            paragraph("", &about.headline),
+            about.details.iter().map(|line| paragraph("  ", line)).collect::<String>(),
+            about.specimen,
             about.table.text(),
             paragraph("", words::SCORE)
         );
@@ -177,7 +178,7 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
             title: format!("Trial {}", told.chosen.trial),
             blocks: vec![
                 verdict,
-                Block::Code { caption: "What it drew".to_owned(), text: about.body },
+                Block::Code { caption: "What it drew".to_owned(), text: about.specimen },
                 Block::Code {
                     caption: "Without one of its errors".to_owned(),
                     text: about.table.whole() + words::SCORE,

@@ -224,8 +224,8 @@ fn headline(event: Event, odds: &Odds) -> String {
 
 fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &Anatomy) -> String {
     let mut text = format!("{setting}\n{}\n  [95 % interval], {}\n", headline(event, odds), method(odds));
-    if let (Some(parameter), By::Subset) = (event.order_parameter(), odds.answer) {
-        let _ = writeln!(text, "  levels of {parameter}");
+    if odds.answer == By::Subset {
+        let _ = writeln!(text, "  levels of {}", event.order_parameter());
     }
     for alarm in alarms {
         let _ = writeln!(text, "  doubtful: {alarm}");
@@ -253,7 +253,9 @@ fn page(
     rows: &[Row],
 ) -> Page {
     let mut details = vec![format!("[95 % interval], {}", method(odds))];
-    details.extend(event.order_parameter().map(|parameter| format!("Levels of {parameter}")));
+    if odds.answer == By::Subset {
+        details.push(format!("Levels of {}", event.order_parameter()));
+    }
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
     details.extend(alarms);
     let runs = Table {

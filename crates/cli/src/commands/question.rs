@@ -72,14 +72,21 @@ fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
 /// Notes that are in the way, or of another scenario.
 pub fn watched(question: &Question, name: &str, plan: &Plan, trials: u64) -> Result<Watched, Error> {
     let Some(path) = notes_of(question, name) else { return Ok(Watched::new(trials)) };
+    if let Some(folder) = path.parent() {
+        crate::output::remove_stale(folder);
+    }
     let identity = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
     let notes = if question.resume {
         Notes::resume(&path, &identity)?
+    } else if path.exists() && question.force {
+        let notes = Notes::new(&path, &identity);
+        notes.replace()?;
+        notes
     } else if path.exists() {
         return Err(Error::Results {
             path,
             found: "what a question has computed that was interrupted".to_owned(),
-            needed: "--resume to go on with it, another --out, or that you remove it".to_owned(),
+            needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
         });
     } else {
         Notes::new(&path, &identity)

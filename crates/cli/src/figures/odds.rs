@@ -7,7 +7,7 @@ use super::WIDTH;
 
 /// The probability that the order parameter exceeds a value, as each run came by it, and the event's with its interval.
 pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
-    let axis = event.order_parameter().unwrap_or("distance to the event");
+    let axis = event.order_parameter();
     let mut panel = Panel::new(Axis::new(axis), Axis::new("probability of more").log10());
     for run in &odds.runs {
         let curve = run.curve.iter().map(|(value, probability)| (event.bound() + value, *probability));

@@ -267,6 +267,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
         assert!(mistake(&words(&again(&[])), path).contains("--resume to go on with it"), "{name}");
         let message = mistake(&words(&again(&["--seed", "7", "--resume"])), path);
         assert!(message.contains("the seed is 1 there and 7 here"), "{name}: {message}");
+        assert!(message.contains("--force in place of --resume"), "{name}: {message}");
         // Nobody computes what is there: it is read, and told apart from what is not there by its key alone.
         let resumed = answer(&words(&again(&["--resume"])), 0, path);
         assert!(!journal.exists(), "{name}");

@@ -238,7 +238,10 @@ fn law_nothing_of_an_earlier_run_is_lost_or_mixed_in() {
         (&[][..], &["not finished, or of a shard", "--resume"][..]),
         (&["--resume", "--seed", "2"], &["the journal of another run", "seed is 1 there and 2 here"]),
         (&["--resume", "--trials", "39"], &["the number of trials is 40 there and 39 here"]),
-        (&["--resume", "-s", "sensors.offset=3 mA"], &["the scenario is", "sensors"]),
+        (
+            &["--resume", "-s", "sensors.offset=3 mA"],
+            &["`sensors.offset` is not set there and 0.003 here", "--force in place of --resume"],
+        ),
     ] {
         let run = ["run", "s.toml", "--trials", "40", "--shard", "1/2", "--out", "o"];
         let arguments: Vec<&str> = match more {

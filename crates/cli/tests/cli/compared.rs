@@ -105,7 +105,9 @@ fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let rows = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
         let rms: Vec<String> = rows.lines().nth(1).expect("rms").split(',').map(str::to_owned).collect();
-        (String::from_utf8(output.stdout).expect("text"), rms)
+        let text = String::from_utf8(output.stdout).expect("text");
+        // Lines are as wide as a terminal.
+        (text.split_whitespace().collect::<Vec<_>>().join(" "), rms)
     };
     let (text, paired) = compared("a", "b");
     let number = |row: &[String], k: usize| row[k].parse::<f64>().expect("a number");

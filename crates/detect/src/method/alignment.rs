@@ -20,6 +20,7 @@ use standstill_interface::{
 use crate::keys::{self, Keyed, Setting};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
+use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::settings::{
@@ -206,7 +207,7 @@ impl<T: Real> Alignment<T> {
         self.pull(second, 0)
     }
 
-    fn answer(&self) -> Result<Step<T>, Fault<T>> {
+    fn answer(&mut self) -> Result<Step<T>, Fault<T>> {
         let s = &self.settings;
         let commands = T::of(f64::from(s.ramp) + f64::from(s.hold));
         let late = T::of(f64::from(self.late()));
@@ -218,6 +219,8 @@ impl<T: Real> Alignment<T> {
         let noise = noise * (commands * (commands - late) / late).sqrt() * seconds;
         let needed = (s.least_sweep * s.magnet_flux).max(T::of(5.0) * noise);
         let most = (T::of(2.0) - s.least_sweep) * s.magnet_flux;
+        self.settler.margin.at_least(swept, needed);
+        self.settler.margin.at_most(swept, most);
         if s.magnet_flux <= T::zero() || swept < needed || swept > most || !swept.is_finite() {
             return Err(Fault::DidNotFollow { swept, needed });
         }
@@ -244,6 +247,7 @@ impl<T: Real> Sequence<T> for Alignment<T> {
                 } else {
                     let reached = self.current.clarke().norm();
                     let needed = self.settings.current / T::of(3.0);
+                    self.settler.margin.at_least(reached, needed);
                     if reached < needed {
                         return Err(Fault::NoCurrent { peak: reached, needed });
                     }
@@ -261,6 +265,10 @@ impl<T: Real> Sequence<T> for Alignment<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        self.settler.margin
     }
 }
 

@@ -14,6 +14,7 @@ use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::lines::line_directions;
+use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pointer, Pole};
 use crate::parts::settle::link;
 use crate::parts::significance;
@@ -131,7 +132,7 @@ impl<T: Real> Bipolar<T> {
         let freedom = (n - T::one()) * T::of(6.0);
         let one = scatter / freedom / n;
         let needed = significance::scattered(significance::of_lines(one * half), freedom);
-        s.check_saliency(&saliency, needed, &s.train)?;
+        s.check_saliency(&mut self.train.margin, &saliency, needed, &s.train)?;
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         self.findings.angle_deviation =
             Some((one * half).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
@@ -154,6 +155,10 @@ impl<T: Real> Sequence<T> for Bipolar<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        self.train.margin
     }
 }
 

@@ -7,6 +7,7 @@ use standstill_interface::{Fault, Findings, Nanos, Reading, Real, Step};
 
 use super::Sequence;
 use crate::keys::{Keyed, Setting};
+use crate::parts::margin::Margin;
 use crate::settings::{Settings, SettingsError};
 
 /// The place of a detector from elsewhere among the methods. No method of this crate: such detectors are made by their
@@ -36,6 +37,10 @@ impl<T: Real> Sequence<T> for Foreign<T> {
     }
 
     fn findings(&self) -> &Findings<T> {
+        match self.none {}
+    }
+
+    fn margin(&self) -> Margin<T> {
         match self.none {}
     }
 }

@@ -18,6 +18,7 @@ use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::{Interval, Saliency, SaliencySign, line_impedance};
+use crate::parts::margin::Margin;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, Signature};
 use crate::parts::settle::{SettleSettings, Settler, link, seen};
 use crate::parts::significance;
@@ -208,6 +209,7 @@ impl<T: Real> LineInductance<T> {
         let (i1, i2, i3) = (self.initial[phase], seen(second, phase)?, seen(third, phase)?);
         let s = &self.settings;
         let (on_link, off_link) = (link(second)?, link(third)?);
+        self.settler.margin.at_least(i2 - i1, s.least_current);
         if i2 - i1 < s.least_current {
             return Err(Fault::NoCurrent { peak: i2 - i1, needed: s.least_current });
         }
@@ -274,7 +276,8 @@ impl<T: Real> LineInductance<T> {
         self.findings.line_resistance = Some(self.resistance.map(|sum| sum / count));
         self.findings.mean_inductance = Some(saliency.mean);
         self.findings.saliency = Some(saliency.amplitude);
-        significance::check(saliency.ratio(), self.needed(&saliency), self.settings.least_saliency)?;
+        let (needed, least) = (self.needed(&saliency), self.settings.least_saliency);
+        significance::check(&mut self.settler.margin, saliency.ratio(), needed, least)?;
         Ok(saliency)
     }
 
@@ -323,6 +326,13 @@ impl<T: Real> Sequence<T> for LineInductance<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        match &self.state {
+            State::Testing(test) => test.margin(),
+            _ => self.settler.margin,
+        }
     }
 }
 

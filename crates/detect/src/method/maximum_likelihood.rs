@@ -19,6 +19,7 @@ use standstill_interface::{Abc, AlphaBeta, Fault, Findings, Nanos, Reading, Real
 
 use crate::method::Sequence;
 use crate::parts::lines::{Saliency, line_directions};
+use crate::parts::margin::Margin;
 use crate::parts::polarity::{Pole, Signature};
 use crate::parts::settle::link;
 use crate::parts::significance;
@@ -48,8 +49,8 @@ pub struct MaximumLikelihood<T> {
     findings: Findings<T>,
 }
 
-/// The pole, the standard deviation of the angle in rad, and whether there is a saliency, which later trains may still show.
-type Answer<T> = (Pole<T>, T, Result<(), Fault<T>>);
+/// The pole, the standard deviation of the angle in rad, and whether there is a saliency, and by what margin, which later trains may still show.
+type Answer<T> = (Pole<T>, T, (Margin<T>, Result<(), Fault<T>>));
 
 impl<T: Real> MaximumLikelihood<T> {
     /// A detector, ready for its first step.
@@ -171,9 +172,10 @@ impl<T: Real> MaximumLikelihood<T> {
         // What is no axis may point anywhere: each line is read by two sensors.
         let gains = significance::of_lines(s.gain_tolerance * s.gain_tolerance / two);
         let spread = plain.most_variance(&covariance) + gains;
-        let moved = self.combined.check_movement(plain.axis, variance, s.saliency);
+        let (train, margin) = (self.train.settings, &mut self.train.margin);
+        let moved = self.combined.check_movement(margin, plain.axis, variance, s.saliency);
         moved.or_else(|fault| {
-            s.check_saliency(&plain, significance::known(spread), &self.train.settings).and(Err(fault))
+            s.check_saliency(margin, &plain, significance::known(spread), &train).and(Err(fault))
         })?;
         self.combined.add(&Said {
             lines: fit.inductance,
@@ -202,6 +204,8 @@ impl<T: Real> MaximumLikelihood<T> {
                 },
             );
         if growth.is_none() {
+            let (margin, is_salient) = is_salient;
+            self.train.margin.and(margin);
             is_salient?;
         }
         Ok((pole, growth))
@@ -227,13 +231,11 @@ impl<T: Real> MaximumLikelihood<T> {
         let deviation = saliency.axis_variance(&covariance, s.saliency).max(T::zero()).sqrt();
         self.findings.angle_deviation = Some(deviation);
         let ratio = saliency.ratio();
-        significance::check(ratio, T::zero(), s.least_saliency)?;
+        significance::check(&mut self.train.margin, ratio, T::zero(), s.least_saliency)?;
         let spread = saliency.most_variance(&covariance);
-        Ok((
-            s.pole(&saliency, &c.pointer()),
-            deviation,
-            s.check_saliency(&saliency, significance::known(spread), &self.train.settings),
-        ))
+        let (mut margin, square) = (Margin::new(), significance::known(spread));
+        let is_salient = s.check_saliency(&mut margin, &saliency, square, &self.train.settings);
+        Ok((s.pole(&saliency, &c.pointer()), deviation, (margin, is_salient)))
     }
 
     /// Pulses so many times longer, for the next train; at least by a quarter and at most three times.
@@ -273,5 +275,9 @@ impl<T: Real> Sequence<T> for MaximumLikelihood<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        self.train.margin
     }
 }

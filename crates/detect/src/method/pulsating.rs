@@ -13,6 +13,7 @@ use standstill_interface::{AlphaBeta, Angle, Dq, Fault, Findings, Nanos, Real};
 use crate::keys::{Keyed, Setting};
 use crate::nameplate::Nameplate;
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::margin::Margin;
 use crate::parts::significance;
 use crate::settings::{Settings, SettingsError};
 
@@ -60,10 +61,12 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         noise: T,
         doubt: T,
         findings: &mut Findings<T>,
+        margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
         let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
         let current = (self.sum * (T::of(2.0) / samples)).park(self.axis);
         self.sum = AlphaBeta::new(T::zero(), T::zero());
+        margin.at_least(current.norm(), s.least_current);
         if current.norm() < s.least_current {
             return Err(Fault::NoCurrent { peak: current.norm(), needed: s.least_current });
         }
@@ -81,7 +84,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         // R = ωL, and beyond that the d-axis would be taken for the q-axis.
         let telling = (T::one() - resistive * resistive).max(T::zero());
         let evidence = telling * current.q.hypot(current.d - inductive) / inductive;
-        significance::check(ratio.min(evidence), significance::known(variance), s.least_saliency)?;
+        significance::check(margin, ratio.min(evidence), significance::known(variance), s.least_saliency)?;
         // I_q has a noise of σ √(2/3) √(2/n); δ is I_q over twice the saliency's current.
         findings.angle_deviation = Some(noise * T::of(1.0 / 3.0).sqrt() / (samples.sqrt() * ratio * mean));
         let ahead = sine.atan2(cosine) / T::of(2.0);

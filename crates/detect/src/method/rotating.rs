@@ -13,6 +13,7 @@ use crate::keys::{Keyed, Lines, Microseconds, Setting};
 use crate::nameplate::Nameplate;
 use crate::parts::complex::{Complex, Turning};
 use crate::parts::injection::{Clock, Demodulator, Injection, InjectionSettings, keys_of_injection};
+use crate::parts::margin::Margin;
 use crate::parts::significance;
 use crate::settings::{Settings, SettingsError};
 
@@ -62,9 +63,11 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         noise: T,
         doubt: T,
         findings: &mut Findings<T>,
+        margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
         let samples = T::of(f64::from(s.cycles) * f64::from(s.periods));
         let (positive, negative) = (self.positive.length() / samples, self.negative.length() / samples);
+        margin.at_least(positive, s.least_current);
         if positive < s.least_current {
             return Err(Fault::NoCurrent { peak: positive, needed: s.least_current });
         }
@@ -80,7 +83,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
         let spread = noise / positive;
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
-        significance::check(ratio, significance::known(variance), s.least_saliency)?;
+        significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));
         Ok(Some(Angle::from_radians(product.argument() / T::of(2.0))))
     }

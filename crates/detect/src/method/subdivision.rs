@@ -17,6 +17,7 @@ use crate::keys::{self, Keyed, Setting, Value, place};
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
+use crate::parts::margin::Margin;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
 use crate::parts::significance;
@@ -140,6 +141,7 @@ impl<T: Real> Subdivision<T> {
         let angle = Angle::from_radians(direction);
         let current = PolaritySettings::direct_current(all_seen(reading)?, angle);
         let needed = self.settings.vector.least_current;
+        self.settler.margin.at_least(current, needed);
         if current < needed || !current.is_finite() {
             return Err(Fault::NoCurrent { peak: current, needed });
         }
@@ -180,7 +182,8 @@ impl<T: Real> Subdivision<T> {
         let freedom = T::of(5.0);
         let needed = significance::known(significance::of_phases(self.settings.gain_tolerance))
             + significance::scattered(squares / freedom, freedom);
-        significance::check(self.harmonic(2.0).norm() / mean, needed, self.settings.least_saliency)
+        let (ratio, least) = (self.harmonic(2.0).norm() / mean, self.settings.least_saliency);
+        significance::check(&mut self.settler.margin, ratio, needed, least)
     }
 
     fn settle(&mut self) -> Command<T> {
@@ -225,6 +228,13 @@ impl<T: Real> Sequence<T> for Subdivision<T> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        match &self.state {
+            State::Testing(test) => test.margin(),
+            _ => self.settler.margin,
+        }
     }
 }
 

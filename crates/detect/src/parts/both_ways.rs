@@ -5,6 +5,7 @@
 use standstill_interface::{Abc, Fault, Findings, Nanos, Real};
 
 use super::lines::{Saliency, SaliencySign};
+use super::margin::Margin;
 use super::polarity::{Pointer, Pole, Signature};
 use super::significance;
 use super::train::{Derived, GainComparison, PulseTrainSettings};
@@ -82,13 +83,15 @@ impl<T: Real> BothWaysSettings<T> {
     /// those of `train`.
     pub(crate) fn check_saliency(
         &self,
+        margin: &mut Margin<T>,
         saliency: &Saliency<T>,
         square: T,
         train: &PulseTrainSettings<T>,
     ) -> Result<(), Fault<T>> {
         let [dead, pulse] = [train.dead_time, train.pulse].map(|time| T::of(time.seconds()));
         let timing = significance::of_lines(significance::of_timing(dead, pulse));
-        significance::check(saliency.ratio(), square + significance::known(timing), self.least_saliency)
+        let square = square + significance::known(timing);
+        significance::check(margin, saliency.ratio(), square, self.least_saliency)
     }
 
     /// The pole, from what points along the magnet.

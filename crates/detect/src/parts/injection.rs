@@ -14,6 +14,7 @@ use standstill_interface::{Abc, AlphaBeta, Angle, Command, Fault, Findings, Nano
 use crate::method::Sequence;
 use crate::nameplate::Nameplate;
 use crate::parts::lines::SaliencySign;
+use crate::parts::margin::Margin;
 use crate::parts::modulation::ModulationSettings;
 use crate::parts::polarity::{PolarityRule, PolaritySettings, PolarityTest, SequentialSettings};
 use crate::parts::settle::{SettleSettings, Settler, all_seen, link};
@@ -189,6 +190,7 @@ pub trait Demodulator<T: Real> {
         noise: T,
         doubt: T,
         findings: &mut Findings<T>,
+        margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>>;
 }
 
@@ -265,9 +267,9 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         clock.advance(s.periods);
         if clock.cycle >= s.ramp + s.cycles {
             let noise = self.settler.noise.deviation();
-            if let Some(axis) =
-                self.demodulator.conclude(s, noise, s.doubt(self.dc_link), &mut self.findings)?
-            {
+            let (doubt, margin) = (s.doubt(self.dc_link), &mut self.settler.margin);
+            let concluded = self.demodulator.conclude(s, noise, doubt, &mut self.findings, margin)?;
+            if let Some(axis) = concluded {
                 let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
                 let wait = test.begin();
                 self.state = State::Testing(test);
@@ -301,6 +303,13 @@ impl<T: Real, D: Demodulator<T>> Sequence<T> for Injection<T, D> {
 
     fn findings(&self) -> &Findings<T> {
         &self.findings
+    }
+
+    fn margin(&self) -> Margin<T> {
+        match &self.state {
+            State::Testing(test) => test.margin(),
+            _ => self.settler.margin,
+        }
     }
 }
 

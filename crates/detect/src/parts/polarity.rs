@@ -21,6 +21,7 @@ use standstill_interface::{
     Angle, Command, Fault, Findings, Outcome, Polarity, PoleEvidence, Reading, Real, Step, Undetermined,
 };
 
+use crate::parts::margin::Margin;
 use crate::parts::settle::{Settler, all_seen, link};
 pub(crate) use pointer::Pointer;
 pub use sequential::SequentialSettings;
@@ -155,6 +156,11 @@ impl<T: Real> PolarityTest<T> {
         self.wait(self.settings.signature == Signature::None)
     }
 
+    /// How near it and what was before it were to a fault.
+    pub fn margin(&self) -> Margin<T> {
+        self.settler.margin
+    }
+
     fn wait(&mut self, last: bool) -> Command<T> {
         self.state = State::Settling { last };
         self.settler.begin()
@@ -212,6 +218,7 @@ impl<T: Real> PolarityTest<T> {
             current = current - PolaritySettings::direct_current(self.settler.residual, direction);
         }
         let needed = self.settings.least_current;
+        self.settler.margin.at_least(current, needed);
         if current < needed || !current.is_finite() {
             return Err(Fault::NoCurrent { peak: current, needed });
         }

@@ -5,6 +5,7 @@ mod tests;
 
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Phase, Reading, Real, Sampling, Sensed, Stage};
 
+use crate::parts::margin::Margin;
 use crate::settings::{LONGEST, SettingsError, require, require_positive};
 
 /// How to wait for the current of the last pulse to be gone: wait, look, and wait again.
@@ -38,8 +39,8 @@ impl<T: Real> SettleSettings<T> {
         Command::hold(stage, Sampling::twice(early, self.wait))
     }
 
-    /// After a wait: the residual currents if they are gone, or else the largest.
-    fn judge(&self, readings: &[Reading<T>]) -> Result<Result<Abc<T>, T>, Fault<T>> {
+    /// After a wait: the residual currents, and the largest of all.
+    fn judge(readings: &[Reading<T>]) -> Result<(Abc<T>, T), Fault<T>> {
         let [_, last] = readings else { return Err(Fault::UnexpectedReadings) };
         // What no sensor sees has no offset that anyone knew.
         let residual = Abc(core::array::from_fn(|k| match last.sensed.0[k] {
@@ -51,7 +52,7 @@ impl<T: Real> SettleSettings<T> {
             most = most.max(largest(reading)?);
             link(reading)?;
         }
-        Ok(if most <= self.threshold { Ok(residual) } else { Err(most) })
+        Ok((residual, most))
     }
 }
 
@@ -118,6 +119,8 @@ pub(crate) struct Settler<T> {
     pub dc_link: T,
     /// Noise of the sensors.
     pub noise: Noise<T>,
+    /// How near the detection was to a fault: what it checks itself is added by the method.
+    pub margin: Margin<T>,
 }
 
 impl<T: Real> Settler<T> {
@@ -131,6 +134,7 @@ impl<T: Real> Settler<T> {
             residual: Abc::new(zero, zero, zero),
             dc_link: zero,
             noise: Noise::new(),
+            margin: Margin::new(),
         }
     }
 
@@ -146,16 +150,24 @@ impl<T: Real> Settler<T> {
 
     /// After a wait: another one, or none once the current is gone.
     pub fn step(&mut self, readings: &[Reading<T>]) -> Result<Option<Command<T>>, Fault<T>> {
-        match self.settings.judge(readings)? {
-            Ok(residual) if self.released => {
+        let s = self.settings;
+        let (residual, most) = SettleSettings::judge(readings)?;
+        let (gone, last) = (most <= s.threshold, self.waits >= s.attempts);
+        if gone || last {
+            // Waits that it took of those that it may take, the last one by what was left at its end.
+            let waits = T::of(f64::from(self.waits)) - T::one() + most / s.threshold;
+            self.margin.at_most(waits, T::of(f64::from(s.attempts)));
+        }
+        match (gone, self.released) {
+            (true, true) => {
                 self.residual = residual;
                 self.dc_link = readings.last().map_or(self.dc_link, |reading| reading.dc_link);
                 self.noise.add(readings);
                 Ok(None)
             }
-            Ok(_) => Ok(Some(self.wait(1, true))),
-            Err(current) if self.waits >= self.settings.attempts => Err(Fault::CurrentPersists(current)),
-            Err(_) => Ok(Some(self.wait(self.waits + 1, self.released))),
+            (true, false) => Ok(Some(self.wait(1, true))),
+            (false, _) if last => Err(Fault::CurrentPersists(most)),
+            (false, _) => Ok(Some(self.wait(self.waits + 1, self.released))),
         }
     }
 }

@@ -24,6 +24,8 @@
 
 use standstill_interface::{Fault, Real};
 
+use crate::parts::margin::Margin;
+
 /// Standard errors that a saliency must exceed.
 pub(crate) const SIGNIFICANT: f64 = 4.0;
 
@@ -76,8 +78,9 @@ pub(crate) fn scattered<T: Real>(variance: T, freedom: T) -> T {
 ///
 /// # Errors
 /// No saliency found: it is less than `least`, or no more than what may be wrong with it.
-pub(crate) fn check<T: Real>(ratio: T, square: T, least: T) -> Result<(), Fault<T>> {
+pub(crate) fn check<T: Real>(margin: &mut Margin<T>, ratio: T, square: T, least: T) -> Result<(), Fault<T>> {
     let needed = least.max(square.sqrt());
+    margin.at_least(ratio, needed);
     if ratio >= needed && ratio.is_finite() { Ok(()) } else { Err(Fault::NoSaliency { ratio, needed }) }
 }
 
@@ -86,6 +89,10 @@ mod tests {
     use standstill_interface::{Abc, AlphaBeta};
 
     use super::*;
+
+    fn check(ratio: f64, square: f64, least: f64) -> Result<(), Fault<f64>> {
+        super::check(&mut Margin::new(), ratio, square, least)
+    }
     use crate::parts::lines::{Saliency, SaliencySign};
     use crate::testing::Noise;
 

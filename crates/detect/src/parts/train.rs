@@ -18,6 +18,7 @@ use standstill_interface::{Abc, Command, Fault, Nanos, Phase, Reading, Real, Sam
 
 use crate::keys::{Lines, Microseconds};
 use crate::nameplate::Nameplate;
+use crate::parts::margin::Margin;
 use crate::parts::settle::{all_seen, largest, link};
 use crate::settings::{LONGEST, SettingsError, require, require_positive, require_zero_or_more};
 pub(crate) use gains::GainComparison;
@@ -204,6 +205,8 @@ pub(crate) struct Train<T> {
     pub offset: Abc<T>,
     /// Phases without a sensor, as seen so far.
     pub derived: Derived,
+    /// How near the detection was to a fault: what it checks itself is added by the method.
+    pub margin: Margin<T>,
 }
 
 impl<T: Real> Train<T> {
@@ -217,6 +220,7 @@ impl<T: Real> Train<T> {
             started: false,
             offset: Abc::new(zero, zero, zero),
             derived: Derived::None,
+            margin: Margin::new(),
         }
     }
 
@@ -231,6 +235,7 @@ impl<T: Real> Train<T> {
             }
             let peak = self.current(slot, &readings[self.settings.samples_on() - 1])?;
             let needed = self.settings.least_current;
+            self.margin.at_least(peak, needed);
             if peak < needed || !peak.is_finite() {
                 return Err(Fault::NoCurrent { peak, needed });
             }
@@ -239,6 +244,7 @@ impl<T: Real> Train<T> {
                 Some(last) => self.beyond_offset(last)?,
                 None => T::zero(),
             };
+            self.margin.at_most(left, self.settings.threshold);
             if left > self.settings.threshold {
                 return Err(Fault::CurrentPersists(left));
             }
@@ -267,9 +273,15 @@ impl<T: Real> Train<T> {
         for reading in readings {
             most = most.max(self.beyond_offset(reading)?);
         }
-        if most <= self.settings.threshold {
+        let (gone, last) = (most <= self.settings.threshold, self.zeroings >= self.settings.attempts);
+        if gone || last {
+            // As of `Settler::step`.
+            let zeroings = T::of(f64::from(self.zeroings)) - T::one() + most / self.settings.threshold;
+            self.margin.at_most(zeroings, T::of(f64::from(self.settings.attempts)));
+        }
+        if gone {
             self.zeroings = 0;
-        } else if self.zeroings >= self.settings.attempts {
+        } else if last {
             return Err(Fault::CurrentPersists(most));
         }
         Ok(())

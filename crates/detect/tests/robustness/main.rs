@@ -6,7 +6,7 @@ mod random;
 mod spoil;
 
 use standstill_detect::{Decay, Method, MethodName, Settings, Signature};
-use standstill_interface::{Detector, Nanos, Outcome, PoleEvidence, Real, Step};
+use standstill_interface::{Detector, Fault, Nanos, Outcome, PoleEvidence, Real, Step};
 
 use drive::Drive;
 use random::{Random, nonsense, plausible};
@@ -23,6 +23,7 @@ fn run<T: Real>(detector: &mut impl Detector<T>, drive: &mut Drive, steps: u32) 
                 assert!(command.sampling.last() <= Some(command.duration()), "{command:?}");
             }
             Step::Done(outcome) => {
+                law_margin(&outcome);
                 if let Outcome::Found { angle, findings } | Outcome::Axis { angle, findings, .. } = outcome {
                     assert!(angle.radians() >= T::zero() && angle.radians() < T::TAU(), "{outcome:?}");
                     assert!(findings.pole_error.is_none_or(|error| !error.is_nan()), "{outcome:?}");
@@ -40,6 +41,32 @@ fn run<T: Real>(detector: &mut impl Detector<T>, drive: &mut Drive, steps: u32) 
         }
     }
     false
+}
+
+/// The smallest margin is below zero where a check with a limit has fired, and nowhere else.
+fn law_margin<T: Real>(outcome: &Outcome<T>) {
+    let margin = outcome.findings().fault_margin;
+    let ordinary = |value: T, limit: T| value.is_finite() && limit.is_finite() && limit > T::zero();
+    let fired = match *outcome {
+        Outcome::Found { .. } | Outcome::Axis { .. } => false,
+        Outcome::Failed { fault, .. } => match fault {
+            Fault::NoCurrent { peak: value, needed: limit }
+            | Fault::NoSaliency { ratio: value, needed: limit }
+            | Fault::RotorMoves { angle: value, allowed: limit }
+                if ordinary(value, limit) =>
+            {
+                true
+            }
+            Fault::CurrentPersists(_) => true,
+            // Others have no limit, or more than one, or what was read is none of this world.
+            _ => return,
+        },
+    };
+    if fired {
+        assert!(margin.is_some_and(|margin| margin <= T::zero()), "{outcome:?}");
+    } else {
+        assert!(margin.is_none_or(|margin| margin >= T::zero()), "{outcome:?}");
+    }
 }
 
 fn feed_garbage<T: Real>()

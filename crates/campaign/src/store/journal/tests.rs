@@ -95,11 +95,19 @@ fn law_the_journal_of_another_run_is_refused_with_the_difference() {
         (Identity { shard: Shard { index: 1, count: 2 }, ..identity() }, "shard is 1/1 there and 1/2 here"),
         (
             Identity { scenario: "seed = 1\ntrials = 100\nx = 1\n".to_owned(), ..identity() },
-            "says more than the other",
+            "`x` is not set there and 1 here",
         ),
         (
             Identity { scenario: "seed = 1\ntrials = 101\n".to_owned(), ..identity() },
-            "is `trials = 100` there and `trials = 101` here",
+            "`trials` is 100 there and 101 here",
+        ),
+        (
+            // A table that comes in between shifts all lines behind it.
+            Identity {
+                scenario: "seed = 1\ntrials = 100\n[detector]\npulse = \"40 us\"\n".to_owned(),
+                ..identity()
+            },
+            "`detector.pulse` is not set there and \"40 us\" here",
         ),
     ];
     for (identity, part) in other {

@@ -20,7 +20,8 @@ pub const SCORE: &str = "drawn: in standard deviations; of a uniform draw the no
 pub struct About {
     pub headline: String,
     pub details: Vec<String>,
-    pub body: String,
+    /// What it drew.
+    pub specimen: String,
     pub table: Table,
 }
 
@@ -76,11 +77,7 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     }
     details.extend(evidence(record));
     details.push(format!("with all errors at their means: {}", ended(&explained.without_all)));
-    let mut body = String::new();
-    for line in &details {
-        let _ = writeln!(body, "  {line}");
-    }
-    body += &specimen::text(&single.case(), &single.drawn);
+    let specimen = specimen::text(&single.case(), &single.drawn);
     let rows = explained.causes.iter().take(TOLD).map(|cause| {
         let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
         let change = match (record.axis_error_deg(), cause.without.axis_error_deg()) {
@@ -96,5 +93,5 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         Column::number("its part"),
     ])
     .rows(rows);
-    About { headline, details, body, table }
+    About { headline, details, specimen, table }
 }

@@ -4,18 +4,19 @@
 //! compared trial by trial: what the random numbers do to both alike makes no difference.
 
 mod difference;
+mod row;
 mod shown;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use serde::Serialize;
-use standstill_campaign::{Estimate, Summary};
+use standstill_campaign::Summary;
 use standstill_report::table::{Column, Kind, Value};
 use toml::Value as Toml;
 
 use self::difference::{Rates, independent, paired_rms};
+use self::row::{RMS, Row};
 use self::shown::{figure, page};
 use super::Run;
 use super::study::setting;
@@ -26,6 +27,7 @@ use crate::commands::require::shown as shown_value;
 use crate::error::Error;
 use crate::output::Output;
 use crate::table::{self, Table};
+use crate::terminal::paragraph;
 use crate::units::Shown;
 
 const FILES: [&str; 4] = ["comparison.csv", "comparison.html", "comparison.svg", "comparison.png"];
@@ -41,88 +43,6 @@ struct Trial {
 }
 
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
-
-/// A line of the answer: a measure at a point.
-#[derive(Debug, Serialize)]
-struct Row {
-    point: String,
-    measure: &'static str,
-    a: f64,
-    a_low: f64,
-    a_high: f64,
-    b: f64,
-    b_low: f64,
-    b_high: f64,
-    difference: f64,
-    difference_low: f64,
-    difference_high: f64,
-    /// Trials compared one by one; none where the runs have their own random numbers.
-    pairs: Option<u64>,
-}
-
-impl Row {
-    fn new(
-        point: &str,
-        measure: &'static str,
-        [a, b]: [Estimate; 2],
-        apart: Estimate,
-        pairs: Option<u64>,
-    ) -> Self {
-        Self {
-            point: point.to_owned(),
-            measure,
-            a: a.value,
-            a_low: a.low,
-            a_high: a.high,
-            b: b.value,
-            b_low: b.low,
-            b_high: b.high,
-            difference: apart.value,
-            difference_low: apart.low,
-            difference_high: apart.high,
-            pairs,
-        }
-    }
-
-    /// In degrees or per cent.
-    fn factor(&self) -> f64 {
-        if self.is_rms() { 1.0 } else { 100.0 }
-    }
-
-    fn is_rms(&self) -> bool {
-        self.measure == RMS
-    }
-
-    fn cells(&self) -> Vec<String> {
-        let digits = if self.is_rms() { 3 } else { 2 };
-        let interval = |value: f64, low: f64, high: f64| {
-            let [value, low, high] = [value, low, high].map(|x| self.factor() * x);
-            if value.is_nan() {
-                "–".to_owned()
-            } else {
-                format!("{value:.digits$} [{low:.digits$}, {high:.digits$}]")
-            }
-        };
-        vec![
-            self.point.clone(),
-            format!("{} {}", self.measure, if self.is_rms() { "°" } else { "%" }),
-            interval(self.a, self.a_low, self.a_high),
-            interval(self.b, self.b_low, self.b_high),
-            interval(self.difference, self.difference_low, self.difference_high),
-            self.verdict().to_owned(),
-        ]
-    }
-
-    fn verdict(&self) -> &'static str {
-        match (self.difference_low > 0.0, self.difference_high < 0.0) {
-            (true, _) => "B is worse",
-            (_, true) => "B is better",
-            _ => "no difference seen",
-        }
-    }
-}
-
-const RMS: &str = "rms";
 
 /// Both runs.
 struct Two<'a> {
@@ -163,18 +83,17 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
             .text();
     let headline = headline(&rows, two.points.len());
     let figure = figure(&rows, &two.points, &names);
-    let mut text = format!("{}\n\n{headline}\n", about.join("\n"));
+    let mut text = about.iter().map(|line| paragraph("", line)).collect::<String>();
+    let _ = write!(text, "\n{}", paragraph("", &headline));
     for note in &notes {
-        let _ = writeln!(text, "  {note}");
+        text += &paragraph("  ", note);
     }
     let _ = write!(text, "\n{table}");
     if settings.is_empty() {
         text += "\nNo setting differs.\n";
     } else {
-        let _ = write!(
-            text,
-            "\nSettings that differ (– is what the error set, or what suits the motor, makes of it)\n{differ}"
-        );
+        let about = "Settings that differ (– is what the error set, or what suits the motor, makes of it)";
+        let _ = write!(text, "\n{}{differ}", paragraph("", about));
     }
     let mut output = Output::create(out, &FILES)?;
     let csv = columns::csv(&rows).map_err(|error| Error::Write(out.join(FILES[0]), error))?;

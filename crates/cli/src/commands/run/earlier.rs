@@ -72,8 +72,7 @@ impl Found {
                 return Err(JournalError::Other {
                     path: path.to_owned(),
                     difference: format!(
-                        "the number of trials is {} there and {} here, and statistics alone of a shard cannot be extended; \
-                         another --out begins anew",
+                        "the number of trials is {} there and {} here, and statistics alone of a shard cannot be extended",
                         earlier.trials, identity.trials
                     ),
                 }

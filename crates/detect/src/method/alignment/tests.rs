@@ -62,13 +62,13 @@ fn outcome(settings: AlignmentSettings<f64>, swept: f64, leak: f64, noise: f64, 
 }
 
 /// The flux seen to sweep by, and what was needed; none if there was an angle.
-fn refused(outcome: Outcome<f64>) -> Option<(f64, f64)> {
+fn refused(outcome: &Outcome<f64>) -> Option<(f64, f64)> {
     match outcome {
         Outcome::Found { angle, .. } => {
             assert_eq!(angle.radians(), 0.0);
             None
         }
-        Outcome::Failed { fault: Fault::DidNotFollow { swept, needed }, .. } => Some((swept, needed)),
+        Outcome::Failed { fault: Fault::DidNotFollow { swept, needed }, .. } => Some((*swept, *needed)),
         other => panic!("{other:?}"),
     }
 }
@@ -78,11 +78,11 @@ fn analytic_the_flux_swept_is_the_integral_of_the_current_across() {
     for leak in [0.0, 0.3, -0.3] {
         // A rotor that comes from either side.
         for swept in [0.5, -0.5, 0.31, 0.69] {
-            assert_eq!(refused(outcome(SETTINGS, swept, leak, 0.0, 1)), None, "{swept} {leak}");
+            assert_eq!(refused(&outcome(SETTINGS, swept, leak, 0.0, 1)), None, "{swept} {leak}");
         }
         // Half a command of the leak at the ends of the trapezoids.
         for swept in [0.0, 0.1, 0.29, 0.72, 1.5] {
-            let (seen, needed) = refused(outcome(SETTINGS, swept, leak, 0.0, 1)).expect("refused");
+            let (seen, needed) = refused(&outcome(SETTINGS, swept, leak, 0.0, 1)).expect("refused");
             assert!((seen - swept).abs() < 1e-3 && (needed - 0.3).abs() < 1e-12, "{seen} {swept}");
         }
     }
@@ -94,14 +94,14 @@ fn law_a_locked_rotor_is_given_no_angle_whatever_the_noise() {
     let weak = AlignmentSettings { magnet_flux: 0.002, resistance: 5.0, ..SETTINGS };
     let mut seen = 0;
     for seed in 1..=400 {
-        let (swept, needed) = refused(outcome(weak, 0.0, 0.1, 0.03, seed)).expect("refused");
+        let (swept, needed) = refused(&outcome(weak, 0.0, 0.1, 0.03, seed)).expect("refused");
         assert!(needed > 0.6 * 0.002);
         seen += u32::from(swept > 0.6 * 0.002);
     }
     // By the magnet's flux alone most of them would have been.
     assert!(seen > 100, "{seen}");
     let none = AlignmentSettings { magnet_flux: 0.0, ..SETTINGS };
-    assert!(refused(outcome(none, 0.5, 0.0, 0.0, 1)).is_some());
+    assert!(refused(&outcome(none, 0.5, 0.0, 0.0, 1)).is_some());
 }
 
 #[test]

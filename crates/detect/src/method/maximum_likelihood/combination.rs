@@ -3,6 +3,7 @@
 use standstill_interface::{Abc, AlphaBeta, Angle, Fault, Real};
 
 use crate::parts::lines::{Saliency, SaliencySign};
+use crate::parts::margin::Margin;
 use crate::parts::polarity::Pointer;
 use crate::parts::train::GainComparison;
 
@@ -119,7 +120,13 @@ impl<T: Real> Combined<T> {
     }
 
     /// Whether a train that sees this axis with this variance in rad² sees the same as those before it.
-    pub fn check_movement(&self, axis: Angle<T>, variance: T, sign: SaliencySign) -> Result<(), Fault<T>> {
+    pub fn check_movement(
+        &self,
+        margin: &mut Margin<T>,
+        axis: Angle<T>,
+        variance: T,
+        sign: SaliencySign,
+    ) -> Result<(), Fault<T>> {
         if self.trains == 0 {
             return Ok(());
         }
@@ -129,6 +136,7 @@ impl<T: Real> Combined<T> {
         let angle = (twice(axis).difference(twice(before.axis)) / two).abs();
         let allowed = T::of(MOST_MOVEMENT)
             + T::of(4.0) * (variance + before.axis_variance(&self.covariance(), sign)).sqrt();
+        margin.at_most(angle, allowed);
         if angle <= allowed { Ok(()) } else { Err(Fault::RotorMoves { angle, allowed }) }
     }
 }

@@ -52,7 +52,7 @@ fn axis<D: Demodulator<f64>>(
             demodulator.add(s, clock, now);
             clock.advance(s.periods);
         }
-        if let Some(axis) = demodulator.conclude(s, 0.01, 0.0, findings)? {
+        if let Some(axis) = demodulator.conclude(s, 0.01, 0.0, findings, &mut Margin::new())? {
             return Ok(axis);
         }
     }
@@ -219,6 +219,7 @@ impl Demodulator<f64> for Probe {
         _: f64,
         _: f64,
         _: &mut Findings<f64>,
+        _: &mut Margin<f64>,
     ) -> Result<Option<Angle<f64>>, Fault<f64>> {
         Ok(Some(Angle::from_radians(0.0)))
     }

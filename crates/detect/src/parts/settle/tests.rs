@@ -50,6 +50,26 @@ fn law_waits_end_when_the_current_is_gone_and_slow_ones_are_released() {
 }
 
 #[test]
+fn analytic_the_margin_of_a_wait_is_how_many_more_it_might_have_taken() {
+    let margin_after = |currents: &[f64]| {
+        let mut settler = Settler::new(SETTINGS, true);
+        let _ = settler.begin();
+        for current in currents {
+            let _ = settler.step(&[reading([0.0, *current, 0.0]); 2]);
+        }
+        settler.margin.smallest()
+    };
+    // Of two waits: a quarter of one, one and a quarter, two, two and a half.
+    for (currents, margin) in
+        [(&[0.05][..], 7.0), (&[0.3, 0.05], 0.6), (&[0.3, 0.2], 0.0), (&[0.3, 0.3], -0.2)]
+    {
+        let found = margin_after(currents).expect("a check");
+        assert!((found - margin).abs() < 1e-12, "{currents:?} {found}");
+    }
+    assert_eq!(margin_after(&[0.3]), None);
+}
+
+#[test]
 fn law_what_no_sensor_sees_is_neither_current_nor_offset_nor_noise() {
     let mut settler = Settler::new(SETTINGS, true);
     let _ = settler.begin();

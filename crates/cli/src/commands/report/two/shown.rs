@@ -24,7 +24,9 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
                 let [value, low, high] = of(row).map(|x| row.factor() * x);
                 (place as f64 + shift, value, low, high)
             };
-            rows.iter().enumerate().map(bar).collect::<Vec<_>>()
+            // What is no number has no bar.
+            let known = |row: &&Row| of(row).iter().all(|x| x.is_finite());
+            rows.iter().enumerate().filter(|(_, row)| known(row)).map(bar).collect::<Vec<_>>()
         };
         panel
             .with(Layer::error_bars(&names[0], Style::Blue, at(-0.08, |row| [row.a, row.a_low, row.a_high])))
@@ -42,7 +44,7 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
         .with(Layer::error_bars(
             "difference with 95 % interval",
             Style::Black,
-            rms.iter().enumerate().map(bar),
+            rms.iter().enumerate().filter(|(_, row)| row.difference_high.is_finite()).map(bar),
         ))
         .with(Layer::level("", 0.0));
     let mut panels = vec![upper, apart];

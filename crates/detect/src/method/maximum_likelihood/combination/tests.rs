@@ -118,7 +118,14 @@ fn law_a_rotor_that_moved_is_a_fault() {
     let before = combined(&[said(179.5, 0.001)]);
     let axis = |degrees: f64| Angle::from_degrees(degrees);
     let check = |degrees: f64, deviation: f64| {
-        before.check_movement(axis(degrees), deviation * deviation, SaliencySign::Negative)
+        let mut margin = Margin::new();
+        let checked =
+            before.check_movement(&mut margin, axis(degrees), deviation * deviation, SaliencySign::Negative);
+        // Its margin says what it said.
+        assert!(
+            degrees.is_nan() || margin.smallest().is_none_or(|margin| (margin >= 0.0) == checked.is_ok())
+        );
+        checked
     };
     // 0.57° and four standard deviations of both, 0.32°; also across the end of the half turn.
     for (degrees, stands) in
@@ -130,7 +137,8 @@ fn law_a_rotor_that_moved_is_a_fault() {
         matches!(check(90.0, 0.001), Err(Fault::RotorMoves { angle, .. }) if (angle - 1.5620).abs() < 1e-3)
     );
     assert!(check(4.0, 0.02).is_ok() && check(f64::NAN, 0.001).is_err());
-    assert!(Combined::new().check_movement(axis(90.0), 0.0, SaliencySign::Negative).is_ok());
+    let mut margin = Margin::new();
+    assert!(Combined::new().check_movement(&mut margin, axis(90.0), 0.0, SaliencySign::Negative).is_ok());
 }
 
 #[test]

@@ -1,0 +1,123 @@
+//! What two runs have of a measure at a point.
+
+use serde::{Serialize, Serializer};
+use standstill_campaign::Estimate;
+
+/// The measure in degrees; the others are shares.
+pub const RMS: &str = "rms";
+
+/// A number; what is none is left empty.
+#[allow(clippy::trivially_copy_pass_by_ref)] // As its derived caller wants it.
+fn known<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+    value.is_finite().then_some(*value).serialize(to)
+}
+
+/// A line of the answer: a measure at a point.
+#[derive(Debug, Serialize)]
+pub struct Row {
+    pub point: String,
+    pub measure: &'static str,
+    #[serde(serialize_with = "known")]
+    pub a: f64,
+    #[serde(serialize_with = "known")]
+    pub a_low: f64,
+    #[serde(serialize_with = "known")]
+    pub a_high: f64,
+    #[serde(serialize_with = "known")]
+    pub b: f64,
+    #[serde(serialize_with = "known")]
+    pub b_low: f64,
+    #[serde(serialize_with = "known")]
+    pub b_high: f64,
+    #[serde(serialize_with = "known")]
+    pub difference: f64,
+    #[serde(serialize_with = "known")]
+    pub difference_low: f64,
+    #[serde(serialize_with = "known")]
+    pub difference_high: f64,
+    /// Trials compared one by one; none where the runs have their own random numbers.
+    pub pairs: Option<u64>,
+}
+
+impl Row {
+    pub fn new(
+        point: &str,
+        measure: &'static str,
+        [a, b]: [Estimate; 2],
+        apart: Estimate,
+        pairs: Option<u64>,
+    ) -> Self {
+        Self {
+            point: point.to_owned(),
+            measure,
+            a: a.value,
+            a_low: a.low,
+            a_high: a.high,
+            b: b.value,
+            b_low: b.low,
+            b_high: b.high,
+            difference: apart.value,
+            difference_low: apart.low,
+            difference_high: apart.high,
+            pairs,
+        }
+    }
+
+    /// In degrees or per cent.
+    pub fn factor(&self) -> f64 {
+        if self.is_rms() { 1.0 } else { 100.0 }
+    }
+
+    pub fn is_rms(&self) -> bool {
+        self.measure == RMS
+    }
+
+    pub fn cells(&self) -> Vec<String> {
+        let digits = if self.is_rms() { 3 } else { 2 };
+        let interval = |value: f64, low: f64, high: f64| {
+            let [value, low, high] = [value, low, high].map(|x| self.factor() * x);
+            if value.is_nan() {
+                "–".to_owned()
+            } else if low.is_nan() || high.is_nan() {
+                format!("{value:.digits$}")
+            } else {
+                format!("{value:.digits$} [{low:.digits$}, {high:.digits$}]")
+            }
+        };
+        vec![
+            self.point.clone(),
+            format!("{} {}", self.measure, if self.is_rms() { "°" } else { "%" }),
+            interval(self.a, self.a_low, self.a_high),
+            interval(self.b, self.b_low, self.b_high),
+            interval(self.difference, self.difference_low, self.difference_high),
+            // In few words, for a terminal's width.
+            self.verdict().replace("no difference seen", "none seen"),
+        ]
+    }
+
+    pub fn verdict(&self) -> &'static str {
+        match (self.difference_low > 0.0, self.difference_high < 0.0) {
+            (true, _) => "B is worse",
+            (_, true) => "B is better",
+            _ => "no difference seen",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::headline;
+    use super::*;
+    use crate::columns;
+
+    #[test]
+    fn regress_what_is_no_number_is_printed_as_none_anywhere() {
+        let nan = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+        let one = Estimate { value: 1.25, low: f64::NAN, high: f64::NAN };
+        let row = Row::new("all starts", RMS, [nan, one], nan, Some(0));
+        let csv = String::from_utf8(columns::csv([&row]).expect("written")).expect("text");
+        assert_eq!(csv.lines().nth(1), Some("all starts,rms,,,,1.25,,,,,,0"));
+        assert_eq!(row.cells()[2..], ["–", "1.250", "–", "none seen"]);
+        assert_eq!(headline(&[row], 1), "no axis at A, rms 1.250° at B");
+    }
+}
