@@ -17,7 +17,7 @@ use standstill_sim::{NoProbe, Trace, run as simulate};
 
 use self::choose::Chosen;
 use super::question::Answer;
-use super::report::Run;
+use super::report::{Run, say_extension};
 use crate::Report;
 use crate::arguments::Explain as Options;
 use crate::columns;
@@ -54,6 +54,7 @@ struct Told {
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     let run = Run::open(&options.folder)?;
+    say_extension(&options.folder);
     let plan = plan(&run, options)?;
     let chosen = choose::choose(&run, options)?;
     let folder = options.out.clone().or_else(|| (!options.json).then(|| options.folder.join("explain")));

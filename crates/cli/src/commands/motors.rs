@@ -20,9 +20,10 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
                 built_in_names().map(title).collect::<Result<_, Error>>()?;
             return Ok(Report { text: format!("{:#}\n", Value::Object(motors)), code: 0 });
         }
-        let row = |name: &str| Ok(vec![name.to_owned(), super::sheet(name)?.title().to_owned()]);
-        let rows: Vec<Vec<String>> = built_in_names().map(row).collect::<Result<_, Error>>()?;
-        out += &Table::new([Column::word("motor"), Column::prose("what it is")]).rows(rows).text();
+        let width = built_in_names().map(str::len).max().unwrap_or_default();
+        for name in built_in_names() {
+            let _ = writeln!(out, "{name:width$}  {}", super::sheet(name)?.title());
+        }
         out += "\n";
         out += &paragraph(
             "",

@@ -25,6 +25,7 @@ use crate::error::Error;
 use crate::interrupt;
 use crate::output::Output;
 use crate::progress;
+use crate::terminal::tell;
 
 /// What a run's folder holds.
 pub struct Run {
@@ -43,6 +44,7 @@ pub fn run(options: &Report) -> Result<Said, Error> {
         return two::run([&options.folder, second], &out);
     }
     let run = Run::open(&options.folder)?;
+    say_extension(&options.folder);
     let (html, figures) = made(&run)?;
     let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
     let names: Vec<String> =
@@ -145,6 +147,18 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
             );
             error(folder, format!("{count} shards of a run, and no results"), needed)
         }
+    }
+}
+
+/// Says that there is more than the results of this folder: trials that are to extend them.
+pub fn say_extension(folder: &Path) {
+    let journal = folder.join(Shard::WHOLE.file_name());
+    if let Some(done) = journal.exists().then(|| done(&journal)).flatten() {
+        tell(&format!(
+            "these results are being extended{done}: {} has the new trials, and `standstill run SCENARIO --trials N --resume --out {}` goes on",
+            journal.display(),
+            quoted(&folder.display().to_string())
+        ));
     }
 }
 

@@ -84,9 +84,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     {
         return Ok(report);
     }
-    if whole {
-        results::guard(&options.results, &identity, options.resume)?;
-    }
+    results::guard(&options.results, &identity.whole(), options.resume)?;
     doubts::warn(&plan.scenario(0)?);
     std::fs::create_dir_all(out).map_err(Error::writing(out))?;
     let mut statistics = Statistics::default();

@@ -127,8 +127,8 @@ fn law_no_line_is_wider_than_the_terminal() {
     assert!(columns(&String::from_utf8_lossy(&script.stdout)) > 60);
     let json = with(&[("COLUMNS", "30")], &["run", "paper-5k5", "--trials", "20", "--json", "--force"], at);
     assert!(serde_json::from_slice::<serde_json::Value>(&json.stdout).is_ok());
-    let explained = said(&["explain", "r", "--worst", "1"], at);
-    assert!(explained.lines().any(|line| line.chars().count() > 100), "{explained}");
+    let bounds = said(&["bounds", "paper-5k5", "--angles", "4"], at);
+    assert!(bounds.lines().any(|line| line.chars().count() > 100), "{bounds}");
 }
 
 #[test]
@@ -292,4 +292,47 @@ fn law_absurd_values_are_simulated_with_a_warning() {
         text.contains("warning: sensors.noise is 20 A, 2.5 times the motor's rated current of 8 A"),
         "{text}"
     );
+}
+
+#[test]
+fn law_what_lies_beside_results_is_said() {
+    let folder = folder();
+    let at = folder.path();
+    fs::write(at.join("s.toml"), "trials = 20\ndetector.method = \"bipolar\"\n").expect("written");
+    said(&["run", "s.toml", "--out", "o"], at);
+    // A shard of another run does not go beside these results; one of the same run does.
+    let shard = ["run", "s.toml", "--shard", "1/2", "--out", "o"];
+    let message = mistake(&[&shard[..], &["-s", "errors=harsh"]].concat(), at);
+    assert!(message.contains("the results of another run") && message.contains("--force"), "{message}");
+    assert!(!at.join("o/shard-1-of-2.journal").exists());
+    said(&shard, at);
+    // More trials of it that were begun: their journal is that of a longer run that was cut short.
+    said(&["run", "s.toml", "--out", "p"], at);
+    let longer = ["run", "s.toml", "--trials", "400000", "--resume", "--out", "p"];
+    let mut child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+        .args(longer)
+        .current_dir(at)
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .expect("it starts");
+    let begun = std::time::Instant::now();
+    while fs::metadata(at.join("p/run.journal")).map_or(0, |file| file.len()) < 20_000 {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+        assert!(begun.elapsed() < std::time::Duration::from_secs(60), "no block was written");
+    }
+    child.kill().expect("SIGKILL");
+    child.wait().expect("ended");
+    for arguments in [&["report", "p"][..], &["explain", "p", "--trial", "3"]] {
+        let output = standstill(arguments, at);
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && error.contains("these results are being extended"), "{error}");
+        assert!(error.contains("of 400000 trials are done") && error.contains("--resume --out p"), "{error}");
+    }
+    // What is not read back is run again, and that is said.
+    said(&["run", "s.toml", "--format", "npz", "--out", "n"], at);
+    let output =
+        standstill(&["run", "s.toml", "--trials", "30", "--resume", "--format", "npz", "--out", "n"], at);
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && error.contains("trials.npz is not read back"), "{error}");
 }

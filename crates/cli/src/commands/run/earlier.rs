@@ -11,6 +11,7 @@ use standstill_scenario::Verdict;
 use super::results::{STATISTICS, SummaryFile, trials_name};
 use crate::columns::trial_columns;
 use crate::error::Error;
+use crate::terminal::tell;
 
 /// Rows that wait to be taken, block by block.
 const WAITING: usize = 64;
@@ -94,6 +95,10 @@ impl Found {
         }
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(path) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
+            let others = [Format::Npz, Format::Mat].map(|format| folder.join(trials_name(format)));
+            if let Some(other) = others.iter().find(|path| path.exists()) {
+                tell(&format!("{} is not read back: its trials are run again", other.display()));
+            }
             return;
         };
         let Ok(reader) = Reader::open(&path) else { return };
