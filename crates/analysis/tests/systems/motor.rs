@@ -68,6 +68,7 @@ pub fn first_order(current: f64, noise: f64, angle: f64) -> (f64, f64) {
         tape
     });
     let shifted = margins(&shifted.collect::<Vec<_>>());
-    let squares: f64 = shifted.iter().map(|margin| ((margin - without) / STEP).powi(2)).sum();
+    let slopes = shifted.iter().map(|margin| (margin - without) / STEP);
+    let squares: f64 = slopes.map(|slope| slope * slope).sum();
     (without.abs(), squares.sqrt())
 }
