@@ -1,8 +1,11 @@
 //! Play cells in the stator's iron against SciPy: a saturated core on a light rotor that turns, `tests/cross/scipy_hysteresis.py`.
 
+use std::path::Path;
+
 use standstill_inverter::OpenLeg;
 use standstill_plant::{Friction, Hysteresis, built_in};
-use standstill_sim::{NoProbe, RotorState, Tolerance, run};
+use standstill_scenario::{Document, Plan};
+use standstill_sim::{Ended, NoProbe, RotorState, Tolerance, run};
 
 use crate::bench::{Script, exact_case, ideal_inverter};
 use crate::reference::commands;
@@ -36,4 +39,18 @@ fn cross_play_cells_on_a_turning_rotor_against_scipy() {
     assert!(usual.0 < 1e-7 && usual.1 < 1e-7, "{usual:?}");
     // The test could not fail if the iron made no difference.
     assert!(without.0 > 1e-3, "{without:?}");
+}
+
+/// A sliding cell turns less than its tangent at the predicted end says. So a blocked leg was left with some microamperes, and where it
+/// was to conduct next, no step was accepted any more.
+#[test]
+fn regress_a_blocked_leg_is_left_without_current_where_cells_slide() {
+    let text = "motor.base = \"paper-5k5\"\nmotor.hysteresis = { coercive_current = 0.08, depth = \"5 %\", cells = 3 }\n\
+                rotor.memory = \"former\"\ndetector.method = \"bipolar\"\n";
+    let plan = Plan::new(Document::parse(Path::new("s.toml"), text).expect("TOML")).expect("a plan");
+    let scenario = plan.scenario(0).expect("a scenario");
+    for trial in [56, 247, 252] {
+        let record = scenario.trial(trial).expect("settings");
+        assert!(matches!(record.run.ended, Ended::Outcome(_)), "{trial}: {:?}", record.run.ended);
+    }
 }

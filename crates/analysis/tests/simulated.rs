@@ -43,9 +43,9 @@ fn analytic_the_inductance_that_was_read_adds_its_noise_to_the_difference_of_the
     let records = Trials::new(&plan).expect("a scenario").all_records(tapes, &NEVER).expect("trials");
     let margins: Vec<f64> = records
         .iter()
-        .filter_map(|record| match record.run.ended {
-            Ended::Outcome(outcome) => outcome.findings().polarity.map(|pole| pole.along - pole.against),
-            _ => None,
+        .filter_map(|record| {
+            let Ended::Outcome(outcome) = record.run.ended else { return None };
+            outcome.findings().polarity.map(|pole| pole.along - pole.against)
         })
         .collect();
     assert!(margins.len() > 19_900);

@@ -10,6 +10,12 @@ use crate::model::{Model, Part};
 use crate::rig::{Legs, Rig};
 use crate::variables::{Kind, Role, Sampled, Truth};
 
+/// How far in s a communication point may be off the end of the last step: some importers count whole nanoseconds.
+const OFF: f64 = 2e-9;
+
+/// And relative to the time: the last digits of sums and products.
+const ROUNDED: f64 = 4.0 * f64::EPSILON;
+
 /// Where an instance is between its creation and its end.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Phase {
@@ -251,10 +257,11 @@ impl Instance {
 
     fn advance(&mut self, time: f64, length: f64) -> Outcome {
         let inputs = self.inputs();
-        let off = self.model.period().seconds() / 4.0;
         let State { rig, start_time, time: ended, .. } = &mut self.state;
         let Some(rig) = rig else { return Err("a step: there is no machine".to_owned()) };
-        // The importer's own time: the machine's, in whole nanoseconds, is off it by a part of one a step.
+        // The importer's own time: the machine's, in whole nanoseconds, is off it by a part of one a step. What an importer rounds, it
+        // may be off by, and no more: it would add up.
+        let off = OFF + ROUNDED * ended.abs();
         if !(*ended - off..=*ended + off).contains(&time) {
             return Err(format!(
                 "communication point: found {time:e} s, needed {ended:e} s, where the last step ended"

@@ -49,6 +49,18 @@ fn law_a_drive_takes_the_importers_period_for_its_own_however_long() {
     }
 }
 
+/// Each point a little too late would leave the machine behind by as much as there are steps.
+#[test]
+fn law_points_may_be_off_by_what_is_rounded_and_no_more() {
+    let unpacked = unpacked(FIELD, Part::Drive);
+    let period = PERIOD.seconds();
+    for (late, code) in [(1.5e-9, 0), (0.2 * period, 3), (-0.2 * period, 3)] {
+        let slave = Slave::ready(&unpacked, &[]);
+        assert_eq!(slave.step(0.0, period), 0);
+        assert_eq!(slave.step(period + late, period), code, "{late:e}: {}", slave.said());
+    }
+}
+
 #[test]
 fn law_a_simulation_begins_and_ends_where_nanoseconds_can_be_told_apart() {
     let unpacked = unpacked("motor = \"paper-5k5\"\nrotor.angle = 0", Part::Motor);

@@ -309,6 +309,14 @@ impl<V: Wide> Tried<V> {
         if RARE && ringing.is_some() {
             potential = machine.legs.potentials(legs, potential, link, at.current);
         }
+        let mut away = None;
+        if let (Some(memory), Some(iron)) = (machine.memory_if::<RARE>(), &iron) {
+            // What slides turns all along the corrected way, not by its tangent at the predicted end.
+            let by_tangent = iron.current + (flux - looked_up_flux).through(iron.tangent);
+            at.current = at.current + (memory.iron(&memory.away_at(flux, Some(along))).current - by_tangent);
+            settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
+            away = Some((memory.away_at(flux, Some(along)), iron.tangent));
+        }
         let state = State { flux, turned, speed, link, lagging, potential };
         let end = Here { time: until, state, at, source };
         // The current at the end is that of where the core was evaluated and a linear step from there.
@@ -321,11 +329,10 @@ impl<V: Wide> Tried<V> {
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
-        let (mut error, mut away) = (error, None);
+        let mut error = error;
         if let Some(memory) = machine.memory_if::<RARE>() {
             let rise = [along, end_change.flux * h];
             error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;
-            away = iron.map(|iron| (memory.away_at(flux, Some(along)), iron.tangent));
         }
         let ends = Ends { change: [change, end_change], link_rise, acceleration, torque_rise };
         Self::between::<RARE>(machine, bounds, legs, here, end, h, ends, ringing, away, error)
