@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use standstill_analysis::subset::Settings;
 use standstill_analysis::{Alarm, Anatomy, Answer, Event, Trials};
 use standstill_interface::{Fault, Outcome};
-use standstill_scenario::Verdict;
+use standstill_scenario::{Record, Verdict};
 use standstill_sim::{Ended, Tape};
 
 #[path = "systems/motor.rs"]
@@ -129,6 +129,30 @@ fn cross_levels_of_the_fault_margin_count_failed_starts_as_plain_trials_do() {
     let ratio = odds.probability.value / plain;
     // Sixteen per cent of the plain trials' own, and of the runs'.
     assert!((0.6..1.6).contains(&ratio), "{ratio}");
+}
+
+#[test]
+fn cross_levels_reach_an_offset_that_looks_like_a_current_that_stays() {
+    // One of six readings, three phases of either sign, beyond 0.22 A: 6 Q(0.22/0.07) is some 5e-3.
+    let plan = motor::plan(
+        "errors = \"default\"\nsensors.offset = \"70 mA\"\ndetector.method = \"line-inductance-fast\"",
+    );
+    let trials = Trials::new(&plan).expect("a scenario");
+    let tapes: Vec<Tape> = (0..20_000).map(|k| Tape::new(77, k)).collect();
+    let records = trials.all_records(tapes, &NEVER).expect("trials");
+    let failed = |record: &&Record| Event::Failed.happened(record);
+    let plain = records.iter().filter(failed).count() as f64 / 2e4;
+    assert!((1e-3..1e-2).contains(&plain), "{plain}");
+    let persists = |record: &Record| {
+        let Ended::Outcome(outcome) = record.run.ended else { return false };
+        matches!(outcome, Outcome::Failed { fault: Fault::CurrentPersists(_), .. })
+    };
+    assert!(records.iter().filter(failed).all(persists), "no other check decides");
+    let settings = Settings { states: 1000, ..Settings::default() };
+    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    let ratio = odds.probability.value / plain;
+    // Ten per cent of the plain trials' own, and of the runs'.
+    assert!((0.7..1.4).contains(&ratio), "{plain} plain, {:?}", odds.probability);
 }
 
 #[test]

@@ -19,14 +19,18 @@ impl<T: Real> Margin<T> {
         self.add(value / limit);
     }
 
-    /// After a check that something that is not negative is at most `limit`.
+    /// After a check that something is at most `limit`, which what is not positive keeps by far.
     pub fn at_most(&mut self, value: T, limit: T) {
-        self.add(limit / value);
+        if value > T::zero() {
+            self.add(limit / value);
+        }
     }
 
-    /// What is not a number has no margin.
+    /// What is not a number has no margin; a factor that is negative beyond all bounds is as bad as none.
     fn add(&mut self, factor: T) {
-        self.0 = self.0.min(factor - T::one());
+        let margin = factor - T::one();
+        let beyond = margin < T::zero() && !margin.is_finite();
+        self.0 = self.0.min(if beyond { -T::one() } else { margin });
     }
 
     /// After the checks of another as well.
@@ -61,5 +65,10 @@ mod tests {
         other.at_most(2.0, 1.0);
         margin.and(other);
         assert_eq!(margin.smallest(), Some(-0.5));
+        // What keeps a limit by its sign says nothing; what misses a limit of zero has failed.
+        margin.at_most(-3.0, 1.0);
+        assert_eq!(margin.smallest(), Some(-0.5));
+        margin.at_least(-1.0, 0.0);
+        assert_eq!(margin.smallest(), Some(-1.0));
     }
 }

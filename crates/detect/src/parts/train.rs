@@ -278,6 +278,7 @@ impl<T: Real> Train<T> {
             // As of `Settler::step`.
             let zeroings = T::of(f64::from(self.zeroings)) - T::one() + most / self.settings.threshold;
             self.margin.at_most(zeroings, T::of(f64::from(self.settings.attempts)));
+            self.margin.at_most(most, self.settings.threshold);
         }
         if gone {
             self.zeroings = 0;

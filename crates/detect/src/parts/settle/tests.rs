@@ -51,8 +51,8 @@ fn law_waits_end_when_the_current_is_gone_and_slow_ones_are_released() {
 
 #[test]
 fn analytic_the_margin_of_a_wait_is_how_many_more_it_might_have_taken() {
-    let margin_after = |currents: &[f64]| {
-        let mut settler = Settler::new(SETTINGS, true);
+    let margin_after = |fast: bool, currents: &[f64]| {
+        let mut settler = Settler::new(SETTINGS, fast);
         let _ = settler.begin();
         for current in currents {
             let _ = settler.step(&[reading([0.0, *current, 0.0]); 2]);
@@ -63,10 +63,17 @@ fn analytic_the_margin_of_a_wait_is_how_many_more_it_might_have_taken() {
     for (currents, margin) in
         [(&[0.05][..], 7.0), (&[0.3, 0.05], 0.6), (&[0.3, 0.2], 0.0), (&[0.3, 0.3], -0.2)]
     {
-        let found = margin_after(currents).expect("a check");
+        let found = margin_after(false, currents).expect("a check");
         assert!((found - margin).abs() < 1e-12, "{currents:?} {found}");
     }
-    assert_eq!(margin_after(&[0.3]), None);
+    assert_eq!(margin_after(true, &[0.3]), None);
+    // With all gates off an offset stays, however long the wait: there is no step where it comes to the threshold of 0.2 A.
+    for (offset, margin) in [(0.05, 3.0), (0.2 - 1e-9, 5e-9), (0.2, 0.0)] {
+        let found = margin_after(true, &[offset]).expect("a check");
+        assert!((found - margin).abs() < 1e-12, "{offset} {found}");
+    }
+    let beyond = margin_after(true, &[0.2 + 1e-9; 2]).expect("a check");
+    assert!((-1e-8..0.0).contains(&beyond), "{beyond}");
 }
 
 #[test]
