@@ -100,8 +100,56 @@ fn law_figures_follow_from_the_axes() {
     );
     let scattered = Study { design: Design::Scattered, ..grid() };
     assert_eq!(names(&scattered), ["methods", "scatter"]);
-    let run = Study { cloud: Some(ErrorCloud::new()), ..study(&[], vec![]) };
-    assert_eq!(names(&run), ["error_over_angle", "distribution"]);
+    let mut cloud = ErrorCloud::new();
+    let run = |cloud: &ErrorCloud| Study { cloud: Some(cloud.clone()), ..study(&[], vec![]) };
+    // No start found an axis: nothing to draw.
+    cloud.add(10.0, None, None);
+    assert_eq!(names(&run(&cloud)), [""; 0]);
+    cloud.add(10.0, Some(0.1), Some(0.1));
+    assert_eq!(names(&run(&cloud)), ["error_over_angle", "distribution"]);
+}
+
+#[test]
+fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
+    let failed = |x: f64, share: u64, rms: Interval| {
+        let mut point = point(vec![number(x)], rms, 100, 0);
+        (point.failed, point.axes) = (share, 100 - share);
+        point
+    };
+    let some = interval(1.0, 0.1);
+    let points = |last: Interval| {
+        let all = [(1.0, 0, some), (2.0, 1, some), (3.0, 2, some), (4.0, 100, last)];
+        study(&["x"], all.into_iter().map(|(x, share, rms)| failed(x, share, rms)).collect())
+    };
+    let all = figures(&points(Interval::UNKNOWN));
+    let find = |name: &str| all.iter().find(|(other, _)| other == name).map(|(_, figure)| figure);
+    let sweep = find("sweep_x").expect("a sweep");
+    let Layer::Band { points: band, label, .. } = &sweep.panels[0].layers[0] else { panic!("a band") };
+    assert!(label.as_ref().is_some_and(|label| label.contains("more than 1 %")));
+    let shaded: Vec<f64> = band.iter().filter(|p| p.1.is_finite()).map(|p| p.0).collect();
+    // Half way to the neighbours, and as far beyond the last; 1 of 100 is not more than 1 %.
+    assert_eq!(shaded, [2.5, 3.5, 3.5, 4.5]);
+    let (svg, ends) = (sweep.svg().expect("drawn"), sweep.panels[0].y.range);
+    assert!(
+        svg.contains(">4<") && ends.is_some_and(|(low, high)| (band[4].1, band[4].2) == (low, high)),
+        "{svg}"
+    );
+    // Where no pole was named, none is said to be right.
+    let odds = find("wrong_poles_x").expect("odds");
+    let limits = odds.panels[0].layers.iter().find_map(|layer| match layer {
+        Layer::UpperLimits { points, .. } => Some(points.iter().map(|p| p.0).collect::<Vec<_>>()),
+        _ => None,
+    });
+    assert_eq!(limits, Some(vec![1.0, 2.0, 3.0]));
+    // Nothing fails: nothing is shaded. Nothing is found: no figure of errors, none of wrong poles.
+    let fine = study(&["x"], (1..4).map(|x| failed(f64::from(x), 0, some)).collect());
+    let layers = |study: &Study| figures(study)[0].1.panels[0].layers.clone();
+    assert!(!layers(&fine).iter().any(|layer| matches!(layer, Layer::Band { .. })));
+    let none = study(&["x"], (1..4).map(|x| failed(f64::from(x), 100, Interval::UNKNOWN)).collect());
+    let all = figures(&none);
+    assert_eq!(all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["wrong_poles_x"]);
+    let svg = all[0].1.svg().expect("drawn");
+    assert!(svg.contains("no pole was named") && !svg.contains("wrong pole (%)"), "{svg}");
 }
 
 #[test]

@@ -5,6 +5,7 @@ mod setup;
 pub mod stale;
 mod study;
 mod two;
+mod verdict;
 
 use std::path::{Path, PathBuf};
 
@@ -58,7 +59,7 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     }
     let files = output.finish()?;
     remove_stale(&out, &files);
-    let (_, headline, details) = page::verdict(&run.summary);
+    let (_, headline, details) = verdict::verdict(&run.summary);
     let text = format!("{headline}\n  {}\n\n{}", details.join("\n  "), file_list(&out, &files));
     Ok(Said { text, code: 0 })
 }
@@ -80,7 +81,8 @@ fn made(run: &Run) -> Result<(String, Vec<(String, Figure)>), Error> {
 
 /// Figures of an earlier report that this one does not have would be taken for its own.
 fn remove_stale(folder: &Path, files: &[String]) {
-    let ours = ["sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];
+    let ours =
+        ["error_over_angle.", "distribution.", "sweep_", "wrong_poles_", "heat_", "methods.", "scatter."];
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let figure = [".svg", ".png"].iter().any(|end| name.ends_with(end));

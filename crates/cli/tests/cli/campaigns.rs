@@ -356,7 +356,7 @@ fn a_report_is_one_file_that_says_what_was_run() {
         succeed(&["run", "s.toml", "--trials", "60", "--format", format, "--out", format], path);
         let text = succeed(&["report", format], path);
         assert!(
-            text.contains("in 240 starts")
+            text.contains("at any of 4 points")
                 && text.contains("Worst point: ")
                 && text.contains("answered rightly"),
             "{text}"

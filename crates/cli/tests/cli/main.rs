@@ -6,6 +6,7 @@ mod bits;
 mod campaigns;
 mod clusters;
 mod compared;
+mod failing;
 mod files;
 #[cfg(target_os = "linux")]
 mod firmware;

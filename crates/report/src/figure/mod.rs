@@ -265,6 +265,11 @@ impl Panel {
 }
 
 impl Figure {
+    /// Whether any panel has something to show besides rules.
+    pub fn has_data(&self) -> bool {
+        self.panels.iter().any(extent::has_data)
+    }
+
     /// The figure as an SVG document of its logical size.
     ///
     /// Text stays text, set in DejaVu Sans where that is installed and in a font of similar widths elsewhere.

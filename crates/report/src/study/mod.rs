@@ -199,7 +199,7 @@ impl Study {
     }
 }
 
-/// The figures that a study has data for, with the stems of their files' names.
+/// The figures that a study has data for, with the stems of their files' names; one without any datum is left out.
 ///
 /// | with | figures |
 /// |---|---|
@@ -210,7 +210,11 @@ impl Study {
 /// | a scattered design | `scatter` in place of sweeps and maps |
 pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     let mut all = Vec::new();
-    let mut add = |name: String, figure: Figure| all.push((name, figure));
+    let mut add = |name: String, figure: Figure| {
+        if figure.has_data() {
+            all.push((name, figure));
+        }
+    };
     let varied = study.varied();
     // Over axes that are varied on purpose, what all trials say together depends on how the points were chosen.
     if let Some(cloud) = study.cloud.as_ref().filter(|_| varied.is_empty()) {

@@ -27,6 +27,10 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let mut panels: Vec<Panel> = Vec::new();
     for (index, kind) in KINDS.iter().enumerate() {
         let (name, count, _) = *kind;
+        if index == 0 && found.iter().flatten().all(|pooled| pooled.named() == 0) {
+            remarks.push("no pole was named".to_owned());
+            continue;
+        }
         if index > 0 && found.iter().flatten().all(|pooled| count(pooled) == 0) {
             remarks.push(format!("{name}: none"));
             continue;
@@ -59,13 +63,17 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a Pooled>) -> String {
 pub(super) fn with_odds<'a>(
     mut panel: Panel,
     found: impl Iterator<Item = (f64, &'a Pooled)>,
-    &(_, count, probability): &Kind,
+    &(name, count, probability): &Kind,
     style: Style,
     (label, never): (&str, &str),
     line: bool,
 ) -> Panel {
     let (mut bars, mut limits) = (Vec::new(), Vec::new());
     for (x, pooled) in found.filter(|(_, pooled)| pooled.trials > 0) {
+        // Where no pole was named, none could be wrong.
+        if name == KINDS[0].0 && pooled.named() == 0 {
+            continue;
+        }
         let Interval { value, low, high } = probability(pooled);
         if count(pooled) == 0 {
             limits.push((x, 100.0 * high));

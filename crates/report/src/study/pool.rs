@@ -30,6 +30,13 @@ pub struct Pooled {
     pub failed_probability: Interval,
 }
 
+impl Pooled {
+    /// Trials that named a pole.
+    pub(super) fn named(&self) -> u64 {
+        self.trials.saturating_sub(self.undetermined + self.failed)
+    }
+}
+
 /// Takes points together; no points give no trials and unknown values.
 pub fn pool(study: &Study, points: &[&StudyPoint]) -> Pooled {
     let sum = |count: fn(&StudyPoint) -> u64| points.iter().map(|point| count(point)).sum::<u64>();

@@ -1,6 +1,6 @@
 //! Errors over one axis.
 
-use super::place::{Series, error_axis, found, place, series};
+use super::place::{Place, Series, error_axis, found, place, series};
 use super::{Caption, Interval, Pooled, Study};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
@@ -10,7 +10,8 @@ type Bars = Vec<(f64, f64, f64, f64)>;
 /// Rms error and 95th percentile over an axis of the study, with their intervals.
 ///
 /// Other axes with few values become series, as long as these are six at most; the rest is pooled, which leaves only
-/// the rms error. The errors' axis is logarithmic where they span more than a factor of five.
+/// the rms error. The errors' axis is logarithmic where they span more than a factor of five. Where more than 1 % of starts
+/// have no right answer, the error is of the others alone, or there is none: such values of the axis are shaded.
 pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
     let (series, remarks) = series(study, &[axis]);
@@ -25,11 +26,13 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     };
     let has_p95 = all(p95).iter().any(|value| value.is_finite());
     let lines = !place.named;
+    let failing = failing(study, axis, &place);
+    let which = if series.len() > 1 { ", in one series at least" } else { "" };
     let x = || place.axis.clone();
     let mut panels = Vec::new();
     if let ([one], [only]) = (&series[..], &found[..]) {
-        let values = all(rms).into_iter().chain(all(p95));
-        let mut panel = Panel::new(x(), error_axis("error of the axis (°)", values));
+        let values = [all(rms), all(p95)].concat();
+        let mut panel = shaded(x(), "error of the axis (°)", &values, &place, (&failing, which));
         panel = with_bars(panel, "rms", bars(one, only, rms), Style::Blue, lines);
         if has_p95 {
             let bars = bars(one, only, p95);
@@ -39,7 +42,7 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     } else {
         let kinds = [("rms error of the axis (°)", rms), ("95th percentile of |e| (°)", p95)];
         for (label, value) in kinds.into_iter().take(1 + usize::from(has_p95)) {
-            let mut panel = Panel::new(x(), error_axis(label, all(value).into_iter()));
+            let mut panel = shaded(x(), label, &all(value), &place, (&failing, which));
             for (series, found) in series.iter().zip(&found) {
                 panel = with_bars(panel, &series.label, bars(series, found, value), series.style, lines);
             }
@@ -48,6 +51,32 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
         }
     }
     caption.figure(&remarks, if panels.len() == 1 { 480 } else { 760 }, panels)
+}
+
+/// At which values of an axis more than 1 % of the starts of a point have no right answer.
+fn failing(study: &Study, axis: usize, place: &Place) -> Vec<bool> {
+    place.values.iter().map(|value| !study.answers(&[(axis, value)])).collect()
+}
+
+/// A panel for these errors, shaded over its whole height where starts fail: so far the axis reaches, error or none.
+fn shaded(x: Axis, label: &str, errors: &[f64], place: &Place, (failing, which): (&[bool], &str)) -> Panel {
+    let mut y = error_axis(label, errors.iter().copied());
+    let known = errors.iter().copied().filter(|error| *error > 0.0 && error.is_finite());
+    let (low, high) = known.fold((f64::INFINITY, 0.0f64), |(low, high), e| (low.min(e), high.max(e)));
+    if high <= 0.0 || !failing.contains(&true) {
+        return Panel::new(x, y);
+    }
+    let (bottom, top) = y.range.unwrap_or((low / 1.5, 1.5 * high));
+    y = y.range(bottom, top);
+    let cells = place.edges.windows(2).zip(failing).flat_map(|(edges, fails)| {
+        let edge = |x: f64| if *fails { (x, bottom, top) } else { (x, f64::NAN, f64::NAN) };
+        [edge(edges[0]), edge(edges[1])]
+    });
+    Panel::new(x, y).with(Layer::band(
+        &format!("more than 1 % without a right answer{which}"),
+        Style::Black,
+        cells,
+    ))
 }
 
 /// A line through numbers, none between names, and the intervals in front.

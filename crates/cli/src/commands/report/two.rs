@@ -12,6 +12,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use standstill_campaign::Summary;
+use standstill_report::page::Tone;
 use standstill_report::table::{Column, Kind, Value};
 use toml::Value as Toml;
 
@@ -19,13 +20,16 @@ use self::difference::{Rates, independent, paired_rms};
 use self::row::{RMS, Row};
 use self::shown::{figure, page};
 use super::Run;
+use super::page::NOTHING;
 use super::study::setting;
+use super::verdict::range;
 use crate::Report as Said;
 use crate::columns;
 use crate::commands::reproduce::file_list;
 use crate::commands::require::shown as shown_value;
 use crate::error::Error;
 use crate::output::Output;
+use crate::summary::{GOOD, right};
 use crate::table::{self, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
@@ -81,7 +85,7 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
         Table::new([table::Column::prose("setting"), table::Column::prose("A"), table::Column::prose("B")])
             .rows(settings.iter().map(|row| row.to_vec()))
             .text();
-    let headline = headline(&rows, two.points.len());
+    let (tone, headline) = headline(&rows, &two.points);
     let figure = figure(&rows, &two.points, &names);
     let mut text = about.iter().map(|line| paragraph("", line)).collect::<String>();
     let _ = write!(text, "\n{}", paragraph("", &headline));
@@ -98,7 +102,7 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
     let mut output = Output::create(out, &FILES)?;
     let csv = columns::csv(&rows).map_err(|error| Error::Write(out.join(FILES[0]), error))?;
     output.file(FILES[0], &csv)?;
-    let html = page(&about, headline, notes, &rows, settings, &figure).html().map_err(Error::Page)?;
+    let html = page(&about, (tone, headline), notes, &rows, settings, &figure).html().map_err(Error::Page)?;
     output.file(FILES[1], html.as_bytes())?;
     output.file(FILES[2], figure.svg()?.as_bytes())?;
     output.file(FILES[3], &figure.png()?)?;
@@ -175,8 +179,14 @@ impl<'a> Two<'a> {
                     1 => s.undetermined_probability,
                     _ => s.failed_probability,
                 };
-                let rates = summaries.map(of);
-                let counted = pairs.as_ref().filter(|pairs| !pairs.is_empty()).map(|pairs| Rates {
+                // Of a run that named no pole, nothing is known of wrong ones.
+                let asked = summaries.map(|s| case > 0 || s.found > 0);
+                let mut rates = summaries.map(of);
+                for (rate, asked) in rates.iter_mut().zip(asked) {
+                    *rate = if asked { *rate } else { NOTHING };
+                }
+                let usable = pairs.as_ref().filter(|pairs| !pairs.is_empty() && asked == [true; 2]);
+                let counted = usable.map(|pairs| Rates {
                     only_a: pairs.iter().filter(|(a, b)| a.cases[case] && !b.cases[case]).count() as u64,
                     only_b: pairs.iter().filter(|(a, b)| !a.cases[case] && b.cases[case]).count() as u64,
                     pairs: pairs.len() as u64,
@@ -284,8 +294,19 @@ fn trials(run: &Run) -> Result<Vec<Vec<Trial>>, Error> {
     Ok(points)
 }
 
-/// What is different, in a line.
-fn headline(rows: &[Row], points: usize) -> String {
+/// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
+fn headline(rows: &[Row], points: &[(String, [&Summary; 2])]) -> (Tone, String) {
+    let apart = difference(rows, points.len());
+    let shares = |run: usize| points.iter().map(move |(_, both)| right(both[run]));
+    if shares(0).chain(shares(1)).all(|share| share >= GOOD) {
+        return (Tone::Neutral, apart);
+    }
+    let by = if points.len() > 1 { ", by point" } else { "" };
+    let [a, b] = [0, 1].map(|run| range(shares(run)).unwrap_or_else(|| "–".to_owned()));
+    (Tone::Warning, format!("Answered rightly: {a} at A, {b} at B{by}; {apart}"))
+}
+
+fn difference(rows: &[Row], points: usize) -> String {
     let rms: Vec<&Row> = rows.iter().filter(|row| row.is_rms()).collect();
     if let [one] = rms[..] {
         if one.a.is_nan() || one.b.is_nan() {

@@ -96,6 +96,9 @@ impl Row {
     }
 
     pub fn verdict(&self) -> &'static str {
+        if self.difference_low.is_nan() || self.difference_high.is_nan() {
+            return "cannot be compared";
+        }
         match (self.difference_low > 0.0, self.difference_high < 0.0) {
             (true, _) => "B is worse",
             (_, true) => "B is better",
@@ -106,6 +109,9 @@ impl Row {
 
 #[cfg(test)]
 mod tests {
+    use standstill_campaign::{Statistics, Summary};
+    use standstill_report::page::Tone;
+
     use super::super::headline;
     use super::*;
     use crate::columns;
@@ -117,7 +123,13 @@ mod tests {
         let row = Row::new("all starts", RMS, [nan, one], nan, Some(0));
         let csv = String::from_utf8(columns::csv([&row]).expect("written")).expect("text");
         assert_eq!(csv.lines().nth(1), Some("all starts,rms,,,,1.25,,,,,,0"));
-        assert_eq!(row.cells()[2..], ["–", "1.250", "–", "none seen"]);
-        assert_eq!(headline(&[row], 1), "no axis at A, rms 1.250° at B");
+        assert_eq!(row.cells()[2..], ["–", "1.250", "–", "cannot be compared"]);
+        let mut none = Statistics::default().summary();
+        (none.trials, none.failed) = (8, 8);
+        let one = Summary { found: 6, failed: 2, ..none.clone() };
+        let (tone, said) = headline(&[row], &[("all starts".to_owned(), [&none, &one])]);
+        assert_eq!(tone, Tone::Warning);
+        let expected = "Answered rightly: 0.00 % at A, 75.00 % at B; no axis at A, rms 1.250° at B";
+        assert_eq!(said, expected);
     }
 }

@@ -47,7 +47,14 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
             rms.iter().enumerate().filter(|(_, row)| row.difference_high.is_finite()).map(bar),
         ))
         .with(Layer::level("", 0.0));
-    let mut panels = vec![upper, apart];
+    // A panel without a number says nothing; one there must be.
+    let mut panels = Vec::new();
+    if !single || rms.iter().any(|row| row.a.is_finite() || row.b.is_finite()) {
+        panels.push(upper);
+    }
+    if rms.iter().any(|row| row.difference_high.is_finite()) {
+        panels.push(apart);
+    }
     if single {
         let rest: Vec<&Row> = rows.iter().filter(|row| !row.is_rms()).collect();
         let panel = Panel::new(Axis::categories("", CASES.map(str::to_owned)), Axis::new("starts (%)"));
@@ -69,7 +76,7 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
 
 pub fn page(
     about: &[String],
-    headline: String,
+    (tone, headline): (Tone, String),
     notes: Vec<String>,
     rows: &[Row],
     settings: Vec<[String; 3]>,
@@ -98,7 +105,7 @@ pub fn page(
             .to_owned(),
     };
     let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
-    let verdict = Block::Verdict { tone: Tone::Neutral, headline, details: notes };
+    let verdict = Block::Verdict { tone, headline, details: notes };
     Page {
         title: "Two runs compared".to_owned(),
         subtitle: about.join(" · "),

@@ -1,0 +1,238 @@
+//! What a run says in a line, and what that rests on.
+
+use standstill_campaign::Summary;
+use standstill_report::page::Tone;
+
+use crate::commands::run::results::{PointSummary, SummaryFile};
+use crate::summary::{FAILING, GOOD, digits, number, rank, right};
+use crate::units::Shown;
+
+/// More starts than this without an answer are worth a warning.
+const OFTEN: f64 = 0.01;
+
+fn percent(share: f64) -> String {
+    format!("{:.*} %", digits(share), 100.0 * share)
+}
+
+/// The least and the largest share of several, leaving out what is none.
+pub fn range(shares: impl Iterator<Item = f64>) -> Option<String> {
+    let known = shares.filter(|share| share.is_finite());
+    let (low, high) = known
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), share| (low.min(share), high.max(share)));
+    match (low.is_finite(), low < high) {
+        (false, _) => None,
+        (true, true) => Some(format!("{} to {}", percent(low), percent(high))),
+        (true, false) => Some(percent(low)),
+    }
+}
+
+/// The tone, the headline and the details.
+pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
+    let (tone, headline, mut details) =
+        if summary.points.is_empty() { of_run(summary) } else { of_sweep(summary) };
+    if let Some(note) = &summary.run.pole_note {
+        details.push(format!("Poles: {note}"));
+    }
+    if summary.summary.errors > 0 {
+        details.push(format!("{} trials could not be simulated", summary.summary.errors));
+    }
+    details.extend(summary.unreached());
+    (tone, headline, details)
+}
+
+/// How many starts had no answer and why mostly, where these are many.
+fn silence(s: &Summary) -> Option<String> {
+    let silent = s.undetermined + s.failed;
+    if silent as f64 <= OFTEN * s.trials as f64 {
+        return None;
+    }
+    let what = match (s.failed, s.undetermined) {
+        (_, 0) => "failed",
+        (0, _) => "had an axis but no pole",
+        _ => "had no answer",
+    };
+    // Of reasons as frequent as one another the first by name.
+    let most = s.reasons.iter().rev().max_by_key(|(_, times)| times.count);
+    let why = most.map_or_else(String::new, |(reason, times)| {
+        if times.count == silent { format!(" ({reason})") } else { format!(" (most often: {reason})") }
+    });
+    Some(format!("{silent} of {} starts {what}{why}", s.trials))
+}
+
+fn of_run(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
+    let s = &summary.summary;
+    let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
+    let unsure = s.found > 0 && s.wrong_pole_probability.high > OFTEN;
+    let tone = if s.wrong_poles > 0 || s.errors > 0 || s.found == 0 {
+        Tone::Bad
+    } else if right(s) < GOOD
+        || summary.run.pole_note.is_some()
+        || silent > OFTEN
+        || unsure
+        || s.beyond_limit.value > OFTEN
+    {
+        Tone::Warning
+    } else {
+        Tone::Good
+    };
+    // Where no pole was named, there is nothing to say of wrong ones.
+    let starts = if s.found == s.trials { "starts" } else { "answers" };
+    let poles = match s.wrong_poles {
+        _ if s.found == 0 => None,
+        _ if summary.run.pole_note.is_some() => Some("poles not judged".to_owned()),
+        0 => Some(format!("no wrong pole in {} {starts}", s.found)),
+        1 => Some(format!("1 wrong pole in {} {starts}", s.found)),
+        many => Some(format!("{many} wrong poles in {} {starts}", s.found)),
+    };
+    let rms = if s.axes == 0 {
+        "no axis found".to_owned()
+    } else {
+        format!("{}° rms", number(s.rms_deg.value, 3))
+    };
+    let answered = Some(format!("{} answered rightly", percent(right(s))));
+    let parts = [silence(s), poles, answered, Some(rms)];
+    let mut details = Vec::new();
+    if s.found > 0 {
+        let most = percent(s.wrong_pole_probability.high);
+        details.push(format!("Probability of a wrong pole: {most} at most (97.5 %)"));
+    }
+    details.push(format!(
+        "Starts without an answer: {} undetermined, {} failed ({} together)",
+        s.undetermined,
+        s.failed,
+        percent(silent)
+    ));
+    if s.beyond_limit.value.is_finite() {
+        let beyond = percent(s.beyond_limit.value);
+        details.push(format!("The error exceeds {}° in {beyond} of starts with an angle", s.limit_deg));
+    }
+    if unsure && s.wrong_poles == 0 {
+        details.push("Too few starts to rule out wrong poles in one of a hundred".to_owned());
+    }
+    (tone, sentence(parts), details)
+}
+
+/// Axes are varied on purpose: a share of the starts at all points together says how the points were chosen.
+fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
+    let (s, points) = (&summary.summary, &summary.points);
+    let each = || points.iter().map(|point| &point.summary);
+    let named = || each().filter(|s| s.found > 0);
+    let tone = if s.wrong_poles > 0 || s.errors > 0 || each().any(|s| right(s) <= 0.0) {
+        Tone::Bad
+    } else if each().any(|s| right(s) < GOOD) {
+        Tone::Warning
+    } else {
+        Tone::Neutral
+    };
+    let answered = range(each().map(right)).map(|range| format!("{range} answered rightly, by point"));
+    let poles = match each().filter(|s| s.wrong_poles > 0).count() {
+        _ if named().count() == 0 => None,
+        _ if summary.run.pole_note.is_some() => Some("poles not judged".to_owned()),
+        0 if named().count() < points.len() => {
+            Some(format!("no wrong pole at the {} of {} points that name one", named().count(), points.len()))
+        }
+        0 => Some(format!("no wrong pole at any of {} points", points.len())),
+        many => Some(format!("wrong poles at {many} of {} points", points.len())),
+    };
+    let by = |a: &&PointSummary, b: &&PointSummary| rank(&a.summary, &b.summary);
+    let best = points.iter().min_by(by);
+    let rms = best.map(|best| match best.summary.axes {
+        0 => "no axis found".to_owned(),
+        _ => format!("best point {}° rms", number(best.summary.rms_deg.value, 3)),
+    });
+    let mut details = Vec::new();
+    let limits = || named().map(|s| s.wrong_pole_probability.high);
+    if named().count() > 0 {
+        let most = percent(limits().fold(0.0, f64::max));
+        details.push(format!(
+            "Probability of a wrong pole: {most} at most where it is known least (97.5 %, each point by itself)"
+        ));
+    }
+    let without = |s: &Summary| 1.0 - s.found as f64 / s.trials as f64;
+    if let Some(range) = range(each().map(without)) {
+        details.push(format!("Starts without an answer: {range}, by point"));
+    }
+    if let Some(range) = range(each().map(|s| s.beyond_limit.value)) {
+        details
+            .push(format!("The error exceeds {}° in {range} of starts with an angle, by point", s.limit_deg));
+    }
+    if s.wrong_poles == 0 && limits().any(|high| high > OFTEN) {
+        details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
+    }
+    let shown = Shown::of(points);
+    let told = |point: &PointSummary| {
+        let s = &point.summary;
+        let rms = match s.axes {
+            0 => "no start found an axis".to_owned(),
+            axes => format!("{}° rms over {axes} axes", number(s.rms_deg.value, 3)),
+        };
+        format!("{} right, {rms}, at {}", percent(right(s)), describe(point, &shown))
+    };
+    if let (Some(best), Some(worst)) = (best, points.iter().max_by(by)) {
+        let name = if 1.0 - right(&best.summary) > FAILING {
+            "No point answers 99 % of its starts; nearest"
+        } else {
+            "Best point"
+        };
+        details.push(format!("{name}: {}", told(best)));
+        details.push(format!("Worst point: {}", told(worst)));
+    }
+    let most = points.iter().max_by(|a, b| without(&a.summary).total_cmp(&without(&b.summary)));
+    if let Some(point) = most.filter(|point| without(&point.summary) > 0.0) {
+        let share = percent(without(&point.summary));
+        details.push(format!("Most starts without an answer: {share} at {}", describe(point, &shown)));
+    }
+    details.push("Trials of the same number share their random numbers at all points; what is said of several points together is as sure as one point's trials make it".to_owned());
+    (tone, sentence([answered, poles, rms]), details)
+}
+
+/// The parts that there are, the first with a capital letter.
+fn sentence<const N: usize>(parts: [Option<String>; N]) -> String {
+    let text = parts.into_iter().flatten().collect::<Vec<_>>().join("; ");
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}
+
+/// A point by its values.
+pub fn describe(point: &PointSummary, shown: &[Shown]) -> String {
+    let values = shown.iter().zip(point.values.values());
+    let values: Vec<String> = values
+        .map(|(axis, value)| format!("{} = {} {}", axis.key, axis.text(value), axis.scale.unit))
+        .collect();
+    let values: Vec<&str> = values.iter().map(|value| value.trim_end()).collect();
+    values.join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_campaign::{Occurrence, Statistics, binomial_interval};
+
+    use super::*;
+
+    #[test]
+    fn law_starts_without_an_answer_are_said_with_the_commonest_reason() {
+        let of = |undetermined: u64, failed: u64| {
+            let mut s = Statistics::default().summary();
+            (s.trials, s.undetermined, s.failed) = (200, undetermined, failed);
+            for (reason, count) in [("axis unclear", undetermined), ("clipped", failed)] {
+                let probability = binomial_interval(count, 200);
+                s.reasons.insert(reason.to_owned(), Occurrence { count, probability });
+            }
+            silence(&s)
+        };
+        let said = |text: &str| Some(text.to_owned());
+        // 1 % is not yet many.
+        assert_eq!((of(1, 1), of(0, 0)), (None, None));
+        assert_eq!(of(0, 3), said("3 of 200 starts failed (clipped)"));
+        assert_eq!(of(3, 0), said("3 of 200 starts had an axis but no pole (axis unclear)"));
+        assert_eq!(of(2, 5), said("7 of 200 starts had no answer (most often: clipped)"));
+        assert_eq!(of(2, 2), said("4 of 200 starts had no answer (most often: axis unclear)"));
+    }
+
+    #[test]
+    fn law_a_range_leaves_out_what_is_none() {
+        assert_eq!(range([0.5, f64::NAN, 0.0].into_iter()).as_deref(), Some("0.00 % to 50.00 %"));
+        assert_eq!(range([0.5, f64::NAN].into_iter()).as_deref(), Some("50.00 %"));
+        assert_eq!(range([f64::NAN].into_iter()), None);
+    }
+}
