@@ -52,15 +52,23 @@ pub struct Limits(pub Vec<Limit>);
 
 /// A text that is no limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LimitError(String);
+pub struct LimitError {
+    text: String,
+    /// The bound, where a share is needed.
+    share: Option<String>,
+}
 
 impl fmt::Display for LimitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(found) = &self.share {
+            let needed = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
+            return write!(f, "`{}` is no limit: found `{found}`, needed {needed}", self.text);
+        }
         write!(
             f,
             "`{}` is no limit: needed `rms <= 1 deg`, p95, p99 or moved in degrees, `P(|e| > 2 deg) <= 1 %`, wrong_poles, \
              undetermined or failed in per cent, `duration <= 20 ms`, `peak_current <= 8 A`, joined by commas",
-            self.0
+            self.text
         )
     }
 }
@@ -200,12 +208,10 @@ fn quantile(values: &mut [f64], share: f64) -> Estimate {
     Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + 1.0) }
 }
 
-/// A share, in per cent or as a number.
+/// A share in per cent. A number without its sign may be meant either way, so it is none.
 fn share(text: &str) -> Option<f64> {
-    match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse::<f64>().ok().map(|percent| percent / 100.0),
-        None => text.parse().ok(),
-    }
+    let percent: f64 = text.strip_suffix('%')?.trim().parse().ok()?;
+    (percent <= 100.0).then_some(percent / 100.0)
 }
 
 fn seconds(text: &str) -> Option<f64> {
@@ -216,14 +222,22 @@ impl FromStr for Limits {
     type Err = LimitError;
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
-        let limit = |part: &str| {
-            let (measure, bound) = halves(part)?;
-            Some(Limit { measure, most: measure.value(bound)? })
-        };
-        let limits =
-            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
-        limits.collect::<Result<Vec<_>, _>>().map(Self)
+        let most = |measure: Measure, bound: &str| Some(Limit { measure, most: measure.value(bound)? });
+        each(text, most).map(Self)
     }
+}
+
+/// Limits joined by commas, each as `of` reads its measure and the text of its bound.
+fn each<T>(text: &str, of: impl Fn(Measure, &str) -> Option<T>) -> Result<Vec<T>, LimitError> {
+    let limit = |part: &str| {
+        let error = |share: Option<&str>| LimitError {
+            text: part.trim().to_owned(),
+            share: share.map(str::to_owned),
+        };
+        let (measure, bound) = halves(part).ok_or_else(|| error(None))?;
+        of(measure, bound).ok_or_else(|| error(Some(bound).filter(|_| measure.unit().is_none())))
+    };
+    text.split(',').map(limit).collect()
 }
 
 /// A limit's measure and the text of its bound.
@@ -240,13 +254,11 @@ impl FromStr for Subject {
     type Err = LimitError;
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
-        let limit = |part: &str| match halves(part)? {
-            (measure, "start") => Some((measure, None)),
-            (measure, bound) => Some((measure, Some(measure.value(bound)?))),
+        let most = |measure: Measure, bound: &str| match bound {
+            "start" => Some((measure, None)),
+            _ => Some((measure, Some(measure.value(bound)?))),
         };
-        let limits =
-            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
-        limits.collect::<Result<Vec<_>, _>>().map(Self)
+        each(text, most).map(Self)
     }
 }
 
@@ -348,6 +360,23 @@ mod tests {
         for text in ["rmse <= 1 deg", "rms < 1", "rms <= -1 deg", "P(e > 2) <= 1 %", "duration <= 3 A", ""] {
             let message = text.parse::<Limits>().expect_err("no limit").to_string();
             assert!(message.contains("wrong_poles") && message.contains("peak_current"), "{message}");
+        }
+    }
+
+    #[test]
+    fn regress_a_share_has_its_sign_and_is_at_most_all() {
+        for name in ["wrong_poles", "undetermined", "failed", "P(|e| > 2 deg)"] {
+            for bound in ["5", "0.05", "100.1 %", "inf %", "nan %", "0 %", "-1 %", "%"] {
+                let text = format!("rms <= 1 deg, {name} <= {bound}");
+                let message = text.parse::<Limits>().expect_err("no limit").to_string();
+                let found = format!("`{name} <= {bound}` is no limit: found `{bound}`, needed a share");
+                assert!(message.starts_with(&found) && message.ends_with("`5 %`"), "{message}");
+                assert_eq!(text.parse::<Subject>().expect_err("no limit").to_string(), message);
+            }
+            let limits: Limits = format!("{name} <= 100 %").parse().expect("limits");
+            assert_eq!(limits.0[0].most, 1.0);
+            let Subject(limits) = format!("{name}<=5%").parse().expect("limits");
+            assert_eq!(limits[0].1, Some(0.05));
         }
     }
 

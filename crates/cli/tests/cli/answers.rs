@@ -296,6 +296,8 @@ fn mistakes_name_what_there_is() {
         &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
         &["`rmse <= 1 deg`", "wrong_poles", "duration"],
     );
+    let bare = ["require", "s.toml", "--key", "sensors.noise", "--limit", "undetermined <= 5"];
+    says(&bare, &["--limit", "found `5`, needed a share", "`5 %`"]);
     says(
         &["require", "s.toml", "--key", "sensors.noize", "--limit", "rms <= 1 deg"],
         &["sensors.noize", "noise", "gain_error"],
