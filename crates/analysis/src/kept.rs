@@ -47,7 +47,7 @@ const PURPOSES: [Purpose; 15] = [
     Purpose::Detector,
 ];
 
-const ENDS: [End; 3] = [End::Reached, End::Flat, End::TooRare];
+const ENDS: [End; 4] = [End::Reached, End::Flat, End::TooRare, End::Constant];
 
 #[allow(clippy::cast_possible_truncation, reason = "a short list")]
 fn place<T: PartialEq>(all: &[T], one: &T) -> u8 {

@@ -52,15 +52,23 @@ pub struct Limits(pub Vec<Limit>);
 
 /// A text that is no limit.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LimitError(String);
+pub struct LimitError {
+    text: String,
+    /// The bound, where a share is needed.
+    share: Option<String>,
+}
 
 impl fmt::Display for LimitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some(found) = &self.share {
+            let needed = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
+            return write!(f, "`{}` is no limit: found `{found}`, needed {needed}", self.text);
+        }
         write!(
             f,
             "`{}` is no limit: needed `rms <= 1 deg`, p95, p99 or moved in degrees, `P(|e| > 2 deg) <= 1 %`, wrong_poles, \
              undetermined or failed in per cent, `duration <= 20 ms`, `peak_current <= 8 A`, joined by commas",
-            self.0
+            self.text
         )
     }
 }
@@ -200,12 +208,10 @@ fn quantile(values: &mut [f64], share: f64) -> Estimate {
     Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + 1.0) }
 }
 
-/// A share, in per cent or as a number.
+/// A share in per cent. A number without its sign may be meant either way, so it is none.
 fn share(text: &str) -> Option<f64> {
-    match text.strip_suffix('%') {
-        Some(percent) => percent.trim().parse::<f64>().ok().map(|percent| percent / 100.0),
-        None => text.parse().ok(),
-    }
+    let percent: f64 = text.strip_suffix('%')?.trim().parse().ok()?;
+    (percent <= 100.0).then_some(percent / 100.0)
 }
 
 fn seconds(text: &str) -> Option<f64> {
@@ -216,14 +222,22 @@ impl FromStr for Limits {
     type Err = LimitError;
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
-        let limit = |part: &str| {
-            let (measure, bound) = halves(part)?;
-            Some(Limit { measure, most: measure.value(bound)? })
-        };
-        let limits =
-            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
-        limits.collect::<Result<Vec<_>, _>>().map(Self)
+        let most = |measure: Measure, bound: &str| Some(Limit { measure, most: measure.value(bound)? });
+        each(text, most).map(Self)
     }
+}
+
+/// Limits joined by commas, each as `of` reads its measure and the text of its bound.
+fn each<T>(text: &str, of: impl Fn(Measure, &str) -> Option<T>) -> Result<Vec<T>, LimitError> {
+    let limit = |part: &str| {
+        let error = |share: Option<&str>| LimitError {
+            text: part.trim().to_owned(),
+            share: share.map(str::to_owned),
+        };
+        let (measure, bound) = halves(part).ok_or_else(|| error(None))?;
+        of(measure, bound).ok_or_else(|| error(Some(bound).filter(|_| measure.unit().is_none())))
+    };
+    text.split(',').map(limit).collect()
 }
 
 /// A limit's measure and the text of its bound.
@@ -240,27 +254,36 @@ impl FromStr for Subject {
     type Err = LimitError;
 
     fn from_str(text: &str) -> Result<Self, LimitError> {
-        let limit = |part: &str| match halves(part)? {
-            (measure, "start") => Some((measure, None)),
-            (measure, bound) => Some((measure, Some(measure.value(bound)?))),
+        let most = |measure: Measure, bound: &str| match bound {
+            "start" => Some((measure, None)),
+            _ => Some((measure, Some(measure.value(bound)?))),
         };
-        let limits =
-            text.split(',').map(|part| limit(part).ok_or_else(|| LimitError(part.trim().to_owned())));
-        limits.collect::<Result<Vec<_>, _>>().map(Self)
+        each(text, most).map(Self)
     }
 }
 
 impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (k, Limit { measure, most }) in self.0.iter().enumerate() {
-            f.write_str(if k > 0 { ", " } else { "" })?;
-            match measure.unit() {
-                Some(unit) => write!(f, "{measure} <= {most} {unit}"),
-                None => write!(f, "{measure} <= {} %", 100.0 * most),
-            }?;
-        }
-        Ok(())
+        joined(f, self.0.iter().map(|limit| (limit.measure, Some(limit.most))))
     }
+}
+
+impl fmt::Display for Subject {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        joined(f, self.0.iter().copied())
+    }
+}
+
+fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Option<f64>)>) -> fmt::Result {
+    for (k, (measure, most)) in limits.enumerate() {
+        f.write_str(if k > 0 { ", " } else { "" })?;
+        match (most, measure.unit()) {
+            (None, _) => write!(f, "{measure} <= start"),
+            (Some(most), Some(unit)) => write!(f, "{measure} <= {most} {unit}"),
+            (Some(most), None) => write!(f, "{measure} <= {} %", 100.0 * most),
+        }?;
+    }
+    Ok(())
 }
 
 /// What starts contribute to each limit.
@@ -315,51 +338,4 @@ impl Tally {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_limits_are_read_as_they_are_written() {
-        for text in [
-            "rms <= 1 deg",
-            "P(|e| > 2 deg) <= 1 %, wrong_poles <= 0.5 %",
-            "p95 <= 2 deg, p99 <= 3 deg, moved <= 0.1 deg, duration <= 0.02 s, peak_current <= 8 A",
-            "undetermined <= 0.25 %, failed <= 0.25 %",
-        ] {
-            assert_eq!(text.parse::<Limits>().expect("limits").to_string(), text);
-        }
-        assert_eq!("duration<=20 ms".parse::<Limits>().expect("limits").0[0].most, 0.02);
-    }
-
-    #[test]
-    fn law_limits_may_be_what_the_start_reaches() {
-        let Subject(limits) = "moved <= start, rms<=1 deg".parse().expect("limits");
-        assert_eq!(limits, [(Measure::Moved, None), (Measure::Rms, Some(1.0))]);
-        assert!("moved < start".parse::<Subject>().is_err() && "start <= start".parse::<Subject>().is_err());
-        for name in ["rms", "P(|e| > 2 deg)", "peak_current"] {
-            assert_eq!(name.parse::<Measure>().expect("a measure").to_string(), name);
-        }
-        let message = "rmse".parse::<Measure>().expect_err("no measure").to_string();
-        assert!(message.contains("`rmse`") && message.contains("duration"), "{message}");
-    }
-
-    #[test]
-    fn regress_what_is_no_limit_names_those_that_are() {
-        for text in ["rmse <= 1 deg", "rms < 1", "rms <= -1 deg", "P(e > 2) <= 1 %", "duration <= 3 A", ""] {
-            let message = text.parse::<Limits>().expect_err("no limit").to_string();
-            assert!(message.contains("wrong_poles") && message.contains("peak_current"), "{message}");
-        }
-    }
-
-    #[test]
-    fn analytic_quantiles_lie_between_order_statistics() {
-        let mut values: Vec<f64> = (1..=1000).map(f64::from).collect();
-        let estimate = quantile(&mut values, 0.95);
-        assert_eq!(estimate.value, 950.0);
-        assert!(
-            (936.0..938.0).contains(&estimate.low) && (964.0..966.0).contains(&estimate.high),
-            "{estimate:?}"
-        );
-        assert_eq!(quantile(&mut [1.0, 2.0], 0.99).high, f64::INFINITY);
-    }
-}
+mod tests;

@@ -40,7 +40,10 @@ pub enum Alarm {
     },
     /// Nothing says how far a start is from the event: what is given are the plain trials.
     Flat,
-    /// Rarer than what a run follows.
+    /// All starts have the same distance from the event: what is given is the limit of the plain trials done until then.
+    Constant,
+    /// No run reached the event; they gave up where levels have this probability. That is no bound: a part that all of them
+    /// miss may be likelier.
     TooRare(f64),
     /// So many simulations could not go on; they count as starts without the event.
     Errors(u64),
@@ -76,7 +79,15 @@ impl fmt::Display for Alarm {
                 "nothing says how near a start is to the event, or that is clipped or coarsely quantised: these are plain \
                  trials"
             ),
-            Self::TooRare(least) => write!(f, "the event is rarer than {least:.0e}, where the runs gave up"),
+            Self::Constant => write!(
+                f,
+                "all starts are equally far from the event, so nothing leads there: the bound is what the plain trials \
+                 done until then carry"
+            ),
+            Self::TooRare(level) => write!(
+                f,
+                "not reached: the runs gave up at {level:.0e}, which bounds nothing; the bound is what their plain trials carry"
+            ),
             Self::Errors(count) => {
                 write!(f, "{count} simulations could not go on and count as starts without the event")
             }
@@ -113,6 +124,8 @@ pub struct Odds {
     pub probability: Estimate,
     /// Trials in all.
     pub trials: u64,
+    /// Plain trials among them: those that are counted, or the first levels of all runs.
+    pub plain: u64,
     /// Levels of the run that had most.
     pub levels: u32,
     /// Each run; none of plain trials.
@@ -168,6 +181,18 @@ impl Odds {
             if flat && number == 0 && runs[0].levels == 1 {
                 break;
             }
+            if number == 0 && runs[0].end == End::Constant {
+                return Ok(Self {
+                    answer: Answer::Plain,
+                    probability: binomial_interval(0, runs[0].trials),
+                    trials: runs[0].trials,
+                    plain: runs[0].trials,
+                    levels: 1,
+                    runs: Vec::new(),
+                    alarms: vec![Alarm::Constant],
+                    failures: Vec::new(),
+                });
+            }
         }
         if runs.iter().filter(|run| run.end == End::Flat).count() * 2 > runs.len() {
             let spent = runs.iter().map(|run| run.trials).sum::<u64>();
@@ -192,11 +217,12 @@ impl Odds {
         let mut probability = Estimate { value: mean, low: mean / factor, high: (mean * factor).min(1.0) };
         let reached: Vec<&Run> = runs.iter().filter(|run| run.end == End::Reached).collect();
         let mut alarms = Vec::new();
+        let plain = all as u64 * u64::from(settings.states);
         if reached.is_empty() {
-            // Below this each run lost the event.
-            let high = runs.iter().map(|run| run.probability).fold(0.0, f64::max);
-            probability = Estimate { value: 0.0, low: 0.0, high };
-            alarms.push(Alarm::TooRare(settings.least));
+            // Where chains lost the event says nothing of how likely it is; the first levels' trials are independent.
+            let hits = runs.iter().map(|run| u64::from(run.plain_hits)).sum();
+            probability = binomial_interval(hits, plain);
+            alarms.push(Alarm::TooRare(runs.iter().map(|run| run.probability).fold(0.0, f64::max)));
         } else if reached.iter().all(|run| run.levels == 1) {
             // Not rare: these are plain trials.
             let hits = reached.iter().map(|run| u64::from(run.plain_hits)).sum();
@@ -211,7 +237,7 @@ impl Odds {
             let weight = probability_of(run) / (mean * count) / run.failures.len().max(1) as f64;
             failures.extend(std::mem::take(&mut run.failures).into_iter().map(|tape| (weight, tape)));
         }
-        Self { answer: Answer::Subset, probability, trials, levels, runs, alarms, failures }
+        Self { answer: Answer::Subset, probability, trials, plain, levels, runs, alarms, failures }
     }
 }
 
@@ -264,6 +290,7 @@ fn plain<S: System>(
         answer: Answer::Plain,
         probability: binomial_interval(hits, u64::from(PLAIN)),
         trials: u64::from(PLAIN),
+        plain: u64::from(PLAIN),
         levels: 1,
         runs: Vec::new(),
         alarms: vec![Alarm::Flat],

@@ -73,6 +73,8 @@ pub enum End {
     Flat,
     /// The event is rarer than [`Settings::least`].
     TooRare,
+    /// All plain trials have the same finite value, as the movement of a locked rotor: there is nothing to follow.
+    Constant,
 }
 
 /// What one run found.
@@ -133,6 +135,10 @@ pub fn run<S: System>(
     let mut squares = 0.0;
     loop {
         run.levels += 1;
+        if run.levels == 1 && population.is_constant() {
+            run.end = End::Constant;
+            break;
+        }
         let reached = population.hits() >= seeds;
         let Some(cut) = population.cut(reached) else {
             run.end = End::Flat;

@@ -8,6 +8,7 @@ use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
 use standstill_analysis::subset::{End, Settings, run};
 use standstill_analysis::{Alarm, Answer, Odds, PLAIN, System};
+use standstill_numeric::exp;
 use standstill_sim::{Purpose, Streams, Tape};
 
 mod systems;
@@ -129,6 +130,9 @@ fn analytic_where_nothing_leads_to_the_event_it_counts_and_says_so() {
     }
 }
 
+/// The natural logarithm of 2.5 %.
+const LN_0_025: f64 = -3.688_879_454_113_936;
+
 #[test]
 fn analytic_what_is_not_rare_is_counted_and_what_never_happens_is_bounded() {
     let common = odds(&TwoVectors { margin: 0.0 }, 1);
@@ -137,8 +141,39 @@ fn analytic_what_is_not_rare_is_counted_and_what_never_happens_is_bounded() {
     assert!(common.probability.high - common.probability.low < 0.012, "as of 32,000 trials");
     let never = odds(&TwoVectors { margin: 30.0 }, 1);
     assert_eq!(never.probability.value, 0.0);
-    assert!(never.probability.high <= 1e-14 && never.probability.high > 0.0);
-    assert!(never.alarms.iter().any(|alarm| matches!(alarm, Alarm::TooRare(_))));
+    // None in n plain trials: (1 - p)^n = 2.5 %.
+    let bound = 1.0 - exp(LN_0_025 / 32_000.0);
+    assert!((never.probability.high / bound - 1.0).abs() < 1e-6, "{:?}", never.probability);
+    assert_eq!((never.plain, never.probability.low), (32_000, 0.0));
+    let level = never.alarms.iter().find_map(|alarm| match alarm {
+        Alarm::TooRare(level) => Some(*level),
+        _ => None,
+    });
+    assert!(level.is_some_and(|level| (1e-17..1e-15).contains(&level)), "{level:?}");
+}
+
+/// A quantity that no draw changes.
+struct Constant(f64);
+
+impl System for Constant {
+    type Error = Infallible;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+        Ok(vec![self.0; tapes.len()])
+    }
+}
+
+#[test]
+fn analytic_what_no_draw_changes_ends_at_once_with_the_plain_limit() {
+    let never = odds(&Constant(-0.1), 1);
+    assert_eq!((never.trials, never.plain, never.answer), (4000, 4000, Answer::Plain));
+    let bound = 1.0 - exp(LN_0_025 / 4000.0);
+    assert!((never.probability.high / bound - 1.0).abs() < 1e-6, "{:?}", never.probability);
+    assert_eq!((never.probability.value, &never.alarms[..]), (0.0, &[Alarm::Constant][..]));
+    // Where nothing says how far the event is, plain trials may still see it.
+    let unknown = odds(&Constant(f64::NEG_INFINITY), 1);
+    assert_eq!((unknown.plain, &unknown.alarms[..]), (u64::from(PLAIN), &[Alarm::Flat][..]));
+    assert_eq!(odds(&Constant(1.0), 1).probability.value, 1.0, "always");
 }
 
 /// Two modes of which the rare one needs a path that the levels leave: it is likelier far out, but further from the middle.

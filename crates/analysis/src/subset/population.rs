@@ -134,6 +134,13 @@ impl Population {
         self.count(|value| value > 0.0)
     }
 
+    /// Whether all values are the same, one that is finite and outside of the event.
+    pub fn is_constant(&self) -> bool {
+        let mut values = self.values.values().flatten();
+        let first = values.next().copied().unwrap_or(f64::NAN);
+        first.is_finite() && first <= 0.0 && values.all(|value| *value == first)
+    }
+
     /// Where the next level begins, or, at the last one, the event. None where the values lead nowhere: more than half of
     /// the states have the same one.
     pub fn cut(&self, last: bool) -> Option<Cut> {

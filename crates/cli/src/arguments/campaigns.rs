@@ -109,8 +109,9 @@ pub struct Question {
     /// Go on with a question of this scenario that was interrupted; from the start if there is none
     #[arg(long)]
     pub resume: bool,
-    /// Throw away what an interrupted question has computed in that folder, and begin anew
-    #[arg(long, conflicts_with = "resume")]
+    /// Replace what is in that folder: the answer to another question; without --resume also what an interrupted one has
+    /// computed
+    #[arg(long)]
     pub force: bool,
     /// Print JSON; files are written only with --out
     #[arg(long)]

@@ -9,7 +9,8 @@ use standstill_campaign::Estimate;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
 use super::question::{
-    self, Answer, folder, interrupted, json as with_setup, on_threads, plan, setting, unless_stopped,
+    self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, setting,
+    unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Budget as Options;
@@ -88,7 +89,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         drop(Output::create(&folder, &FILES)?);
     }
     let pairs = options.pairs.map_or(PAIRS, u64::from);
-    let watched = question::watched(question, "budget", &plan, trials_of_budget(pairs, sources.len()))?;
+    let asked = Identity::new(&plan, [("--pairs", Some(pairs.to_string()))])?;
+    let watched = question::watched(question, "budget", &asked, trials_of_budget(pairs, sources.len()))?;
     watched.bar.set_message(format!("{} sources", sources.len()));
     let found = on_threads(question, || Budget::of(&trials, &sources, pairs, &watched))?;
     watched.bar.finish_and_clear();
@@ -128,7 +130,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         page: page(setting, &budget, &rows),
         code: u8::from(budget.dropped == budget.pairs),
     };
-    answer.report(question)
+    answer.report(question, &asked)
 }
 
 fn headline(budget: &Budget) -> String {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::subset::{End, Run, Settings};
-use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, PLAIN, RUNS, Sector, Trials};
+use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, RUNS, Sector, Trials};
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 use standstill_scenario::Plan;
@@ -13,7 +13,7 @@ use standstill_scenario::Record;
 use standstill_sim::{NoProbe, Tape, Trace, run as simulate};
 
 use super::question::{
-    self, Answer, folder, interrupted, json as with_setup, on_threads, plan, probability,
+    self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, probability,
     probability_interval, setting, unless_stopped,
 };
 use crate::Report;
@@ -49,6 +49,7 @@ impl Row {
             End::Reached => "reached",
             End::Flat => "flat",
             End::TooRare => "too rare",
+            End::Constant => "constant",
         };
         Self {
             run: number + 1,
@@ -71,24 +72,24 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         // Made and removed again: what cannot be written shows before the first trial.
         drop(Output::create(&folder, &["odds.csv", "odds.json", "odds.html", "odds.svg", "odds.png"])?);
     }
+    let asked = Identity::new(&plan, [("--event", Some(options.event.to_string()))])?;
     let settings = Settings { seed: plan.file().seed, ..Settings::default() };
-    let watched = question::watched(question, "odds", &plan, expected(&settings, &[]))?;
-    let mut done = Vec::new();
-    let found = on_threads(question, || {
+    let watched = question::watched(question, "odds", &asked, expected(&settings, &[]))?;
+    let (mut done, mut found) = (Vec::new(), Vec::new());
+    let answered = on_threads(question, || {
         watched.bar.set_message(format!("run 1 of {RUNS}"));
         let hear = |run: &Run| {
             done.push((run.levels, run.probability));
             watched.bar.set_length(expected(&settings, &done));
-            let mean = done.iter().map(|(_, p)| p).sum::<f64>() / done.len() as f64;
-            let next = (done.len() + 1).min(RUNS as usize);
-            watched.bar.set_message(format!("run {next} of {RUNS}, so far {}", probability(mean)));
+            found.push((run.end, run.probability));
+            watched.bar.set_message(progress(&found));
         };
         let odds = trials.odds(options.event, &settings, &watched, hear)?;
         let anatomy = Anatomy::of(&trials, options.event, &odds.failures, &watched)?;
         Ok((odds, anatomy))
     })?;
     watched.bar.finish_and_clear();
-    let Some((odds, anatomy)) = unless_stopped(found)? else {
+    let Some((odds, anatomy)) = unless_stopped(answered)? else {
         return Ok(interrupted(
             question,
             "odds",
@@ -96,7 +97,22 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             &format!("{} of {RUNS} runs were done", done.len()),
         ));
     };
-    answer(&plan, &trials, options.event, &odds, &anatomy)?.report(question)
+    answer(&plan, &trials, options.event, &odds, &anatomy)?.report(question, &asked)
+}
+
+/// What is known after these runs: the event's probability once one reached it, before that only how far down the last one came.
+fn progress(done: &[(End, f64)]) -> String {
+    let next = (done.len() + 1).min(RUNS as usize);
+    let reached = done.iter().filter(|(end, _)| *end == End::Reached);
+    let sum: f64 = reached.clone().map(|(_, found)| found).sum();
+    match done.last() {
+        _ if reached.count() > 0 => {
+            format!("run {next} of {RUNS}, so far {}", probability(sum / done.len() as f64))
+        }
+        Some((End::TooRare, level)) => format!("run {next} of {RUNS}, level at {}", probability(*level)),
+        Some((End::Flat, _)) => "nothing leads to the event: plain trials".to_owned(),
+        _ => format!("run {next} of {RUNS}"),
+    }
 }
 
 /// About how many trials there will be, from the runs that are done.
@@ -199,15 +215,16 @@ fn cells(sector: &Sector) -> Vec<String> {
 }
 
 fn method(odds: &Odds) -> String {
-    match odds.answer {
+    let how = match odds.answer {
         By::Subset => format!(
             "by subset simulation: {} runs of up to {} levels, {} trials",
             odds.runs.len(),
             odds.levels,
             odds.trials
         ),
-        By::Plain => format!("by {PLAIN} plain trials ({} trials in all)", odds.trials),
-    }
+        By::Plain => format!("by {} plain trials ({} trials in all)", odds.plain, odds.trials),
+    };
+    if odds.probability.value > 0.0 { format!("[95 % interval], {how}") } else { how }
 }
 
 /// One in so many starts.
@@ -218,12 +235,19 @@ fn one_in(value: f64) -> Option<String> {
 fn headline(event: Event, odds: &Odds) -> String {
     match one_in(odds.probability.value) {
         Some(often) => format!("{event}: {}, {often}", probability_interval(&odds.probability)),
-        None => format!("{event}: not seen, at most {} (97.5 %)", probability(odds.probability.high)),
+        None => {
+            let how = match odds.answer {
+                By::Subset => "reached",
+                By::Plain => "seen",
+            };
+            let (most, plain) = (probability(odds.probability.high), odds.plain);
+            format!("{event}: not {how}, at most {most} (97.5 %, none in {plain} plain trials)")
+        }
     }
 }
 
 fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &Anatomy) -> String {
-    let mut text = format!("{setting}\n{}\n  [95 % interval], {}\n", headline(event, odds), method(odds));
+    let mut text = format!("{setting}\n{}\n  {}\n", headline(event, odds), method(odds));
     if odds.answer == By::Subset {
         let _ = writeln!(text, "  levels of {}", event.order_parameter());
     }
@@ -252,7 +276,7 @@ fn page(
     anatomy: &Anatomy,
     rows: &[Row],
 ) -> Page {
-    let mut details = vec![format!("[95 % interval], {}", method(odds))];
+    let mut details = vec![method(odds)];
     if odds.answer == By::Subset {
         details.push(format!("Levels of {}", event.order_parameter()));
     }
@@ -298,16 +322,11 @@ fn page(
     };
     let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
     let headline = headline(event, odds);
-    Page {
-        title: format!("Odds of {event}"),
-        subtitle: setting,
-        sections: vec![
-            section("Answer", vec![Block::Verdict { tone, headline, details }]),
-            section("What it looks like", vec![Block::Table(sectors)]),
-            section("Runs", vec![Block::Table(runs)]),
-        ],
-        footer: String::new(),
-    }
+    let mut sections = vec![section("Answer", vec![Block::Verdict { tone, headline, details }])];
+    let tables = [("What it looks like", sectors), ("Runs", runs)];
+    let filled = tables.into_iter().filter(|(_, table)| !table.rows.is_empty());
+    sections.extend(filled.map(|(title, table)| section(title, vec![Block::Table(table)])));
+    Page { title: format!("Odds of {event}"), subtitle: setting, sections, footer: String::new() }
 }
 
 /// The waveforms of a start with the event.
@@ -327,4 +346,48 @@ fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> 
         figures::detection(&trace, &title, super::found(&record)),
         format!("Of the likeliest sector the start nearest to its means: {outcome}."),
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_what_no_run_reached_is_bounded_by_plain_trials_in_words_too() {
+        let run = |end, probability| Run {
+            end,
+            probability,
+            variation: 0.0,
+            levels: 16,
+            curve: Vec::new(),
+            trials: 166_000,
+            acceptance: 0.5,
+            ancestors: 100,
+            unread: [0.0; 8],
+            failures: Vec::new(),
+            plain_hits: 0,
+        };
+        let settings = Settings::default();
+        let odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
+        let none = Anatomy { sectors: Vec::new(), typical: None };
+        let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
+        let text = text("setting", Event::Failed, &odds, &alarms, &none);
+        let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
+        assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");
+        assert!(!text.contains("interval"), "{text}");
+        let rows: Vec<Row> = odds.runs.iter().enumerate().map(Row::new).collect();
+        let page = page("setting".to_owned(), Event::Failed, &odds, alarms, &none, &rows);
+        let titles: Vec<&str> = page.sections.iter().map(|section| section.title.as_str()).collect();
+        assert_eq!(titles, ["Answer", "Runs"]);
+    }
+
+    #[test]
+    fn regress_progress_does_not_show_a_level_as_the_event() {
+        let (reached, rare) = ((End::Reached, 2e-6), (End::TooRare, 1e-16));
+        assert_eq!(progress(&[]), "run 1 of 8");
+        assert_eq!(progress(&[rare]), "run 2 of 8, level at 1.00e-16");
+        assert_eq!(progress(&[rare, reached]), "run 3 of 8, so far 1.00e-6");
+        assert_eq!(progress(&[reached; 8]), "run 8 of 8, so far 2.00e-6");
+        assert!(!progress(&[(End::Flat, 1.0)]).contains("1.0"));
+    }
 }

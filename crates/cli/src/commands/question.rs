@@ -1,10 +1,15 @@
 //! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`, `tune`.
 
+mod identity;
+
+pub use identity::Identity;
+
 use std::path::PathBuf;
 
+use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_campaign::Estimate;
-use standstill_campaign::store::{Notes, Shard, Sweep};
+use standstill_campaign::store::Notes;
 use standstill_detect::Method;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section};
@@ -69,17 +74,19 @@ fn notes_of(question: &Question, name: &str) -> Option<PathBuf> {
 /// Who looks on: a bar for about this many trials, an interrupt's flag, and notes from which `--resume` goes on.
 ///
 /// # Errors
-/// Notes that are in the way, or of another scenario.
-pub fn watched(question: &Question, name: &str, plan: &Plan, trials: u64) -> Result<Watched, Error> {
+/// Notes that are in the way, or of another scenario; the answer to another question.
+pub fn watched(question: &Question, name: &str, asked: &Identity, trials: u64) -> Result<Watched, Error> {
     let Some(path) = notes_of(question, name) else { return Ok(Watched::new(trials)) };
     if let Some(folder) = path.parent() {
         crate::output::remove_stale(folder);
     }
-    let identity = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
+    if !question.force {
+        asked.guard(&path.with_extension("json"))?;
+    }
     let notes = if question.resume {
-        Notes::resume(&path, &identity)?
+        Notes::resume(&path, &asked.of)?
     } else if path.exists() && question.force {
-        let notes = Notes::new(&path, &identity);
+        let notes = Notes::new(&path, &asked.of);
         notes.replace()?;
         notes
     } else if path.exists() {
@@ -89,7 +96,7 @@ pub fn watched(question: &Question, name: &str, plan: &Plan, trials: u64) -> Res
             needed: "--resume to go on with it, another --out, or --force to throw it away".to_owned(),
         });
     } else {
-        Notes::new(&path, &identity)
+        Notes::new(&path, &asked.of)
     };
     Ok(Watched::noting(trials, Some(notes)))
 }
@@ -178,7 +185,8 @@ impl Answer {
     }
 
     /// Writes the files that are wanted; what is printed.
-    pub fn report(self, question: &Question) -> Result<Report, Error> {
+    pub fn report(mut self, question: &Question, asked: &Identity) -> Result<Report, Error> {
+        self.json[identity::KEY] = json!(asked);
         let folder = folder(question, self.name);
         let notes = notes_of(question, self.name);
         let report = self.written(folder, question.json)?;

@@ -16,7 +16,7 @@ use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
 use super::question::{
-    self, Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
+    self, Answer, Identity, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
     unless_stopped,
 };
 use crate::Report;
@@ -51,6 +51,7 @@ struct Question<'a> {
     bench: Bench<'a>,
     limits: Limits,
     search: Search,
+    identity: Identity,
     watched: &'a Watched,
     judged: Vec<Judged>,
     rows: Vec<Row>,
@@ -101,10 +102,19 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         width: 0.05,
         whole: bench.keys[last].1,
     };
-    let watched = question::watched(question, "require", &plan, 0)?;
+    let identity = Identity::new(
+        &plan,
+        [
+            ("--key", Some(options.key.join(", "))),
+            ("--limit", Some(options.limit.to_string())),
+            ("--between", (!options.between.is_empty()).then(|| options.between.join(", "))),
+            ("--most", Some(search.most.to_string())),
+        ],
+    )?;
+    let watched = question::watched(question, "require", &identity, 0)?;
     let limits = options.limit.clone();
     let mut asked =
-        Question { bench, limits, search, watched: &watched, judged: Vec::new(), rows: Vec::new() };
+        Question { bench, limits, search, identity, watched: &watched, judged: Vec::new(), rows: Vec::new() };
     if last == 1 {
         return tradeoff::run(options, &plan, &mut asked, ranges[0]);
     }
@@ -118,7 +128,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             &format!("{} values were judged", asked.rows.len()),
         ));
     };
-    answer(options, &plan, &asked, &found)?.report(question)
+    answer(options, &plan, &asked, &found)?.report(question, &asked.identity)
 }
 
 /// The range of a key: what is asked for, or about the scenario's value.

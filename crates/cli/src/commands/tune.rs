@@ -19,7 +19,7 @@ use standstill_scenario::{Document, Origin, Plan};
 use toml::Value;
 
 use super::question::{
-    self, Answer, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
+    self, Answer, Identity, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
     unless_stopped,
 };
 use crate::Report;
@@ -59,7 +59,19 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         _ => Measure::Duration,
     });
     let last = options.trials.map_or(LAST, u64::from);
-    let watched = question::watched(question, "tune", &plan, 0)?;
+    let vary: Vec<String> = options.vary.iter().map(|(key, range)| format!("{key}={range}")).collect();
+    let identity = Identity::new(
+        &plan,
+        [
+            ("--vary", Some(vary.join(", "))),
+            ("--minimise", Some(minimise.to_string())),
+            ("--subject-to", options.subject_to.as_ref().map(ToString::to_string)),
+            ("--against", Some(against.to_string())),
+            ("--trials", Some(last.to_string())),
+            ("--starts", options.starts.map(|starts| starts.to_string())),
+        ],
+    )?;
+    let watched = question::watched(question, "tune", &identity, 0)?;
     let found = on_threads(question, || {
         let limits = limits(options, &document, plan.file().seed, last, &watched)?;
         let effort = Effort::new(last, &limits);
@@ -83,7 +95,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let Some((asked, tuned)) = unless_stopped(found)? else {
         return Ok(interrupted(question, "tune", &watched, "the search was not complete"));
     };
-    answer(&plan, &asked, &tuned)?.report(question)
+    answer(&plan, &asked, &tuned)?.report(question, &identity)
 }
 
 /// The keys and where to look, checked at both ends.

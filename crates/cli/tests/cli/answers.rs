@@ -10,7 +10,7 @@ use super::{folder, mistake, names, standstill};
 
 pub const SCENARIO: &str = "motor = \"paper-5k5\"\ndetector.method = \"line-inductance-fast\"\n";
 
-fn answer(arguments: &[&str], code: i32, folder: &std::path::Path) -> Value {
+pub fn answer(arguments: &[&str], code: i32, folder: &std::path::Path) -> Value {
     let output = standstill(arguments, folder);
     assert_eq!(output.status.code(), Some(code), "{}", String::from_utf8_lossy(&output.stderr));
     assert!(super::quiet(&output), "quiet in a pipe");
@@ -24,7 +24,7 @@ fn has(value: &Value, keys: &[&str]) {
     }
 }
 
-fn number(value: &Value, key: &str) -> f64 {
+pub fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key} of {value}"))
 }
 
@@ -296,6 +296,8 @@ fn mistakes_name_what_there_is() {
         &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
         &["`rmse <= 1 deg`", "wrong_poles", "duration"],
     );
+    let bare = ["require", "s.toml", "--key", "sensors.noise", "--limit", "undetermined <= 5"];
+    says(&bare, &["--limit", "found `5`, needed a share", "`5 %`"]);
     says(
         &["require", "s.toml", "--key", "sensors.noize", "--limit", "rms <= 1 deg"],
         &["sensors.noize", "noise", "gain_error"],

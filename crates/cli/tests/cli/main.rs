@@ -21,6 +21,7 @@ mod mistakes;
 mod nameplates;
 mod pages;
 mod printed;
+mod questions;
 mod scenarios;
 mod terminal;
 

@@ -35,6 +35,31 @@ fn tables(text: &str) -> impl Iterator<Item = &str> {
 }
 
 #[test]
+fn regress_the_share_of_right_answers_stays_on_narrow_terminals() {
+    let folder = folder();
+    let axes = ["--vary", "sensors.noise=5mA,10mA", "--vary", "inverter.dead_time=1us,2us"];
+    let start = ["sweep", "paper-5k5", "--trials", "200", "--force"];
+    // With how many axes, in how many columns, what is shown, and what goes before it.
+    let cases: [(usize, &str, &[&str], &[&str]); 3] = [
+        (4, "60", &["right"], &["trials", "p95"]),
+        (2, "60", &["right", "wrong poles"], &["trials", "p95"]),
+        (4, "80", &["right", "wrong poles", "undetermined"], &["trials", "p95"]),
+    ];
+    for (words, columns, shown, gone) in cases {
+        let output = with(&[("COLUMNS", columns)], &[&start[..], &axes[..words]].concat(), folder.path());
+        let text = String::from_utf8(output.stdout).expect("text");
+        let table = tables(&text).next().expect("a table");
+        let head = table.split("──").next().expect("titles");
+        for title in shown {
+            assert!(head.contains(title), "{columns}: {title} in\n{text}");
+        }
+        for title in gone {
+            assert!(!head.contains(title), "{columns}: {title} in\n{text}");
+        }
+    }
+}
+
+#[test]
 fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
     let folder = folder();
     let at = folder.path();
@@ -66,7 +91,7 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
                 "sensors.gain_error=0%,1%",
                 "--force",
             ],
-            &["budget", "m.toml", "--pairs", "100"],
+            &["budget", "m.toml", "--pairs", "100", "--force"],
         ];
         for arguments in commands {
             let text = said(arguments, at);

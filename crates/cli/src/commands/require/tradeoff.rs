@@ -59,7 +59,7 @@ pub fn run(
             &format!("{} points were done", points.len()),
         ));
     }
-    answer(options, plan, asked, &points)?.report(&options.question)
+    answer(options, plan, asked, &points)?.report(&options.question, &asked.identity)
 }
 
 fn point(first: f64, found: &Found) -> Point {

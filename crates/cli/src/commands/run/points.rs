@@ -28,13 +28,13 @@ pub fn text(points: &[PointSummary]) -> String {
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
     let results = [
-        number("trials", 4),
-        number("right %", 3),
+        number("trials", 5),
+        number("right %", 0),
         number("rms °", 0),
-        number("p95 °", 2),
-        number("wrong poles", 0).judged(),
-        number("undetermined", 1),
-        number("failed", 1),
+        number("p95 °", 4),
+        number("wrong poles", 1).judged(),
+        number("undetermined", 2),
+        number("failed", 3),
     ];
     let axes = shown.iter().map(|axis| Column::number(axis.title()));
     let rows = order.iter().map(|point| {

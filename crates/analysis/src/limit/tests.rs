@@ -1,0 +1,64 @@
+use super::*;
+
+#[test]
+fn law_limits_are_read_as_they_are_written() {
+    for text in [
+        "rms <= 1 deg",
+        "P(|e| > 2 deg) <= 1 %, wrong_poles <= 0.5 %",
+        "p95 <= 2 deg, p99 <= 3 deg, moved <= 0.1 deg, duration <= 0.02 s, peak_current <= 8 A",
+        "undetermined <= 0.25 %, failed <= 0.25 %",
+    ] {
+        assert_eq!(text.parse::<Limits>().expect("limits").to_string(), text);
+    }
+    assert_eq!("duration<=20 ms".parse::<Limits>().expect("limits").0[0].most, 0.02);
+}
+
+#[test]
+fn law_limits_may_be_what_the_start_reaches() {
+    let Subject(limits) = "moved <= start, rms<=1 deg".parse().expect("limits");
+    assert_eq!(limits, [(Measure::Moved, None), (Measure::Rms, Some(1.0))]);
+    assert_eq!(Subject(limits).to_string(), "moved <= start, rms <= 1 deg");
+    assert!("moved < start".parse::<Subject>().is_err() && "start <= start".parse::<Subject>().is_err());
+    for name in ["rms", "P(|e| > 2 deg)", "peak_current"] {
+        assert_eq!(name.parse::<Measure>().expect("a measure").to_string(), name);
+    }
+    let message = "rmse".parse::<Measure>().expect_err("no measure").to_string();
+    assert!(message.contains("`rmse`") && message.contains("duration"), "{message}");
+}
+
+#[test]
+fn regress_what_is_no_limit_names_those_that_are() {
+    for text in ["rmse <= 1 deg", "rms < 1", "rms <= -1 deg", "P(e > 2) <= 1 %", "duration <= 3 A", ""] {
+        let message = text.parse::<Limits>().expect_err("no limit").to_string();
+        assert!(message.contains("wrong_poles") && message.contains("peak_current"), "{message}");
+    }
+}
+
+#[test]
+fn regress_a_share_has_its_sign_and_is_at_most_all() {
+    for name in ["wrong_poles", "undetermined", "failed", "P(|e| > 2 deg)"] {
+        for bound in ["5", "0.05", "100.1 %", "inf %", "nan %", "0 %", "-1 %", "%"] {
+            let text = format!("rms <= 1 deg, {name} <= {bound}");
+            let message = text.parse::<Limits>().expect_err("no limit").to_string();
+            let found = format!("`{name} <= {bound}` is no limit: found `{bound}`, needed a share");
+            assert!(message.starts_with(&found) && message.ends_with("`5 %`"), "{message}");
+            assert_eq!(text.parse::<Subject>().expect_err("no limit").to_string(), message);
+        }
+        let limits: Limits = format!("{name} <= 100 %").parse().expect("limits");
+        assert_eq!(limits.0[0].most, 1.0);
+        let Subject(limits) = format!("{name}<=5%").parse().expect("limits");
+        assert_eq!(limits[0].1, Some(0.05));
+    }
+}
+
+#[test]
+fn analytic_quantiles_lie_between_order_statistics() {
+    let mut values: Vec<f64> = (1..=1000).map(f64::from).collect();
+    let estimate = quantile(&mut values, 0.95);
+    assert_eq!(estimate.value, 950.0);
+    assert!(
+        (936.0..938.0).contains(&estimate.low) && (964.0..966.0).contains(&estimate.high),
+        "{estimate:?}"
+    );
+    assert_eq!(quantile(&mut [1.0, 2.0], 0.99).high, f64::INFINITY);
+}

@@ -1,0 +1,70 @@
+//! What makes two questions the same, as their answers keep it.
+
+use std::path::Path;
+
+use indexmap::IndexMap;
+use serde::{Deserialize, Serialize};
+use standstill_campaign::store::{self, Shard, Sweep};
+use standstill_scenario::Plan;
+
+use crate::error::Error;
+
+/// What a question is of, and what it asks.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Identity {
+    /// The scenario, its seed, the program.
+    pub of: store::Identity,
+    /// The command's own options, as far as they are set.
+    pub options: IndexMap<String, String>,
+}
+
+/// The key of an answer's JSON under which it stands.
+pub const KEY: &str = "question";
+
+impl Identity {
+    /// That of a scenario and these options.
+    pub fn new<const N: usize>(plan: &Plan, options: [(&str, Option<String>); N]) -> Result<Self, Error> {
+        let of = Sweep { plan, shard: Shard::WHOLE, threads: None }.identity()?;
+        let set = options.into_iter().filter_map(|(name, value)| Some((name.to_owned(), value?)));
+        Ok(Self { of, options: set.collect() })
+    }
+
+    /// The first difference from another question, in words; none: they are the same.
+    fn difference(&self, other: &Self) -> Option<String> {
+        let of = |question: &Self, name: &str| {
+            question.options.get(name).map_or_else(|| "not set".to_owned(), |value| format!("`{value}`"))
+        };
+        let mut names = self.options.keys().chain(other.options.keys());
+        self.of.difference(&other.of).or_else(|| {
+            let name = names.find(|name| self.options.get(*name) != other.options.get(*name))?;
+            Some(format!("{name} is {} there and {} here", of(self, name), of(other, name)))
+        })
+    }
+
+    /// Refuses to replace the answer to another question, or a file that is none. The same question may be asked again: its
+    /// answer is the same.
+    ///
+    /// # Errors
+    /// What is in the way.
+    pub fn guard(&self, path: &Path) -> Result<(), Error> {
+        #[derive(Deserialize)]
+        struct Answered {
+            question: Identity,
+        }
+        if !path.exists() {
+            return Ok(());
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+        let difference = match serde_json::from_str::<Answered>(&text) {
+            Ok(found) => found.question.difference(self),
+            Err(_) => Some("this file does not say which".to_owned()),
+        };
+        difference.map_or(Ok(()), |difference| {
+            Err(Error::Results {
+                path: path.to_owned(),
+                found: format!("the results of another question: {difference}"),
+                needed: "another --out, or --force to replace them".to_owned(),
+            })
+        })
+    }
+}

@@ -1,0 +1,83 @@
+//! What `odds`, `budget`, `require` and `tune` do with answers that are there, and with what never happens.
+
+use std::fs;
+
+use super::answers::{SCENARIO, answer, number};
+use super::{folder, mistake};
+
+#[test]
+fn regress_what_never_happens_has_the_limit_of_plain_trials_alone() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    // The rotor is locked: nothing moves, whatever is drawn.
+    let still = answer(&["odds", "s.toml", "--event", "moved > 0.1", "--json", "--out", "k"], 0, path);
+    assert_eq!((number(&still, "probability"), number(&still, "trials")), (0.0, 4000.0));
+    // None in 4,000: 1 − 0.025^(1/4000).
+    assert!((number(&still, "high") / 9.2179474948e-04 - 1.0).abs() < 1e-6, "{still}");
+    assert!(still["alarms"][0].as_str().is_some_and(|alarm| alarm.contains("equally far")), "{still}");
+    let page = fs::read_to_string(path.join("k/odds.html")).expect("a page");
+    assert!(!page.contains("What it looks like"), "an empty section");
+}
+
+#[test]
+fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let odds: &[&str] = &["odds", "s.toml", "--json", "--out", "k", "--event"];
+    let budget: &[&str] = &["budget", "s.toml", "--json", "--out", "k", "--pairs"];
+    let require: &[&str] = &[
+        "require",
+        "s.toml",
+        "--key",
+        "sensors.noise",
+        "--between",
+        "5 mA:20 mA",
+        "--most",
+        "1000",
+        "--json",
+        "--out",
+        "k",
+        "--limit",
+    ];
+    let tune: &[&str] =
+        &["tune", "s.toml", "--vary", "detector.pulse=60us:120us", "--trials", "1000", "--starts", "1"];
+    let tune = &[tune, &["--json", "--out", "k", "--minimise"]].concat();
+    let questions = [
+        (odds, "|e| > 1 deg", "|e| > 1.5 deg", "--event is `|e| > 1 deg` there and `|e| > 1.5 deg` here"),
+        (budget, "200", "300", "--pairs is `200` there and `300` here"),
+        (
+            require,
+            "rms <= 60 deg",
+            "rms <= 50 deg",
+            "--limit is `rms <= 60 deg` there and `rms <= 50 deg` here",
+        ),
+        (tune, "rms", "p95", "--minimise is `rms` there and `p95` here"),
+    ];
+    for (arguments, first, other, difference) in questions {
+        let asked = |what: &'static str, more: &[&'static str]| [arguments, &[what], more].concat();
+        let name = arguments[0];
+        let code = i32::from(name == "require");
+        let file = path.join(format!("k/{name}.json"));
+        let kept = || fs::read(&file).expect("an answer");
+        let found = answer(&asked(first, &[]), code, path);
+        let before = kept();
+        for more in [&[][..], &["--resume"]] {
+            let message = mistake(&asked(other, more), path);
+            let expected = format!(
+                "k/{name}.json: found the results of another question: {difference}, needed another --out, or --force"
+            );
+            assert!(message.contains(&expected), "{message}");
+            let message = mistake(&asked(first, &[more, &["--seed", "2"]].concat()), path);
+            assert!(message.contains("another question: the seed is 1 there and 2 here"), "{message}");
+        }
+        assert_eq!(kept(), before, "{name}: nothing was touched");
+        // The same question may be asked again, another one with leave.
+        assert_eq!(answer(&asked(first, &["--threads", "1"]), code, path), found);
+        assert_ne!(answer(&asked(other, &["--force", "--resume"]), code, path), found);
+        assert_ne!(kept(), before);
+    }
+    fs::write(path.join("k/odds.json"), "{}").expect("written");
+    assert!(mistake(&[odds, &["|e| > 1 deg"]].concat(), path).contains("this file does not say which"));
+}
