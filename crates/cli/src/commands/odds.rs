@@ -233,17 +233,15 @@ fn one_in(value: f64) -> Option<String> {
 }
 
 fn headline(event: Event, odds: &Odds) -> String {
-    match one_in(odds.probability.value) {
-        Some(often) => format!("{event}: {}, {often}", probability_interval(&odds.probability)),
-        None => {
-            let how = match odds.answer {
-                By::Subset => "reached",
-                By::Plain => "seen",
-            };
-            let (most, plain) = (probability(odds.probability.high), odds.plain);
-            format!("{event}: not {how}, at most {most} (97.5 %, none in {plain} plain trials)")
-        }
+    if let Some(often) = one_in(odds.probability.value) {
+        return format!("{event}: {}, {often}", probability_interval(&odds.probability));
     }
+    let how = match odds.answer {
+        By::Subset => "reached",
+        By::Plain => "seen",
+    };
+    let (most, plain) = (probability(odds.probability.high), odds.plain);
+    format!("{event}: not {how}, at most {most} (97.5 %, none in {plain} plain trials)")
 }
 
 fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &Anatomy) -> String {

@@ -14,7 +14,7 @@ fn regress_what_never_happens_has_the_limit_of_plain_trials_alone() {
     let still = answer(&["odds", "s.toml", "--event", "moved > 0.1", "--json", "--out", "k"], 0, path);
     assert_eq!((number(&still, "probability"), number(&still, "trials")), (0.0, 4000.0));
     // None in 4,000: 1 − 0.025^(1/4000).
-    assert!((number(&still, "high") / 9.2179474948e-04 - 1.0).abs() < 1e-6, "{still}");
+    assert!((number(&still, "high") / 9.217_947_494_8e-4 - 1.0).abs() < 1e-6, "{still}");
     assert!(still["alarms"][0].as_str().is_some_and(|alarm| alarm.contains("equally far")), "{still}");
     let page = fs::read_to_string(path.join("k/odds.html")).expect("a page");
     assert!(!page.contains("What it looks like"), "an empty section");
