@@ -322,7 +322,7 @@ fn a_sweep_takes_axes_from_the_command_line() {
         ],
         path,
     );
-    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time µs", "right %"] {
+    for part in ["6 points", "inverter.dead_time", "maximum-likelihood", "dead_time", "µs", "right %"] {
         assert!(text.contains(part), "{part}: {text}");
     }
     let arguments =
