@@ -87,18 +87,14 @@ fn cross_subset_simulation_counts_as_plain_trials_do() {
 }
 
 #[test]
-fn law_a_locked_rotor_never_moves_and_that_is_said_to_be_flat() {
+fn law_a_locked_rotor_never_moves_and_that_is_said_at_once() {
     let plan = motor::plan("detector.method = \"line-inductance-fast\"\ndetector.signature = \"none\"");
     let trials = Trials::new(&plan).expect("a scenario");
-    // The run of 4,000 is stuck at once; plain trials follow, of which this test has no need.
-    let values = standstill_analysis::subset::run(
-        &trials.towards(Event::Moved(1.0)),
-        &Settings { states: 200, ..Settings::default() },
-        0,
-        &NEVER,
-    );
-    assert_eq!(values.expect("runs").end, standstill_analysis::subset::End::Flat);
-    assert!(Alarm::Flat.to_string().contains("plain trials"));
+    let settings = Settings { states: 200, ..Settings::default() };
+    let odds = trials.odds(Event::Moved(1.0), &settings, &NEVER, |_| {}).expect("runs");
+    assert_eq!(odds.alarms, [Alarm::Constant]);
+    assert_eq!((odds.probability.value, odds.trials), (0.0, 200));
+    assert!(Alarm::Constant.to_string().contains("plain trials"), "{}", Alarm::Constant);
 }
 
 #[test]
