@@ -109,7 +109,7 @@ impl Event {
         self.value(record) > 0.0
     }
 
-    /// What brings a start nearer to the event, in words.
+    /// The name of the quantity that rises as a start comes nearer to the event.
     pub const fn order_parameter(self) -> &'static str {
         match self {
             Self::WrongPole => {

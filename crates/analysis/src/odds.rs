@@ -219,7 +219,7 @@ impl Odds {
         let mut alarms = Vec::new();
         let plain = all as u64 * u64::from(settings.states);
         if reached.is_empty() {
-            // Where chains lost the event says nothing of how likely it is; the first levels' trials are independent.
+            // The level at which the chains gave up does not bound the probability. The first levels' trials do: they are independent.
             let hits = runs.iter().map(|run| u64::from(run.plain_hits)).sum();
             probability = binomial_interval(hits, plain);
             alarms.push(Alarm::TooRare(runs.iter().map(|run| run.probability).fold(0.0, f64::max)));

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod campaigns;
+mod motors;
 mod scenario;
 
 use std::path::PathBuf;
@@ -21,6 +22,9 @@ pub use campaigns::{
     Amount, Bounds, Budget, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
     Results, Rows, Run, Slurm, Status, Sweep, Tune,
 };
+pub use motors::{Fit, Magnetics, Motors};
+#[cfg(feature = "program")]
+pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
 
 /// What decides whether a run goes on and a library fits, besides the version.
@@ -236,108 +240,6 @@ pub struct Check {
     pub seed: Seed,
     #[command(flatten)]
     pub temperature: Temperatures,
-    /// Print JSON
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[cfg(feature = "program")]
-#[derive(Debug, Args)]
-pub struct Fmu {
-    /// A built-in motor's name, a data sheet's path or that of a scenario file (.toml), of which the detector stays behind
-    pub motor: String,
-    #[command(flatten)]
-    pub keys: Keys,
-    /// How good drive and sensors are [key: errors; without a scenario: default]
-    #[arg(long, value_parser = choice::<ErrorSet>())]
-    pub errors: Option<ErrorSet>,
-    /// Whether the rotor can move [key: rotor.state; without a scenario: locked]
-    #[arg(long, value_parser = choice::<Rotor>())]
-    pub rotor: Option<Rotor>,
-    #[command(flatten)]
-    pub seed: Seed,
-    /// What is inside: `drive`, inverter with motor and sensors, legs in and samples out; or `motor` alone, voltages in, currents
-    /// and torque out
-    #[arg(long, value_name = "PART", value_enum, default_value_t = FmuPart::Drive)]
-    pub part: FmuPart,
-    /// Version of FMI: 2, which every tool imports, or 3, with a clock for the PWM period
-    #[arg(long, value_name = "V", value_parser = ["2", "3"], default_value = "2")]
-    pub fmi: String,
-    /// File to write; replaced if it is there
-    #[arg(short, long, value_name = "FILE")]
-    pub out: PathBuf,
-    /// The shared library that goes into it [default: the one beside the program]
-    #[arg(long, value_name = "FILE")]
-    pub binary: Option<PathBuf>,
-}
-
-/// What an FMU is of.
-#[cfg(feature = "program")]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub enum FmuPart {
-    /// Inverter, motor and sensors
-    Drive,
-    /// The motor alone
-    Motor,
-}
-
-#[derive(Debug, Args)]
-pub struct Magnetics {
-    /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .txt, .tsv, .npz, .mat)
-    pub motor: String,
-    /// Pole pairs of the motor of a flux map, for its torque
-    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
-    pub pole_pairs: Option<u32>,
-    /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
-    #[arg(long, value_name = "OHM", value_parser = ohms, allow_hyphen_values = true)]
-    pub resistance: Option<f64>,
-    /// Whether a flux map has peak values (amplitude-invariant) or rms values of currents and fluxes [default: peak]
-    #[arg(long, value_name = "VALUES", value_parser = map_values)]
-    pub values: Option<MapValues>,
-    /// What the columns of a flux map as text are, in place of its header, `-` for others: `i_d_A,i_q_A,-,psi_d_mWb,psi_q_mWb`
-    #[arg(long, value_name = "NAMES")]
-    pub columns: Option<String>,
-    /// Continue a flux map that has one side of the d-axis only as cores do that are fitted to it (`fitted`)
-    #[arg(long, value_name = "HOW", value_parser = ["fitted"])]
-    pub beyond: Option<String>,
-    /// Largest current in A [default: the rated current, or what the map covers]
-    #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
-    pub current: Option<f64>,
-    /// Folder for the figure; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
-    pub out: PathBuf,
-    #[command(flatten)]
-    pub temperature: Temperatures,
-    /// Print JSON and write no figure
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct Fit {
-    /// Traces (.csv) of one or several pulses from rest, with the columns t_s, i_a_A, i_b_A, i_c_A (one may be missing), u_dc_V,
-    /// and leg_a, leg_b, leg_c: what the legs are asked for, off, low or high
-    #[arg(required = true)]
-    pub traces: Vec<PathBuf>,
-    /// A motor like the one measured, a built-in's name or a data sheet's path (.toml): what the fit begins with, and what the
-    /// traces do not tell [default: none]
-    #[arg(long, value_name = "START")]
-    pub motor: Option<String>,
-    /// What is known of the drive, such as `inverter.dead_time="1.5 us"`; any number of times [default: error set default]
-    #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = scenario::assignment)]
-    pub set: Vec<(String, String)>,
-    /// Folder for the files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/fit")]
-    pub out: PathBuf,
-    /// Print the content of fit.json instead of text
-    #[arg(long)]
-    pub json: bool,
-}
-
-#[derive(Debug, Args)]
-pub struct Motors {
-    /// Only this one: a built-in motor's name, or a data sheet's path (.toml)
-    pub name: Option<String>,
     /// Print JSON
     #[arg(long)]
     pub json: bool,

@@ -57,9 +57,11 @@ impl Fit {
                        parameters. What is called measured here is not to be relied on.\n\"\"\"\n\n[nameplate]";
             text = text.replacen("\"\"\"\n\n[nameplate]", &format!("\n{why}"), 1);
         }
+        // A count stands as it is, a quantity with its unit is a text.
         let assumed = |value: String, reason: &str| {
-            format!("{{ value = \"{value}\", source = \"assumed\", reason = \"{}\" }}", clean(reason))
+            format!("{{ value = {value}, source = \"assumed\", reason = \"{}\" }}", clean(reason))
         };
+        let quoted = |text: String| format!("\"{text}\"");
         let name = start.map(|motor| motor.name.clone());
         let of_start = name.map(|name| format!("as of {name}, which the fit began with"));
         let or = |guess: &str| of_start.clone().unwrap_or_else(|| guess.to_owned());
@@ -69,24 +71,23 @@ impl Fit {
         };
         line(
             "pole_pairs",
-            // A count is no text.
-            assumed(pole_pairs.to_string(), &or("a guess; only matters where the rotor can move")).replacen(
-                &format!("\"{pole_pairs}\""),
-                &pole_pairs.to_string(),
-                1,
-            ),
+            assumed(pole_pairs.to_string(), &or("a guess; only matters where the rotor can move")),
         );
         for (key, symbol, value) in [
             ("resistance", "Ω", self.plant.resistance),
             ("L_d", "H", self.plant.inductance[0]),
             ("L_q", "H", self.plant.inductance[1]),
         ] {
-            let fixed = || assumed(quantity(value, symbol), &or("a guess: these pulses do not tell it"));
+            let fixed =
+                || assumed(quoted(quantity(value, symbol)), &or("a guess: these pulses do not tell it"));
             line(key, self.measured(key, symbol, quantity).unwrap_or_else(fixed));
         }
         let guess = "a guess, three times what the largest current makes: no current at standstill tells it";
-        line("magnet_flux", assumed(quantity(self.magnet_flux, "Wb"), &or(guess)));
-        line("rated_current", assumed(quantity(self.current, "A"), &or("the largest current of the pulses")));
+        line("magnet_flux", assumed(quoted(quantity(self.magnet_flux, "Wb")), &or(guess)));
+        line(
+            "rated_current",
+            assumed(quoted(quantity(self.current, "A")), &or("the largest current of the pulses")),
+        );
         let link = quantity((self.link * 100.0).round() / 100.0, "V");
         line(
             "dc_link",
@@ -102,7 +103,7 @@ impl Fit {
                 // What noise makes negative is none.
                 let fall = if key == "q" { fall.max(0.0) } else { fall };
                 let kept = self.measured(name, "", share).filter(|_| key != "q" || fall > 0.0);
-                let fixed = || of_start.as_ref().map(|reason| assumed(percent(fall), reason));
+                let fixed = || of_start.as_ref().map(|reason| assumed(quoted(percent(fall)), reason));
                 // Without a start, what is left out follows from d.
                 if let Some(value) = kept.or_else(fixed) {
                     let _ = writeln!(text, "{key} = {value}");
@@ -119,7 +120,7 @@ impl Fit {
                 ("coulomb", rotor.friction.coulomb, "N m"),
                 ("viscous", rotor.friction.viscous, "N m s"),
             ] {
-                let _ = writeln!(text, "{key} = {}", assumed(format!("{value} {unit}"), &reason));
+                let _ = writeln!(text, "{key} = {}", assumed(format!("\"{value} {unit}\""), &reason));
             }
         }
         text

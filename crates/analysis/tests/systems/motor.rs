@@ -52,7 +52,7 @@ pub fn first_order(current: f64, noise: f64, angle: f64) -> (f64, f64) {
         };
         trials.records(tapes).expect("trials").iter().map(margin).collect()
     };
-    // What a tape is read of, it has afterwards; the noise that it drew is put to zero.
+    // One trial fills the tape with all the draws that it reads. Then all of them are set to zero: no noise.
     let mut quiet = Tape::new(1, 0);
     margins(std::slice::from_ref(&quiet));
     let count = |tape: &mut Tape| tape.strips().iter().map(|strip| strip.normals.len()).collect::<Vec<_>>();

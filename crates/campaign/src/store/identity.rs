@@ -152,7 +152,7 @@ impl Identity {
     }
 }
 
-/// What a scenario's text sets, by keys with those of their tables before them.
+/// The values that a scenario's text sets, by full key such as `detector.pulse`.
 fn values(scenario: &str) -> BTreeMap<String, String> {
     fn flatten(before: &str, value: &toml::Value, into: &mut BTreeMap<String, String>) {
         let toml::Value::Table(table) = value else {

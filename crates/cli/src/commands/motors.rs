@@ -24,11 +24,7 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
         for name in built_in_names() {
             let _ = writeln!(out, "{name:width$}  {}", super::sheet(name)?.title());
         }
-        out += "\n";
-        out += &paragraph(
-            "",
-            "`standstill motors NAME` shows one of them, or a data sheet, with each number and where it comes from.",
-        );
+        out += "\n`standstill motors NAME` shows one of them, or a data sheet, with each number and where it comes from.\n";
         return Ok(Report { text: out, code: 0 });
     };
     let sheet = super::sheet(name)?;

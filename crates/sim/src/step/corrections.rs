@@ -6,6 +6,7 @@ use standstill_numeric::{Heading, Wide};
 
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::memory::{Iron, Memory};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 
@@ -48,6 +49,20 @@ pub(super) fn settle_by<V: Wide>(
     }
     *flux = *flux - impulse;
     at.current = at.current - change;
+}
+
+/// What the cells of the iron add to a current in A that was carried on by their tangent from where they were looked up: a sliding
+/// cell turns all along the way to the flux, which began in the direction of `along`.
+#[inline(always)]
+pub(super) fn turned_by<V: Wide>(
+    memory: &Memory<V>,
+    iron: &Iron<V>,
+    flux: Plane<V>,
+    looked_up: Plane<V>,
+    along: Plane<V>,
+) -> Plane<V> {
+    let by_tangent = iron.current + (flux - looked_up).through(iron.tangent);
+    memory.iron(&memory.away_at(flux, Some(along))).current - by_tangent
 }
 
 /// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².

@@ -18,7 +18,7 @@ use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::memory::{Away, Iron, Moved};
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
-use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by};
+use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by, turned_by};
 use crate::step::error::{
     SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
 };
@@ -311,9 +311,7 @@ impl<V: Wide> Tried<V> {
         }
         let mut away = None;
         if let (Some(memory), Some(iron)) = (machine.memory_if::<RARE>(), &iron) {
-            // What slides turns all along the corrected way, not by its tangent at the predicted end.
-            let by_tangent = iron.current + (flux - looked_up_flux).through(iron.tangent);
-            at.current = at.current + (memory.iron(&memory.away_at(flux, Some(along))).current - by_tangent);
+            at.current = at.current + turned_by(memory, iron, flux, looked_up_flux, along);
             settle_by(legs, &across, per_impulse, any_idle, &mut flux, &mut at);
             away = Some((memory.away_at(flux, Some(along)), iron.tangent));
         }
@@ -325,11 +323,10 @@ impl<V: Wide> Tried<V> {
         if RARE && let Some(ringing) = &ringing {
             own = ringing_error(accuracy, ringing.error(), off);
         }
-        let error = own
+        let mut error = own
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle
             + relaxed * accuracy.per_flux
             + link_error.abs() * SHARE_OF_LINK * accuracy.per_flux;
-        let mut error = error;
         if let Some(memory) = machine.memory_if::<RARE>() {
             let rise = [along, end_change.flux * h];
             error = error + memory.error(flux - begin.flux, rise, off) * accuracy.per_flux;

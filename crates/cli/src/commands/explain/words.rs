@@ -20,7 +20,7 @@ pub const SCORE: &str = "drawn: in standard deviations; of a uniform draw the no
 pub struct About {
     pub headline: String,
     pub details: Vec<String>,
-    /// What it drew.
+    /// The errors that were drawn for the trial, a line each.
     pub specimen: String,
     pub table: Table,
 }

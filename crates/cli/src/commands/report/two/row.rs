@@ -6,8 +6,8 @@ use standstill_campaign::Estimate;
 /// The measure in degrees; the others are shares.
 pub const RMS: &str = "rms";
 
-/// A number; what is none is left empty.
-#[allow(clippy::trivially_copy_pass_by_ref)] // As its derived caller wants it.
+/// A number; one that could not be computed leaves its field empty.
+#[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
 fn known<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
     value.is_finite().then_some(*value).serialize(to)
 }
