@@ -34,10 +34,6 @@ pub const SLACK: f64 = 0.1;
 /// So many times this slack it may be off where a step was to end there.
 const DEEP: f64 = 10.0;
 
-/// So many times this slack it may be off where the flux got there at once, however short the step was: each step puts right what the
-/// one before it missed of a blocked leg's current, by some tolerances of the flux.
-const AT_ONCE: f64 = 200.0;
-
 /// The cells of machines of which each has its own.
 #[derive(Clone, Debug)]
 pub struct Memory<V: Wide> {
@@ -88,8 +84,6 @@ pub struct Moved<V: Wide> {
     pub margin: [V; MOST_CELLS],
     /// What slack makes of `cubic`.
     pub slack: [V; MOST_CELLS],
-    /// By how much in Wb the flux changed at once.
-    jump: V,
 }
 
 fn none<V: Wide>() -> Plane<V> {
@@ -276,7 +270,6 @@ impl<V: Wide> Memory<V> {
         change: Plane<V>,
         rise: [Plane<V>; 2],
     ) -> Moved<V> {
-        let jump = change - (rise[0] + rise[1]) * V::of(0.5);
         let (zero, far) = (V::of(0.0), V::of(f64::INFINITY));
         let blank = Cubic { value: [zero; 2], slope: [zero; 2] };
         let mut moved = Moved {
@@ -286,7 +279,6 @@ impl<V: Wide> Memory<V> {
             cubic: [blank; MOST_CELLS],
             margin: [far; MOST_CELLS],
             slack: [zero; MOST_CELLS],
-            jump: jump.dot(jump).sqrt(),
         };
         for k in 0..MOST_CELLS {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
@@ -324,7 +316,7 @@ impl<V: Wide> Memory<V> {
     #[inline(always)]
     pub fn room(&self, moved: &Moved<V>) -> [V; 2] {
         let least = moved.margin[0].least(moved.margin[1]).least(moved.margin[2]);
-        [least + self.slack, least + self.slack * DEEP + moved.jump.least(self.slack * AT_ONCE)]
+        [least + self.slack, least + self.slack * DEEP]
     }
 
     /// Whether a mode of this cell ended in a lane's step.
