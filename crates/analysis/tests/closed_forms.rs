@@ -170,7 +170,7 @@ fn analytic_what_no_draw_changes_ends_at_once_with_the_plain_limit() {
     let bound = 1.0 - exp(LN_0_025 / 4000.0);
     assert!((never.probability.high / bound - 1.0).abs() < 1e-6, "{:?}", never.probability);
     assert_eq!((never.probability.value, &never.alarms[..]), (0.0, &[Alarm::Constant][..]));
-    // Where nothing says how far the event is, plain trials may still see it.
+    // Here no value says how far a start is from the event. Plain trials can still count it.
     let unknown = odds(&Constant(f64::NEG_INFINITY), 1);
     assert_eq!((unknown.plain, &unknown.alarms[..]), (u64::from(PLAIN), &[Alarm::Flat][..]));
     assert_eq!(odds(&Constant(1.0), 1).probability.value, 1.0, "always");

@@ -4,7 +4,7 @@
 use std::sync::atomic::AtomicBool;
 
 use standstill_analysis::subset::Settings;
-use standstill_analysis::{Alarm, Anatomy, Answer, Event, Trials};
+use standstill_analysis::{Alarm, Anatomy, Answer, Event, Odds, Trials};
 use standstill_interface::{Fault, Outcome};
 use standstill_scenario::{Record, Verdict};
 use standstill_sim::{Ended, Tape};
@@ -13,6 +13,20 @@ use standstill_sim::{Ended, Tape};
 mod motor;
 
 static NEVER: AtomicBool = AtomicBool::new(false);
+
+/// Plain trials, and the share of them with the event.
+fn plainly(trials: &Trials<'_>, event: Event, count: u64) -> (Vec<Record>, f64) {
+    let tapes: Vec<Tape> = (0..count).map(|k| Tape::new(77, k)).collect();
+    let records = trials.all_records(tapes, &NEVER).expect("trials");
+    let share = records.iter().filter(|record| event.happened(record)).count() as f64 / count as f64;
+    (records, share)
+}
+
+/// Odds by levels of a quarter of the states, for time.
+fn by_levels(trials: &Trials<'_>, event: Event) -> Odds {
+    let settings = Settings { states: 1000, ..Settings::default() };
+    trials.odds(event, &settings, &NEVER, |_| {}).expect("runs")
+}
 
 #[test]
 fn analytic_wrong_evidence_of_the_simulated_motor_has_its_closed_form() {
@@ -61,13 +75,10 @@ fn cross_subset_simulation_counts_as_plain_trials_do() {
     let plan = motor::plan("errors = \"default\"\ndetector.method = \"line-inductance-fast\"");
     let trials = Trials::new(&plan).expect("a scenario");
     let event = Event::Error(2.2);
-    let tapes: Vec<Tape> = (0..20_000).map(|k| Tape::new(77, k)).collect();
-    let records = trials.all_records(tapes, &NEVER).expect("trials");
-    let plain = records.iter().filter(|record| event.happened(record)).count() as f64 / 2e4;
+    let (_, plain) = plainly(&trials, event, 20_000);
     // Some 150 in 20,000.
     assert!((0.004..0.015).contains(&plain), "{plain}");
-    let settings = Settings { states: 1000, ..Settings::default() };
-    let odds = trials.odds(event, &settings, &NEVER, |_| {}).expect("runs");
+    let odds = by_levels(&trials, event);
     let ratio = odds.probability.value / plain;
     // Eight per cent of the plain trials' own, and of the runs'.
     assert!((0.75..1.33).contains(&ratio), "{ratio}");
@@ -104,9 +115,7 @@ fn cross_levels_of_the_fault_margin_count_failed_starts_as_plain_trials_do() {
         "errors = \"default\"\n[detector]\nmethod = \"line-inductance-fast\"\nleast_saliency = 0.2085",
     );
     let trials = Trials::new(&plan).expect("a scenario");
-    let tapes: Vec<Tape> = (0..40_000).map(|k| Tape::new(77, k)).collect();
-    let records = trials.all_records(tapes, &NEVER).expect("trials");
-    let plain = records.iter().filter(|record| Event::Failed.happened(record)).count() as f64 / 4e4;
+    let (records, plain) = plainly(&trials, Event::Failed, 40_000);
     assert!((7e-4..2.5e-3).contains(&plain), "{plain}");
     // The margin is the saliency's, as its fault says, and that of the others too: none is flat.
     for record in &records {
@@ -118,8 +127,7 @@ fn cross_levels_of_the_fault_margin_count_failed_starts_as_plain_trials_do() {
             assert_eq!(margin, ratio / needed - 1.0);
         }
     }
-    let settings = Settings { states: 1000, ..Settings::default() };
-    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    let odds = by_levels(&trials, Event::Failed);
     assert_eq!(odds.answer, Answer::Subset);
     assert!(odds.levels > 2 && !odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(_))));
     let ratio = odds.probability.value / plain;
@@ -134,18 +142,15 @@ fn cross_levels_reach_an_offset_that_looks_like_a_current_that_stays() {
         "errors = \"default\"\nsensors.offset = \"70 mA\"\ndetector.method = \"line-inductance-fast\"",
     );
     let trials = Trials::new(&plan).expect("a scenario");
-    let tapes: Vec<Tape> = (0..20_000).map(|k| Tape::new(77, k)).collect();
-    let records = trials.all_records(tapes, &NEVER).expect("trials");
+    let (records, plain) = plainly(&trials, Event::Failed, 20_000);
     let failed = |record: &&Record| Event::Failed.happened(record);
-    let plain = records.iter().filter(failed).count() as f64 / 2e4;
     assert!((1e-3..1e-2).contains(&plain), "{plain}");
     let persists = |record: &Record| {
         let Ended::Outcome(outcome) = record.run.ended else { return false };
         matches!(outcome, Outcome::Failed { fault: Fault::CurrentPersists(_), .. })
     };
     assert!(records.iter().filter(failed).all(persists), "no other check decides");
-    let settings = Settings { states: 1000, ..Settings::default() };
-    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    let odds = by_levels(&trials, Event::Failed);
     let ratio = odds.probability.value / plain;
     // Ten per cent of the plain trials' own, and of the runs'.
     assert!((0.7..1.4).contains(&ratio), "{plain} plain, {:?}", odds.probability);
@@ -158,7 +163,6 @@ fn law_a_fault_without_a_margin_is_said_to_be_one() {
         "errors = \"default\"\nsensors.range = 8.4\n[detector]\nmethod = \"line-inductance-fast\"",
     );
     let trials = Trials::new(&plan).expect("a scenario");
-    let settings = Settings { states: 1000, ..Settings::default() };
-    let odds = trials.odds(Event::Failed, &settings, &NEVER, |_| {}).expect("runs");
+    let odds = by_levels(&trials, Event::Failed);
     assert!(odds.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(share) if *share > 0.9)), "{odds:?}");
 }

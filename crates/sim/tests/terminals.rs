@@ -1,60 +1,21 @@
 //! Terminals with a capacitance: closed forms, the energy ledger, and the referee. Against ngspice: `tests/suite/spice.rs`.
 #![allow(clippy::disallowed_methods, reason = "tests compare with the C library")]
 
-use standstill_interface::{
-    Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
-};
+use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg, Storage};
 use standstill_plant::{Core, EddyBranch, Linear, MagneticCircuit, Motor, Winding, built_in};
 use standstill_sim::{
     Case, Ended, NoProbe, RotorState, Run, RunError, SensorSettings, Sensors, Streams, Tolerance, Trace,
-    Width, referee, run, run_side_by_side_in,
+    referee, run,
 };
 
+mod script;
+
 use Leg::{Duty, High, Low, Off};
-
-const LINK: f64 = 550.0;
-
-/// Plays commands one after the other and keeps all readings.
-#[derive(Clone)]
-struct Script {
-    commands: Vec<Command<f64>>,
-    next: usize,
-    readings: Vec<Reading<f64>>,
-}
-
-impl Script {
-    fn new(commands: &[Command<f64>]) -> Self {
-        Self { commands: commands.to_vec(), next: 0, readings: Vec::new() }
-    }
-}
-
-impl Detector<f64> for Script {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        self.readings.extend_from_slice(readings);
-        self.next += 1;
-        match self.commands.get(self.next - 1) {
-            Some(command) => Step::Drive(*command),
-            None => Step::Done(Outcome::Failed {
-                fault: Fault::UnexpectedReadings,
-                findings: Findings::default(),
-            }),
-        }
-    }
-}
-
-fn stage(legs: [Leg<f64>; 3], micros: u64) -> Stage<f64> {
-    Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) }
-}
+use script::*;
 
 fn hold(legs: [Leg<f64>; 3], micros: u64) -> Command<f64> {
     Command::hold(stage(legs, micros), Sampling::NONE)
-}
-
-/// Some samples of a command of one or two stages.
-fn sampled(command: Command<f64>, count: u32) -> Command<f64> {
-    let interval = Nanos(command.duration().0 / u64::from(count));
-    Command { sampling: Sampling { first: interval, interval, count }, ..command }
 }
 
 /// A linear motor without saliency, of this inductance in H and resistance in Ω.
@@ -300,16 +261,7 @@ fn law_a_run_has_the_same_bits_in_lanes_of_each_width() {
             (case, Script::new(if k % 3 == 0 { &fast } else { &slow }))
         })
         .collect();
-    let told = |run: &Run<f64>| format!("{run:?}");
-    let alone: Vec<_> = cases
-        .iter()
-        .map(|(case, script)| told(&run(case, &mut script.clone(), false, &mut NoProbe)))
-        .collect();
-    for width in [Width::One, Width::Avx2, Width::Avx512] {
-        let mut together = vec![String::new(); cases.len()];
-        run_side_by_side_in(width, cases.iter().cloned(), |number, run| together[number] = told(&run));
-        assert!(alone == together, "{width:?}");
-    }
+    same_bits_in_lanes(&cases);
 }
 
 /// A potential that the link takes along while no current flows neither ends nor begins a mode without end.

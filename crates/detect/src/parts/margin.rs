@@ -26,6 +26,13 @@ impl<T: Real> Margin<T> {
         }
     }
 
+    /// After the last of some waits for a current to go, at whose end it was this many thresholds: how many more waits it
+    /// might have taken of those that it may take.
+    pub fn waited(&mut self, waits: u16, attempts: u16, thresholds: T) {
+        let taken = T::of(f64::from(waits)) - T::one() + thresholds;
+        self.at_most(taken, T::of(f64::from(attempts)));
+    }
+
     /// What is not a number has no margin; a factor that is negative beyond all bounds is as bad as none.
     fn add(&mut self, factor: T) {
         let margin = factor - T::one();

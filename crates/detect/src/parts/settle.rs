@@ -154,9 +154,7 @@ impl<T: Real> Settler<T> {
         let (residual, most) = SettleSettings::judge(readings)?;
         let (gone, last) = (most <= s.threshold, self.waits >= s.attempts);
         if gone || last {
-            // Waits that it took of those that it may take, the last one by what was left at its end.
-            let waits = T::of(f64::from(self.waits)) - T::one() + most / s.threshold;
-            self.margin.at_most(waits, T::of(f64::from(s.attempts)));
+            self.margin.waited(self.waits, s.attempts, most / s.threshold);
             // With all gates off no current is left: what a reading shows is an offset, which no further wait takes away.
             if self.released {
                 self.margin.at_most(most, s.threshold);

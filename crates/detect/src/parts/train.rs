@@ -275,10 +275,10 @@ impl<T: Real> Train<T> {
         }
         let (gone, last) = (most <= self.settings.threshold, self.zeroings >= self.settings.attempts);
         if gone || last {
-            // As of `Settler::step`.
-            let zeroings = T::of(f64::from(self.zeroings)) - T::one() + most / self.settings.threshold;
-            self.margin.at_most(zeroings, T::of(f64::from(self.settings.attempts)));
-            self.margin.at_most(most, self.settings.threshold);
+            let s = self.settings;
+            self.margin.waited(self.zeroings, s.attempts, most / s.threshold);
+            // All gates are off: what stays is an offset, which no further wait takes away.
+            self.margin.at_most(most, s.threshold);
         }
         if gone {
             self.zeroings = 0;

@@ -1,8 +1,7 @@
 //! Machines whose iron remembers, and commands to play.
 
-use standstill_interface::{
-    Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
-};
+use super::script::*;
+use standstill_interface::{Command, Leg, Nanos, Reading, Sampling};
 use standstill_inverter::{Bridge, DcLink, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_plant::{Core, Hysteresis, Linear, MagneticCircuit, Motor, Winding, built_in};
 use standstill_sim::{
@@ -10,46 +9,6 @@ use standstill_sim::{
 };
 
 use Leg::{Duty, High, Low, Off};
-
-pub const LINK: f64 = 550.0;
-
-/// Plays commands one after the other and keeps all readings.
-#[derive(Clone)]
-pub struct Script {
-    commands: Vec<Command<f64>>,
-    next: usize,
-    pub readings: Vec<Reading<f64>>,
-}
-
-impl Script {
-    pub fn new(commands: &[Command<f64>]) -> Self {
-        Self { commands: commands.to_vec(), next: 0, readings: Vec::new() }
-    }
-}
-
-impl Detector<f64> for Script {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        self.readings.extend_from_slice(readings);
-        self.next += 1;
-        match self.commands.get(self.next - 1) {
-            Some(command) => Step::Drive(*command),
-            None => Step::Done(Outcome::Failed {
-                fault: Fault::UnexpectedReadings,
-                findings: Findings::default(),
-            }),
-        }
-    }
-}
-
-pub fn stage(legs: [Leg<f64>; 3], micros: u64) -> Stage<f64> {
-    Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) }
-}
-
-/// Some samples of a command of one or two stages.
-pub fn sampled(command: Command<f64>, count: u32) -> Command<f64> {
-    let interval = Nanos(command.duration().0 / u64::from(count));
-    Command { sampling: Sampling { first: interval, interval, count }, ..command }
-}
 
 pub fn pulse(on: [Leg<f64>; 3], off: [Leg<f64>; 3], micros: u64) -> Command<f64> {
     sampled(Command::sequence(stage(on, micros), stage(off, 3 * micros), Sampling::NONE), 16)

@@ -3,15 +3,16 @@
 
 mod bench;
 mod beside;
+#[path = "../script/mod.rs"]
+mod script;
 
 use standstill_interface::{Command, Reading, Sampling};
 use standstill_inverter::{Devices, OpenLeg};
 use standstill_plant::{EddyBranch, Hysteresis, Motor, built_in};
-use standstill_sim::{
-    Case, Ended, NoProbe, RotorState, Run, Tolerance, Width, referee, run, run_side_by_side_in,
-};
+use standstill_sim::{Case, Ended, NoProbe, RotorState, Run, Tolerance, referee};
 
 use bench::*;
+use script::*;
 use standstill_interface::Leg::{High, Low, Off};
 
 #[test]
@@ -217,16 +218,7 @@ fn law_a_run_has_the_same_bits_in_lanes_of_each_width() {
             (case, Script::new([&fast, &slow, &pwm][k % 3]))
         })
         .collect();
-    let told = |run: &Run<f64>| format!("{run:?}");
-    let alone: Vec<_> = cases
-        .iter()
-        .map(|(case, script)| told(&run(case, &mut script.clone(), false, &mut NoProbe)))
-        .collect();
-    for width in [Width::One, Width::Avx2, Width::Avx512] {
-        let mut together = vec![String::new(); cases.len()];
-        run_side_by_side_in(width, cases.iter().cloned(), |number, run| together[number] = told(&run));
-        assert!(alone == together, "{width:?}");
-    }
+    same_bits_in_lanes(&cases);
 }
 
 /// A torque of remanence turns a rotor without friction from where it is: towards where the iron was last magnetised.
