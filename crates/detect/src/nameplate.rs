@@ -67,13 +67,14 @@ impl<T: Real> Sensing<T> {
         if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
     }
 
-    /// Whether a sample at `time` compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
+    /// Whether a sample at a time compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
     /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
     /// sample at the peak. Nor may what an edge adds look like a gain.
-    pub(crate) fn compares(&self, time: Nanos, pulse: Nanos) -> bool {
+    pub(crate) fn compares(&self, pulse: Nanos) -> impl Fn(Nanos) -> bool {
         let until = pulse + Nanos::from_seconds(self.blank().to_double());
         let alike = self.skew == Nanos::ZERO && until == pulse;
-        alike || time + self.skew * 2 < pulse || time > until
+        let skew = self.skew * 2;
+        move |time| alike || time + skew < pulse || time > until
     }
 
     pub(crate) fn check(&self) -> Result<(), SettingsError> {

@@ -60,9 +60,68 @@ functions! {
     ln_gamma(x) = libm::lgamma(x);
 }
 
+/// Natural logarithm of a positive number that is neither subnormal nor infinite nor 1: the bits of [`ln`], without a branch and
+/// without a call, so that a loop computes several side by side.
+///
+/// The algorithm is that of FreeBSD's `e_log.c`, by Sun Microsystems, which `libm` follows, too: x = 2^k (1 + f) with
+/// √2/2 ≤ 1 + f < √2 and ln(1 + f) as a series in s = f/(2 + f).
+///
+/// ```
+/// use standstill_numeric::{ln, ln_branchless};
+///
+/// assert_eq!(ln_branchless(0.02), ln(0.02));
+/// ```
+#[inline(always)]
+#[allow(
+    clippy::excessive_precision,
+    clippy::unreadable_literal,
+    reason = "the coefficients as they were published"
+)]
+pub fn ln_branchless(x: f64) -> f64 {
+    const EVEN: [f64; 3] = [3.999999999940941908e-01, 2.222219843214978396e-01, 1.531383769920937332e-01];
+    const ODD: [f64; 4] = [
+        6.666666666666735130e-01,
+        2.857142874366239149e-01,
+        1.818357216161805012e-01,
+        1.479819860511658591e-01,
+    ];
+    const LN_2: [f64; 2] = [6.93147180369123816490e-01, 1.90821492927058770002e-10];
+    /// √2/2 as the upper half of a number's bits, and how far 1 is above it.
+    const HALF_ROOT: u64 = 0x3fe6_a09e << 32;
+    const TO_ONE: u64 = (0x3ff0_0000 << 32) - HALF_ROOT;
+    /// Bits of the fraction, and of 2^52: put into the place of its fraction, a whole number is added to it.
+    const FRACTION: u64 = (1 << 52) - 1;
+    const WHOLE: f64 = 4_503_599_627_370_496.0;
+
+    let shifted = x.to_bits() + TO_ONE;
+    let k = f64::from_bits(WHOLE.to_bits() | shifted >> 52) - (WHOLE + 1023.0);
+    let f = f64::from_bits((shifted & FRACTION) + HALF_ROOT) - 1.0;
+    let half_square = 0.5 * f * f;
+    let s = f / (2.0 + f);
+    let (z, w) = (s * s, s * s * (s * s));
+    let even = w * (EVEN[0] + w * (EVEN[1] + w * EVEN[2]));
+    let odd = z * (ODD[0] + w * (ODD[1] + w * (ODD[2] + w * ODD[3])));
+    s * (half_square + (odd + even)) + k * LN_2[1] - half_square + f + k * LN_2[0]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_the_logarithm_without_branches_has_the_same_bits() {
+        let mut x = f64::MIN_POSITIVE;
+        while x < 4e307 {
+            for x in [x, x.next_up(), 1.0 / x] {
+                assert_eq!(ln_branchless(x).to_bits(), ln(x).to_bits(), "{x:e}");
+            }
+            x *= 1.000_3 + 1e-5 * (x % 1.0);
+        }
+        for k in 1..200_000 {
+            let x = 5e-6 * f64::from(k);
+            assert_eq!(ln_branchless(x).to_bits(), ln(x).to_bits(), "{x:e}");
+        }
+    }
 
     /// Distance in units of the last place.
     fn ulps(a: f64, b: f64) -> u64 {

@@ -28,7 +28,9 @@ mod heading;
 mod lane;
 mod symmetric;
 
-pub use functions::{atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_gamma, log10, powf, sin};
+pub use functions::{
+    atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_branchless, ln_gamma, log10, powf, sin,
+};
 pub use heading::Heading;
 pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest, power, sin_cos};
 pub use symmetric::Symmetric;

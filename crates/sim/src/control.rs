@@ -9,6 +9,7 @@ mod motion;
 mod place;
 mod requests;
 mod run;
+mod samples;
 mod terminals;
 mod watch;
 

@@ -4,7 +4,7 @@ mod corrections;
 pub mod dense;
 pub mod dormand_prince;
 pub mod ends;
-mod error;
+pub mod error;
 pub mod floating;
 pub mod hermite;
 pub mod modes;

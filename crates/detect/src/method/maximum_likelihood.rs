@@ -86,10 +86,11 @@ impl<T: Real> MaximumLikelihood<T> {
         let scale = self.dc_link / volts;
         let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
         let train = &self.train.settings;
+        let compares = self.settings.sensing.compares(train.pulse);
         for (n, (sum, reading)) in curve.iter_mut().zip(readings).enumerate() {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
-            if self.settings.sensing.compares(train.interval * (n as u64 + 1), train.pulse) {
+            if compares(train.interval * (n as u64 + 1)) {
                 self.gains.add(slot, (from, to));
             }
             self.peak = self.peak.max((from + to) / T::of(2.0));

@@ -17,7 +17,7 @@ use crate::case::{Case, Finished, RunError, Work};
 use crate::lanes::bank::{Bank, NOTHING};
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
-use crate::sensing::{Instant, LowPass, Ringing, Sampler};
+use crate::sensing::{LowPass, Ringing, Sampler};
 use crate::trace::{Event, Probe};
 
 /// What a run wants next.
@@ -50,17 +50,17 @@ pub struct Control<'a> {
     pub(super) motion: Motion,
     /// Sides of zero of ψ_d and ψ_q where the core has kinks there; else 0.
     pub(super) sides: [f64; 2],
-    course: Course,
-    sampler: Sampler<'a>,
+    pub(super) course: Course,
+    pub(super) sampler: Sampler<'a>,
     pub(super) filters: Option<[LowPass; 3]>,
     pub(super) link_filter: Option<LowPass>,
     pub(super) ringing: Option<Ringing>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
-    events: u32,
+    pub(super) events: u32,
     /// When the first of them was, in ns.
     counted_from: f64,
-    segments: u64,
+    pub(super) segments: u64,
     all_events: u64,
     /// Energy in J lost where the rotor ran into the end of the brake's play.
     pub(super) impact_loss: f64,
@@ -69,7 +69,7 @@ pub struct Control<'a> {
     pub(super) found: f64,
     /// Whether the link's voltage has not been looked up since time passed.
     pub(super) stale: bool,
-    first: bool,
+    pub(super) first: bool,
     /// Why there is no state that it could begin with.
     pub(super) nowhere: Option<RunError>,
 }
@@ -243,8 +243,7 @@ impl<'a> Control<'a> {
                 return Want::Over(error);
             }
             self.show_change(bank);
-            let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
-            let stop = sample.min(end).min(self.next_source_instant(time));
+            let stop = self.next_instant(time);
             self.segments += 1;
             if self.rests(bank) {
                 let legs = &bank.machine.legs;
@@ -276,6 +275,12 @@ impl<'a> Control<'a> {
         self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
     }
 
+    /// The next instant after a time in ns that is known beforehand, gate edges apart.
+    pub(super) fn next_instant(&self, time: f64) -> f64 {
+        let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
+        sample.min(self.course.end.0 as f64).min(self.next_source_instant(time))
+    }
+
     /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.
     fn next_source_instant(&self, time: f64) -> f64 {
         let Some(sag) = self.case.inverter.link.sag else { return NEVER };
@@ -284,50 +289,6 @@ impl<'a> Control<'a> {
             .map(|share| Nanos::from_seconds(sag.start + share * sag.duration).0 as f64)
             .find(|at| *at > time)
             .unwrap_or(NEVER)
-    }
-
-    fn next_trigger(&mut self) {
-        let Course { start, end, sampling, number, pending, .. } = self.course;
-        let last = pending.map_or(start, |(_, at)| at);
-        self.course.pending = (number < sampling.count).then(|| {
-            let nominal = sampling.trigger(number);
-            // Jitter may bring two triggers out of order; a converter takes them one after the other.
-            (nominal, self.sampler.instant(start + nominal, start, end).max(last))
-        });
-        self.course.number += 1;
-    }
-
-    #[inline(never)]
-    fn sample<V: Wide>(&mut self, bank: &mut Bank<'a, V>, nominal: Nanos) {
-        if self.stale {
-            self.look_at_link(bank);
-        }
-        let settings = &self.case.sensors.settings;
-        let (mut current, mut requested) = (self.currents(bank), [Gate::Off; 3]);
-        if settings.arrangement == crate::Arrangement::LowSideShunts {
-            // The drive knows what it told the legs at the trigger, not when the sample was really taken.
-            requested = self.lines.told(self.course.start + nominal);
-            // Samples come before gate edges of the same instant.
-            let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
-            current = settings.seen(current, modes);
-        }
-        if let Some(filters) = &self.filters {
-            current = filters.map(|filter| filter.output());
-        }
-        if let Some(ringing) = &self.ringing {
-            let added = ringing.at(self.time(bank));
-            current = current.map(|current| current + added);
-        }
-        let link = bank.here.state.link.get(self.lane);
-        let dc_link = self.link_filter.map_or(link, |filter| filter.output());
-        let Some((current, dc_link)) = self.course.converted(current, dc_link, settings.skew) else { return };
-        let there = Instant { current, dc_link, requested };
-        let reading: Reading<f64> = self.sampler.read(nominal, &there);
-        if self.probe.is_some() {
-            self.event(self.time(bank) * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
-        }
-        self.readings.push(reading);
-        self.next_trigger();
     }
 
     /// Whether nothing happens before the next instant: no current, no motion, and nothing stored that could drive any.

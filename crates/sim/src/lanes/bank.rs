@@ -10,7 +10,8 @@ use crate::physics::machine::{Machine, Operating};
 use crate::physics::memory::Memory;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
-use crate::step::two_derivative::{Accuracy, Here, Tried};
+use crate::step::error::Accuracy;
+use crate::step::two_derivative::{Here, Tried};
 use standstill_inverter::Source;
 
 /// Machines of one kind, what they do until when, and what became of it.
@@ -170,6 +171,12 @@ impl<'a, V: Wide> Bank<'a, V> {
     /// Evaluates a machine anew at its state.
     pub fn look(&mut self, lane: usize) {
         V::compute(LookAt(self, 1 << lane));
+    }
+
+    /// Which of these machines carry a current at the end of a step at which none of their modes ends.
+    pub fn with_current(&self, lanes: u32) -> u32 {
+        let legs = &self.machine.legs;
+        if legs.elastance.is_some() { 0 } else { lanes & !(self.to_mode_end | legs.idle_lanes()) }
     }
 
     /// The machines at a share of the step taken last.

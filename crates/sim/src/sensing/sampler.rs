@@ -55,9 +55,13 @@ impl<'t> Sampler<'t> {
     #[inline(always)]
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = &self.sensors.settings;
+        let mut noise = [0.0; 3];
+        if s.noise > 0.0 {
+            self.noise.normals(&mut noise);
+        }
         let mut raw = [(0.0, false, 0); 3];
         for (k, raw) in raw.iter_mut().enumerate() {
-            let noise = if s.noise > 0.0 { s.noise * self.noise.normal() } else { 0.0 };
+            let noise = s.noise * noise[k];
             let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise;
             *raw = self.adc.map_or((value, false, 0), |adc| adc.convert(value));
         }

@@ -8,9 +8,22 @@ mod tests;
 
 use standstill_numeric::{Symmetric, Wide};
 
-use super::two_derivative::{Accuracy, Here};
+use super::two_derivative::Here;
 use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
+
+/// How exact a step must be, machine by machine.
+#[derive(Clone, Copy, Debug)]
+pub struct Accuracy<V: Wide> {
+    /// 1 over the largest error of a step in Wb.
+    pub per_flux: V,
+    /// The same for the angle in rad.
+    pub per_angle: V,
+    /// 1 over a flux in Wb by which saturation changes much.
+    pub per_flux_scale: V,
+    /// The winding's inductance in H where the currents between the ends matter too, as for filters, else 0.
+    pub filtered: V,
+}
 
 /// What the quadrature of the drop misses, per ohm and ampere of the fourth-order term below. For a current that decays with
 /// x = h/τ that term is x⁴/18 and the rule misses x⁴/720, a fortieth of it. Eight times that, for currents that are no single

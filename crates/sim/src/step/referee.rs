@@ -7,8 +7,9 @@ use standstill_numeric::Wide;
 use standstill_plant::MOST_CELLS;
 
 use super::corrections::{Ends, settle};
+use super::error::Accuracy;
 use super::ringing::{End, Ringing, Start};
-use super::two_derivative::{Accuracy, Here, Tried};
+use super::two_derivative::{Here, Tried};
 use crate::physics::bounds::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;

@@ -20,7 +20,7 @@ use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::corrections::{Ends, RotorFlux, lag_behind, link_slopes, settle_by, turned_by};
 use crate::step::error::{
-    SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
+    Accuracy, SHARE_OF_ANGLE, SHARE_OF_LINK, SHARE_OF_SPEED, error, relaxing_error, ringing_error,
 };
 use crate::step::floating::Floating;
 use crate::step::modes::Modes;
@@ -82,19 +82,6 @@ pub struct Tried<V: Wide> {
 #[inline(always)]
 fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
-}
-
-/// How exact a step must be, machine by machine.
-#[derive(Clone, Copy, Debug)]
-pub struct Accuracy<V: Wide> {
-    /// 1 over the largest error of a step in Wb.
-    pub per_flux: V,
-    /// The same for the angle in rad.
-    pub per_angle: V,
-    /// 1 over a flux in Wb by which saturation changes much.
-    pub per_flux_scale: V,
-    /// The winding's inductance in H where the currents between the ends matter too, as for filters, else 0.
-    pub filtered: V,
 }
 
 impl<V: Wide> Tried<V> {

@@ -53,7 +53,16 @@ impl<'t> Draws<'t> {
     }
 
     /// As many standard normals as there is room for.
+    #[inline]
     pub fn normals(&mut self, out: &mut [f64]) {
+        let most = out.len() as u64;
+        if self.strip.is_none()
+            && let Some(at_hand) = self.seeded.normals_at_hand(self.next..self.next + most)
+        {
+            out.copy_from_slice(at_hand);
+            self.next += most;
+            return;
+        }
         for out in out {
             *out = self.normal();
         }
@@ -156,6 +165,19 @@ impl Seeded {
         normals_of_uniforms(&mut self.block);
         self.are_normals = true;
         self.at_hand(number)
+    }
+
+    /// The normals with these numbers, if all of them have been computed.
+    #[inline]
+    fn normals_at_hand(&self, numbers: Range<u64>) -> Option<&[f64]> {
+        let Range { start, end } = self.numbers;
+        if !self.are_normals || numbers.start < start || numbers.end > end {
+            return None;
+        }
+        // Below the length of a block.
+        #[allow(clippy::cast_possible_truncation)]
+        let places = (numbers.start - start) as usize..(numbers.end - start) as usize;
+        self.block.get(places)
     }
 
     /// The normal that a strip of a tape has or gets.
