@@ -130,16 +130,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
                 }
             }
         }
-        let mut left = arrived | out_of_bounds | broken;
-        // Instants of one kind one after the other, by code of their own: a processor then knows what comes next.
-        for lane in lanes_of(self.bank.with_current(arrived & !(out_of_bounds | broken))) {
-            if let Some(control) = &mut self.lanes[lane]
-                && control.only_samples(&mut self.bank)
-            {
-                left &= !(1 << lane);
-            }
-        }
-        for lane in lanes_of(left) {
+        for lane in lanes_of(arrived | out_of_bounds | broken) {
             let Some(control) = &mut self.lanes[lane] else { continue };
             let want = if broken >> lane & 1 == 1 {
                 Want::Over(RunError::NotFinite)
@@ -154,9 +145,9 @@ impl<'a, V: Wide> SideBySide<'a, V> {
                 host.over(lane, finished);
             }
         }
-        // The others have seen to it.
+        // Those who arrived have seen to it.
         for (k, carried_out) in carried_out.into_iter().enumerate() {
-            for lane in lanes_of(carried_out & !left) {
+            for lane in lanes_of(carried_out & !(arrived | broken)) {
                 if let Some(control) = &mut self.lanes[lane] {
                     control.carry_out(&mut self.bank, k);
                 }

@@ -57,10 +57,10 @@ pub struct Control<'a> {
     pub(super) ringing: Option<Ringing>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
-    pub(super) events: u32,
+    events: u32,
     /// When the first of them was, in ns.
     counted_from: f64,
-    pub(super) segments: u64,
+    segments: u64,
     all_events: u64,
     /// Energy in J lost where the rotor ran into the end of the brake's play.
     pub(super) impact_loss: f64,
@@ -69,7 +69,7 @@ pub struct Control<'a> {
     pub(super) found: f64,
     /// Whether the link's voltage has not been looked up since time passed.
     pub(super) stale: bool,
-    pub(super) first: bool,
+    first: bool,
     /// Why there is no state that it could begin with.
     pub(super) nowhere: Option<RunError>,
 }
@@ -243,7 +243,8 @@ impl<'a> Control<'a> {
                 return Want::Over(error);
             }
             self.show_change(bank);
-            let stop = self.next_instant(time);
+            let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
+            let stop = sample.min(end).min(self.next_source_instant(time));
             self.segments += 1;
             if self.rests(bank) {
                 let legs = &bank.machine.legs;
@@ -273,12 +274,6 @@ impl<'a> Control<'a> {
     /// The request to a leg has been carried out as far as it matters.
     pub fn carry_out<V: Wide>(&mut self, bank: &mut Bank<'a, V>, k: usize) {
         self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
-    }
-
-    /// The next instant after a time in ns that is known beforehand, gate edges apart.
-    pub(super) fn next_instant(&self, time: f64) -> f64 {
-        let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
-        sample.min(self.course.end.0 as f64).min(self.next_source_instant(time))
     }
 
     /// The next instant of the DC source in ns: begin, middle and end of a sag, which a long step could miss.

@@ -11,28 +11,6 @@ use crate::sensing::Instant;
 use crate::trace::Event;
 
 impl<'a> Control<'a> {
-    /// Takes the samples of an instant at which nothing else is due, while a current flows, and says where the next step stops. False
-    /// where it is no such instant. What would be done there otherwise comes to the same, but for requests to legs that have been
-    /// carried out, which are the caller's.
-    ///
-    /// Two instants in five are such ones.
-    pub fn only_samples<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> bool {
-        let (time, end) = (self.time(bank), self.course.end.0 as f64);
-        let is_due = |course: &Course| course.pending.is_some_and(|(_, at)| at.0 as f64 <= time);
-        if time >= end || !is_due(&self.course) || self.first || self.probe.is_some() {
-            return false;
-        }
-        self.events = 0;
-        while let Some((nominal, _)) = self.course.pending
-            && is_due(&self.course)
-        {
-            self.sample(bank, nominal);
-        }
-        self.segments += 1;
-        bank.stop.put(self.lane, self.next_instant(time));
-        true
-    }
-
     /// The trigger after the one that is pending, or the first.
     pub(super) fn next_trigger(&mut self) {
         let Course { start, end, sampling, number, pending, .. } = self.course;

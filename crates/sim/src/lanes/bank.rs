@@ -173,12 +173,6 @@ impl<'a, V: Wide> Bank<'a, V> {
         V::compute(LookAt(self, 1 << lane));
     }
 
-    /// Which of these machines carry a current at the end of a step at which none of their modes ends.
-    pub fn with_current(&self, lanes: u32) -> u32 {
-        let legs = &self.machine.legs;
-        if legs.elastance.is_some() { 0 } else { lanes & !(self.to_mode_end | legs.idle_lanes()) }
-    }
-
     /// The machines at a share of the step taken last.
     pub fn within(&self, share: f64) -> Here<V> {
         V::compute(Within(self, share))
