@@ -4,6 +4,7 @@ mod check;
 mod entries;
 mod error;
 mod extras;
+mod keyed;
 mod map;
 mod nameplate;
 mod place;
@@ -24,9 +25,10 @@ use toml::{Table, Value};
 
 pub use self::entries::Entry;
 use self::entries::entry;
+pub use self::error::MotorError;
 use self::error::wrong;
-pub use self::error::{MotorError, TableError};
 use self::extras::HysteresisTable;
+pub use self::keyed::{TableError, read_keyed};
 use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
 pub use self::place::{key_span, line_of};
@@ -267,17 +269,11 @@ impl DataSheet {
         Ok(Self::of_table(from)?.of_file(file, ""))
     }
 
-    /// The one place where a data sheet is read from a table: the code for it is compiled once for each way to read it.
+    /// The one place where a data sheet is read from a table.
     fn of_table(table: Table) -> Result<Self, TableError> {
-        let mut track = serde_path_to_error::Track::new();
-        let from = serde_path_to_error::Deserializer::new(Value::Table(table), &mut track);
-        Self::deserialize(from).map_err(|error| {
-            // What follows the first line says where it is, which the path knows.
-            let message = error.to_string().trim().lines().next().unwrap_or_default().to_owned();
-            let path = track.path().to_string();
-            let key = path.trim_end_matches(['.', '?']);
+        read_keyed(Value::Table(table)).map_err(|TableError { key, message }| {
             // A plain number is its own value.
-            TableError { key: key.strip_suffix(".value").unwrap_or(key).to_owned(), message }
+            TableError { key: key.strip_suffix(".value").unwrap_or(&key).to_owned(), message }
         })
     }
 

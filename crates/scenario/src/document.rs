@@ -4,9 +4,8 @@ use std::fmt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::Deserialize;
 use standstill_detect::{MethodName, SettingsError};
-use standstill_plant::{Files, MotorError, TemperatureError, key_span, line_of};
+use standstill_plant::{Files, MotorError, TableError, TemperatureError, key_span, line_of, read_keyed};
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
@@ -345,11 +344,8 @@ impl Document {
 
     /// The typed tables.
     pub fn load(&self) -> Result<ScenarioFile, FileError> {
-        let mut track = serde_path_to_error::Track::new();
-        let table = Value::Table(self.table.clone());
-        let deserializer = serde_path_to_error::Deserializer::new(table, &mut track);
-        ScenarioFile::deserialize(deserializer)
-            .map_err(|error| FileError::serde(&track.path().to_string(), &error.to_string()))
+        read_keyed(Value::Table(self.table.clone()))
+            .map_err(|TableError { key, message }| FileError::serde(&key, &message))
             .map_err(|error| self.locate(error))
     }
 

@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::keyed::TableError;
 use super::place::{key_span, line_of};
 use crate::MapError;
 
@@ -46,14 +47,6 @@ impl fmt::Display for MotorError {
 }
 
 impl std::error::Error for MotorError {}
-
-/// What is wrong with a table, and with which of its keys.
-pub struct TableError {
-    /// The path of the key; empty if it is the table itself.
-    pub key: String,
-    /// What is wrong.
-    pub message: String,
-}
 
 impl TableError {
     /// The same of a file with this text, with its line.

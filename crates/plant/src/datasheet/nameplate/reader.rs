@@ -1,11 +1,10 @@
 //! What a `[nameplate]` says, checked: all that is missing or wrong is named together.
 
-use serde::Deserialize;
 use standstill_quantity::Unit;
 use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
 use toml::{Table, Value};
 
-use super::super::{MotorError, Sourced, key_span, line_of};
+use super::super::{MotorError, Sourced, key_span, line_of, read_keyed};
 use super::SharesTable;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
 use crate::Algebraic;
@@ -87,14 +86,14 @@ impl Reader<'_> {
             return None;
         };
         let place = self.place(key.split('.').next().unwrap_or(key));
-        match Sourced::<U>::deserialize(with_source(value)) {
+        match read_keyed::<Sourced<U>>(with_source(value)) {
             Ok(found) if fits(found.value.value()) => Some(found.value.value()),
             Ok(found) => {
                 self.problems.push(format!("{place}{key} is {}, but must be {needed}", found.value));
                 None
             }
             Err(error) => {
-                self.problems.push(format!("{place}{}", error.message().trim().replace('\n', " ")));
+                self.problems.push(format!("{place}{}", error.message.trim().replace('\n', " ")));
                 None
             }
         }
@@ -221,7 +220,7 @@ impl Reader<'_> {
         }
         if self.problems.is_empty()
             && let Some(Value::Table(shares)) = found.numbers.get("saturation")
-            && let Ok(shares) = SharesTable::deserialize(Value::Table(shares.clone()))
+            && let Ok(shares) = read_keyed::<SharesTable>(Value::Table(shares.clone()))
             && let Err(error) =
                 Algebraic::falling([l_d, l_q], found.magnet_flux, found.rated_current, shares.falls())
         {

@@ -1,0 +1,244 @@
+//! Typed values from TOML, and which key is wrong. An error is given the key it stands under on its way out, so nothing
+//! is noted while all goes well. And what is derived for a type is compiled for this one reader and no other.
+
+use std::fmt;
+
+use serde::de::value::StrDeserializer;
+use serde::de::{DeserializeOwned, DeserializeSeed, Error, IntoDeserializer, Unexpected, Visitor};
+use serde::{Deserializer, forward_to_deserialize_any};
+use toml::Value;
+
+/// What is wrong with a table, and with which of its keys.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TableError {
+    /// The path of the key; empty if it is the table itself.
+    pub key: String,
+    /// What is wrong.
+    pub message: String,
+}
+
+/// Reads a value; an error names the key below it that is wrong.
+///
+/// ```
+/// use standstill_plant::read_keyed;
+/// use toml::Value;
+///
+/// let value = "phases = [[1, 2], [3, true]]".parse::<toml::Table>()?;
+/// let error = read_keyed::<std::collections::BTreeMap<String, Vec<Vec<i32>>>>(Value::Table(value)).unwrap_err();
+/// assert_eq!(error.key, "phases[1][1]");
+/// assert_eq!(error.message, "invalid type: boolean `true`, expected i32");
+/// # Ok::<(), toml::de::Error>(())
+/// ```
+pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
+    T::deserialize(Keyed(value))
+}
+
+impl TableError {
+    /// The same, seen from one table further out, where it stands under this key.
+    fn below(mut self, outer: &str) -> Self {
+        let dot = if self.key.is_empty() || self.key.starts_with('[') { "" } else { "." };
+        self.key.insert_str(0, dot);
+        self.key.insert_str(0, outer);
+        self
+    }
+}
+
+impl fmt::Display for TableError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for TableError {}
+
+impl Error for TableError {
+    fn custom<T: fmt::Display>(message: T) -> Self {
+        Self { key: String::new(), message: message.to_string() }
+    }
+}
+
+struct Keyed(Value);
+
+impl Keyed {
+    fn wrong(&self, expected: &dyn serde::de::Expected) -> TableError {
+        let unexpected = match &self.0 {
+            Value::String(text) => Unexpected::Str(text),
+            Value::Integer(number) => Unexpected::Signed(*number),
+            Value::Float(number) => Unexpected::Float(*number),
+            Value::Boolean(flag) => Unexpected::Bool(*flag),
+            Value::Datetime(date) => {
+                return TableError::custom(format!("found the date or time {date}, which no key has"));
+            }
+            Value::Array(_) => Unexpected::Seq,
+            Value::Table(_) => Unexpected::Map,
+        };
+        TableError::invalid_type(unexpected, expected)
+    }
+}
+
+impl<'de> Deserializer<'de> for Keyed {
+    type Error = TableError;
+
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TableError> {
+        match self.0 {
+            Value::Array(values) => {
+                let mut items = Items { values: values.into_iter(), next: 0 };
+                let found = visitor.visit_seq(&mut items)?;
+                match items.values.len() {
+                    0 => Ok(found),
+                    more => Err(TableError::invalid_length(items.next + more, &"fewer elements")),
+                }
+            }
+            _ => self.deserialize_struct("", &[], visitor),
+        }
+    }
+
+    /// Not from an array: what has names is not read by position.
+    fn deserialize_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, TableError> {
+        match self.0 {
+            Value::String(text) => visitor.visit_string(text),
+            Value::Integer(number) => visitor.visit_i64(number),
+            Value::Float(number) => visitor.visit_f64(number),
+            Value::Boolean(flag) => visitor.visit_bool(flag),
+            Value::Table(table) => visitor.visit_map(Entries { table: table.into_iter(), value: None }),
+            Value::Array(_) | Value::Datetime(_) => Err(self.wrong(&visitor)),
+        }
+    }
+
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, TableError> {
+        visitor.visit_some(self)
+    }
+
+    fn deserialize_newtype_struct<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        visitor: V,
+    ) -> Result<V::Value, TableError> {
+        visitor.visit_newtype_struct(self)
+    }
+
+    /// One of several names.
+    fn deserialize_enum<V: Visitor<'de>>(
+        self,
+        _: &'static str,
+        _: &'static [&'static str],
+        visitor: V,
+    ) -> Result<V::Value, TableError> {
+        match &self.0 {
+            Value::String(name) => visitor.visit_enum(name.as_str().into_deserializer()),
+            _ => Err(self.wrong(&visitor)),
+        }
+    }
+
+    forward_to_deserialize_any! {
+        bool i8 i16 i32 i64 i128 u8 u16 u32 u64 u128 f32 f64 char str string bytes byte_buf unit unit_struct seq tuple
+        tuple_struct map identifier ignored_any
+    }
+}
+
+struct Entries {
+    table: <toml::Table as IntoIterator>::IntoIter,
+    /// What belongs to the key that was read last, with that key.
+    value: Option<(String, Value)>,
+}
+
+impl<'de> serde::de::MapAccess<'de> for Entries {
+    type Error = TableError;
+
+    fn next_key_seed<K: DeserializeSeed<'de>>(&mut self, seed: K) -> Result<Option<K::Value>, TableError> {
+        let Some((key, value)) = self.table.next() else { return Ok(None) };
+        let name: StrDeserializer<TableError> = key.as_str().into_deserializer();
+        let found = seed.deserialize(name).map_err(|error| error.below(&key))?;
+        self.value = Some((key, value));
+        Ok(Some(found))
+    }
+
+    fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, TableError> {
+        let (key, value) = self.value.take().ok_or_else(|| TableError::custom("a value without its key"))?;
+        seed.deserialize(Keyed(value)).map_err(|error| error.below(&key))
+    }
+}
+
+struct Items {
+    values: std::vec::IntoIter<Value>,
+    next: usize,
+}
+
+impl<'de> serde::de::SeqAccess<'de> for &mut Items {
+    type Error = TableError;
+
+    fn next_element_seed<T: DeserializeSeed<'de>>(
+        &mut self,
+        seed: T,
+    ) -> Result<Option<T::Value>, TableError> {
+        let Some(value) = self.values.next() else { return Ok(None) };
+        self.next += 1;
+        let found = seed.deserialize(Keyed(value));
+        found.map(Some).map_err(|error| error.below(&format!("[{}]", self.next - 1)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use serde::Deserialize;
+    use standstill_quantity::Quantity;
+    use standstill_quantity::unit::Ohm;
+
+    use super::*;
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Outer {
+        inner: Option<Inner>,
+        pair: (u8, f64),
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Inner {
+        resistance: Quantity<Ohm>,
+        kind: Kind,
+    }
+
+    #[derive(Debug, PartialEq, Deserialize)]
+    #[serde(rename_all = "lowercase")]
+    enum Kind {
+        Star,
+        Delta,
+    }
+
+    fn read(text: &str) -> Result<Outer, TableError> {
+        read_keyed(Value::Table(text.parse().expect("TOML")))
+    }
+
+    #[test]
+    fn law_every_error_names_its_key() {
+        let pair = "pair = [1, 2.5]\n";
+        let whole = read(&format!("{pair}inner = {{ resistance = \"3 mΩ\", kind = \"delta\" }}"));
+        let inner = Inner { resistance: Quantity::si(3e-3), kind: Kind::Delta };
+        assert_eq!(whole, Ok(Outer { inner: Some(inner), pair: (1, 2.5) }));
+        assert_eq!(read(pair), Ok(Outer { inner: None, pair: (1, 2.5) }));
+        for (text, key, message) in [
+            ("pair = [1, true]", "pair[1]", "invalid type: boolean `true`, expected f64"),
+            ("pair = [300, 2.5]", "pair[0]", "invalid value: integer `300`, expected u8"),
+            ("pair = [1, 2.5, 3]", "pair", "invalid length 3, expected fewer elements"),
+            ("pair = 1979-05-27", "pair", "found the date or time 1979-05-27, which no key has"),
+            ("inner = {}", "inner", "missing field `resistance`"),
+            ("inner = [1, 2]", "inner", "invalid type: sequence, expected struct Inner"),
+            ("inner.resistence = 1", "inner.resistence", "unknown field `resistence`"),
+            ("inner.resistance = \"3 mH\"", "inner.resistance", "`3 mH` is not a finite number in Ω"),
+            ("inner = { resistance = 1, kind = 3 }", "inner.kind", "invalid type: integer `3`"),
+            ("inner = { resistance = 1, kind = \"wye\" }", "inner.kind", "unknown variant `wye`"),
+            ("", "", "missing field `pair`"),
+        ] {
+            let error = read(text).expect_err(text);
+            assert_eq!(error.key, key, "{text}");
+            assert!(error.message.starts_with(message), "{text}: {error}");
+        }
+    }
+}
