@@ -144,6 +144,21 @@ fn law_a_motor_takes_voltages_and_draws_what_its_winding_lets_through() {
     assert!(slave.said().contains("at least 1 ns"), "{}", slave.said());
 }
 
+/// Outputs can be read in initialization mode, for which there must be a machine: what is set afterwards makes another one.
+#[test]
+fn law_a_parameter_counts_also_after_outputs_were_read() {
+    let unpacked = unpacked("motor = \"paper-5k5\"\nrotor.angle = 0", Part::Motor);
+    let slave = Slave::begun(&unpacked, &[]);
+    assert_eq!(slave.get("i_a"), 0.0);
+    assert_eq!(slave.set("motor.winding.resistance", 2.0), 0);
+    assert_eq!(slave.call("fmi2ExitInitializationMode"), 0, "{}", slave.said());
+    for (name, value) in [("u_a", 8.0), ("u_b", -4.0), ("u_c", -4.0)] {
+        assert_eq!(slave.set(name, value), 0);
+    }
+    assert_eq!(slave.step(0.0, 0.4), 0, "{}", slave.said());
+    assert!((slave.get("i_a") - 4.0).abs() < 1e-6, "u/R = {}", slave.get("i_a"));
+}
+
 #[test]
 fn law_a_state_comes_back_to_the_same_bits_and_instances_do_not_disturb_each_other() {
     let unpacked = unpacked(FIELD, Part::Drive);
