@@ -116,7 +116,9 @@ fn binary(options: &Fmu) -> Result<PathBuf, Error> {
     }
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     let places = Binary::beside(&program);
-    let found = places.iter().find(|path| path.is_file()).cloned();
+    // Cargo leaves one in either place, not always the same: the newer one is of what was compiled last.
+    let there = places.iter().filter(|path| path.is_file());
+    let found = there.max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok()).cloned();
     found.ok_or_else(|| {
         Error::Arguments(format!(
             "an FMU needs the shared library {}, which is not beside the program ({}): build it with `cargo build --release -p standstill-fmu` and name it with --binary",
