@@ -15,7 +15,15 @@ import tempfile
 try:
     import fmpy
     import numpy as np
-    from fmpy.fmi2 import FMU2Slave
+    from fmpy import calloc, free
+    from fmpy.fmi1 import FMICallException
+    from fmpy.fmi2 import (
+        FMU2Slave,
+        fmi2CallbackAllocateMemoryTYPE,
+        fmi2CallbackFreeMemoryTYPE,
+        fmi2CallbackFunctions,
+        fmi2CallbackLoggerTYPE,
+    )
     from fmpy.fmi3 import FMU3Slave
     from fmpy.validation import validate_fmu
 except ImportError as error:
@@ -97,6 +105,38 @@ def by_event_mode(path, folder):
     return np.array(seen)
 
 
+def refused(path, folder):
+    """What an FMU says of parameters that cannot be, as FMPy hears it."""
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    of = {"unzipDirectory": fmpy.extract(path, folder), "guid": description.guid, "instanceName": "refused"}
+    slave = FMU2Slave(modelIdentifier=description.coSimulation.modelIdentifier, **of)
+    said = []
+    hear = fmi2CallbackLoggerTYPE(lambda environment, instance, status, category, message: said.append(message.decode()))
+    callbacks = fmi2CallbackFunctions()
+    callbacks.logger = hear
+    callbacks.allocateMemory = fmi2CallbackAllocateMemoryTYPE(calloc)
+    callbacks.freeMemory = fmi2CallbackFreeMemoryTYPE(free)
+    slave.instantiate(callbacks=callbacks)
+    cases = [
+        ("inverter.dead_time", 20e-6, "found 20 µs, needed from 0 to 19.999 µs: less than a quarter of the PWM period of 80 µs"),
+        ("inverter.dc_link", 0.0, "found 0 V, needed more than zero"),
+        ("sensors.gain_error", 1.5, "found 1.5, needed a share from 0 to 1"),
+    ]
+    for name, value, says in cases:
+        try:
+            slave.setReal([reference[name]], [value])
+        except FMICallException:
+            assert said.pop() == f"`{name}`: {says}" and not said, said
+        else:
+            raise AssertionError(f"{name} of {value} was taken")
+    slave.enterInitializationMode()
+    slave.exitInitializationMode()
+    slave.terminate()
+    slave.freeInstance()
+    return len(cases)
+
+
 def by_libcosim(path):
     """The same by libcosim."""
     from libcosimpy.CosimExecution import CosimExecution
@@ -148,6 +188,7 @@ def main(standstill):
                 findings = validate_fmu(str(path))
                 assert not findings, findings
                 print(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB, no finding of FMPy's validation")
+        print(f"{refused(folder / 'drive2.fmu', folder / 'refused')} parameters that cannot be are refused with a message")
         second = by_fmpy(folder / "drive2.fmu", folder / "two")
         assert abs(second[:, :3]).max() > 0.3
         others = {"FMPy, FMI 3.0": by_fmpy(folder / "drive3.fmu", folder / "three")}

@@ -47,6 +47,7 @@ pub struct Report {
 }
 
 /// The program: carries out the command line of this process.
+#[cfg(feature = "program")]
 pub fn main() -> ExitCode {
     let outcome = arguments(std::env::args_os()).and_then(|arguments| {
         let for_programs = prints_for_programs(&arguments.command);
@@ -67,6 +68,7 @@ pub fn main() -> ExitCode {
 }
 
 /// Whether what a command prints is for a program: a script, a schema, a page of the manual, a file to go on with.
+#[cfg(feature = "program")]
 fn prints_for_programs(command: &Command) -> bool {
     matches!(
         command,

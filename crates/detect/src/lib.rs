@@ -25,7 +25,7 @@ pub use method::{
     PulsatingInjection, PulsatingInjectionSettings, RotatingInjection, RotatingInjectionSettings,
     Subdivision, SubdivisionSettings,
 };
-pub use nameplate::{Nameplate, Sensing};
+pub use nameplate::{Nameplate, Sensing, longest_dead_time};
 pub use parts::both_ways::BothWaysSettings;
 pub use parts::injection::InjectionSettings;
 pub use parts::lines::{Interval, Saliency, SaliencySign, line_impedance};

@@ -250,8 +250,13 @@ impl<T: Real> Nameplate<T> {
         }
         require(self.carrier_period > Nanos::ZERO, "carrier_period", "positive")?;
         let quarter = "less than a quarter of the carrier period";
-        require(self.dead_time * 4 < self.carrier_period, "dead_time", quarter)
+        require(self.dead_time <= longest_dead_time(self.carrier_period), "dead_time", quarter)
     }
+}
+
+/// The longest dead time that leaves a PWM room: less than a quarter of its period.
+pub fn longest_dead_time(carrier_period: Nanos) -> Nanos {
+    Nanos(carrier_period.0.saturating_sub(1) / 4)
 }
 
 #[cfg(test)]

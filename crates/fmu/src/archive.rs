@@ -13,7 +13,36 @@ use crate::model::{Model, Version};
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Binary(pub Vec<u8>);
 
+/// What a shared library of this version has in it, and no other one.
+#[allow(unsafe_code, reason = "a name that stays: nobody else calls a variable so")]
+#[unsafe(no_mangle)]
+pub static STANDSTILL_FMU: &str = concat!("standstill_fmu=", env!("CARGO_PKG_VERSION"), ";");
+
+/// Some of the functions that importers call.
+const FUNCTIONS: [&str; 2] = ["fmi2DoStep", "fmi3DoStep"];
+
 impl Binary {
+    /// From a file's bytes.
+    ///
+    /// # Errors
+    /// What they are instead of this crate as a shared library.
+    pub fn of(bytes: Vec<u8>) -> Result<Self, String> {
+        let has = |text: &str| bytes.windows(text.len()).any(|there| there == text.as_bytes());
+        let lacks = if cfg!(target_os = "linux") {
+            let exported = standstill_foreign::exported(&bytes)?;
+            FUNCTIONS.into_iter().find(|name| !exported.iter().any(|there| there == name))
+        } else {
+            FUNCTIONS.into_iter().find(|name| !has(name))
+        };
+        if let Some(name) = lacks {
+            return Err(format!("a library without {name}"));
+        }
+        if !has(STANDSTILL_FMU) {
+            return Err("the library of another program, or of another version of this one".to_owned());
+        }
+        Ok(Self(bytes))
+    }
+
     /// Its name as Cargo builds it.
     pub fn name() -> String {
         format!("{DLL_PREFIX}standstill_fmu{DLL_SUFFIX}")

@@ -8,6 +8,7 @@ use toml::Value;
 
 use crate::model::{Model, Part};
 use crate::rig::{Legs, Rig};
+use crate::units::readable;
 use crate::variables::{Kind, Role, Sampled, Truth};
 
 /// How far in s a communication point may be off the end of the last step: some importers count whole nanoseconds.
@@ -102,7 +103,7 @@ impl Instance {
         self.must_be(&[Phase::Instantiated], "the start time")?;
         // Beyond it, parts of a nanosecond are lost.
         if !(-1e6..=1e6).contains(&time) {
-            return Err(format!("start time: found {time:e} s, needed from -1e6 to 1e6 s"));
+            return Err(format!("start time: found {time} s, needed from -1000000 to 1000000 s"));
         }
         (self.state.start_time, self.state.time) = (time, time);
         Ok(())
@@ -170,12 +171,8 @@ impl Instance {
         }
         let [low, high] = variable.limits.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
         if !value.is_finite() || value < low || value > high {
-            let needed = match variable.limits {
-                Some(_) => format!("from {low:e} to {high:e}"),
-                None => "a finite number".to_owned(),
-            };
-            let unit = if variable.unit.is_empty() { String::new() } else { format!(" {}", variable.unit) };
-            return Err(format!("`{name}`: found {value}{unit}, needed {needed}"));
+            let found = readable(value, &variable.unit);
+            return Err(format!("`{name}`: found {found}, needed {}", variable.allowed));
         }
         if variable.is_parameter() && self.state.values[place] != value {
             self.state.rig = None;
@@ -263,8 +260,9 @@ impl Instance {
         // may be off by, and no more: it would add up.
         let off = OFF + ROUNDED * ended.abs();
         if !(*ended - off..=*ended + off).contains(&time) {
+            let [found, needed] = [time, *ended].map(|time| readable(time, "s"));
             return Err(format!(
-                "communication point: found {time:e} s, needed {ended:e} s, where the last step ended"
+                "communication point: found {found}, needed {needed}, where the last step ended"
             ));
         }
         match inputs {

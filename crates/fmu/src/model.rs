@@ -7,7 +7,8 @@ use standstill_interface::Nanos;
 use standstill_plant::{Files, Motor};
 use standstill_scenario::{Document, FileError, Packed, Scenario};
 
-use crate::variables::{Variable, variables};
+use crate::units::readable;
+use crate::variables::{Variable, dead_time, variables};
 
 /// What is inside.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -25,6 +26,22 @@ impl Part {
             Self::Drive => "standstill_drive",
             Self::Motor => "standstill_motor",
         }
+    }
+
+    /// The tables of a scenario that say something of it, and single keys.
+    pub const fn keys(self) -> &'static [&'static str] {
+        match self {
+            Self::Drive => &["motor", "rotor", "inverter", "sensors", "errors", "seed"],
+            // The communication step that importers are advised to take is a PWM period.
+            Self::Motor => &["motor", "rotor", "inverter.carrier", "seed"],
+        }
+    }
+
+    /// Whether a key of a scenario says something of it.
+    pub fn has_use_for(self, key: &str) -> bool {
+        self.keys()
+            .iter()
+            .any(|known| key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
     }
 
     /// The file among the resources that has the scenario.
@@ -107,6 +124,11 @@ impl Model {
         let file = document.load_single()?;
         let motor = document.motor()?;
         let scenario = document.unchecked_scenario_of(&motor)?;
+        let (longest, needed) = dead_time(scenario.drive.carrier_period);
+        if part == Part::Drive && scenario.drive.dead_time > longest {
+            let found = readable(scenario.drive.dead_time.seconds(), "s");
+            return Err(document.refuse("inverter.dead_time", &found, &needed).into());
+        }
         if i32::try_from(file.seed).is_err() {
             let seed = file.seed;
             return Err(ModelError::Value(format!(

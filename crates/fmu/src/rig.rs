@@ -8,6 +8,7 @@ use standstill_scenario::Scenario;
 use standstill_sim::{Case, Driven, RunError, Snapshot};
 
 use crate::model::Part;
+use crate::units::readable;
 
 /// A machine with the scenario that it is of. A copy goes on by itself.
 #[derive(Clone, Debug)]
@@ -96,11 +97,12 @@ impl Rig {
                 (whole, [Some(stage(false, self.halves[0])), Some(stage(true, self.halves[1]))])
             }
             _ => {
-                let whole = whole
-                    .map_or_else(String::new, |whole| format!(" or {:e} s, a PWM period", whole.seconds()));
-                let half = half.seconds();
+                let [found, half] = [seconds, half.seconds()].map(|time| readable(time, "s"));
+                let whole =
+                    whole.map(|whole| format!(", or {}, a PWM period", readable(whole.seconds(), "s")));
                 return Err(format!(
-                    "communication step: found {seconds:e} s, needed {half:e} s, half a PWM period{whole}"
+                    "communication step: found {found}, needed {half}, half a PWM period{}",
+                    whole.unwrap_or_default()
                 ));
             }
         };
@@ -123,8 +125,8 @@ impl Rig {
         // The importer's own time: rounded steps would add up.
         let end = Nanos::from_seconds(until);
         if end <= self.elapsed {
-            let seconds = until - self.elapsed.seconds();
-            return Err(format!("communication step: found {seconds:e} s, needed at least 1e-9 s"));
+            let found = readable(until - self.elapsed.seconds(), "s");
+            return Err(format!("communication step: found {found}, needed at least 1 ns"));
         }
         self.driven.feed(potential, end - self.elapsed).map_err(|error| why(&error))?;
         self.elapsed = end;

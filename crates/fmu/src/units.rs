@@ -1,5 +1,7 @@
 //! Units as FMI has them: a name, and exponents of SI's base units.
 
+use standstill_quantity::Scale;
+
 /// A unit: its symbol here, its name in FMI, exponents of kg, m, s, A, K and rad, how many of the base there are in
 /// one, and what is added.
 pub(crate) struct Unit {
@@ -36,6 +38,16 @@ const UNITS: [Unit; 14] = [
     Unit { symbol: "°C", name: "degC", base: &[("K", 1)], factor: 1.0, offset: 273.15 },
     si("", "1", &[]),
 ];
+
+/// A value for people, in the unit that suits it: all its digits, for a period may be off by nanoseconds.
+pub(crate) fn readable(value: f64, symbol: &str) -> String {
+    // Nobody counts in kiloseconds.
+    if symbol.is_empty() || (symbol == "s" && value.abs() >= 1.0) {
+        return format!("{value} {symbol}").trim_end().to_owned();
+    }
+    let scale = Scale::suiting(symbol, value);
+    format!("{} {}", scale.number(value), scale.unit)
+}
 
 /// The unit with a symbol of the scenarios' schema.
 pub(crate) fn unit(symbol: &str) -> Option<&'static Unit> {

@@ -1,8 +1,10 @@
 //! The variables of an FMU. The number of each in the list is its value reference.
 
-use standstill_detect::Method;
+use standstill_detect::{Method, longest_dead_time};
+use standstill_interface::Nanos;
 use standstill_plant::Motor;
-use standstill_scenario::{Document, Packed, Scenario, Values, keys, range};
+use standstill_quantity::rounded;
+use standstill_scenario::{Document, Packed, Scenario, Values, allowed, keys, range};
 use toml::Value;
 
 use crate::model::Part;
@@ -101,12 +103,23 @@ pub struct Variable {
     pub start: Option<f64>,
     /// The least and the largest value, where there are such.
     pub limits: Option<[f64; 2]>,
+    /// That in words, as messages have it.
+    pub allowed: String,
 }
 
 impl Variable {
     fn new(name: &str, about: &str, kind: Kind, role: Role) -> Self {
         let (name, about) = (name.to_owned(), about.to_owned());
-        Self { name, about, kind, role, unit: String::new(), start: None, limits: None }
+        Self {
+            name,
+            about,
+            kind,
+            role,
+            unit: String::new(),
+            start: None,
+            limits: None,
+            allowed: "a finite number".to_owned(),
+        }
     }
 
     fn unit(mut self, unit: &str) -> Self {
@@ -119,8 +132,9 @@ impl Variable {
         self
     }
 
-    fn limits(mut self, limits: [f64; 2]) -> Self {
+    fn limits(mut self, limits: [f64; 2], allowed: &str) -> Self {
         self.limits = Some(limits);
+        allowed.clone_into(&mut self.allowed);
         self
     }
 
@@ -144,6 +158,8 @@ impl Variable {
         matches!(self.role, Role::Mode(_) | Role::Duty(_) | Role::Sampled(_))
     }
 }
+
+const SHARE: &str = "a share from 0 to 1";
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
 
@@ -183,14 +199,14 @@ fn drive_inputs() -> Vec<Variable> {
         let about =
             format!("Leg {phase} in the next step: 0 both switches off, 1 lower on, 2 upper on, 3 duty");
         let mode = Variable::new(&format!("mode_{phase}"), &about, Kind::Integer, Role::Mode(k));
-        all.push(mode.start(0.0).limits([0.0, 3.0]));
+        all.push(mode.start(0.0).limits([0.0, 3.0], "0, 1, 2 or 3"));
     }
     for (k, phase) in PHASES.iter().enumerate() {
         let about = format!(
             "Share of the next step for which the upper switch of leg {phase} is on, if its mode is 3"
         );
         let duty = Variable::new(&format!("duty_{phase}"), &about, Kind::Real, Role::Duty(k));
-        all.push(duty.unit("").start(0.0).limits([0.0, 1.0]));
+        all.push(duty.unit("").start(0.0).limits([0.0, 1.0], SHARE));
     }
     all
 }
@@ -258,17 +274,18 @@ fn truth(part: Part) -> Vec<Variable> {
 }
 
 fn draws(part: Part, document: &Document) -> Vec<Variable> {
-    let whole = [0.0, f64::from(i32::MAX)];
+    let (whole, allowed) = ([0.0, f64::from(i32::MAX)], format!("a whole number from 0 to {}", i32::MAX));
     let seed = document.load().map_or(1, |file| file.seed);
     let about = "Seed of all that is drawn: the specimen of drive and sensors, the angle, noise and jitter";
-    let mut all =
-        vec![Variable::new("seed", about, Kind::Integer, Role::Seed).start(seed as f64).limits(whole)];
+    let seeds = Variable::new("seed", about, Kind::Integer, Role::Seed);
+    let mut all = vec![seeds.start(seed as f64).limits(whole, &allowed)];
     let about = "Which trial of that seed, from 0 as in the trials' file";
-    all.push(Variable::new("trial", about, Kind::Integer, Role::Trial).start(0.0).limits(whole));
+    let trials = Variable::new("trial", about, Kind::Integer, Role::Trial);
+    all.push(trials.start(0.0).limits(whole, &allowed));
     if part == Part::Drive {
         let about = "When the converters sample, as a share of the step";
         let at = Variable::new("sample_at", about, Kind::Real, Role::SampleAt);
-        all.push(at.unit("").start(1.0).limits([0.0, 1.0]));
+        all.push(at.unit("").start(1.0).limits([0.0, 1.0], SHARE));
     }
     let about = "Whether the rotor stands where the trial draws it, and not at rotor.angle";
     let drawn = document.get("rotor.angle").is_none();
@@ -294,13 +311,31 @@ fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variab
     all
 }
 
+/// Numbers of inverter and sensors that are no parameters: the PWM period is the communication step and the interval of the clock, which
+/// the description has; and the resolver stands for "measured angle" in traces alone.
+const NOT_INSIDE: [&str; 2] = ["inverter.carrier", "sensors.resolver_error"];
+
 fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
-    // The PWM period is the communication step and the interval of the clock, which the description has.
     let is = |key: &str| {
-        (key.starts_with("inverter.") || key.starts_with("sensors.")) && key != "inverter.carrier"
+        (key.starts_with("inverter.") || key.starts_with("sensors.")) && !NOT_INSIDE.contains(&key)
     };
     let all = keys().into_iter().filter(|of| is(&of.key));
-    all.filter_map(|of| of_key(&of, number(scenario.value(&of.key))?)).collect()
+    let variable = |of: standstill_scenario::KeyOf| {
+        let variable = of_key(&of, number(scenario.value(&of.key))?)?;
+        if of.key != "inverter.dead_time" {
+            return Some(variable);
+        }
+        let (most, allowed) = dead_time(scenario.drive.carrier_period);
+        Some(variable.limits([0.0, rounded(most.seconds(), 0)], &allowed))
+    };
+    all.filter_map(variable).collect()
+}
+
+/// The longest dead time for a PWM, as every run has it too, and that in words.
+pub(crate) fn dead_time(carrier_period: Nanos) -> (Nanos, String) {
+    let most = longest_dead_time(carrier_period);
+    let [longest, period] = [most, carrier_period].map(|time| units::readable(time.seconds(), "s"));
+    (most, format!("from 0 to {longest}: less than a quarter of the PWM period of {period}"))
 }
 
 fn number(value: Option<Value>) -> Option<f64> {
@@ -314,10 +349,11 @@ fn of_key(of: &standstill_scenario::KeyOf, start: f64) -> Option<Variable> {
     let whole = of.key.ends_with("bits");
     let kind = if whole { Kind::Integer } else { Kind::Real };
     let about = of.about.replace('\n', " ");
-    let mut variable =
-        Variable::new(&of.key, &about, kind, Role::Key(of.key.clone())).unit(unit).start(start);
-    variable.limits = range(&of.key);
-    Some(variable)
+    let variable = Variable::new(&of.key, &about, kind, Role::Key(of.key.clone())).unit(unit).start(start);
+    match (range(&of.key), allowed(&of.key)) {
+        (Some(limits), Some(words)) => Some(variable.limits(limits, words)),
+        _ => Some(variable),
+    }
 }
 
 /// What differs from one motor to the next of its kind, and with what is coupled to its shaft.
@@ -340,7 +376,7 @@ fn of_motor(packed: &Packed, motor: &Motor) -> Vec<Variable> {
     let variable = |(key, start, about): (&str, f64, &str)| {
         let unit = standstill_scenario::unit(key).unwrap_or_default();
         let variable = Variable::new(key, about, Kind::Real, Role::Key(key.to_owned()));
-        variable.unit(&unit).start(start).limits([0.0, 1e12])
+        variable.unit(&unit).start(start).limits([0.0, 1e12], "zero or more, at most 1e12")
     };
     numbers.into_iter().filter(|(key, ..)| has(key)).map(variable).collect()
 }

@@ -17,8 +17,18 @@ pub struct Elf {
     pub unique: Vec<String>,
     /// Address of `sts_entry`.
     pub entry: Option<u64>,
+    /// Functions and variables that it has for others.
+    pub exported: Vec<String>,
     /// Libraries that it needs.
     pub needed: Vec<String>,
+}
+
+/// The functions and variables that a shared library of Linux has for others.
+///
+/// # Errors
+/// What the file is instead of a shared library for this machine.
+pub fn exported(library: &[u8]) -> Result<Vec<String>, String> {
+    Elf::parse(library).map(|elf| elf.exported)
 }
 
 /// The machine that this program runs on: its number in a file's header, and its name.
@@ -93,8 +103,11 @@ impl Elf {
                 found.undefined.push(name);
             } else if is_here && binding == elf::STB_GNU_UNIQUE {
                 found.unique.push(name);
-            } else if is_here && name == "sts_entry" {
-                found.entry = Some(symbol.st_value(endian));
+            } else if is_here {
+                if name == "sts_entry" {
+                    found.entry = Some(symbol.st_value(endian));
+                }
+                found.exported.push(name);
             }
         }
         for section in sections.iter() {

@@ -27,6 +27,7 @@ mod texts;
 #[cfg(target_os = "linux")]
 pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
+pub use elf::exported;
 pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
 pub use standstill_interface::abi::ABI;
 pub use texts::kept;

@@ -108,6 +108,8 @@ def run(
         text, table = _standstill.detect(words, source.given, detector, progress)
         return Results(table, json.loads(text), None)
     if detector is not None:
+        if not isinstance(detector, (str, os.PathLike)):
+            raise TypeError(f"detector: found {detector!r}, needed a class whose objects have `step`, or the path of a library")
         source = _scenario(source, **{"detector.library": os.path.abspath(detector)})
     words = ["run", *source.words()]
     options |= {"format": format, "rows": rows, "resume": resume}

@@ -107,6 +107,38 @@ def test_law_what_has_no_use_for_a_detector_is_refused(tmp_path):
     assert failed.summary["failed"] == 3 and set(failed["reason"]) == {"broken"}
 
 
+def test_law_what_is_no_detector_is_named(tmp_path):
+    class Stepless:
+        pass
+
+    with pytest.raises(TypeError, match="needed a class whose objects have `step`, or the path of a library"):
+        st.run("trials = 3", detector=Lines())
+    with pytest.raises(AttributeError, match="step") as error:
+        st.run("trials = 3", detector=Stepless)
+    assert error.value.trial == 0
+    # A class that cannot be made into an object, in a trial of many.
+    with pytest.raises(ZeroDivisionError) as error:
+        st.run("trials = 3", detector=lambda: 1 / 0)
+    assert error.value.trial == 0
+    (tmp_path / "of.so").write_text("text")
+    with pytest.raises(st.Error, match="no library: the file does not begin as one"):
+        st.run("trials = 3", detector=tmp_path / "of.so")
+    with pytest.raises(st.Error, match="nowhere.so"):
+        st.run("trials = 3", detector="nowhere.so")
+
+
+def test_law_a_step_that_ends_the_program_or_is_interrupted_leaves_no_thread_behind():
+    class Quits:
+        def step(self, readings):
+            raise SystemExit(3)
+
+    with pytest.raises(SystemExit) as error:
+        st.run("trials = 300", detector=Quits, threads=2)
+    assert error.value.code == 3
+    # The interpreter is free: the next run is as any other.
+    assert st.run("trials = 40", detector=Lines).summary["undetermined"] == 40
+
+
 def test_law_axes_and_tolerances_hold_for_it_too():
     text = """
     trials = 10

@@ -49,7 +49,7 @@ pub use errors::{DriveSettings, ErrorSet};
 pub use packed::Packed;
 pub use plan::Plan;
 pub use pole_rule::PoleRule;
-pub use ranges::range;
+pub use ranges::{allowed, range};
 pub use record::{Record, TrialError, Verdict};
 pub use rotor::{Memory, Rotor};
 pub use scenario::{Scenario, Specimen};

@@ -95,6 +95,15 @@ pub fn range(key: &str) -> Option<[f64; 2]> {
     RANGES.iter().find(|(of, _)| *of == key).map(|(_, range)| [range.low, range.high])
 }
 
+/// The same in words, as messages have it.
+///
+/// ```
+/// assert_eq!(standstill_scenario::allowed("sensors.gain_error"), Some("a share from 0 to 1"));
+/// ```
+pub fn allowed(key: &str) -> Option<&'static str> {
+    RANGES.iter().find(|(of, _)| *of == key).map(|(_, range)| range.needed)
+}
+
 /// The value of a key of these tables.
 ///
 /// # Errors

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
 use standstill_plant::read_at_most;
+use standstill_quantity::listed;
+use standstill_scenario::Document;
 
 use crate::Report;
 use crate::arguments::{Fmu, FmuPart};
@@ -26,6 +28,9 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
         .with("--errors", "errors", options.errors.map(Choice::name))
         .with("--rotor", "rotor.state", options.rotor.map(Choice::name))
         .seed(options.seed);
+    let given = shorthands.given().into_iter().map(|(_, key)| key.to_owned());
+    let mut given: Vec<String> = given.chain(options.keys.set.iter().map(|(key, _)| key.clone())).collect();
+    given.extend(options.keys.detector.is_some().then(|| "detector.library".to_owned()));
     let document = scenario::of_motor(&options.motor, &options.keys, shorthands)?;
     let part = match options.part {
         FmuPart::Drive => Part::Drive,
@@ -33,17 +38,20 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     };
     let version = if options.fmi == "3" { Version::Three } else { Version::Two };
     let model = Model::new(&document, part).map_err(|error| Error::Arguments(error.to_string()))?;
+    no_idle_keys(&document, part, &given)?;
     let path = binary(options)?;
     let library = read_at_most(&path, MOST_BYTES).map_err(|error| Error::Read(path.clone(), error))?;
-    if !LIBRARIES.iter().any(|magic| library.starts_with(magic)) {
-        return Err(Error::InTheWay {
-            path,
-            is: "no shared library",
-            needed: "the one that the crate standstill-fmu makes",
-        });
-    }
+    let library = Binary::of(library).map_err(|found| Error::Results {
+        path,
+        found,
+        needed: format!(
+            "the library of FMUs of standstill {}, which `cargo build --release` leaves beside the program as {}",
+            env!("CARGO_PKG_VERSION"),
+            Binary::name()
+        ),
+    })?;
     replaces_nothing_else(&options.out)?;
-    let content = pack(&model, version, &Binary(library)).map_err(Error::writing(&options.out))?;
+    let content = pack(&model, version, &library).map_err(Error::writing(&options.out))?;
     let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
     let mut output =
         Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name]).map_err(|error| match error {
@@ -56,7 +64,10 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
     let period = model.period();
     let steps = match part {
-        Part::Drive => format!("steps of {:e} s, a period of the PWM, or half of that", period.seconds()),
+        Part::Drive => {
+            let period = listed(&[period.seconds()], "s");
+            format!("steps of {period}, a period of the PWM, or half of that")
+        }
         Part::Motor => "steps of any length".to_owned(),
     };
     let text = format!(
@@ -72,8 +83,18 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     Ok(Report { text, code: 0 })
 }
 
-/// What shared libraries of Linux, macOS and Windows begin with.
-const LIBRARIES: [&[u8]; 3] = [b"\x7fELF", b"\xcf\xfa\xed\xfe", b"MZ"];
+/// What the command line sets and the FMU would not have: a scenario file says more than a motor alone needs, but who types a key means
+/// something by it.
+fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
+    let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
+    let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
+    let (found, why) = match part {
+        Part::Drive => ("in an FMU, which the importing tool runs", "the algorithm is that tool's"),
+        Part::Motor => ("in an FMU of the motor alone", "inverter and sensors are in `--part drive`"),
+    };
+    let needed = format!("a key of {}; {why}", known.join(", "));
+    Err(document.refuse(key, found, &needed).into())
+}
 
 /// Another FMU may be replaced, but no data sheet, device or link.
 fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
@@ -95,7 +116,9 @@ fn binary(options: &Fmu) -> Result<PathBuf, Error> {
     }
     let program = std::env::current_exe().map_err(|error| Error::Read("standstill".into(), error))?;
     let places = Binary::beside(&program);
-    let found = places.iter().find(|path| path.is_file()).cloned();
+    // Cargo leaves one in either place, not always the same: the newer one is of what was compiled last.
+    let there = places.iter().filter(|path| path.is_file());
+    let found = there.max_by_key(|path| path.metadata().and_then(|file| file.modified()).ok()).cloned();
     found.ok_or_else(|| {
         Error::Arguments(format!(
             "an FMU needs the shared library {}, which is not beside the program ({}): build it with `cargo build --release -p standstill-fmu` and name it with --binary",

@@ -25,7 +25,9 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     let survey = Survey::of(&options.folders)?;
     let code = u8::from(!survey.is_done());
     let count = |state| survey.shards.iter().filter(|shard| shard.state == state).count();
-    let again = survey.again();
+    // A run without shards is one that nothing is submitted of.
+    let plain = survey.shards.len() == 1;
+    let again = if plain { String::new() } else { survey.again() };
     if options.json {
         let counts: serde_json::Map<_, _> =
             STATES.iter().map(|(state, name)| ((*name).to_owned(), count(*state).into())).collect();
@@ -37,7 +39,11 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     let counts = STATES.iter().filter(|(state, _)| count(*state) > 0);
     let counts: Vec<String> = counts.map(|(state, name)| format!("{} {name}", count(*state))).collect();
     let all = survey.shards.len();
-    let mut text = format!("{all} {}: {}\n", if all == 1 { "shard" } else { "shards" }, counts.join(", "));
+    let mut text = if plain {
+        format!("a run without shards: {}\n", counts.join(", ").trim_start_matches("1 "))
+    } else {
+        format!("{all} shards: {}\n", counts.join(", "))
+    };
     let open: Vec<_> = survey.shards.iter().filter(|shard| shard.state != State::Done).collect();
     let rows = open.iter().take(MOST_LINES).map(|shard| {
         let name = STATES.iter().find(|(state, _)| *state == shard.state).map_or("", |(_, name)| name);
@@ -61,6 +67,10 @@ pub fn run(options: &Status) -> Result<Report, Error> {
     let unreadable = open.iter().find(|shard| shard.state == State::Damaged && shard.left.is_none());
     if let Some(path) = unreadable.and_then(|shard| shard.journal.as_ref()) {
         let _ = writeln!(text, "\n{} has no head that can be read: remove it first.", path.display());
+    }
+    let stopped = |state| !matches!(state, State::Done | State::Running);
+    if plain && open.iter().any(|shard| stopped(shard.state)) {
+        text += "\nGive the command that began it again, with --resume: it goes on where the journal ends.\n";
     }
     if !again.is_empty() {
         let _ = writeln!(text, "\nSubmit again with --array={again}");

@@ -117,6 +117,46 @@ fn law_status_tells_what_to_submit_again() {
 }
 
 #[test]
+fn regress_of_a_run_without_shards_nothing_is_submitted_again() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    let journal = "run.journal";
+    for rows in ["all", "none"] {
+        let words = ["run", "s.toml", "--trials", "100000000", "--rows", rows, "--out", rows];
+        let mut child = Command::new(env!("CARGO_BIN_EXE_standstill"))
+            .args(words)
+            .current_dir(path)
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        let there = || fs::metadata(path.join(rows).join(journal)).is_ok_and(|file| file.len() > 0);
+        for _ in 0..1200 {
+            if there() {
+                break;
+            }
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let running = standstill(&["status", rows], path);
+        let _ = child.kill();
+        child.wait().expect("ended");
+        let text = String::from_utf8(running.stdout).expect("text");
+        assert!(
+            running.status.code() == Some(1) && text.starts_with("a run without shards: running\n"),
+            "{text}"
+        );
+        assert!(!text.contains("--array") && !text.contains("--resume"), "{text}");
+        let text = String::from_utf8(standstill(&["status", rows], path).stdout).expect("text");
+        assert!(text.starts_with("a run without shards: begun\n") && text.contains(journal), "{text}");
+        assert!(text.contains("with --resume") && !text.contains("--array"), "{text}");
+        let json = standstill(&["status", rows, "--json"], path).stdout;
+        let json: serde_json::Value = serde_json::from_slice(&json).expect("JSON");
+        assert!(json["array"].is_null() && json["shards"][0]["state"] == "begun", "{json}");
+    }
+}
+
+#[test]
 fn law_the_script_for_slurm_is_understood_by_a_shell_and_says_where_slurm_is_not() {
     let folder = folder();
     let path = folder.path();

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use roxmltree::Document as Xml;
 use standstill_fmu::{Binary, Kind, Part, Version, pack};
+use standstill_scenario::Document;
 
 use super::FIELD;
 use super::importer::{binary, unpacked};
@@ -129,6 +131,84 @@ fn law_the_archive_has_what_importers_look_for_and_is_the_same_each_time() {
 }
 
 #[test]
+fn law_only_this_crate_s_library_of_this_version_is_a_binary() {
+    let library = std::fs::read(binary()).expect("there");
+    assert_eq!(Binary::of(library.clone()), Ok(Binary(library.clone())));
+    let of = |bytes: &[u8]| Binary::of(bytes.to_vec()).expect_err("refused");
+    if cfg!(target_os = "linux") {
+        assert_eq!(of(b"trials = 3"), "no library: the file does not begin as one");
+        // A library of Rust, and a program: this test.
+        let test = std::fs::read(std::env::current_exe().expect("a test")).expect("there");
+        assert_eq!(of(&test), "a library without fmi2DoStep");
+        assert!(of(&library[..library.len() / 2]).starts_with("a damaged library"));
+    }
+    let mark = format!("standstill_fmu={};", env!("CARGO_PKG_VERSION"));
+    let place = library.windows(mark.len()).position(|there| there == mark.as_bytes()).expect("marked");
+    let mut other = library;
+    other[place + mark.len() - 2] ^= 1;
+    assert_eq!(of(&other), "the library of another program, or of another version of this one");
+}
+
+/// A dead time that a run refuses is none of an FMU, and none that its importer is told of.
+#[test]
+fn law_a_dead_time_leaves_the_pwm_room() {
+    let model = |text: &str, part| {
+        let document = Document::parse(Path::new("s.toml"), text).expect("TOML");
+        standstill_fmu::Model::new(&document, part).map_err(|error| error.to_string())
+    };
+    let with = |dead: &str| format!("inverter = {{ carrier = \"10 kHz\", dead_time = \"{dead}\" }}");
+    let drive = model(&with("24999 ns"), Part::Drive).expect("a quarter of 100 µs is 25 µs");
+    let dead = drive.variables.iter().find(|variable| variable.name == "inverter.dead_time").expect("one");
+    assert_eq!(dead.limits, Some([0.0, 24.999e-6]));
+    let refused = model(&with("25 us"), Part::Drive).expect_err("refused");
+    assert_eq!(
+        refused,
+        "s.toml: line 1: `inverter.dead_time`: found 25 µs, needed from 0 to 24.999 µs: less than a quarter of the PWM period of 100 µs"
+    );
+    // A motor alone has none.
+    assert!(model(&with("25 us"), Part::Motor).is_ok());
+}
+
+/// The page lists the parameters of all FMUs. With `STANDSTILL_WRITE=1` this writes them.
+#[test]
+fn golden_the_page_lists_the_parameters() {
+    let mut listed: Vec<String> = Vec::new();
+    let mut table = "| parameter | unit | allowed | meaning |\n|---|---|---|---|\n".to_owned();
+    let hot = "rotor = { state = \"free\", winding_temperature = 20, magnet_temperature = 20 }";
+    let storing = "inverter = { capacitance = \"1 mF\", source_resistance = \"1 ohm\", sag_depth = 0.1, sag_duration = \"1 ms\" }";
+    for (text, part) in [
+        (format!("errors = \"field\"\n{hot}\n{storing}"), Part::Drive),
+        (format!("{hot}\ninverter.devices = \"mosfet\""), Part::Drive),
+        (hot.to_owned(), Part::Motor),
+    ] {
+        for variable in unpacked(&text, part).model.variables {
+            if !variable.is_parameter() || listed.contains(&variable.name) {
+                continue;
+            }
+            let allowed = if variable.kind == Kind::Boolean { "true or false" } else { &variable.allowed };
+            let about = variable.about.trim_end_matches('.');
+            let _ = writeln!(table, "| `{}` | {} | {allowed} | {about} |", variable.name, variable.unit);
+            listed.push(variable.name);
+        }
+    }
+    assert!(listed.len() > 45, "{listed:?}");
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/fmi.md");
+    let page = std::fs::read_to_string(path).expect("the page");
+    let (head, rest) = page.split_once("## All parameters\n").expect("their heading");
+    let (shown, tail) = rest.split_once("\n## ").expect("a heading after it");
+    let (said, _) = shown.split_once("| parameter").unwrap_or((shown, ""));
+    let should = format!("{}\n\n{table}", said.trim_end());
+    if std::env::var_os("STANDSTILL_WRITE").is_some() {
+        std::fs::write(path, format!("{head}## All parameters\n{should}\n## {tail}")).expect("writable");
+        return;
+    }
+    for (is, should) in shown.lines().zip(should.lines()) {
+        assert_eq!(is, should);
+    }
+    assert_eq!(shown.lines().count(), should.lines().count());
+}
+
+#[test]
 fn law_a_motor_with_a_map_carries_it_along() {
     let folder = tempfile::tempdir().expect("a folder");
     let map = map_text();
@@ -138,9 +218,7 @@ fn law_a_motor_with_a_map_carries_it_along() {
     let rotor = &rest[rest.find("[rotor]").expect("a table")..];
     let own = format!("{head}[map]\nfile = \"map.csv\"\n{rotor}");
     std::fs::write(folder.path().join("own.toml"), own).expect("written");
-    let document =
-        standstill_scenario::Document::parse(&folder.path().join("s.toml"), "motor = \"own.toml\"")
-            .expect("TOML");
+    let document = Document::parse(&folder.path().join("s.toml"), "motor = \"own.toml\"").expect("TOML");
     let model = standstill_fmu::Model::new(&document, Part::Motor).expect("a model");
     assert_eq!(model.packed.files.len(), 1);
     assert_eq!((model.packed.files[0].0.as_str(), &*model.packed.files[0].1), ("map.csv", map.as_bytes()));
