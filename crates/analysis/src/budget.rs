@@ -16,15 +16,21 @@ use standstill_sim::{Purpose, Tape};
 pub use sources::Source;
 pub(crate) use sources::lengths;
 
-use crate::sobol::{Shares, Tuple, ratio};
+use crate::sobol::{Shares, Squares, Tuple, ratio};
 use crate::system::kept;
 use crate::{Halt, Trials, Watch};
 
 /// Pairs of samples where nobody asks for another number.
 pub const PAIRS: u64 = 8000;
 
-/// Parts of the picture over the angle.
-pub const PARTS: usize = 24;
+/// Parts of the picture over the angle, as many as have pairs enough: of 15°, 30° or 60°.
+const PARTS: [usize; 3] = [24, 12, 6];
+
+/// Pairs that a part needs.
+const IN_PART: usize = 150;
+
+/// Trials of a sample that are kept at a time, should the question be interrupted.
+const AT_ONCE: usize = 2048;
 
 /// What each source contributes.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +49,7 @@ pub struct Budget {
     pub dropped: u64,
     /// Trials in all.
     pub trials: u64,
-    /// The contributions over the angle.
+    /// The contributions over the angle, in even ranges.
     pub over_angle: Vec<Part>,
 }
 
@@ -67,12 +73,8 @@ pub struct Item {
 pub struct Part {
     /// The middle of the angles, in degrees.
     pub angle_deg: f64,
-    /// Rms in degrees of all errors.
-    pub rms_deg: f64,
-    /// Rms in degrees of the method's own.
-    pub method_deg: f64,
-    /// Of each source by itself.
-    pub sources_deg: Vec<f64>,
+    /// Mean squares in degrees², of all errors, of the method's own, and of each source by itself.
+    pub squares: Squares,
 }
 
 /// Trials of a budget of so many pairs and sources.
@@ -100,14 +102,14 @@ impl Budget {
         let mut mixed = Vec::new();
         let (mut alone, mut without) = (Vec::new(), Vec::new());
         for source in sources {
-            let mix = |(a, b): (&Tape, &Tape)| source.mixed(a, b);
             let key =
                 |what: &str| format!("budget: {} {what} of {} in {pairs} pairs", source.key, sources.len());
-            mixed.push(bench.errors(&key("mixed"), || tapes_a.iter().zip(&tapes_b).map(mix).collect())?);
-            let only = |tape: &Tape| source.alone(tape, sources, &longest);
-            alone.push(bench.errors(&key("alone"), || tapes_a.iter().map(only).collect())?);
-            let none = |tape: &Tape| source.without(tape, &longest);
-            without.push(bench.errors(&key("without"), || tapes_a.iter().map(none).collect())?);
+            let mix = |k: usize| source.mixed(&tapes_a[k], &tapes_b[k]);
+            mixed.push(bench.errors(&key("mixed"), tapes_a.len(), mix)?);
+            let only = |k: usize| source.alone(&tapes_a[k], sources, &longest);
+            alone.push(bench.errors(&key("alone"), tapes_a.len(), only)?);
+            let none = |k: usize| source.without(&tapes_a[k], &longest);
+            without.push(bench.errors(&key("without"), tapes_a.len(), none)?);
         }
         let tuple = |k: usize| {
             let mixed: Option<Vec<f64>> = mixed.iter().map(|errors: &Errors| errors[k]).collect();
@@ -136,22 +138,16 @@ impl Budget {
     }
 }
 
-/// Shares in parts of the turn. Sample k of n stands at the k-th of n angles.
+/// Mean squares in parts of the turn. Sample k of n stands at the k-th of n angles.
 fn over_angle(tuples: &[Option<Tuple>]) -> Vec<Part> {
-    let size = tuples.len().div_ceil(PARTS).max(1);
-    let part = |(number, part): (usize, &[Option<Tuple>])| {
-        let whole: Vec<Tuple> = part.iter().flatten().cloned().collect();
-        let shares = Shares::of(&whole);
-        let rms = |share: f64| (share.max(0.0) * shares.mean_square.value).sqrt();
-        let middle = (number * size) as f64 + part.len() as f64 / 2.0;
-        Part {
-            angle_deg: 360.0 * middle / tuples.len() as f64,
-            rms_deg: rms(1.0),
-            method_deg: rms(shares.common.value),
-            sources_deg: shares.first.iter().map(|share| rms(share.value)).collect(),
-        }
+    let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
+    let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
+    let part = |number: usize| {
+        let [from, to] = [number, number + 1].map(|edge| edge * tuples.len() / parts);
+        let whole: Vec<Tuple> = tuples[from..to].iter().flatten().cloned().collect();
+        Part { angle_deg: 360.0 * (number as f64 + 0.5) / parts as f64, squares: Squares::of(&whole) }
     };
-    tuples.chunks(size).enumerate().map(part).collect()
+    (0..parts).map(part).collect()
 }
 
 fn rms(errors: &Errors) -> Estimate {
@@ -182,14 +178,55 @@ impl Bench<'_> {
         self.run((0..pairs).map(tape).collect())
     }
 
-    fn errors(&self, key: &str, tapes: impl FnOnce() -> Vec<Tape>) -> Result<Errors, Halt<FileError>> {
-        let count = |errors: &Errors| errors.len() as u64;
-        kept(self.watch, key, count, || Ok(self.run(tapes())?.0))
+    /// Errors of so many trials, each of which has a tape, a block after the other: what an interruption loses is a block.
+    fn errors(
+        &self,
+        key: &str,
+        trials: usize,
+        tape: impl Fn(usize) -> Tape,
+    ) -> Result<Errors, Halt<FileError>> {
+        let mut all = Errors::new();
+        for first in (0..trials).step_by(AT_ONCE) {
+            let block = first..trials.min(first + AT_ONCE);
+            let count = |errors: &Errors| errors.len() as u64;
+            let run = || self.run(block.map(&tape).collect()).map(|(errors, _)| errors);
+            all.extend(kept(self.watch, &format!("{key} from {first}"), count, run)?);
+        }
+        Ok(all)
     }
 
     /// Errors, and the tapes as they are after the trials.
     fn run(&self, tapes: Vec<Tape>) -> Result<(Errors, Vec<Tape>), Halt<FileError>> {
         let (records, tapes) = self.trials.all_with_tapes(tapes, self.watch)?;
         Ok((records.iter().map(Record::axis_error_deg).collect(), tapes))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_parts_over_the_angle_have_pairs_enough_and_use_all() {
+        // A method's own error with two periods in a turn, and nothing else.
+        let tuples = |pairs: usize| -> Vec<Option<Tuple>> {
+            let error = |k: usize| 2.0 * sin_cos(2.0 * TAU * (k as f64 + 0.5) / pairs as f64).0;
+            (0..pairs).map(|k| Some(Tuple { a: error(k), b: error(k), mixed: vec![error(k)] })).collect()
+        };
+        let counts = [3600, 3599, 1800, 1799, 100].map(|pairs| over_angle(&tuples(pairs)).len());
+        assert_eq!(counts, [24, 12, 12, 6, 6]);
+        for pairs in [3600, 1801] {
+            let parts = over_angle(&tuples(pairs));
+            let width = 360.0 / parts.len() as f64;
+            for part in &parts {
+                // The mean of 4 sin² 2θ over a part.
+                let half = (2.0 * width).to_radians();
+                let truth = 2.0 - 2.0 * (4.0 * part.angle_deg).to_radians().cos() * half.sin() / half;
+                for found in [part.squares.all, part.squares.common] {
+                    assert!((found.value - truth).abs() < 0.03, "{pairs}, {}: {found:?}", part.angle_deg);
+                }
+                assert_eq!(part.squares.first[0].value, 0.0);
+            }
+        }
     }
 }

@@ -1,6 +1,11 @@
 //! Why a trial ended as it did: the same trial with one of its errors at its mean.
+//!
+//! Whatever is changed moves all readings a little, and a converter then rounds many of them to another code: that alone turns
+//! the axis, by as much as if something had been the cause. So each trial is run with the converters' codes moved by fractions
+//! of a code. What an error does is the mean difference over these runs; what they scatter is the converter's rounding.
 
-use standstill_scenario::{FileError, Record};
+use standstill_campaign::{Estimate, student};
+use standstill_scenario::{FileError, Record, Verdict};
 use standstill_sim::Tape;
 
 use crate::budget::{Source, lengths};
@@ -17,6 +22,11 @@ pub struct Cause {
     pub drawn: Option<f64>,
     /// The same trial with it at its mean and all else as it was.
     pub without: Record,
+    /// By how much the axis error in degrees is larger than without it, rounding averaged out, with its 95 % interval; none
+    /// where a trial has no axis.
+    pub part_deg: Option<Estimate>,
+    /// Whether its part cannot be told from the converter's rounding.
+    pub within_rounding: bool,
 }
 
 /// A trial and what made it.
@@ -24,6 +34,8 @@ pub struct Cause {
 pub struct Explained {
     /// As it ended.
     pub record: Record,
+    /// Standard deviation in degrees of its axis error over places of the converter's codes; none without a converter.
+    pub rounding_deg: Option<f64>,
     /// The errors that it drew, those first without which it would have ended most differently.
     pub causes: Vec<Cause>,
     /// The same trial with all of them at their means: the method's own error at this angle.
@@ -50,27 +62,104 @@ impl Explained {
         let parts: Vec<(String, Source)> = sources.iter().flat_map(Source::parts).collect();
         let mut without: Vec<Tape> = parts.iter().map(|(_, part)| part.without(&tape, &longest)).collect();
         without.push(sources.iter().fold(tape.clone(), |tape, source| source.without(&tape, &longest)));
+        without.push(tape.clone());
+        let shifted = shifted(trials, &without, watch)?;
+        let own = shifted.last().cloned().unwrap_or_default();
         let mut records = trials.all_records(without, watch)?;
+        records.pop();
         let Some(without_all) = records.pop() else { return Err(Halt::Stopped) };
         let mut causes: Vec<Cause> = parts
             .into_iter()
             .zip(records)
-            .map(|((name, part), without)| {
+            .zip(&shifted)
+            .map(|(((name, part), without), shifted)| {
                 let drawn = part.draw(&mut tape);
-                Cause { name, key: part.key, drawn, without }
+                let (part_deg, within_rounding) = compared([&record, &without], [&own, shifted]);
+                Cause { name, key: part.key, drawn, without, part_deg, within_rounding }
             })
             .collect();
-        let far = |cause: &Cause| apart(&record, &cause.without);
+        let far = |cause: &Cause| if cause.within_rounding { -1.0 } else { apart(&record, cause) };
         causes.sort_by(|a, b| far(b).total_cmp(&far(a)));
-        Ok(Self { record, causes, without_all, tape })
+        let rounding_deg = scatter(&own);
+        Ok(Self { record, rounding_deg, causes, without_all, tape })
     }
 }
 
-/// How differently two trials ended: by the whole error, and more than any error if one has none.
-fn apart(a: &Record, b: &Record) -> f64 {
-    if a.verdict() != b.verdict() {
+/// Places of the codes that are tried, a sixteenth of a code apart.
+const PLACES: u32 = 16;
+
+/// Records of each tape with the codes at each place but their own; none of a scenario without converters.
+fn shifted(
+    trials: &Trials<'_>,
+    tapes: &[Tape],
+    watch: &dyn Watch,
+) -> Result<Vec<Vec<Record>>, Halt<FileError>> {
+    let mut all = vec![Vec::new(); tapes.len()];
+    for place in 1..PLACES {
+        let Some(moved) = trials.with_codes_moved(f64::from(place) / f64::from(PLACES)) else { break };
+        let records = moved.all_records(tapes.to_vec(), watch)?;
+        for (all, record) in all.iter_mut().zip(records) {
+            all.push(record);
+        }
+    }
+    Ok(all)
+}
+
+/// What kind of end it is: found or not, and which pole.
+fn end(record: &Record) -> (Verdict, Option<bool>) {
+    (record.verdict(), record.pole_correct())
+}
+
+/// By how much the axis error of a trial is larger than that of the same without one of its errors, and whether that may be
+/// rounding: each as it was, and with the codes elsewhere.
+fn compared(as_it_was: [&Record; 2], shifted: [&[Record]; 2]) -> (Option<Estimate>, bool) {
+    let pairs = || std::iter::once(as_it_was).chain(shifted[0].iter().zip(shifted[1]).map(|(a, b)| [a, b]));
+    let count = 1 + shifted[0].len();
+    let differ = |[a, b]: [&Record; 2]| end(a) != end(b);
+    let differing = pairs().filter(|pair| differ(*pair)).count();
+    let turns = pairs().filter_map(|[a, b]| Some(turn(a.axis_error_deg()?, b.axis_error_deg()?)));
+    let turns: Vec<f64> = turns.collect();
+    let part = (turns.len() == count).then(|| mean(&turns));
+    // An end that it changes with most places of the codes is its doing, whatever the axis does.
+    let within = 2 * differing <= count
+        && count > 1
+        && part.map_or(differ(as_it_was), |part| part.low <= 0.0 && 0.0 <= part.high);
+    (part, within)
+}
+
+/// From one axis error to another, in (−90, 90]°.
+fn turn(to: f64, from: f64) -> f64 {
+    let turn = (to - from).rem_euclid(180.0);
+    if turn > 90.0 { turn - 180.0 } else { turn }
+}
+
+/// A mean with its 95 % interval; of a single value, itself.
+fn mean(values: &[f64]) -> Estimate {
+    let count = values.len() as f64;
+    let value = values.iter().sum::<f64>() / count;
+    let squares: f64 = values.iter().map(|x| (x - value) * (x - value)).sum();
+    let half =
+        if values.len() > 1 { student(count - 1.0) * (squares / (count - 1.0) / count).sqrt() } else { 0.0 };
+    Estimate { value, low: value - half, high: value + half }
+}
+
+/// Standard deviation of the axis errors; none of fewer than two.
+fn scatter(records: &[Record]) -> Option<f64> {
+    let errors: Vec<f64> = records.iter().filter_map(Record::axis_error_deg).collect();
+    let count = errors.len() as f64;
+    let middle = *errors.first()?;
+    // An axis has no mean error where its errors are of either sign of 90°: from the first on.
+    let turns: Vec<f64> = errors.iter().map(|error| turn(*error, middle)).collect();
+    let value = turns.iter().sum::<f64>() / count;
+    (errors.len() > 1)
+        .then(|| (turns.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (count - 1.0)).sqrt())
+}
+
+/// How differently a trial ended from the same without a cause: more than by any error if it had another end, else by the
+/// cause's part.
+fn apart(record: &Record, cause: &Cause) -> f64 {
+    if end(record) != end(&cause.without) {
         return 1000.0;
     }
-    let of = |record: &Record| record.error_deg().or(record.axis_error_deg()).unwrap_or(0.0);
-    (of(a) - of(b)).abs()
+    cause.part_deg.map_or(0.0, |part| part.value.abs())
 }

@@ -29,7 +29,7 @@ type KeptStrip = (u8, String, Vec<f64>, usize);
 pub(crate) struct KeptTapes(Vec<(u64, Vec<KeptStrip>)>);
 
 /// All purposes that a tape may have, by their place here.
-const PURPOSES: [Purpose; 15] = [
+const PURPOSES: [Purpose; 16] = [
     Purpose::Angle,
     Purpose::GateDelay,
     Purpose::Ripple,
@@ -45,6 +45,7 @@ const PURPOSES: [Purpose; 15] = [
     Purpose::Tolerance,
     Purpose::Design,
     Purpose::Detector,
+    Purpose::Memory,
 ];
 
 const ENDS: [End; 4] = [End::Reached, End::Flat, End::TooRare, End::Constant];
@@ -132,6 +133,7 @@ mod tests {
             let _ = draws.normal();
             let _ = Streams::taped(&tape).open(Purpose::CurrentNoise).normal();
             *tape.normals(Purpose::CurrentGain) = vec![-1.5, 0.25];
+            *tape.normals(Purpose::Memory) = vec![0.5, 2.0];
             tape
         };
         let all: Vec<Tape> = (0..3).map(tape).collect();

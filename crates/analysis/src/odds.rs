@@ -132,6 +132,8 @@ pub struct Odds {
     pub runs: Vec<Run>,
     /// What makes it doubtful.
     pub alarms: Vec<Alarm>,
+    /// What is as in an alarm, but of so small a part of the event that the answer stands.
+    pub remarks: Vec<Alarm>,
     /// Tapes of the event with the weight of each. The weights sum to one, unless there are none.
     pub failures: Vec<(f64, Tape)>,
 }
@@ -190,6 +192,7 @@ impl Odds {
                     levels: 1,
                     runs: Vec::new(),
                     alarms: vec![Alarm::Constant],
+                    remarks: Vec::new(),
                     failures: Vec::new(),
                 });
             }
@@ -237,7 +240,28 @@ impl Odds {
             let weight = probability_of(run) / (mean * count) / run.failures.len().max(1) as f64;
             failures.extend(std::mem::take(&mut run.failures).into_iter().map(|tape| (weight, tape)));
         }
-        Self { answer: Answer::Subset, probability, trials, plain, levels, runs, alarms, failures }
+        Self {
+            answer: Answer::Subset,
+            probability,
+            trials,
+            plain,
+            levels,
+            runs,
+            alarms,
+            remarks: Vec::new(),
+            failures,
+        }
+    }
+
+    /// Of this share of the event's starts something is to be told: above a tenth that makes the answer doubtful.
+    pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
+        const TOLD: f64 = 0.01;
+        const DOUBTFUL: f64 = 0.1;
+        if share > DOUBTFUL {
+            self.alarms.push(what(share));
+        } else if share > TOLD {
+            self.remarks.push(what(share));
+        }
     }
 }
 
@@ -294,6 +318,25 @@ fn plain<S: System>(
         levels: 1,
         runs: Vec::new(),
         alarms: vec![Alarm::Flat],
+        remarks: Vec::new(),
         failures: failures.into_iter().map(|tape| (weight, tape)).collect(),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
+        let of = |share: f64| {
+            let mut odds = Odds::of_runs(&Settings::default(), Vec::new());
+            odds.alarms.clear();
+            odds.tell(share, Alarm::Unled);
+            (odds.alarms, odds.remarks)
+        };
+        assert_eq!(of(0.005), (Vec::new(), Vec::new()));
+        assert_eq!(of(0.05), (Vec::new(), vec![Alarm::Unled(0.05)]));
+        assert_eq!(of(0.5), (vec![Alarm::Unled(0.5)], Vec::new()));
+    }
 }

@@ -39,6 +39,19 @@ impl<'a> Trials<'a> {
         Ok(Self { plan, point, scenario: plan.scenario(point)? })
     }
 
+    /// The same with the codes of all converters moved by this share of a code, and nothing else changed; none without a
+    /// converter.
+    pub(crate) fn with_codes_moved(&self, share: f64) -> Option<Self> {
+        let mut moved = self.clone();
+        let sensors = &mut moved.scenario.sensors;
+        let mut any = false;
+        for adc in [&mut sensors.adc, &mut sensors.dc_link.adc].into_iter().flatten() {
+            let by = share * (adc.high - adc.low) / f64::from(1_u32 << adc.bits);
+            (adc.low, adc.high, any) = (adc.low + by, adc.high + by, true);
+        }
+        any.then_some(moved)
+    }
+
     /// What they have in common.
     pub fn scenario(&self) -> &Scenario<Method<f64>> {
         &self.scenario
@@ -123,27 +136,26 @@ impl<'a> Trials<'a> {
         }
         let lost = |record: &Record| record.axis_error_deg().is_some_and(|error| error.abs() > LOST);
         let unled = |record: &Record| record.fault_margin().is_none_or(|margin| margin >= 0.0);
-        let alarm = match (event, odds.answer) {
-            (Event::WrongPole, _) => self.share(&odds, lost, watch)?.map(Alarm::WrongAxes),
-            (Event::Failed, Answer::Subset) => self.share(&odds, unled, watch)?.map(Alarm::Unled),
-            _ => None,
+        let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.answer) {
+            (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
+            (Event::Failed, Answer::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
+            _ => return Ok(odds),
         };
-        odds.alarms.extend(alarm);
+        odds.tell(share, aside);
         Ok(odds)
     }
 
-    /// The share of the event's starts that are of this kind, if it is more than a tenth.
+    /// The share of the event's starts that are of this kind.
     fn share(
         &self,
         odds: &Odds,
         kind: impl Fn(&Record) -> bool,
         watch: &dyn Watch,
-    ) -> Result<Option<f64>, Halt<FileError>> {
+    ) -> Result<f64, Halt<FileError>> {
         let tapes = odds.failures.iter().map(|(_, tape)| tape.clone()).collect();
         let records = self.all_records(tapes, watch)?;
         let of_kind = odds.failures.iter().zip(&records).filter(|(_, record)| kind(record));
-        let share = of_kind.map(|((weight, _), _)| weight).sum::<f64>();
-        Ok((share > 0.1).then_some(share))
+        Ok(of_kind.map(|((weight, _), _)| weight).sum())
     }
 }
 

@@ -94,3 +94,20 @@ fn law_shares_sum_to_one_and_totals_to_no_less() {
     // A spread that changes nothing has no share: a link's gain scales all inductances alike.
     assert!(item(&budget, "sensors.dc_link_gain_error").total.value < 0.01);
 }
+
+#[test]
+fn law_the_iron_s_memory_is_a_source_as_others_are() {
+    let text = "errors = \"none\"\nmotor.base = \"paper-5k5\"\n\
+                motor.hysteresis = { coercive_current = 0.08, depth = 0.05, cells = 3 }\n\
+                rotor.memory = \"former\"\ndetector.method = \"bipolar\"\n";
+    let plan = Plan::new(Document::parse(Path::new("test.toml"), text).expect("TOML")).expect("a plan");
+    let budget = budget(&plan, 150);
+    let keys: Vec<&str> = budget.items.iter().map(|item| item.source.key.as_str()).collect();
+    assert_eq!(keys, ["rotor.memory"]);
+    // Nothing else is drawn but the angle: what is not the method's own is the memory's, and nothing acts together.
+    let memory = item(&budget, "rotor.memory");
+    assert!(memory.total.value > 0.05, "{memory:?}");
+    let rest = budget.interaction;
+    assert!(rest.low <= 0.0 && 0.0 <= rest.high, "{rest:?}");
+    assert!((memory.total.value + budget.method.1.value - 1.0).abs() < 0.1, "{memory:?}");
+}

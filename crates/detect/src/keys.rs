@@ -122,6 +122,13 @@ pub static PULSE: Key = Key {
     kind: number("s", [1e-6, 10e-3], "from 1 µs to 10 ms"),
 };
 
+/// Rest after each line pulse.
+pub static REST: Key = Key {
+    name: "rest",
+    about: "How long all switches are open after each line pulse both ways, as a share of the pulse; the current needs a little less than the pulse to decay.",
+    kind: share([1.0, 10.0], "from 100 % to 1000 % of the pulse"),
+};
+
 /// Times that all lines are pulsed.
 pub static ROUNDS: Key = Key {
     name: "rounds",
@@ -192,8 +199,9 @@ pub static COMPENSATION: Key = Key {
 };
 
 /// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
-pub static ALL: [&Key; 10] = [
+pub static ALL: [&Key; 11] = [
     &PULSE,
+    &REST,
     &ROUNDS,
     &LEAST_SALIENCY,
     &POLE_ERROR,

@@ -208,8 +208,41 @@ fn law_bands_are_of_bins_with_starts_enough() {
         }
         cloud.angle_quantiles([0.5]).len()
     };
-    // 40 in each bin of 5°; then of 10°, 20° and 30°; below, no band.
-    assert_eq!([2880, 2879, 1440, 720, 480, 479].map(of), [72, 36, 36, 18, 12, 0]);
+    // 40 in each bin of 5°; then of 10°; below, a smooth curve is drawn.
+    assert_eq!([2880, 2879, 1440, 1439].map(of), [72, 36, 36, 0]);
+}
+
+#[test]
+fn analytic_an_error_of_six_periods_is_drawn_in_its_size_and_closes_at_360_degrees() {
+    for starts in [104u32, 479, 480, 720, 1439, 1440, 2880, 30_000] {
+        let mut cloud = ErrorCloud::new();
+        for k in 0..starts {
+            let angle = (f64::from(k) + 0.5) * 360.0 / f64::from(starts);
+            // A spread of its own, of nine values from −0.1 to 0.1.
+            let spread = 0.025 * f64::from(k * 4 % 9) - 0.1;
+            cloud.add(angle, Some((6.0 * angle + 60.0).to_radians().sin() + spread), None);
+        }
+        let all = figures(&Study { cloud: Some(cloud), ..study(&[], vec![]) });
+        let (_, figure) = all.iter().find(|(name, _)| name == "error_over_angle").expect("a figure");
+        let layers = &figure.panels[0].layers;
+        let curve = layers.iter().find_map(|layer| match layer {
+            Layer::Line { points, .. } => Some(points.clone()),
+            _ => None,
+        });
+        let curve = curve.expect("a curve");
+        let (least, most) =
+            curve.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), (_, y)| (a.min(*y), b.max(*y)));
+        // sin of a third of 3π/… over 10° keeps 95 %, less what the bins' places miss of the top.
+        assert!(most - least > 1.86 && most - least < 2.1, "{starts}: {least} to {most}");
+        assert_eq!((curve[0].0, curve[curve.len() - 1].0), (0.0, 360.0));
+        for layer in layers {
+            let Layer::Band { points, .. } = layer else { continue };
+            let (first, last) = (points[0], points[points.len() - 1]);
+            assert_eq!((first.0, last.0), (0.0, 360.0));
+            assert!((first.1 - last.1).abs() < 1e-9 && (first.2 - last.2).abs() < 1e-9, "{starts}");
+        }
+        assert!((curve[0].1 - curve[curve.len() - 1].1).abs() < 1e-9);
+    }
 }
 
 #[test]

@@ -66,6 +66,7 @@ impl Source {
             ("sensors.dc_link_noise", Purpose::LinkNoise, whole, sensors.dc_link.noise > 0.0),
             ("inverter.delay_mismatch", Purpose::GateDelay, 0..6, drive.delay_mismatch > 0.0),
             ("inverter.ripple", Purpose::Ripple, 0..2, drive.link.ripple > 0.0),
+            ("rotor.memory", Purpose::Memory, 0..2, scenario.memory),
             ("rotor.state", Purpose::Backlash, 0..1, matches!(scenario.rotor, RotorState::Braked(_))),
         ];
         let source = |key: &str, purpose, name: &str, draws| Self {
@@ -86,12 +87,13 @@ impl Source {
 
     /// Its parts, each with its name: draw by draw, but the draws of all samples, and of a phase, together.
     pub(crate) fn parts(&self) -> Vec<(String, Self)> {
-        let together = of_samples(self.purpose) || self.purpose == Purpose::Ripple;
+        let together = of_samples(self.purpose) || matches!(self.purpose, Purpose::Ripple | Purpose::Memory);
         if together {
             let of = match self.purpose {
                 Purpose::CurrentNoise => "noise of all current samples",
                 Purpose::LinkNoise => "noise of all samples of the DC link",
                 Purpose::Jitter => "jitter of all samples",
+                Purpose::Memory => "direction in which the iron was last magnetised",
                 _ => "phase of the DC link's ripple",
             };
             return vec![(of.to_owned(), self.clone())];

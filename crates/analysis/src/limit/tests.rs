@@ -62,3 +62,44 @@ fn analytic_quantiles_lie_between_order_statistics() {
     );
     assert_eq!(quantile(&mut [1.0, 2.0], 0.99).high, f64::INFINITY);
 }
+
+#[test]
+fn law_starts_without_an_answer_count_against_every_limit() {
+    use std::path::Path;
+
+    use standstill_scenario::{Document, Plan};
+    use standstill_sim::Tape;
+
+    let text = "rms <= 1 deg, p95 <= 1 deg, p99 <= 1 deg, P(|e| > 2 deg) <= 1 %, wrong_poles <= 1 %, undetermined <= 1 %, \
+                failed <= 1 %, moved <= 1 deg, duration <= 1 s, peak_current <= 100 A";
+    let limits: Limits = text.parse().expect("limits");
+    let record = |key: &str| {
+        let text = format!("errors = \"none\"\ndetector.method = \"bipolar\"\n{key}\n");
+        let plan = Plan::new(Document::parse(Path::new("test.toml"), &text).expect("TOML")).expect("a plan");
+        let trials = crate::Trials::new(&plan).expect("a scenario");
+        trials.records(&[Tape::new(1, 0)]).expect("runs").remove(0)
+    };
+    // A good start, one without an axis, one without a pole.
+    let good = record("");
+    for (key, verdict) in [
+        ("detector.least_saliency = 0.9", Ending::Failed),
+        ("detector.signature = \"none\"", Ending::Undetermined),
+    ] {
+        let bad = record(key);
+        assert_eq!((good.verdict(), bad.verdict()), (Ending::Found, verdict));
+        let mut tally = Tally::new(&limits);
+        (0..300).for_each(|_| tally.add(&good));
+        assert!(tally.verdict().holds, "{:?}", tally.estimates());
+        // One in four: beyond every quantile.
+        (0..100).for_each(|_| tally.add(&bad));
+        let [rms, p95, p99, beyond, wrong, undetermined, failed, moved, duration, peak] =
+            tally.estimates().try_into().expect("ten");
+        assert!((rms.value - 45.0).abs() < 0.1, "{rms:?}");
+        for quantile in [p95, p99, moved, duration, peak] {
+            assert_eq!(quantile.value, f64::INFINITY);
+        }
+        for share in [beyond, wrong, undetermined, failed] {
+            assert_eq!(share.value, 0.25);
+        }
+    }
+}

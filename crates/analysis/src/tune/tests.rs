@@ -119,3 +119,17 @@ fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
     let none = vec![0.0; usize::try_from(Effort::new(1000, &limits).fine).expect("few")];
     assert!(Measure::Undetermined.estimate(none).high < 0.001);
 }
+
+#[test]
+fn law_what_may_break_a_limit_breaks_it_where_that_must_be_sure() {
+    let limits = Limits(vec![Limit { measure: Measure::Duration, most: 1.0 }]);
+    let goal = Goal { minimise: Measure::Rms, limits };
+    // As likely kept as can be, but not surely: 0.9 [0.7, 1.1].
+    let open = Measured(vec![
+        (Measure::Rms, exactly(1.0)),
+        (Measure::Duration, Estimate { value: 0.9, low: 0.7, high: 1.1 }),
+    ]);
+    let broken = |view| goal.score(Some(&open), view).broken;
+    assert_eq!(broken(View::Likely), 0.0);
+    assert!((broken(View::Sure) - 0.1).abs() < 1e-9, "{}", broken(View::Sure));
+}

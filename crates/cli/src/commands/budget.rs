@@ -117,7 +117,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         })
         .collect();
     let caption = "Shares sum to one. Totals count an interaction with each source that has a part in it.";
-    let angle = "Contributions of the sources by themselves at each angle; the largest four.";
+    let angle = "Mean squares, which add up: of the sources by themselves, the largest four, with 95 % intervals. Where a source has next to no part, an estimate may lie below zero.";
     let answer = Answer {
         name: "budget",
         text: text(&setting, &budget, &rows),
@@ -125,7 +125,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         csv: columns::csv(&rows).map_err(|error| Error::Write("budget.csv".into(), error))?,
         figures: vec![
             ("budget".to_owned(), figures::shares(&bars, setting.clone()), caption.to_owned()),
-            ("over_angle".to_owned(), figures::over_angle(&budget, setting.clone()), angle.to_owned()),
+            ("over_angle".to_owned(), figures::over_angle(&budget, &setting), angle.to_owned()),
         ],
         page: page(setting, &budget, &rows),
         code: u8::from(budget.dropped == budget.pairs),

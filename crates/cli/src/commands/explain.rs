@@ -42,6 +42,10 @@ struct Row {
     outcome_without: &'static str,
     error_without_deg: Option<f64>,
     axis_error_without_deg: Option<f64>,
+    part_deg: Option<f64>,
+    part_low_deg: Option<f64>,
+    part_high_deg: Option<f64>,
+    within_rounding: bool,
 }
 
 /// A trial, what made it, and its waveforms.
@@ -132,6 +136,10 @@ fn rows(told: &Told) -> impl Iterator<Item = Row> + '_ {
         outcome_without: cause.without.verdict().name(),
         error_without_deg: cause.without.error_deg(),
         axis_error_without_deg: cause.without.axis_error_deg(),
+        part_deg: cause.part_deg.map(|part| part.value),
+        part_low_deg: cause.part_deg.map(|part| part.low),
+        part_high_deg: cause.part_deg.map(|part| part.high),
+        within_rounding: cause.within_rounding,
     })
 }
 
@@ -146,13 +154,26 @@ fn ended(record: &Record) -> serde_json::Value {
 }
 
 fn json_of(told: &Told) -> serde_json::Value {
-    let cause = |cause: &standstill_analysis::Cause| json!({ "error": cause.name, "key": cause.key, "drawn_deviations": cause.drawn, "without": ended(&cause.without) });
+    let cause = |cause: &standstill_analysis::Cause| {
+        let part = cause.part_deg;
+        json!({
+            "error": cause.name,
+            "key": cause.key,
+            "drawn_deviations": cause.drawn,
+            "without": ended(&cause.without),
+            "part_deg": part.map(|part| part.value),
+            "part_low_deg": part.map(|part| part.low),
+            "part_high_deg": part.map(|part| part.high),
+            "within_rounding": cause.within_rounding,
+        })
+    };
     json!({
         "point": told.chosen.point,
         "trial": told.chosen.trial,
         "start_angle_deg": told.explained.record.start_angle_deg(),
         "ended": ended(&told.explained.record),
         "specimen": super::trace::specimen::json(&told.single.case(), &told.single.drawn),
+        "rounding_deg": told.explained.rounding_deg,
         "causes": told.explained.causes.iter().map(cause).collect::<Vec<_>>(),
         "without_all": ended(&told.explained.without_all),
     })
@@ -171,7 +192,7 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
             about.details.iter().map(|line| paragraph("  ", line)).collect::<String>(),
             about.specimen,
             about.table.text(),
-            paragraph("", words::SCORE)
+            paragraph("", &about.legend)
         );
         let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
         let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
@@ -182,7 +203,7 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
                 Block::Code { caption: "What it drew".to_owned(), text: about.specimen },
                 Block::Code {
                     caption: "Without one of its errors".to_owned(),
-                    text: about.table.whole() + words::SCORE,
+                    text: about.table.whole() + &about.legend,
                 },
             ],
         });

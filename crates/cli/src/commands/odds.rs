@@ -154,6 +154,7 @@ fn answer(
         "by": by(odds.answer),
         "runs": rows,
         "alarms": alarms,
+        "remarks": odds.remarks.iter().map(ToString::to_string).collect::<Vec<_>>(),
         "sectors": anatomy.sectors.iter().map(sector_json).collect::<Vec<_>>(),
     });
     let mut figures = Vec::new();
@@ -252,6 +253,9 @@ fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &A
     for alarm in alarms {
         let _ = writeln!(text, "  doubtful: {alarm}");
     }
+    for remark in &odds.remarks {
+        let _ = writeln!(text, "  {remark}");
+    }
     if !anatomy.sectors.is_empty() {
         text += "\nWhat it looks like: means of its draws, in standard deviations\n\n";
         let rows = anatomy.sectors.iter().map(cells);
@@ -280,6 +284,7 @@ fn page(
     }
     let tone = if alarms.is_empty() { Tone::Neutral } else { Tone::Warning };
     details.extend(alarms);
+    details.extend(odds.remarks.iter().map(ToString::to_string));
     let runs = Table {
         caption: "The runs; own variation: the coefficient of variation that a run expects of itself"
             .to_owned(),
@@ -366,13 +371,18 @@ mod tests {
             plain_hits: 0,
         };
         let settings = Settings::default();
-        let odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
+        let mut odds = Odds::of_runs(&settings, vec![run(End::TooRare, 1e-16); 8]);
+        odds.remarks.push(standstill_analysis::Alarm::Unled(0.05));
         let none = Anatomy { sectors: Vec::new(), typical: None };
         let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
         let text = text("setting", Event::Failed, &odds, &alarms, &none);
         let headline = "failed: not reached, at most 1.15e-4 (97.5 %, none in 32000 plain trials)\n";
         assert!(text.contains(headline) && text.contains("the runs gave up at 1e-16"), "{text}");
         assert!(!text.contains("interval"), "{text}");
+        assert!(
+            text.contains("\n  5 % of the failed starts ended with a fault that no margin tells"),
+            "{text}"
+        );
         let rows: Vec<Row> = odds.runs.iter().enumerate().map(Row::new).collect();
         let page = page("setting".to_owned(), Event::Failed, &odds, alarms, &none, &rows);
         let titles: Vec<&str> = page.sections.iter().map(|section| section.title.as_str()).collect();

@@ -1,6 +1,7 @@
 //! Where the error comes from.
 
 use standstill_analysis::Budget;
+use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::WIDTH;
@@ -23,7 +24,7 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     for (k, bar) in bars.iter().enumerate() {
         let [share, low, high] = bar.share.map(|share| 100.0 * share);
         let (y, half) = (place(k), 0.3);
-        let area = [(0.0, y - half, y + half), (share.max(0.0), y - half, y + half)];
+        let area = [(share.min(0.0), y - half, y + half), (share.max(0.0), y - half, y + half)];
         panel = panel.with(Layer::band("by itself, with its 95 % interval", Style::Blue, area));
         panel =
             panel.with(Layer::line("by itself, with its 95 % interval", Style::Blue, [(low, y), (high, y)]));
@@ -42,28 +43,45 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
     }
 }
 
-/// The contributions over the angle.
-pub fn over_angle(budget: &Budget, subtitle: String) -> Figure {
+/// The contributions over the angle: mean squares, which add up, each with its 95 % interval.
+pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     let parts = &budget.over_angle;
     let x = Axis::new("rotor angle (°)").range(0.0, 360.0).step(60.0);
-    let line = |of: &dyn Fn(&standstill_analysis::Part) -> f64| -> Vec<(f64, f64)> {
-        parts.iter().map(|part| (part.angle_deg, of(part))).collect()
-    };
-    let mut panel = Panel::new(x, Axis::new("rms error (°)"))
-        .with(Layer::line("all together", Style::Black, line(&|part| part.rms_deg)))
-        .with(Layer::line("the method's own", Style::Vermilion, line(&|part| part.method_deg)));
+    let mut panel = Panel::new(x, Axis::new("mean square error (°²)"));
     let mut ranked: Vec<usize> = (0..budget.items.len()).collect();
     ranked.sort_by(|a, b| budget.items[*b].share.value.total_cmp(&budget.items[*a].share.value));
     let styles = [Style::Blue, Style::Orange, Style::Green, Style::Purple];
-    for (style, source) in styles.into_iter().zip(ranked).take(DRAWN) {
-        let key = &budget.items[source].source.key;
-        panel = panel.with(Layer::line(key, style, line(&|part| part.sources_deg[source])));
+    let sources = styles.into_iter().zip(ranked).take(DRAWN);
+    let mut curves: Vec<(&str, Style, Vec<Estimate>)> = vec![
+        ("all together", Style::Black, parts.iter().map(|part| part.squares.all).collect()),
+        ("the method's own", Style::Vermilion, parts.iter().map(|part| part.squares.common).collect()),
+    ];
+    curves.extend(sources.map(|(style, source)| {
+        let of = parts.iter().map(|part| part.squares.first[source]).collect();
+        (budget.items[source].source.key.as_str(), style, of)
+    }));
+    for (label, style, estimates) in curves {
+        let around = around(parts.iter().map(|part| part.angle_deg).zip(estimates).collect());
+        panel = panel
+            .with(Layer::band("", style, around.iter().map(|(x, e)| (*x, e.low, e.high))))
+            .with(Layer::line(label, style, around.iter().map(|(x, e)| (*x, e.value))));
     }
+    let width = 360 / parts.len().max(1);
     Figure {
         title: "The same over the rotor's angle".to_owned(),
-        subtitle: Some(subtitle),
+        subtitle: Some(format!("{subtitle}; means over {width}° with their 95 % intervals")),
         width: WIDTH,
         height: 480,
         panels: vec![panel],
     }
+}
+
+/// Estimates of even ranges with those at 0 and 360°, between the last and the first.
+fn around(mut of: Vec<(f64, Estimate)>) -> Vec<(f64, Estimate)> {
+    let (Some((_, first)), Some((_, last))) = (of.first(), of.last()) else { return of };
+    let middle = |of: fn(&Estimate) -> f64| (of(first) + of(last)) / 2.0;
+    let seam = Estimate { value: middle(|e| e.value), low: middle(|e| e.low), high: middle(|e| e.high) };
+    of.insert(0, (0.0, seam));
+    of.push((360.0, seam));
+    of
 }

@@ -12,6 +12,7 @@ use crate::{Method, MethodName};
 fn other(key: &Key) -> Value {
     match key.name {
         "pulse" => Value::Number(60e-6),
+        "rest" => Value::Number(1.2),
         "rounds" => Value::Number(5.0),
         "least_saliency" => Value::Number(0.03),
         "vector_current" => Value::Number(6.5),

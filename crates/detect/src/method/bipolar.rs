@@ -172,6 +172,14 @@ impl<T: Real> Keyed for BipolarSettings<T> {
                 true
             },
         ),
+        Setting::new(
+            &keys::REST,
+            |s| Some(Value::Number(s.0.train.rest_share())),
+            |s, value| {
+                s.0.train.set_rest_share(value.number());
+                true
+            },
+        ),
         place!(ROUNDS, s => s.0.train.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.0.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.0.pole_error, Value::of, real),

@@ -121,6 +121,17 @@ impl<T: Real> PulseTrainSettings<T> {
         require_zero_or_more(self.off_drop, "off_drop")
     }
 
+    /// The rest as a share of the pulse, as it was told: times are whole nanoseconds.
+    pub(crate) fn rest_share(&self) -> f64 {
+        let pulse = self.pulse.0.max(1);
+        (self.rest.0.saturating_mul(1000).saturating_add(pulse / 2) / pulse) as f64 / 1e3
+    }
+
+    /// Sets it, for the pulse as it is.
+    pub(crate) fn set_rest_share(&mut self, share: f64) {
+        self.rest = Nanos::from_seconds(share * self.pulse.seconds());
+    }
+
     /// From one pulse to the next.
     pub fn period(&self) -> Nanos {
         self.pulse + self.rest

@@ -1,13 +1,14 @@
 //! The error over the rotor's angle.
 
 use super::cloud::quantile;
+use super::periodic::Series;
 use super::{Caption, ErrorCloud};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Axis error over the true angle: single trials, the median and the range from 5 to 95 % in bins of 5°. The scale is that
+/// Axis error over the true angle: single trials, and what is typical of each angle. The scale is that
 /// of the errors; wrong poles are crosses along the upper edge, and outliers beyond the frame are counted in the subtitle.
 pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
-    let quantiles = cloud.angle_quantiles([0.05, 0.5, 0.95]);
+    let typical = typical(cloud);
     let x = Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0);
     // A few outliers must not flatten everything else.
     let mut errors = cloud.signed().kept().to_vec();
@@ -28,17 +29,18 @@ pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure 
     let one_in =
         |what: &str, every: u64| if every == 1 { what.to_owned() } else { format!("{what} in {every}") };
     let mut panel = Panel::new(x, Axis::new("error of the axis θ_e − θ (°)").range(bottom, top));
-    if !quantiles.is_empty() {
-        let range = quantiles.iter().map(|(x, [low, _, high])| (*x, *low, *high));
-        panel = panel.with(Layer::band("5 % to 95 %", Style::Orange, range));
+    if let Some(Typical { range, .. }) = &typical {
+        panel = panel.with(Layer::band("5 % to 95 %", Style::Orange, range.iter().copied()));
     }
     if !points.kept().is_empty() {
         let label = one_in("one detection", points.every());
         panel = panel.with(Layer::points(&label, Style::Blue, points.kept().iter().copied()));
     }
-    if !quantiles.is_empty() {
-        let median = quantiles.iter().map(|(x, [_, median, _])| (*x, *median));
-        panel = panel.with(Layer::line("median", Style::Black, median));
+    if let Some(Typical { curve, label, interval, .. }) = &typical {
+        if !interval.is_empty() {
+            panel = panel.with(Layer::band("its 95 % interval", Style::Black, interval.iter().copied()));
+        }
+        panel = panel.with(Layer::line(label, Style::Black, curve.iter().copied()));
     }
     if !wrong.kept().is_empty() {
         let edge = top - 0.03 * (top - bottom);
@@ -48,4 +50,87 @@ pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure 
     }
     let remark = (beyond > 0).then(|| format!("{beyond} of the points shown are beyond the frame"));
     caption.figure(remark.as_slice(), 480, vec![panel])
+}
+
+/// What is typical of each angle, from 0 to 360°, with the same at both ends.
+struct Typical {
+    label: String,
+    curve: Vec<(f64, f64)>,
+    /// Of the curve; empty where bins have so many starts that it is no wider than the line.
+    interval: Vec<(f64, f64, f64)>,
+    /// Between these lie nine of ten starts.
+    range: Vec<(f64, f64, f64)>,
+}
+
+/// Angles at which a smooth curve is drawn, in degrees from one to the next: a sixtieth of a period of 60°.
+const STEP: u32 = 1;
+/// Bins of the spread around a smooth curve, and the starts that each needs.
+const SPREAD_BINS: usize = 12;
+const SPREAD_STARTS: usize = 40;
+
+/// Medians and quantiles of narrow bins where there are starts enough, else a smooth curve with the spread around it.
+fn typical(cloud: &ErrorCloud) -> Option<Typical> {
+    let quantiles = cloud.angle_quantiles([0.05, 0.5, 0.95]);
+    if !quantiles.is_empty() {
+        let around = around(&quantiles);
+        return Some(Typical {
+            label: format!("median in bins of {:.0}°", 360.0 / quantiles.len() as f64),
+            curve: around.iter().map(|(x, [_, median, _])| (*x, *median)).collect(),
+            interval: Vec::new(),
+            range: around.iter().map(|(x, [low, _, high])| (*x, *low, *high)).collect(),
+        });
+    }
+    let points = cloud.points().kept();
+    let series = Series::of(points)?;
+    let spread = spread(points, &series);
+    let angles = || (0..=360 / STEP).map(|k| f64::from(k * STEP));
+    let few = if series.order < 6 { ": too few starts for a period of 60°" } else { "" };
+    Some(Typical {
+        label: format!("mean, Fourier series to order {}{few}", series.order),
+        curve: angles().map(|x| (x, series.at(x))).collect(),
+        interval: angles()
+            .map(|x| (x, series.at(x) - series.half_width(x), series.at(x) + series.half_width(x)))
+            .collect(),
+        range: angles()
+            .map(|x| {
+                let [low, high] = between(&spread, x);
+                (x, series.at(x) + low, series.at(x) + high)
+            })
+            .collect(),
+    })
+}
+
+/// The values of even bins with those at 0 and 360°, which are as far from the last bin as from the first.
+fn around<const N: usize>(bins: &[(f64, [f64; N])]) -> Vec<(f64, [f64; N])> {
+    let (Some((_, first)), Some((_, last))) = (bins.first(), bins.last()) else { return Vec::new() };
+    let seam: [f64; N] = std::array::from_fn(|k| (first[k] + last[k]) / 2.0);
+    std::iter::once((0.0, seam)).chain(bins.iter().copied()).chain([(360.0, seam)]).collect()
+}
+
+/// The 5 and 95 % quantiles of what is away from a curve, in wide bins, which do not blur the curve itself; of all starts
+/// together where even these have too few.
+fn spread(points: &[(f64, f64)], series: &Series) -> Vec<(f64, [f64; 2])> {
+    let mut bins = vec![Vec::new(); SPREAD_BINS];
+    for point in points {
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle in [0, 360)")]
+        let bin = ((point.0 / 360.0 * SPREAD_BINS as f64) as usize).min(SPREAD_BINS - 1);
+        bins[bin].push(series.residual(*point));
+    }
+    if bins.iter().any(|bin| bin.len() < SPREAD_STARTS) {
+        bins = vec![bins.concat()];
+    }
+    let width = 360.0 / bins.len() as f64;
+    let of = |(k, bin): (usize, &mut Vec<f64>)| {
+        ((k as f64 + 0.5) * width, [0.05, 0.95].map(|share| quantile(bin, share)))
+    };
+    bins.iter_mut().enumerate().map(of).collect()
+}
+
+/// Between the middles of bins.
+fn between(bins: &[(f64, [f64; 2])], x: f64) -> [f64; 2] {
+    let all = around(bins);
+    let next = all.iter().position(|(at, _)| *at >= x).unwrap_or(all.len() - 1).max(1);
+    let ((from, a), (to, b)) = (all[next - 1], all[next]);
+    let share = (x - from) / (to - from);
+    std::array::from_fn(|k| a[k] + share * (b[k] - a[k]))
 }

@@ -10,6 +10,7 @@ mod distribution;
 mod heat;
 mod methods;
 mod odds;
+mod periodic;
 mod place;
 mod pool;
 mod scatter;

@@ -14,7 +14,10 @@ use crate::table::{Column, Table};
 const TOLD: usize = 12;
 
 /// What deviations are of draws that are not normal.
-pub const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
+const SCORE: &str = "drawn: in standard deviations; of a uniform draw the normal score of its quantile, so that ±1.64 σ cut off 5 % either way.";
+
+/// What parts are where a converter rounds.
+const ROUNDED: &str = " its part: mean and 95 % interval over 16 places of the converter's codes; within rounding: zero lies in that interval, and what the trial does then is the converter's.";
 
 /// What is said of a trial.
 pub struct About {
@@ -23,6 +26,8 @@ pub struct About {
     /// The errors that were drawn for the trial, a line each.
     pub specimen: String,
     pub table: Table,
+    /// What its columns mean.
+    pub legend: String,
 }
 
 /// How a trial ended, in a few words.
@@ -77,12 +82,18 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     }
     details.extend(evidence(record));
     details.push(format!("with all errors at their means: {}", ended(&explained.without_all)));
+    if let Some(rounding) = explained.rounding_deg {
+        details.push(format!(
+            "the converter's rounding alone moves this error by {rounding:.3}° (standard deviation over 15 places of its codes)"
+        ));
+    }
     let specimen = specimen::text(&single.case(), &single.drawn);
     let rows = explained.causes.iter().take(TOLD).map(|cause| {
         let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
-        let change = match (record.axis_error_deg(), cause.without.axis_error_deg()) {
-            (Some(with), Some(without)) => format!("{:+.3}°", with - without),
-            _ => "–".to_owned(),
+        let change = match cause.part_deg {
+            _ if cause.within_rounding => "within rounding".to_owned(),
+            Some(part) => format!("{:+.3} ± {:.3}°", part.value, part.high - part.value),
+            None => "–".to_owned(),
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
@@ -93,5 +104,6 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         Column::number("its part"),
     ])
     .rows(rows);
-    About { headline, details, specimen, table }
+    let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
+    About { headline, details, specimen, table, legend: format!("{SCORE}{rounded}") }
 }

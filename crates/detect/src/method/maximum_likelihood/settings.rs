@@ -134,6 +134,17 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
                 true
             },
         ),
+        Setting::new(
+            &keys::REST,
+            // Pulses that grow choose their rests.
+            |s| s.adaptive.is_none().then(|| Value::Number(s.pulses.train.rest_share())),
+            |s, value| {
+                if s.adaptive.is_none() {
+                    s.pulses.train.set_rest_share(value.number());
+                }
+                s.adaptive.is_none()
+            },
+        ),
         place!(ROUNDS, s => s.pulses.train.rounds, Value::times, count),
         place!(LEAST_SALIENCY, s => s.pulses.least_saliency, Value::of, real),
         place!(POLE_ERROR, s => s.pulses.pole_error, Value::of, real),

@@ -1,0 +1,216 @@
+//! A smooth curve through errors over the angle, where there are too few for narrow bins: a Fourier series by least squares.
+
+use std::f64::consts::TAU;
+
+/// Highest order of a series: of an error with a period of 30°.
+const HIGHEST: usize = 12;
+/// Errors for each of a series' coefficients at least.
+const PER_COEFFICIENT: usize = 8;
+/// Errors further from the curve than so many times the residuals' standard deviation, estimated by their median, are outliers:
+/// they do not bend it.
+const OUTLYING: f64 = 6.0;
+/// The standard deviation of what is normal, over the median of its magnitude.
+const DEVIATIONS: f64 = 1.4826;
+
+/// Σ a_k cos kθ + b_k sin kθ, k = 0 to its order, with what least squares know of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Series {
+    /// k of its last term.
+    pub order: usize,
+    coefficients: Vec<f64>,
+    /// Cholesky's factor of the normal equations, row by row.
+    factor: Vec<Vec<f64>>,
+    /// Standard deviation of the residuals.
+    deviation: f64,
+}
+
+impl Series {
+    /// Of `(angle in degrees, error)`, to as high an order as their number and the largest gap between their angles
+    /// support; none of too few.
+    pub fn of(points: &[(f64, f64)]) -> Option<Self> {
+        let mut angles: Vec<f64> = points.iter().map(|(angle, _)| angle.rem_euclid(360.0)).collect();
+        angles.sort_by(f64::total_cmp);
+        let around = angles.first()? + 360.0 - angles.last()?;
+        let gap = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
+        let fits =
+            |order: &usize| points.len() >= PER_COEFFICIENT * (2 * order + 1) && gap <= 180.0 / *order as f64;
+        let order = (1..=HIGHEST).rev().find(fits)?;
+        let mut used = points.to_vec();
+        let mut series = Self::to(order, &used)?;
+        for _ in 0..3 {
+            let mut apart: Vec<f64> = points.iter().map(|point| series.residual(*point).abs()).collect();
+            apart.sort_by(f64::total_cmp);
+            let most = OUTLYING * DEVIATIONS * apart[apart.len() / 2];
+            let kept: Vec<_> = points.iter().copied().filter(|p| series.residual(*p).abs() <= most).collect();
+            if kept.len() == used.len() {
+                break;
+            }
+            used = kept;
+            series = Self::to(order, &used)?;
+        }
+        Some(series)
+    }
+
+    /// Of this order; none where the equations are singular.
+    fn to(order: usize, points: &[(f64, f64)]) -> Option<Self> {
+        let size = 2 * order + 1;
+        let (mut normal, mut right) = (vec![vec![0.0; size]; size], vec![0.0; size]);
+        for (angle, error) in points {
+            let row = terms(order, *angle);
+            for (i, a) in row.iter().enumerate() {
+                right[i] += a * error;
+                for (j, b) in row[..=i].iter().enumerate() {
+                    normal[i][j] += a * b;
+                }
+            }
+        }
+        let factor = cholesky(normal)?;
+        let coefficients = backward(&factor, forward(&factor, right));
+        let mut series = Self { order, coefficients, factor, deviation: 0.0 };
+        let squares: f64 = points.iter().map(|point| series.residual(*point).powi(2)).sum();
+        series.deviation = (squares / points.len().saturating_sub(size).max(1) as f64).sqrt();
+        Some(series)
+    }
+
+    /// The curve at an angle in degrees.
+    pub fn at(&self, angle: f64) -> f64 {
+        terms(self.order, angle).iter().zip(&self.coefficients).map(|(term, factor)| term * factor).sum()
+    }
+
+    /// Half of its 95 % interval there.
+    pub fn half_width(&self, angle: f64) -> f64 {
+        // (XᵀX)⁻¹ between two rows is the square of L⁻¹ times the row.
+        let solved = forward(&self.factor, terms(self.order, angle));
+        1.96 * self.deviation * solved.iter().map(|x| x * x).sum::<f64>().sqrt()
+    }
+
+    /// By how much a point lies above it.
+    pub fn residual(&self, (angle, error): (f64, f64)) -> f64 {
+        error - self.at(angle)
+    }
+}
+
+/// 1, cos θ, sin θ, cos 2θ, …
+fn terms(order: usize, angle: f64) -> Vec<f64> {
+    let theta = angle / 360.0 * TAU;
+    let waves = (1..=order).flat_map(|k| [(k as f64 * theta).cos(), (k as f64 * theta).sin()]);
+    std::iter::once(1.0).chain(waves).collect()
+}
+
+/// L of L Lᵀ, of which the lower half is given; none of what is not positive definite.
+fn cholesky(mut matrix: Vec<Vec<f64>>) -> Option<Vec<Vec<f64>>> {
+    let least = 1e-9 * matrix.first()?.first()?;
+    for i in 0..matrix.len() {
+        for j in 0..=i {
+            let known: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
+            let rest = matrix[i][j] - known;
+            if i > j {
+                matrix[i][j] = rest / matrix[j][j];
+            } else if rest > least {
+                matrix[i][i] = rest.sqrt();
+            } else {
+                return None;
+            }
+        }
+    }
+    Some(matrix)
+}
+
+/// x of L x = y.
+fn forward(factor: &[Vec<f64>], mut y: Vec<f64>) -> Vec<f64> {
+    for i in 0..y.len() {
+        let known: f64 = (0..i).map(|k| factor[i][k] * y[k]).sum();
+        y[i] = (y[i] - known) / factor[i][i];
+    }
+    y
+}
+
+/// x of Lᵀ x = y.
+fn backward(factor: &[Vec<f64>], mut y: Vec<f64>) -> Vec<f64> {
+    for i in (0..y.len()).rev() {
+        let known: f64 = (i + 1..y.len()).map(|k| factor[k][i] * y[k]).sum();
+        y[i] = (y[i] - known) / factor[i][i];
+    }
+    y
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Even, but in no order that a harmonic has.
+    fn angle(k: u32) -> f64 {
+        360.0 * (f64::from(k) * 0.618_033_988_749).fract()
+    }
+
+    fn noise(k: u32) -> f64 {
+        // Twelve uniform numbers make a normal one; theirs are of SplitMix64.
+        let uniform = |j: u64| {
+            let mut word = (12 * u64::from(k) + j + 1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
+            word = (word ^ (word >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+            word = (word ^ (word >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+            ((word ^ (word >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+        };
+        (0..12).map(uniform).sum::<f64>() - 6.0
+    }
+
+    #[test]
+    fn analytic_a_sixth_harmonic_keeps_its_size() {
+        // From the fewest starts that support it on.
+        for starts in [104, 300, 2000] {
+            let points: Vec<(f64, f64)> =
+                (0..starts).map(|k| (angle(k), 0.3 + (6.0 * angle(k)).to_radians().sin())).collect();
+            let series = Series::of(&points).expect("a curve");
+            assert!(series.order >= 6, "{starts}: {}", series.order);
+            for k in 0..72 {
+                let truth = 0.3 + (30.0 * f64::from(k)).to_radians().sin();
+                assert!((series.at(5.0 * f64::from(k)) - truth).abs() < 1e-9, "{starts}, {k}");
+            }
+        }
+    }
+
+    #[test]
+    fn law_the_order_follows_from_the_number_of_starts_and_their_gaps() {
+        let of = |starts: u32| {
+            let points: Vec<(f64, f64)> = (0..starts).map(|k| (angle(k), noise(k))).collect();
+            Series::of(&points).map(|series| series.order)
+        };
+        assert_eq!(
+            [23, 24, 103, 104, 199, 200, 5000].map(of),
+            [None, Some(1), Some(5), Some(6), Some(11), Some(12), Some(12)]
+        );
+        // Nothing between 300° and 360°: what repeats every 60° cannot be seen there.
+        let gap: Vec<(f64, f64)> = (0..1000).map(|k| (angle(k) * 300.0 / 360.0, noise(k))).collect();
+        assert_eq!(Series::of(&gap).map(|series| series.order), Some(2));
+        assert_eq!(Series::of(&[(40.0, 1.0); 500]), None);
+    }
+
+    #[test]
+    fn law_its_interval_holds_the_truth_in_95_of_100_places() {
+        let mut held = 0;
+        for run in 0..40 {
+            let points: Vec<(f64, f64)> = (0..250)
+                .map(|k| (angle(k), (6.0 * angle(k)).to_radians().sin() + noise(1000 * run + k)))
+                .collect();
+            let series = Series::of(&points).expect("a curve");
+            for place in 0..25 {
+                let at = 14.4 * f64::from(place);
+                let truth = (6.0 * at).to_radians().sin();
+                held += u32::from((series.at(at) - truth).abs() <= series.half_width(at));
+            }
+        }
+        assert!((930..=970).contains(&held), "{held} of 1,000");
+    }
+
+    #[test]
+    fn law_outliers_do_not_bend_it() {
+        let points = |outlier: f64| -> Vec<(f64, f64)> {
+            (0..400).map(|k| (angle(k), if k % 50 == 0 { outlier } else { noise(k) })).collect()
+        };
+        let [with, far] = [60.0, 90.0].map(|outlier| Series::of(&points(outlier)).expect("a curve"));
+        for k in 0..72 {
+            let at = 5.0 * f64::from(k);
+            assert!((with.at(at) - far.at(at)).abs() < 1e-9 && with.at(at).abs() < 1.0, "{}", with.at(at));
+        }
+    }
+}
