@@ -48,6 +48,7 @@ impl fmt::Display for MotorError {
 impl std::error::Error for MotorError {}
 
 /// What is wrong with a table, and with which of its keys.
+#[derive(Clone, Debug)]
 pub struct TableError {
     /// The path of the key; empty if it is the table itself.
     pub key: String,
@@ -56,6 +57,11 @@ pub struct TableError {
 }
 
 impl TableError {
+    /// The key that the table lacks, if that is what is wrong.
+    pub(super) fn lacks(&self) -> Option<&str> {
+        self.message.strip_prefix("missing field `")?.strip_suffix('`')
+    }
+
     /// The same of a file with this text, with its line.
     pub(super) fn of_file(&self, file: &str, text: &str) -> MotorError {
         let Self { key, message } = self;
