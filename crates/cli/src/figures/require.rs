@@ -17,16 +17,18 @@ pub struct Judged {
 }
 
 /// A key's axis, and the one unit of it that suits all values.
-fn axis(key: &str, values: impl Iterator<Item = f64> + Clone) -> (Axis, Scale) {
+fn axis(key: &str, values: impl Iterator<Item = f64>) -> (Axis, Scale) {
+    let values: Vec<f64> = values.collect();
     let scale = if file::is_share(key) {
         Scale::percent()
     } else {
-        let largest = values.clone().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
+        let largest =
+            values.iter().copied().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
         Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
     };
     let label = if scale.unit.is_empty() { key.to_owned() } else { format!("{key} ({})", scale.unit) };
     let axis = Axis::new(label);
-    let log = values.clone().all(|value| value > 0.0);
+    let log = values.iter().all(|value| *value > 0.0);
     (if log { axis.log10() } else { axis }, scale)
 }
 
