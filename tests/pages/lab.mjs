@@ -147,7 +147,11 @@ async function type({ address }) {
   const box = await slider.boundingBox();
   await page.mouse.move(box.x + box.width * 0.3, box.y + box.height / 2);
   await page.mouse.down();
-  for (let k = 0; k < 20; k += 1) { await page.mouse.move(box.x + box.width * (0.3 + 0.03 * k), box.y + box.height / 2); await sleep(20); }
+  for (let k = 0; k < 20; k += 1) {
+    await page.mouse.move(box.x + box.width * (0.3 + 0.03 * k), box.y + box.height / 2);
+    // A hand that rests on the slider is still on it.
+    await sleep(k === 10 ? 900 : 20);
+  }
   await page.mouse.up();
   await settled(page);
   const slid = (await state(page)).a['sensors.noise'];

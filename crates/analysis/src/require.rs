@@ -180,6 +180,16 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
+/// What is said of a key that exists, and whose values are no numbers.
+fn no_number(error: FileError) -> FileError {
+    let FileError::Key { place, key, message } = error else { return error };
+    let message = match message.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected ")) {
+        Some(_) => "its values are no numbers; needed a key whose values are, such as `sensors.noise`, `detector.pulse` or `motor.winding.resistance`".to_owned(),
+        None => message,
+    };
+    FileError::Key { place, key, message }
+}
+
 /// Whether a key takes whole numbers alone.
 fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
     let accepts = |value: Value| {
@@ -198,7 +208,7 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
         Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),
         Err(_) => accepts(Value::Integer(4)).map(|()| true).or_else(|error| {
             // A number that is out of the key's range is a number.
-            if accepts(Value::Float(1e-6)).is_ok() { Ok(false) } else { Err(error) }
+            if accepts(Value::Float(1e-6)).is_ok() { Ok(false) } else { Err(no_number(error)) }
         }),
     }
 }

@@ -62,7 +62,8 @@ pub fn main() -> ExitCode {
     });
     ExitCode::from(outcome.unwrap_or_else(|error| {
         // `eprintln!` would panic where standard error cannot be written.
-        let _ = writeln!(std::io::stderr(), "standstill: {}", text::one_line(&error.to_string()));
+        let line = format!("standstill: {}\n", text::one_line(&error.to_string()));
+        let _ = write!(std::io::stderr(), "{}", terminal::for_reading_of_errors(line));
         2
     }))
 }

@@ -107,6 +107,29 @@ pub fn text(s: &Summary) -> String {
     text
 }
 
+/// Decimals of a value with the ends of its interval: two digits of half the interval's width. Of what has no interval, or one
+/// without width, three digits of its own.
+pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
+    let half = (high - low).abs() / 2.0;
+    let least = if half > 0.0 && half.is_finite() { half } else { 0.01 * value.abs() };
+    standstill_quantity::magnitude(least).map_or(0, |m| usize::try_from(1 - m).unwrap_or(0)).min(9)
+}
+
+/// A value and the ends of its interval with [`decimals_of`] them, what is no number empty. There is no minus zero.
+pub fn with_interval(all: [f64; 3]) -> [String; 3] {
+    let decimals = decimals_of(all);
+    all.map(|x| if x.is_nan() { String::new() } else { fixed(x, decimals) })
+}
+
+/// A number with so many decimals, without a sign where only zeros are left.
+pub fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(rest) if rest.chars().all(|c| "0.".contains(c)) => rest.to_owned(),
+        _ => text,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use standstill_campaign::binomial_interval;
@@ -138,5 +161,17 @@ mod tests {
             "0.150000 [0.149950, 0.150050]"
         );
         assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50.00 %)");
+    }
+
+    #[test]
+    fn law_no_digits_beyond_the_interval_and_no_minus_zero() {
+        assert_eq!(with_interval([3.621_74, 3.514, 3.733]), ["3.62", "3.51", "3.73"]);
+        assert_eq!(with_interval([0.838_12, 0.8371, 0.8392]), ["0.8381", "0.8371", "0.8392"]);
+        assert_eq!(with_interval([-0.004, -0.4, 0.4]), ["0.00", "-0.40", "0.40"]);
+        assert_eq!(with_interval([0.0, 0.0, 0.0737]), ["0.000", "0.000", "0.074"]);
+        assert_eq!(
+            (fixed(-0.04, 1), fixed(-0.06, 1), fixed(0.0, 0)),
+            ("0.0".into(), "-0.1".into(), "0".into())
+        );
     }
 }

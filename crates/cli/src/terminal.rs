@@ -56,7 +56,10 @@ pub fn paint(tone: Tone, word: &str, colours: bool) -> String {
 
 /// A line on standard error, whether or not anybody reads it.
 pub fn tell(line: &str) {
-    let _ = std::io::Write::write_fmt(&mut std::io::stderr(), format_args!("standstill: {line}\n"));
+    let _ = std::io::Write::write_fmt(
+        &mut std::io::stderr(),
+        format_args!("{}", for_reading_of_errors(format!("standstill: {line}\n"))),
+    );
 }
 
 /// Words in lines of at most `width` columns, longer words alone in theirs.
@@ -98,6 +101,14 @@ pub fn for_reading(text: String) -> String {
         folded(&text, width())
     } else {
         text
+    }
+}
+
+/// The same of what goes to standard error: as wide as the terminal that shows it; in a pipe one line, whatever `COLUMNS` is.
+pub fn for_reading_of_errors(text: String) -> String {
+    match Term::stderr().size_checked() {
+        Some((_, columns)) if Term::stderr().is_term() => folded(&text, usize::from(columns).max(20)),
+        _ => text,
     }
 }
 

@@ -39,7 +39,7 @@ export function read(fragment) {
   return state;
 }
 
-/** What is set, with undo: changes that follow each other fast, as those of a hand on a slider, are one. */
+/** What is set, with undo: changes while a hand holds a slider are one, and so are those that follow each other fast. */
 export class Store {
   constructor(state, changed) {
     this.state = state;
@@ -47,6 +47,14 @@ export class Store {
     this.past = [];
     this.future = [];
     this.last = { about: null, at: 0 };
+    this.held = false;
+    // However long a slow machine takes between two changes.
+    const hold = held => () => {
+      this.held = held;
+      if (held) this.last = { about: null, at: 0 };
+    };
+    addEventListener('pointerdown', hold(true), true);
+    for (const end of ['pointerup', 'pointercancel']) addEventListener(end, hold(false), true);
   }
 
   /** Changes it; `about` is what the hand is on. */
@@ -55,7 +63,7 @@ export class Store {
     act(this.state);
     if (write(before) === write(this.state)) return;
     const now = performance.now();
-    if (about === null || about !== this.last.about || now - this.last.at > 700) {
+    if (about === null || about !== this.last.about || (!this.held && now - this.last.at > 700)) {
       this.past.push(before);
       if (this.past.length > 300) this.past.shift();
     }

@@ -1,5 +1,6 @@
 // Results in words: a detection, its values at a time, statistics.
 import { fixed, make, number, percent, shown } from './words.mjs';
+import { lower } from './plot.mjs';
 
 const PHASES = ['a', 'b', 'c'];
 

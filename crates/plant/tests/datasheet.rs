@@ -233,3 +233,19 @@ fn law_bad_numbers_have_a_line_and_a_key() {
         }
     }
 }
+
+#[test]
+fn regress_all_keys_that_a_table_lacks_are_named_at_once() {
+    let base = include_str!("../motors/paper-5k5.toml");
+    let message =
+        |table: &str| DataSheet::parse("m.toml", &format!("{base}\n{table}\n")).unwrap_err().to_string();
+    let all = message("[hysteresis]");
+    assert!(all.contains("`hysteresis`: missing fields `coercive_current`, `depth` and `cells`"), "{all}");
+    let two = message("[hysteresis]\ndepth = 0.05");
+    assert!(two.contains("missing fields `coercive_current` and `cells`"), "{two}");
+    let one = message("[eddy]\ntime_constant = \"1 ms\"\nd_depth = 0.1");
+    assert!(one.contains("`eddy`: missing field `q_depth`"), "{one}");
+    // What is wrong otherwise is said as it is.
+    let other = message("[hysteresis]\ndepth = 0.05\nwidth = 3");
+    assert!(other.contains("unknown field `width`"), "{other}");
+}

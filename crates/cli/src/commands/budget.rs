@@ -18,6 +18,7 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::output::Output;
+use crate::summary::fixed;
 use crate::table::{Column, Table as Printed};
 
 const FILES: [&str; 7] = [
@@ -52,14 +53,14 @@ impl Row {
 
     fn cells(&self) -> Vec<String> {
         let number = |value: Option<f64>, digits| {
-            value.map_or_else(|| "–".to_owned(), |value: f64| format!("{value:.digits$}"))
+            value.map_or_else(|| "–".to_owned(), |value: f64| fixed(value, digits))
         };
         vec![
             self.source.clone(),
             number(self.alone_rms_deg, 3),
             number(self.without_rms_deg, 3),
-            format!("{:.1}", 100.0 * self.share),
-            format!("{:.1} to {:.1}", 100.0 * self.share_low, 100.0 * self.share_high),
+            fixed(100.0 * self.share, 1),
+            [self.share_low, self.share_high].map(|share| fixed(100.0 * share, 1)).join(" to "),
             number(self.total.map(|total| 100.0 * total), 1),
         ]
     }

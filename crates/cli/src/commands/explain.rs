@@ -16,7 +16,8 @@ use standstill_scenario::{Document, FileError, Plan, Record, Single};
 use standstill_sim::{NoProbe, Trace, run as simulate};
 
 use self::choose::Chosen;
-use super::question::Answer;
+use super::question::{Answer, Made, typed};
+use super::report::setup::Setup;
 use super::report::{Run, say_extension};
 use crate::Report;
 use crate::arguments::Explain as Options;
@@ -79,7 +80,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         }
     }
     watched.bar.finish_and_clear();
-    answer(&run, &plan, &all)?.written(folder, options.json)
+    let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
+    let varied = run.file.axes.keys().cloned().collect();
+    let setup = Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied };
+    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command: typed() })
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.

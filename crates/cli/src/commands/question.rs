@@ -1,7 +1,9 @@
 //! What the commands have in common that answer one question of a scenario: `odds`, `budget`, `require`, `tune`.
 
+mod ends;
 mod identity;
 
+pub use ends::Key;
 pub use identity::Identity;
 
 use std::path::PathBuf;
@@ -16,6 +18,7 @@ use standstill_report::page::{Block, Chart, Page, Section};
 use standstill_scenario::Scenario;
 use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
+use super::report::setup::{self, Setup};
 use super::reproduce::file_list;
 use crate::Report;
 use crate::arguments::Question;
@@ -175,6 +178,21 @@ pub struct Answer {
     pub code: u8,
 }
 
+/// What an answer was made from, and by which command.
+pub struct Made<'a> {
+    pub setup: Setup<'a>,
+    pub command: String,
+}
+
+/// This process's command line as one can type it again; none of another program's.
+pub fn typed() -> String {
+    if crate::host::current().is_some() {
+        return String::new();
+    }
+    let words = std::env::args_os().skip(1).map(|word| super::run::quoted(&word.to_string_lossy()));
+    std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
+}
+
 impl Answer {
     fn names(&self) -> Vec<String> {
         let mut names = ["csv", "json", "html"].map(|kind| format!("{}.{kind}", self.name)).to_vec();
@@ -189,7 +207,12 @@ impl Answer {
         self.json[identity::KEY] = json!(asked);
         let folder = folder(question, self.name);
         let notes = notes_of(question, self.name);
-        let report = self.written(folder, question.json)?;
+        let place = question.scenario.with_file_name("scenario");
+        let made = Made {
+            setup: Setup { place: &place, text: &asked.of.scenario, fence: None, varied: Vec::new() },
+            command: setup::command(self.name, &asked.options),
+        };
+        let report = self.written(folder, question.json, &made)?;
         // Only now that the files are in place.
         if let Some(notes) = notes.filter(|notes| notes.exists()) {
             std::fs::remove_file(&notes).map_err(Error::writing(&notes))?;
@@ -198,7 +221,12 @@ impl Answer {
     }
 
     /// The same into a folder.
-    pub fn written(mut self, folder: Option<PathBuf>, as_json: bool) -> Result<Report, Error> {
+    pub fn written(
+        mut self,
+        folder: Option<PathBuf>,
+        as_json: bool,
+        made: &Made<'_>,
+    ) -> Result<Report, Error> {
         let json = format!("{:#}\n", self.json);
         let mut files = String::new();
         if let Some(folder) = folder {
@@ -215,6 +243,10 @@ impl Answer {
             });
             let charts = Section { title: "Figures".to_owned(), blocks: charts.collect() };
             self.page.sections.insert(1.min(self.page.sections.len()), charts);
+            if let (Some(first), Some(heading)) = (self.page.sections.first_mut(), made.setup.heading()) {
+                first.blocks.push(heading);
+            }
+            self.page.sections.extend([made.setup.section(), made.setup.reproduce(&made.command)]);
             self.page.footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
             let html = self.page.html().map_err(Error::Page)?;
             output.file(&names[2], html.as_bytes())?;

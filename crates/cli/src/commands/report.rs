@@ -1,7 +1,7 @@
 //! `standstill report`: a finished run as one page to mail, and its figures.
 
 mod page;
-mod setup;
+pub mod setup;
 pub mod stale;
 mod study;
 mod two;
@@ -112,6 +112,24 @@ fn no_trials(folder: &Path, needed: &[&str]) -> Error {
     }
 }
 
+/// Commands that write other results than a run's, the file that tells each, and its page.
+const OTHERS: [(&str, &str, Option<&str>); 8] = [
+    ("compare", "comparison.csv", None),
+    ("budget", "budget.json", Some("budget.html")),
+    ("odds", "odds.json", Some("odds.html")),
+    ("require", "require.json", Some("require.html")),
+    ("tune", "tune.json", Some("tune.html")),
+    ("explain", "explain.json", Some("explain.html")),
+    ("trace", "overlay.html", Some("overlay.html")),
+    ("trace", "waveform.csv", None),
+];
+
+/// The command whose results a folder has, and their page.
+fn answered(folder: &Path) -> Option<(&'static str, Option<PathBuf>)> {
+    let (command, _, page) = OTHERS.into_iter().find(|(_, file, _)| folder.join(file).exists())?;
+    Some((command, page.map(|page| folder.join(page)).filter(|page| page.exists())))
+}
+
 /// A folder without results, but with what is to become some: how to go on.
 fn unfinished(folder: &Path) -> Result<(), Error> {
     let error = |path: &Path, found: String, needed: String| {
@@ -123,6 +141,14 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
     }
     if folder.join(SUMMARY).exists() {
         return Ok(());
+    }
+    if let Some((command, page)) = answered(folder) {
+        let found = format!("the results of `standstill {command}`");
+        let needed = match page {
+            Some(page) => format!("those of `standstill run`; the page of these is {}", page.display()),
+            None => "those of `standstill run`; these have no page".to_owned(),
+        };
+        return error(folder, found, needed);
     }
     let journal = folder.join(Shard::WHOLE.file_name());
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
@@ -141,7 +167,11 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
         return error(&journal, found, needed);
     }
     match shards.count() {
-        0 => Ok(()),
+        0 => {
+            let found = if folder.exists() { "no results" } else { "no such folder" };
+            let needed = "the folder of a finished run, as `standstill run SCENARIO --out DIR` writes it";
+            error(folder, found.to_owned(), needed.to_owned())
+        }
         count => {
             let needed = format!(
                 "all of them put together: `standstill status {0}` says which are missing, `standstill merge {0} --out DIR` makes the results",

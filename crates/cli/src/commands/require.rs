@@ -11,13 +11,13 @@ use standstill_analysis::bracket::{Edge, Found, Search, Side};
 use standstill_analysis::limit::Limits;
 use standstill_analysis::require::Bench;
 use standstill_campaign::Estimate;
-use standstill_quantity::{listed, si_value};
+use standstill_quantity::listed;
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
 use super::question::{
-    self, Answer, Identity, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
-    unless_stopped,
+    self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
+    setting, unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Require as Options;
@@ -135,12 +135,9 @@ pub fn run(options: &Options) -> Result<Report, Error> {
 fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f64), Error> {
     let (key, whole) = &bench.keys[number];
     if let Some(text) = options.between.get(number) {
-        let ends = text.split_once(':').and_then(|(from, to)| Some((si(from)?, si(to)?)));
-        return ends.filter(|(from, to)| from < to).ok_or_else(|| {
-            Error::Arguments(format!(
-                "--between {text}: needed FROM:TO with FROM below TO, such as \"1 mA:50 mA\""
-            ))
-        });
+        let needed = "FROM:TO with FROM below TO, such as \"1 mA:50 mA\"";
+        let option = format!("--between {text}");
+        return Key { option, name: key, whole: *whole, needed }.ends(text, bench.document);
     }
     match bench.nominal(number) {
         Some(value) if *whole && value > 0.0 => Ok((1.0, (4.0 * value).max(8.0))),
@@ -149,10 +146,6 @@ fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f6
             "--key {key}: the scenario has no value above zero of it to look about; needed --between FROM:TO"
         ))),
     }
-}
-
-fn si(text: &str) -> Option<f64> {
-    text.trim().parse().ok().or_else(|| si_value(text.trim()))
 }
 
 /// A key's value in its unit.

@@ -233,7 +233,9 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     let text = if options.json {
         std::fs::read_to_string(&path).map_err(|error| Error::Read(path, error))?
     } else {
-        format!("{} is finished; nothing to do.\n", options.out.display())
+        super::report::say_extension(&options.out);
+        let trials = identity.trials;
+        format!("{} has the results of {trials} trials; nothing to do.\n", options.out.display())
     };
     Ok(Some(Report { text, code }))
 }

@@ -13,14 +13,12 @@ use standstill_analysis::limit::{Limit, Limits, Measure, Tally};
 use standstill_analysis::require::Bench;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
 use standstill_campaign::Estimate;
-use standstill_quantity::si_value;
 use standstill_report::page::{Block, Page, Section, Tone};
-use standstill_scenario::{Document, Origin, Plan};
-use toml::Value;
+use standstill_scenario::{Document, Plan};
 
 use super::question::{
-    self, Answer, Identity, document, folder, interrupted, json as with_setup, on_threads, plan, setting,
-    unless_stopped,
+    self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
+    setting, unless_stopped,
 };
 use crate::Report;
 use crate::arguments::Tune as Options;
@@ -112,40 +110,13 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     let none = Limits(Vec::new());
     let bench = Bench::new(document, &none, &keys)?;
     let mut ranges = Vec::new();
-    for ((key, text), (_, whole)) in options.vary.iter().zip(&bench.keys) {
-        let needed = || {
-            Error::Arguments(format!(
-                "--vary {key}={text}: needed KEY=LOW:HIGH with LOW below HIGH, such as detector.pulse=50us:400us"
-            ))
-        };
-        let (from, to) = text.split_once(':').ok_or_else(needed)?;
-        let mut ends = [0.0; 2];
-        for (end, text) in ends.iter_mut().zip([from.trim(), to.trim()]) {
-            *end = text.parse().ok().or_else(|| si_value(text)).ok_or_else(needed)?;
-            // With its unit, as it would stand in the file.
-            let number = text.parse::<f64>().is_ok() || *whole;
-            let value = match (number, *whole) {
-                (true, true) => Value::Integer(rounded(*end).ok_or_else(needed)?),
-                (true, false) => Value::Float(*end),
-                _ => Value::String(text.to_owned()),
-            };
-            let mut tried = document.clone();
-            tried.set_value(key, value, Origin::CommandLine)?;
-            Plan::new(tried)?;
-        }
-        let [low, high] = ends;
-        if low >= high {
-            return Err(needed());
-        }
-        ranges.push(Range { key: key.clone(), low, high, whole: *whole });
+    for ((name, text), (_, whole)) in options.vary.iter().zip(&bench.keys) {
+        let needed = "KEY=LOW:HIGH with LOW below HIGH, such as detector.pulse=50us:400us";
+        let key = Key { option: format!("--vary {name}={text}"), name, whole: *whole, needed };
+        let (low, high) = key.ends(text, document)?;
+        ranges.push(Range { key: name.clone(), low, high, whole: *whole });
     }
     Ok(ranges)
-}
-
-fn rounded(value: f64) -> Option<i64> {
-    #[allow(clippy::cast_possible_truncation, reason = "settings are small, and compared")]
-    let whole = value as i64;
-    (whole as f64 == value).then_some(whole)
 }
 
 /// The limits; those that are what the start reaches from trials of it. Of shares that is the upper end of the interval, or

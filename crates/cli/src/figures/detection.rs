@@ -54,19 +54,20 @@ fn pulses(trace: &Trace) -> Vec<Pulse> {
 }
 
 impl Window<'_> {
-    /// What the drive read in it, phase by phase.
+    /// What the drive read in it: when, and each phase.
+    fn samples(&self) -> Vec<(f64, [f64; 3])> {
+        let within = |(time, event): &(f64, Event)| match event {
+            Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
+                Some((self.place(*time), *current))
+            }
+            _ => None,
+        };
+        self.trace.events.iter().filter_map(within).collect()
+    }
+
+    /// The same as marks, phase by phase.
     fn with_samples(&self, mut panel: Panel) -> Panel {
-        let samples: Vec<(f64, [f64; 3])> = self
-            .trace
-            .events
-            .iter()
-            .filter_map(|(time, event)| match event {
-                Event::Sample(current, _) if (self.from..=self.to).contains(time) => {
-                    Some((self.place(*time), *current))
-                }
-                _ => None,
-            })
-            .collect();
+        let samples = self.samples();
         if samples.len() > MOST_SAMPLES {
             return panel;
         }
@@ -148,7 +149,8 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
     )
 }
 
-/// Detections with several settings, laid over one another: each phase's current, and how far the rotor moved.
+/// Detections with several settings, laid over one another: each phase's current, how far the rotor moved, and close up the first
+/// pulse of each, all from its own gate edge on, with what the drives read.
 pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
     let end = runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time).fold(0.0, f64::max);
     let window = |trace| Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
@@ -168,9 +170,41 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
     if runs.iter().any(|(_, trace)| trace.snapshots.iter().any(|s| moved(trace, s).abs() > 1e-3)) {
         panels.push(over("rotor moved (°)", &moved));
     }
+    panels.extend(first_pulses(runs));
     for panel in panels.iter_mut().skip(1) {
         panel.legend = false;
     }
     let height = 160 + 210 * u32::try_from(panels.len()).unwrap_or(3);
     Figure { title: title.to_owned(), subtitle: None, width: WIDTH, height, panels }
+}
+
+/// The first pulse of each run, in the phase that carries most of the first run's: a curve and marks for each.
+fn first_pulses(runs: &[(String, Trace)]) -> Option<Panel> {
+    let firsts: Vec<(usize, Pulse)> = runs
+        .iter()
+        .enumerate()
+        .filter_map(|(k, (_, trace))| Some((k, pulses(trace).into_iter().next()?)))
+        .collect();
+    let phase = *firsts.first()?.1.phases.first()?;
+    let length = firsts.iter().map(|(_, pulse)| pulse.to - pulse.from).fold(0.0, f64::max).min(LONGEST);
+    let letter = Phase::ALL[phase].letter();
+    let near = |k: usize, pulse: &Pulse| Window {
+        trace: &runs[k].1,
+        from: pulse.from - BEFORE,
+        to: pulse.from + length + BEFORE,
+        origin: pulse.from,
+        unit: 1e-6,
+    };
+    let axis = near(firsts[0].0, &firsts[0].1).axis("first pulse: time from its gate edge");
+    let label = format!("i_{letter} (A), marks as read");
+    let panel = firsts.iter().fold(Panel::new(axis, Axis::new(label)), |panel, (k, pulse)| {
+        let (name, near) = (&runs[*k].0, near(*k, pulse));
+        let samples = near.samples().into_iter().map(|(at, current)| (at, current[phase]));
+        panel.with(curve(name, near.points(|s| s.current[phase]), Style::nth(*k))).with(Layer::points(
+            name,
+            Style::nth(*k),
+            samples,
+        ))
+    });
+    Some(panel)
 }

@@ -3,6 +3,7 @@
 use standstill_analysis::bracket::Found;
 use standstill_analysis::limit::Limits;
 use standstill_campaign::Estimate;
+use standstill_quantity::Scale;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_scenario as file;
 
@@ -15,30 +16,39 @@ pub struct Judged {
     pub measures: Vec<Estimate>,
 }
 
-fn axis(key: &str, mut values: impl Iterator<Item = f64>) -> Axis {
-    let unit = file::unit(key).unwrap_or_default();
-    let label = if unit.is_empty() { key.to_owned() } else { format!("{key} ({unit})") };
+/// A key's axis, and the one unit of it that suits all values.
+fn axis(key: &str, values: impl Iterator<Item = f64>) -> (Axis, Scale) {
+    let values: Vec<f64> = values.collect();
+    let scale = if file::is_share(key) {
+        Scale::percent()
+    } else {
+        let largest =
+            values.iter().copied().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
+        Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
+    };
+    let label = if scale.unit.is_empty() { key.to_owned() } else { format!("{key} ({})", scale.unit) };
     let axis = Axis::new(label);
-    if values.all(|value| value > 0.0) { axis.log10() } else { axis }
+    let log = values.iter().all(|value| *value > 0.0);
+    (if log { axis.log10() } else { axis }, scale)
 }
 
 /// Measures over their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
-    let x = axis(key, judged.iter().map(|judged| judged.value));
+    let (x, scale) = axis(key, judged.iter().map(|judged| judged.value));
     let mut panel = Panel::new(x, Axis::new("measure / limit").log10());
     for (k, limit) in limits.0.iter().enumerate() {
         let label = Limits(vec![*limit]).to_string();
         let bars = judged.iter().map(|judged| {
             let Estimate { value, low, high } = judged.measures[k];
             let [value, low, high] = [value, low, high].map(|x| x / limit.most);
-            (judged.value, value, low, high)
+            (scale.number(judged.value), value, low, high)
         });
         panel = panel.with(Layer::error_bars(&label, Style::nth(k), bars));
     }
     panel = panel.with(Layer::level("limit", 1.0));
     if let Found::Edge(edge) = found {
-        panel = panel.with(Layer::instant("", edge.interval.0));
-        panel = panel.with(Layer::instant("", edge.interval.1));
+        panel = panel.with(Layer::instant("", scale.number(edge.interval.0)));
+        panel = panel.with(Layer::instant("", scale.number(edge.interval.1)));
     }
     Figure {
         title: format!("What {key} must be"),
@@ -51,10 +61,15 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
 
 /// One key over the other.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
-    let x = axis(keys[0], points.iter().map(|point| point.first));
-    let y = axis(keys[1], points.iter().filter_map(|point| point.second));
-    let curve = points.iter().filter_map(|point| Some((point.first, point.second?)));
-    let bars = points.iter().filter_map(|point| Some((point.first, point.second?, point.low?, point.high?)));
+    let (x, first) = axis(keys[0], points.iter().map(|point| point.first));
+    let ends = points.iter().flat_map(|point| [point.second, point.low, point.high]).flatten();
+    let (y, second) = axis(keys[1], ends);
+    let curve =
+        points.iter().filter_map(|point| Some((first.number(point.first), second.number(point.second?))));
+    let bars = points.iter().filter_map(|point| {
+        let [value, low, high] = [point.second?, point.low?, point.high?].map(|value| second.number(value));
+        Some((first.number(point.first), value, low, high))
+    });
     let panel = Panel::new(x, y).with(Layer::line(limits, Style::Blue, curve)).with(Layer::error_bars(
         limits,
         Style::Blue,

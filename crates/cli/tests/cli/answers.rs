@@ -53,6 +53,16 @@ fn a_budget_has_its_keys_and_writes_its_files() {
     let sources = budget["sources"].as_array().expect("a list");
     let share: f64 = sources.iter().map(|source| number(source, "share")).sum();
     assert!((share - 1.0).abs() < 1e-9, "{share}");
+    // The page says of what it is, and how to make it again.
+    let page = fs::read_to_string(folder.path().join("b/budget.html")).expect("a page");
+    for part in [
+        "paper-5k5",
+        "inverter.dead_time",
+        "winding.resistance",
+        "standstill budget scenario.toml --pairs 200",
+    ] {
+        assert!(page.contains(part), "{part}");
+    }
     for name in ["method", "sensors.noise", "sensors.gain_error", "interaction"] {
         let source = sources.iter().find(|source| source["source"] == name).expect(name);
         has(
@@ -304,7 +314,7 @@ fn mistakes_name_what_there_is() {
     );
     says(
         &["require", "s.toml", "--key", "rotor.state", "--limit", "rms <= 1 deg"],
-        &["rotor.state", "expected a string"],
+        &["rotor.state", "its values are no numbers", "`sensors.noise`"],
     );
     let tune = |vary: &'static str, minimise: &'static str| {
         ["tune", "s.toml", "--vary", vary, "--minimise", minimise]

@@ -51,6 +51,11 @@ const MOTORS: &[Case] = &[
         &["run", "s.toml"],
     ),
     (
+        "A table that lacks keys",
+        "[motor]\nbase = \"paper-5k5\"\n[motor.hysteresis]\ndepth = \"5 %\"",
+        &["run", "s.toml"],
+    ),
+    (
         "A count in quotes",
         "[motor]\nbase = \"paper-5k5\"\n[motor.hysteresis]\ncoercive_current = \"80 mA\"\ndepth = \"5 %\"\ncells = \"3\"",
         &["run", "s.toml"],
@@ -112,11 +117,30 @@ const LINES: &[Case] = &[
     ("Results where a file is", "", &["run", "s.toml", "--out", "s.toml"]),
 ];
 
-const SECTIONS: [(&str, &[Case]); 4] = [
+const QUESTIONS: &[Case] = &[
+    (
+        "A requirement of what is no number",
+        "",
+        &["require", "s.toml", "--key", "detector.method", "--limit", "rms <= 1 deg"],
+    ),
+    (
+        "Values without their unit",
+        "",
+        &["tune", "s.toml", "--vary", "detector.pulse=50:400", "--minimise", "rms"],
+    ),
+    (
+        "A stretch without its unit",
+        "",
+        &["require", "s.toml", "--key", "detector.pulse", "--limit", "rms <= 1 deg", "--between", "50:400"],
+    ),
+];
+
+const SECTIONS: [(&str, &[Case]); 5] = [
     ("In a scenario file", KEYS),
     ("Of a motor", MOTORS),
     ("Of axes and tolerances", AXES),
     ("On the command line", LINES),
+    ("Of questions", QUESTIONS),
 ];
 
 fn quoted(word: &str) -> String {
@@ -169,8 +193,9 @@ fn results() -> String {
     run(&["run", "s.toml", "--trials", "12", "--shard", "2/3", "--out", "copy"]);
     run(&["run", "s.toml", "--trials", "12", "--seed", "2", "--shard", "3/3", "--out", "other"]);
     run(&["run", "s.toml", "--trials", "12", "--out", "done"]);
+    run(&["budget", "s.toml", "--pairs", "100", "--out", "answer"]);
     let mut page = String::new();
-    let cases: [Case; 7] = [
+    let cases: [Case; 9] = [
         (
             "A run that was not finished, begun again",
             "",
@@ -193,6 +218,8 @@ fn results() -> String {
         ("A shard twice", "", &["merge", "part1", "part2", "copy", "--out", "all"]),
         ("A shard of another run", "", &["merge", "part1", "part2", "other", "--out", "all"]),
         ("A folder without shards", "", &["merge", "done", "--out", "all"]),
+        ("A report of an answer", "", &["report", "answer"]),
+        ("A report of a folder that is not there", "", &["report", "don"]),
     ];
     for (title, _, arguments) in cases {
         let _ = write!(page, "**{title}**\n\n");

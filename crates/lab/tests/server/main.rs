@@ -2,6 +2,7 @@
 
 mod crowds;
 mod hostile;
+mod modules;
 
 use std::io::{Read as _, Write as _};
 use std::net::TcpStream;

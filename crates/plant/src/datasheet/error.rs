@@ -49,6 +49,11 @@ impl fmt::Display for MotorError {
 impl std::error::Error for MotorError {}
 
 impl TableError {
+    /// The key that the table lacks, if that is what is wrong.
+    pub(super) fn lacks(&self) -> Option<&str> {
+        self.message.strip_prefix("missing field `")?.strip_suffix('`')
+    }
+
     /// The same of a file with this text, with its line.
     pub(super) fn of_file(&self, file: &str, text: &str) -> MotorError {
         let Self { key, message } = self;

@@ -65,7 +65,8 @@ pub(super) fn has_data(panel: &Panel) -> bool {
     let mut any = false;
     for layer in &panel.layers {
         match layer {
-            Layer::Heat { values, .. } => any |= values.iter().any(|value| value.is_finite()),
+            // Cells without a value are hatched: that is an answer.
+            Layer::Heat { values, .. } => any |= !values.is_empty(),
             _ => each_datum(panel, layer, |_, _| any = true),
         }
     }

@@ -45,6 +45,9 @@ pub(super) fn bar(panel: &Panel, height: f64) -> Option<Bar> {
         Layer::Heat { values, colour, .. } => Some((values, colour)),
         _ => None,
     })?;
+    if !values.iter().any(|value| axis.scale.has(*value)) {
+        return None;
+    }
     let range = range(values, axis);
     let scale = Scale { range, pixels: (0.0, 0.0), spread: axis.scale };
     Some(Bar {

@@ -248,6 +248,11 @@ impl Panel {
         Self { x, y, layers: Vec::new(), weight: 1.0, legend: true }
     }
 
+    /// Whether it has something to show besides rules.
+    pub fn has_data(&self) -> bool {
+        extent::has_data(self)
+    }
+
     fn has_lanes(&self) -> bool {
         self.layers.iter().any(|layer| matches!(layer, Layer::Lanes { .. }))
     }
@@ -267,7 +272,7 @@ impl Panel {
 impl Figure {
     /// Whether any panel has something to show besides rules.
     pub fn has_data(&self) -> bool {
-        self.panels.iter().any(extent::has_data)
+        self.panels.iter().any(Panel::has_data)
     }
 
     /// The figure as an SVG document of its logical size.

@@ -29,6 +29,7 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
     let height = (220 + 34 * u32::try_from(rows.values.len()).unwrap_or(u32::MAX).min(12)).max(380);
     // Many names stand upright.
     let height = height + if columns.named && columns.values.len() > 6 { 130 } else { 0 };
+    let none = !values.iter().any(|value| value.is_finite());
     let cells = Panel::new(columns.axis, rows.axis).with(Layer::Heat {
         x_edges: columns.edges,
         y_edges: rows.edges,
@@ -37,7 +38,9 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
         numbers: true,
     });
     let mut remarks = study.remark_on_others(&[x, y]);
-    if hatched {
+    if hatched && none {
+        remarks.push("every cell hatched: at none are 99 % of starts answered rightly".to_owned());
+    } else if hatched {
         remarks.push("hatched: more than 1 % of starts without a right answer".to_owned());
     }
     caption.figure(&remarks, height, vec![cells])

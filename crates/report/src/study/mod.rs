@@ -132,7 +132,14 @@ struct Caption {
 
 impl Caption {
     /// A figure of the usual width, with remarks after the conditions.
-    fn figure(&self, remarks: &[String], height: u32, panels: Vec<Panel>) -> Figure {
+    fn figure(&self, remarks: &[String], height: u32, mut panels: Vec<Panel>) -> Figure {
+        // A panel without any datum says nothing.
+        let (all, had) = (panels.len(), panels.iter().any(Panel::has_data));
+        panels.retain(|panel| !had || panel.has_data());
+        let height = if panels.len() < all { (height * 6 / 10).max(340) } else { height };
+        if let Some(first) = panels.first_mut() {
+            first.legend = true;
+        }
         let parts: Vec<&str> = self.subtitle.iter().chain(remarks).map(String::as_str).collect();
         let subtitle = parts.into_iter().filter(|part| !part.is_empty()).collect::<Vec<_>>().join("; ");
         let subtitle = (!subtitle.is_empty()).then_some(subtitle);
@@ -143,6 +150,8 @@ impl Caption {
 const WIDTH: u32 = 900;
 /// Share of starts without a right answer above which a point is no good, whatever its error.
 const FAILING: f64 = 0.01;
+/// What legends say of such points.
+const NO_ANSWER: &str = "more than 1 % without a right answer";
 /// Most pairs of axes that get a heat map.
 const MOST_PAIRS: usize = 6;
 /// Most axes that get their own figures.
@@ -170,6 +179,13 @@ impl StudyAxis {
     }
 }
 
+impl StudyPoint {
+    /// Whether more than one start in a hundred has no right answer.
+    fn fails(&self) -> bool {
+        (self.wrong_poles + self.undetermined + self.failed) as f64 > FAILING * self.trials as f64
+    }
+}
+
 impl Study {
     /// The indices of the axes that have more than one value.
     fn varied(&self) -> Vec<usize> {
@@ -188,9 +204,7 @@ impl Study {
 
     /// Whether starts at all the points with these values are answered rightly, but for one in a hundred at most.
     fn answers(&self, wanted: &[(usize, &Coordinate)]) -> bool {
-        let fails =
-            |p: &StudyPoint| (p.wrong_poles + p.undetermined + p.failed) as f64 > FAILING * p.trials as f64;
-        !pool::at(self, wanted).into_iter().any(fails)
+        !pool::at(self, wanted).into_iter().any(StudyPoint::fails)
     }
 
     /// Over which axes a figure pools that shows these.

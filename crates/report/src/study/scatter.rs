@@ -1,14 +1,14 @@
 //! Errors of a scattered design.
 
 use super::place::error_axis;
-use super::{Caption, Coordinate, Study, pool};
+use super::{Caption, Coordinate, NO_ANSWER, Study, pool};
 use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
 
 /// Most panels of one figure.
 const MOST_PANELS: usize = 6;
 
 /// Rms error of every point against each numeric axis of the study, the first six of them; the names of the first axis
-/// that has up to six become series.
+/// that has up to five become series. Points where more than 1 % of starts have no right answer have marks of their own.
 pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
     let varied = study.varied();
     let is_numeric = |axis: &usize| {
@@ -19,7 +19,7 @@ pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
         .copied()
         .filter(|axis| !is_numeric(axis))
         .map(|axis| (axis, pool::values(study, axis)))
-        .find(|(_, values)| values.len() <= Style::ALL.len())
+        .find(|(_, values)| values.len() < Style::ALL.len())
         .map_or_else(
             || vec![(None, "one point".to_owned())],
             |(axis, values)| {
@@ -45,8 +45,14 @@ pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
         panel.legend = panels.is_empty();
         for (index, (fixed, label)) in series.iter().enumerate() {
             let wanted: Vec<_> = fixed.iter().map(|(axis, value)| (*axis, value)).collect();
-            let points = pool::at(study, &wanted).into_iter().map(|p| (numbers(p), p.rms_deg.value));
-            panel = panel.with(Layer::points(label, Style::nth(index), points));
+            let of = |fails: bool| pool::at(study, &wanted).into_iter().filter(move |p| p.fails() == fails);
+            let place = |p: &super::StudyPoint| (numbers(p), p.rms_deg.value);
+            panel = panel.with(Layer::points(label, Style::nth(index), of(false).map(place)));
+            // Their error is that of the starts that had an answer: no point to choose.
+            let failing: Vec<_> = of(true).map(place).collect();
+            if !failing.is_empty() {
+                panel = panel.with(Layer::points(NO_ANSWER, Style::nth(series.len()), failing));
+            }
         }
         panels.push(panel);
     }

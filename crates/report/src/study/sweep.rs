@@ -1,7 +1,7 @@
 //! Errors over one axis.
 
 use super::place::{Place, Series, error_axis, found, place, series};
-use super::{Caption, Interval, Pooled, Study};
+use super::{Caption, Interval, NO_ANSWER, Pooled, Study};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 type Value = fn(&Pooled) -> Interval;
@@ -72,11 +72,7 @@ fn shaded(x: Axis, label: &str, errors: &[f64], place: &Place, (failing, which):
         let edge = |x: f64| if *fails { (x, bottom, top) } else { (x, f64::NAN, f64::NAN) };
         [edge(edges[0]), edge(edges[1])]
     });
-    Panel::new(x, y).with(Layer::band(
-        &format!("more than 1 % without a right answer{which}"),
-        Style::Black,
-        cells,
-    ))
+    Panel::new(x, y).with(Layer::band(&format!("{NO_ANSWER}{which}"), Style::Black, cells))
 }
 
 /// A line through numbers, none between names, and the intervals in front.

@@ -1,5 +1,7 @@
 //! What a report says.
 
+use std::path::Path;
+
 use standstill_campaign::{Estimate, Occurrence, Summary};
 use standstill_report::figure::{Figure, Layer};
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn};
@@ -9,7 +11,7 @@ use super::verdict::verdict;
 use super::{Run, setup};
 use crate::commands::run::quoted;
 use crate::commands::run::results::PointSummary;
-use crate::summary::{number, right};
+use crate::summary::{number, right, with_interval};
 use crate::units::Shown;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
@@ -32,6 +34,12 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     };
     let (tone, headline, details) = verdict(summary);
     let section = |title: &str, blocks: Vec<Block>| Section { title: title.to_owned(), blocks };
+    let setup = setup::Setup {
+        place: Path::new("scenario"),
+        text: &summary.run.scenario,
+        fence: run.fence.as_deref(),
+        varied: run.file.axes.keys().cloned().collect(),
+    };
     Page {
         title: "Initial rotor position: Monte Carlo".to_owned(),
         subtitle: setting(&run.file),
@@ -39,8 +47,8 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
             section("Verdict", vec![Block::Verdict { tone, headline, details }, Block::Facts(facts(run))]),
             section("Results", results),
             section("Figures", figures.iter().map(chart).collect()),
-            section("Motor, drive and sensors", setup::blocks(run)),
-            section("How to reproduce it", reproduce(run)),
+            setup.section(),
+            setup.reproduce(&commands(run)),
         ]
         .into_iter()
         .filter(|section| !section.blocks.is_empty())
@@ -51,13 +59,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
 
 fn facts(run: &Run) -> Vec<(String, String)> {
     let (file, identity) = (&run.file, &run.summary.run);
-    let varied =
-        |key: &str, text: String| if file.axes.contains_key(key) { "varied".to_owned() } else { text };
     let mut facts = vec![
-        ("Motor", varied("motor", file.motor.name())),
-        ("Method", varied("detector.method", file.detector.name().to_owned())),
-        ("Errors of drive and sensors", varied("errors", file.errors.0.name().to_owned())),
-        ("Rotor", varied("rotor.state", file.rotor.state.0.name().to_owned())),
         ("Trials", run.summary.summary.trials.to_string()),
         ("Seed", identity.seed.to_string()),
         ("Program", format!("Standstill {}", identity.version)),
@@ -65,10 +67,12 @@ fn facts(run: &Run) -> Vec<(String, String)> {
     ];
     if !run.summary.points.is_empty() {
         let keys: Vec<&str> = file.axes.keys().map(String::as_str).collect();
-        facts.insert(4, ("Axes", keys.join(", ")));
-        facts.insert(5, ("Points", run.summary.points.len().to_string()));
+        facts.insert(0, ("Axes", keys.join(", ")));
+        facts.insert(1, ("Points", run.summary.points.len().to_string()));
     }
-    facts.into_iter().map(|(name, value)| (name.to_owned(), value)).collect()
+    let axes: Vec<String> = file.axes.keys().cloned().collect();
+    let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value));
+    setup::heading(file, &axes).into_iter().chain(facts).collect()
 }
 
 /// What is not known.
@@ -77,13 +81,11 @@ pub const NOTHING: Estimate = Estimate { value: f64::NAN, low: f64::NAN, high: f
 /// Every figure with its interval.
 fn statistics(s: &Summary) -> Table {
     let degrees = |name: &str, e: &Estimate| {
-        let [value, low, high] =
-            [e.value, e.low, e.high].map(|x| if x.is_nan() { String::new() } else { number(x, 4) });
+        let [value, low, high] = with_interval([e.value, e.low, e.high]);
         vec![name.to_owned(), "°".to_owned(), value, low, high, String::new()]
     };
     let share = |name: &str, count: Option<u64>, e: &Estimate| {
-        let [value, low, high] =
-            [e.value, e.low, e.high].map(|x| if x.is_nan() { String::new() } else { number(100.0 * x, 4) });
+        let [value, low, high] = with_interval([e.value, e.low, e.high].map(|share| 100.0 * share));
         vec![
             name.to_owned(),
             "%".to_owned(),
@@ -135,7 +137,7 @@ fn reasons(s: &Summary, points: &[PointSummary]) -> Table {
     let shown = Shown::of(points);
     let row = |(reason, times): (&String, &Occurrence)| {
         let p = &times.probability;
-        let shares = [p.value, p.low, p.high].map(|share| number(100.0 * share, 4));
+        let shares = with_interval([p.value, p.low, p.high].map(|share| 100.0 * share));
         [vec![reason.clone(), times.count.to_string()], shares.to_vec()].concat()
     };
     let rows = if points.is_empty() {
@@ -197,16 +199,17 @@ fn points(points: &[PointSummary]) -> Table {
     let columns: Vec<TableColumn> = shown.iter().map(|axis| column(axis, points)).chain(results).collect();
     let row = |point: &PointSummary| {
         let s = &point.summary;
-        let degrees = |x: f64| if x.is_nan() { String::new() } else { number(x, 4) };
+        let [rms, low, high] = with_interval([s.rms_deg.value, s.rms_deg.low, s.rms_deg.high]);
+        let [p95, ..] = with_interval([s.p95_deg.value, s.p95_deg.low, s.p95_deg.high]);
         let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
         values
             .chain([
                 s.trials.to_string(),
                 number(100.0 * right(s), 2),
-                degrees(s.rms_deg.value),
-                degrees(s.rms_deg.low),
-                degrees(s.rms_deg.high),
-                degrees(s.p95_deg.value),
+                rms,
+                low,
+                high,
+                p95,
                 if s.found == 0 { String::new() } else { s.wrong_poles.to_string() },
                 if s.found == 0 { String::new() } else { number(100.0 * s.wrong_pole_probability.high, 4) },
                 s.undetermined.to_string(),
@@ -238,23 +241,10 @@ fn caption(name: &str, figure: &Figure) -> String {
     text.to_owned()
 }
 
-fn reproduce(run: &Run) -> Vec<Block> {
+/// The commands that make the run and this page.
+fn commands(run: &Run) -> String {
     let trials = run.trials.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let format = if trials.ends_with("parquet") { " --format parquet" } else { "" };
     let out = quoted(&run.folder.display().to_string());
-    vec![
-        Block::Text(format!(
-            "The same program version writes the same bytes on any machine and any number of threads. Save the scenario as scenario.toml{}.",
-            if run.summary.run.scenario.contains("has the CRC-32") {
-                ", with the motor's own files where it names them"
-            } else {
-                ""
-            }
-        )),
-        Block::Code {
-            caption: "Commands".to_owned(),
-            text: format!("standstill run scenario.toml --out {out}{format}\nstandstill report {out}"),
-        },
-        Block::Code { caption: "scenario.toml".to_owned(), text: run.summary.run.scenario.clone() },
-    ]
+    format!("standstill run scenario.toml --out {out}{format}\nstandstill report {out}")
 }

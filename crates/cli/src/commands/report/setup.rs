@@ -3,43 +3,125 @@
 use std::path::Path;
 
 use standstill_quantity::{listed, number};
-use standstill_report::page::{Block, Table, TableColumn};
-use standstill_scenario::{Document, Plan, ScenarioFile};
+use standstill_report::page::{Block, Section, Table, TableColumn};
+use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 
-use super::Run;
+use crate::commands::run::quoted;
 
-/// Facts of drive and sensors, and the motor's data sheet. Of a sweep those of its first point, where they are no axis.
-pub fn blocks(run: &Run) -> Vec<Block> {
-    let document = Document::parse(Path::new("scenario"), &run.summary.run.scenario);
-    let found = document.and_then(|mut document| {
-        if let Some(fence) = &run.fence {
-            document.fence(Some(fence))?;
-        }
-        Ok((document.data_sheet()?, Plan::new(document)?))
-    });
-    let (sheet, plan) = match found {
-        Ok(found) => found,
-        // A motor's own file may be elsewhere, or another by now.
-        Err(error) => {
-            return vec![Block::Text(format!(
-                "Not shown, because the scenario's files are not here: {error}"
-            ))];
-        }
-    };
-    let mut blocks = vec![Block::Facts(facts(&plan, &run.file))];
-    if !run.file.axes.contains_key("motor") {
-        let rows = sheet.entries().into_iter();
-        let rows = rows.map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
-        blocks.push(Block::Table(Table {
-            caption: format!("Data sheet of {}; rms values, where any, say so", sheet.title()),
-            columns: ["key", "value", "source", "reason"].map(TableColumn::text).to_vec(),
-            rows: rows.collect(),
-        }));
-    }
-    blocks
+/// A scenario as it was written down with its results.
+pub struct Setup<'a> {
+    /// Where its files are looked for: beside this path.
+    pub place: &'a Path,
+    pub text: &'a str,
+    /// The folder that no file of it may be outside of.
+    pub fence: Option<&'a Path>,
+    /// Keys that have several values.
+    pub varied: Vec<String>,
 }
 
-fn facts(plan: &Plan, file: &ScenarioFile) -> Vec<(String, String)> {
+/// Motor, method, errors and rotor of a scenario.
+pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> {
+    let fact = |name: &str, key: &str, text: &str| {
+        let text = if varied.iter().any(|varied| varied == key) { "varied" } else { text };
+        (name.to_owned(), text.to_owned())
+    };
+    vec![
+        fact("Motor", "motor", &file.motor.name()),
+        fact("Method", "detector.method", file.detector.name()),
+        fact("Errors of drive and sensors", "errors", file.errors.0.name()),
+        fact("Rotor", "rotor.state", file.rotor.state.0.name()),
+    ]
+}
+
+impl Setup<'_> {
+    fn document(&self) -> Result<Document, FileError> {
+        let mut document = Document::parse(self.place, self.text)?;
+        if let Some(fence) = self.fence {
+            document.fence(Some(fence))?;
+        }
+        Ok(document)
+    }
+
+    fn is_varied(&self, key: &str) -> bool {
+        self.varied.iter().any(|varied| varied == key)
+    }
+
+    /// [`heading`] as a block.
+    pub fn heading(&self) -> Option<Block> {
+        let file = self.document().and_then(|document| document.load()).ok()?;
+        Some(Block::Facts(heading(&file, &self.varied)))
+    }
+
+    /// Facts of drive and sensors, and the motor's data sheet. Of a sweep those of its first point, where they are no axis.
+    pub fn section(&self) -> Section {
+        Section { title: "Motor, drive and sensors".to_owned(), blocks: self.blocks() }
+    }
+
+    fn blocks(&self) -> Vec<Block> {
+        let found = self.document().and_then(|document| Ok((document.data_sheet()?, Plan::new(document)?)));
+        let (sheet, plan) = match found {
+            Ok(found) => found,
+            // A motor's own file may be elsewhere, or another by now.
+            Err(error) => {
+                return vec![Block::Text(format!(
+                    "Not shown, because the scenario's files are not here: {error}"
+                ))];
+            }
+        };
+        let mut facts = facts(&plan);
+        for (key, value) in &mut facts {
+            if self.is_varied(key) {
+                "varied".clone_into(value);
+            }
+        }
+        let mut blocks = vec![Block::Facts(facts)];
+        if !self.is_varied("motor") {
+            let rows = sheet.entries().into_iter();
+            let rows = rows.map(|entry| vec![entry.key, entry.value, entry.source.to_string(), entry.reason]);
+            blocks.push(Block::Table(Table {
+                caption: format!(
+                    "Data sheet {}: {}; rms values, where any, say so",
+                    sheet.name(),
+                    sheet.title().trim_end_matches('.')
+                ),
+                columns: ["key", "value", "source", "reason"].map(TableColumn::text).to_vec(),
+                rows: rows.collect(),
+            }));
+        }
+        blocks
+    }
+
+    /// The commands that make the same results, and the scenario.
+    pub fn reproduce(&self, commands: &str) -> Section {
+        let files = if self.text.contains("has the CRC-32") {
+            ", with the motor's own files where it names them"
+        } else {
+            ""
+        };
+        let said = format!(
+            "The same program version writes the same bytes on any machine and any number of threads. Save the scenario as scenario.toml{files}."
+        );
+        let code =
+            |caption: &str, text: &str| Block::Code { caption: caption.to_owned(), text: text.to_owned() };
+        Section {
+            title: "How to reproduce it".to_owned(),
+            blocks: vec![Block::Text(said), code("Commands", commands), code("scenario.toml", self.text)],
+        }
+    }
+}
+
+/// A command line of this program; what an option has several of, joined by commas, becomes an option each.
+pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'a String)>) -> String {
+    let mut words = vec![format!("standstill {name} scenario.toml")];
+    for (option, values) in options {
+        let several = ["--key", "--vary", "--between"].contains(&option.as_str());
+        let values: Vec<&str> = if several { values.split(", ").collect() } else { vec![values] };
+        words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
+    }
+    words.join(" ")
+}
+
+fn facts(plan: &Plan) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(0) else { return Vec::new() };
     let (drive, sensors) = (&scenario.drive, &scenario.sensors);
     let one = |value: f64, unit: &str| listed(&[value], unit).trim_end().to_owned();
@@ -70,9 +152,5 @@ fn facts(plan: &Plan, file: &ScenarioFile) -> Vec<(String, String)> {
     if let Some(bandwidth) = sensors.bandwidth {
         facts.push(("sensors.bandwidth", one(bandwidth, "Hz")));
     }
-    let value = |(key, value): (&str, String)| {
-        let value = if file.axes.contains_key(key) { "varied".to_owned() } else { value };
-        (key.to_owned(), value)
-    };
-    facts.into_iter().map(value).collect()
+    facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
 }

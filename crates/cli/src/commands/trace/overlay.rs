@@ -7,6 +7,8 @@ use super::{ended, plan};
 use crate::Report;
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
 use crate::commands::explain::watch;
+use crate::commands::question::typed;
+use crate::commands::report::setup::Setup;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
 use crate::figures;
@@ -39,6 +41,25 @@ pub fn settings(keys: &Keys) -> Vec<Setting> {
             .collect();
     }
     all
+}
+
+/// A value as people read it: micro with its sign.
+fn shown(value: &str) -> String {
+    let (digits, unit) = value
+        .split_at(value.find(|c: char| !c.is_ascii_digit() && !".+-eE".contains(c)).unwrap_or(value.len()));
+    match unit.trim_start().strip_prefix('u') {
+        Some(unit) if digits.parse::<f64>().is_ok() && !unit.is_empty() => format!("{digits} µ{unit}"),
+        _ => value.to_owned(),
+    }
+}
+
+/// A setting's name for tables and figures.
+fn for_reading(name: &str) -> String {
+    let part = |part: &str| match part.split_once(" = ") {
+        Some((key, value)) => format!("{key} = {}", shown(value)),
+        None => part.to_owned(),
+    };
+    name.split(", ").map(part).collect::<Vec<_>>().join(", ")
 }
 
 /// The members of `[a, b]`, with or without quotes.
@@ -89,7 +110,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         let (record, trace) = watch(single)?;
         code = code.max(u8::from(record.verdict() == Verdict::Error));
         rows.push(vec![
-            (*name).clone(),
+            for_reading(name),
             ended(&record),
             format!("{:.2}", record.run.duration.seconds() * 1e3),
             format!("{:.2}", record.run.peak_current),
@@ -107,7 +128,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             "peak_current_A": record.run.peak_current,
             "scenario": text,
         }));
-        traces.push(((*name).clone(), trace));
+        traces.push((for_reading(name), trace));
     }
     let title = format!("Trial {} with several settings", options.trial);
     let figure = figures::overlaid(&traces, &title);
@@ -122,13 +143,25 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
     output.file("overlay.svg", figure.svg()?.as_bytes())?;
     output.file("overlay.png", &figure.png()?)?;
+    let varied = |key: &&String| {
+        let mut values = settings.iter().map(|(_, set)| set.iter().find(|(known, _)| known == *key));
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    let keys = settings[0].1.iter().map(|(key, _)| key).filter(varied).cloned().collect();
+    let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
+    let setup = Setup { place: &place, text: &singles[0].2, fence: None, varied: keys };
+    let blocks = setup.heading().into_iter().collect::<Vec<_>>();
     let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
-    let blocks =
-        vec![Block::Code { caption: "How they ended".to_owned(), text: table.whole() }, Block::Chart(chart)];
+    let ended = Block::Code { caption: "How they ended".to_owned(), text: table.whole() };
+    let blocks = blocks.into_iter().chain([ended, Block::Chart(chart)]).collect();
     let page = Page {
         title,
         subtitle: String::new(),
-        sections: vec![Section { title: "Waveforms".to_owned(), blocks }],
+        sections: [Section { title: "Waveforms".to_owned(), blocks }]
+            .into_iter()
+            .chain([setup.section(), setup.reproduce(&typed())])
+            .collect(),
         footer: format!("Standstill {}", env!("CARGO_PKG_VERSION")),
     };
     output.file("overlay.html", page.html().map_err(Error::Page)?.as_bytes())?;
@@ -156,6 +189,8 @@ mod tests {
             [("a", "2"), ("b", "x"), ("c", "20 us")].map(|(k, v)| (k.to_owned(), v.to_owned()))
         );
         assert_eq!(names(all), ["a = 1, c = 20 us", "a = 1, c = y", "a = 2, c = 20 us", "a = 2, c = y"]);
+        assert_eq!(for_reading("a = 1, c = 20 us"), "a = 1, c = 20 µs");
+        assert_eq!(for_reading("m = unit, c = 20us"), "m = unit, c = 20 µs");
         assert_eq!(names(set(&[("axes.\"x\"", "[1, 2]"), ("b", "x")])), [""]);
         assert_eq!(set(&[]).len(), 1);
     }

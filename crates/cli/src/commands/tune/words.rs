@@ -7,6 +7,7 @@ use standstill_quantity::Scale;
 use standstill_report::page::Tone;
 
 use crate::commands::require::shown;
+use crate::summary::decimals_of;
 use crate::table::{Column, Table};
 
 /// The unit in which a measure is read.
@@ -14,13 +15,8 @@ pub fn scale(measure: Measure, largest: f64) -> Scale {
     measure.unit().map_or_else(Scale::percent, |unit| Scale::suiting(unit, largest))
 }
 
-/// As many digits as the interval has, and at least two of it.
 fn digits(estimate: &Estimate, scale: &Scale) -> usize {
-    let half = scale.number((estimate.high - estimate.low).abs() / 2.0);
-    let value = scale.number(estimate.value.abs());
-    // An interval without width is of what is the same in all starts.
-    let least = if half > 0.0 && half.is_finite() { half } else { 0.01 * value };
-    standstill_quantity::magnitude(least).map_or(0, |m| usize::try_from(1 - m).unwrap_or(0)).min(9)
+    decimals_of([estimate.value, estimate.low, estimate.high].map(|value| scale.number(value)))
 }
 
 fn number(value: f64, digits: usize, scale: &Scale) -> String {

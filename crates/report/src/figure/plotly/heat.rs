@@ -120,7 +120,7 @@ pub(super) fn add(
         "zmin": number(zmin),
         "zmax": number(zmax),
         "colorscale": scale,
-        "showscale": true,
+        "showscale": values.iter().any(|value| axis.scale.has(*value)),
         "colorbar": colour_bar(axis, (low, high), place),
         "showlegend": false,
         // Scripts make the read-outs of the cells of these parts.
