@@ -89,7 +89,7 @@ impl Default for Tolerance {
 /// let case = Case {
 ///     motor: &motor,
 ///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
 ///         gates: [GateTiming::default(); 3],
 ///         link: DcLink::stiff(550.0),
 ///         carrier_period: Nanos::from_micros(100),
