@@ -116,7 +116,7 @@ impl<'a> Driven<'a> {
                 control.follow(bank, &thirds);
             }
             if broken != 0 {
-                return Err(RunError::NotFinite);
+                return Err(bank.why_broken(0));
             }
             if arrived | out_of_bounds != 0 {
                 want = control.resume(bank, out_of_bounds != 0);
