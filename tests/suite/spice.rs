@@ -34,7 +34,12 @@ fn full_scale(rows: &[[f64; 4]]) -> f64 {
 impl Spice {
     fn inverter(&self, open_leg: OpenLeg) -> Inverter {
         Inverter {
-            bridge: Bridge { devices: self.devices, open_leg, terminal_capacitance: self.capacitance },
+            bridge: Bridge {
+                devices: self.devices,
+                open_leg,
+                terminal_capacitance: self.capacitance,
+                terminal_resistance: 0.0,
+            },
             gates: [self.timing; 3],
             ..ideal_inverter(open_leg)
         }

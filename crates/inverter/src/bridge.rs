@@ -47,6 +47,9 @@ pub struct Bridge {
     /// Capacitance in F from each terminal to the negative rail: of the switches and of the cable. Zero: none, and a leg without
     /// current has no charge of its own.
     pub terminal_capacitance: f64,
+    /// Resistance in Ω that the current of a terminal meets which no device feeds: that of the winding to what rings with the
+    /// capacitance, fast enough for eddy currents in sheets and conductors.
+    pub terminal_resistance: f64,
 }
 
 /// A margin in V by which modes fit so well that no others do: the margins of others are then wrong by as much, but for
@@ -78,7 +81,7 @@ impl Bridge {
     /// use standstill_inverter::{Bridge, Devices, Gate, OpenLeg};
     ///
     /// let devices = Devices { diode_drop: 0.7, ..Devices::default() };
-    /// let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 };
+    /// let bridge = Bridge { devices, open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 };
     /// // With both gates off, a terminal's potential may lie anywhere between the two diodes.
     /// assert_eq!(bridge.bounds(Gate::Off, 550.0), (-0.7, 550.7));
     /// ```
@@ -112,7 +115,7 @@ impl Bridge {
     /// use standstill_inverter::{Bridge, Conduction, Devices, Gate, OpenLeg, Port};
     /// use standstill_numeric::Symmetric;
     ///
-    /// let bridge = Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 };
+    /// let bridge = Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 };
     /// // A motor of 10 mH without saliency and without current, phase a pulsed against phase b, phase c open.
     /// let port = Port {
     ///     current: [0.0; 3],

@@ -62,6 +62,7 @@ impl ScenarioFile {
         let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
         let mut drive = errors.drive(motor.rated_current, dc_link(motor), kind);
         self.inverter.apply(&mut drive)?;
+        self.inverter.apply_terminals(&mut drive.bridge, motor)?;
         let library = self.detector.load_library(files)?;
         if let Some(library) = &library {
             DetectorTable::adopt_pwm(library, &mut drive, self.inverter.carrier.is_some())?;
@@ -207,13 +208,6 @@ impl InverterTable {
         if let Some(carrier) = self.carrier {
             let frequency = checked("inverter.carrier", carrier)?;
             drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
-        }
-        if let Some(value) = self.terminal_capacitance {
-            let key = "inverter.terminal_capacitance";
-            drive.bridge.terminal_capacitance = checked(key, value)?;
-            if drive.bridge.terminal_capacitance > 0.0 {
-                in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
-            }
         }
         let devices = &mut drive.bridge.devices;
         match (devices.kind, self.channel_resistance) {

@@ -93,6 +93,9 @@ impl Scenario<Method<f64>> {
             "diode_drop" => number(devices.diode_drop),
             "diode_resistance" => number(devices.diode_resistance),
             "terminal_capacitance" => number(drive.bridge.terminal_capacitance),
+            "terminal_resistance" if drive.bridge.terminal_capacitance > 0.0 => {
+                number(drive.bridge.terminal_resistance)
+            }
             "open_leg" => drive.bridge.open_leg.name().into(),
             _ => return None,
         })
@@ -173,6 +176,7 @@ mod tests {
         ("inverter.diode_resistance", "0.015", ""),
         ("inverter.open_leg", "\"open\"", ""),
         ("inverter.terminal_capacitance", "1e-9", ""),
+        ("inverter.terminal_resistance", "500.0", "inverter.terminal_capacitance = 1e-9"),
         ("detector.time_limit", "2.5", ""),
         ("sensors.arrangement", "\"two-in-line\"", ""),
         ("sensors.gain_error", "0.02", ""),

@@ -32,6 +32,7 @@ mod seed;
 mod single;
 mod specimen;
 mod tables;
+mod terminals;
 /// The examples of the README run too.
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

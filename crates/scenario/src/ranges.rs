@@ -27,7 +27,7 @@ const BITS: Range = from(0.0, 24.0, "a whole number from 0 to 24");
 /// The latest end of what happens to the source is the longest that a detection may take.
 const SAG: Range = from(1e-6, 20.0, "from 1 µs to 20 s");
 
-const RANGES: [(&str, Range); 37] = [
+const RANGES: [(&str, Range); 38] = [
     ("inverter.dc_link", POSITIVE),
     ("inverter.ripple", SHARE),
     (
@@ -53,6 +53,7 @@ const RANGES: [(&str, Range); 37] = [
     ("inverter.diode_resistance", NOT_NEGATIVE),
     // Less than 0.1 nF would ring so fast, and more than 10 nF take such charges, that other things count which are not here.
     ("inverter.terminal_capacitance", from(0.0, 1e-8, "0, or from 0.1 nF to 10 nF")),
+    ("inverter.terminal_resistance", NOT_NEGATIVE),
     ("sensors.gain_error", SHARE),
     ("sensors.offset", NOT_NEGATIVE),
     ("sensors.noise", NOT_NEGATIVE),

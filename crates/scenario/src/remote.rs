@@ -122,6 +122,7 @@ impl Record {
                 RunError::TimeLimit(limit) => format!("error 2 {} 0", limit.0),
                 RunError::Chatter => "error 3 0 0".to_owned(),
                 RunError::NotFinite => "error 4 0 0".to_owned(),
+                RunError::Stuck => "error 6 0 0".to_owned(),
                 RunError::LeftMap { current_ma: [d, q] } => format!("error 5 {d} {q}"),
             },
         };
@@ -176,6 +177,7 @@ fn ended(text: &str) -> Option<Ended<f64>> {
             2 => RunError::TimeLimit(Nanos(a.unsigned_abs())),
             3 => RunError::Chatter,
             4 => RunError::NotFinite,
+            6 => RunError::Stuck,
             5 => RunError::LeftMap { current_ma: [a, b] },
             _ => return None,
         }));
@@ -220,7 +222,8 @@ mod tests {
                 findings: Findings::default(),
             }),
             Ended::Outcome(Outcome::Failed { fault: Fault::Own(own), findings }),
-            Ended::Error(RunError::TimeLimit(Nanos(20_000_000_000))),
+            Ended::Error(RunError::Chatter),
+            Ended::Error(RunError::Stuck),
             Ended::Error(RunError::LeftMap { current_ma: [-1234, 5] }),
             Ended::Error(RunError::Chatter),
         ];

@@ -183,6 +183,11 @@ pub struct InverterTable {
     /// rings with the winding. 0: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terminal_capacitance: Option<Quantity<Farad>>,
+    /// Resistance of the winding, one phase against the two others, to what rings with that capacitance: eddy currents in sheets and
+    /// conductors make it far larger than for direct current. An LCR meter reads it in series with the inductance, at the frequency
+    /// of the ringing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub terminal_resistance: Option<Quantity<Ohm>>,
     /// What a leg with both switches off does.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_leg: Option<Named<OpenLeg>>,

@@ -89,7 +89,7 @@ impl Default for Tolerance {
 /// let case = Case {
 ///     motor: &motor,
 ///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
 ///         gates: [GateTiming::default(); 3],
 ///         link: DcLink::stiff(550.0),
 ///         carrier_period: Nanos::from_micros(100),
@@ -170,6 +170,8 @@ pub enum RunError {
     Chatter,
     /// The state left the finite numbers, or changes too fast for any step.
     NotFinite,
+    /// A mode had ended before a step began, and no step however short brought its end about.
+    Stuck,
     /// The currents left the flux map of the motor: what follows is not known.
     LeftMap {
         /// Current in mA along d and q at that instant, of the core: as its map counts it, whatever the temperature
@@ -188,6 +190,9 @@ impl fmt::Display for RunError {
             Self::TimeLimit(limit) => write!(f, "not done within {} s", limit.seconds()),
             Self::Chatter => write!(f, "conduction modes keep changing without time passing"),
             Self::NotFinite => write!(f, "the simulation left the finite numbers"),
+            Self::Stuck => {
+                write!(f, "a conduction mode had ended before a step began: no step can be taken from there")
+            }
             Self::LeftMap { current_ma: [d, q] } => {
                 let [d, q] = [*d, *q].map(|current| current as f64 * 1e-3);
                 write!(f, "the currents left the motor's flux map at i_d = {d:.3} A, i_q = {q:.3} A")

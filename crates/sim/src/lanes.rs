@@ -22,7 +22,7 @@ use standstill_interface::{Command, Detector, Reading, Real};
 use self::bank::{Bank, Served};
 use self::driven::Driven;
 use self::seats::{Desk, Seats};
-use crate::case::{Case, Finished, Run, RunError};
+use crate::case::{Case, Finished, Run};
 use crate::control::{Control, Want, can_move};
 use crate::trace::{NoProbe, Probe};
 
@@ -133,7 +133,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         for lane in lanes_of(arrived | out_of_bounds | broken) {
             let Some(control) = &mut self.lanes[lane] else { continue };
             let want = if broken >> lane & 1 == 1 {
-                Want::Over(RunError::NotFinite)
+                Want::Over(self.bank.why_broken(lane))
             } else {
                 control.resume(&mut self.bank, out_of_bounds >> lane & 1 == 1)
             };

@@ -9,7 +9,7 @@ pub struct Ledger {
     pub source_loss: f64,
     /// Lost in switches and diodes.
     pub device_loss: f64,
-    /// Lost in the winding.
+    /// Lost in the winding, by what rings with the terminals, too.
     pub copper_loss: f64,
     /// Lost in eddy currents.
     pub eddy_loss: f64,

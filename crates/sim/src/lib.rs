@@ -15,6 +15,44 @@
     reason = "legs and machines are walked by number: iterators are closures, which are not compiled for wide registers"
 )]
 
+/// `[f(0), f(1)]` spelled out. In an array's `map` the closure would be a function of its own, compiled without the instructions
+/// of wide registers, and each operation in it a call.
+macro_rules! pair {
+    ($k:ident => $of:expr) => {{
+        let first = {
+            let $k: usize = 0;
+            $of
+        };
+        let second = {
+            let $k: usize = 1;
+            $of
+        };
+        [first, second]
+    }};
+}
+
+/// An option's `map`, spelled out for the same reason.
+macro_rules! some {
+    ($of:expr, $value:pat => $to:expr) => {
+        match $of {
+            Some($value) => Some($to),
+            None => None,
+        }
+    };
+}
+
+/// `[f(0), f(1), f(2)]`, as [`pair`].
+macro_rules! three {
+    ($k:ident => $of:expr) => {{
+        let [first, second] = pair!($k => $of);
+        let third = {
+            let $k: usize = 2;
+            $of
+        };
+        [first, second, third]
+    }};
+}
+
 mod case;
 mod control;
 mod lanes;

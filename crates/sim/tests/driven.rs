@@ -14,7 +14,12 @@ fn case(motor: &Motor, rotor: RotorState, devices: Devices, sensors: SensorSetti
     Case {
         motor,
         inverter: Inverter {
-            bridge: Bridge { devices, open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+            bridge: Bridge {
+                devices,
+                open_leg: OpenLeg::Diodes,
+                terminal_capacitance: 0.0,
+                terminal_resistance: 0.0,
+            },
             gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
             link: DcLink::stiff(550.0),
             carrier_period: Nanos(66_667),

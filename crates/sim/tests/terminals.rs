@@ -30,7 +30,7 @@ fn linear(inductance: f64, resistance: f64) -> Motor {
 fn inverter(devices: Devices, open_leg: OpenLeg, capacitance: f64, link: f64) -> Inverter {
     let dead_time = Nanos::from_micros(u64::from(devices != Devices::default()) * 2);
     Inverter {
-        bridge: Bridge { devices, open_leg, terminal_capacitance: capacitance },
+        bridge: Bridge { devices, open_leg, terminal_capacitance: capacitance, terminal_resistance: 0.0 },
         gates: [GateTiming { dead_time, ..GateTiming::default() }; 3],
         link: DcLink::stiff(link),
         carrier_period: Nanos::from_micros(100),
@@ -97,6 +97,45 @@ fn analytic_an_open_terminal_rings_with_the_winding() {
             assert!((v - potential).abs() < 1e-5 * LINK, "{} s: {v} {potential}", snapshot.time);
             assert!((snapshot.current[2] - current).abs() < 1e-5 * size, "{} s: {current}", snapshot.time);
         }
+    }
+}
+
+/// The same with a resistance: the swing decays by e^(−t R/(2 · 1.5 L)), also long after, within steps of many periods. What it has
+/// stored turns into the winding's heat.
+#[test]
+fn analytic_what_rings_decays_with_the_resistance_that_it_meets() {
+    // So many µs are twelve times the quality in periods.
+    for (inductance, capacitance, quality, micros) in
+        [(13e-3, 0.3e-9, 5.0, 920_u32), (13e-3, 10e-9, 2.0, 2200), (27e-6, 1e-9, 50.0, 760)]
+    {
+        let motor = linear(inductance, 1e-6);
+        let (loops, least) = (1.5 * inductance, 1e-6);
+        let resistance = f64::sqrt(loops / capacitance) / quality;
+        let mut inverter = inverter(Devices::default(), OpenLeg::Open, capacitance, LINK);
+        inverter.bridge.terminal_resistance = resistance;
+        let case = case(&motor, inverter);
+        let (decay, square) = (resistance / (2.0 * loops), 1.0 / (loops * capacitance));
+        let angular = (square - decay * decay).sqrt();
+        let long = f64::from(micros) * 1e-6;
+        let mut trace = Trace::new(long / 997.0);
+        let mut script = Script::new(&[hold([High, High, Off], u64::from(micros))]);
+        let run = run::<f64, _>(&case, &mut script, true, &mut trace);
+        assert!(trace.snapshots.len() > 200, "{}", trace.snapshots.len());
+        for snapshot in &trace.snapshots[1..] {
+            let (time, angle) = (snapshot.time, angular * snapshot.time);
+            let swing = (-decay * time).exp();
+            let potential = LINK - LINK / 2.0 * swing * (angle.cos() + decay / angular * angle.sin());
+            let current = -LINK / 2.0 * capacitance * square / angular * swing * angle.sin();
+            let [_, _, v] = snapshot.potential;
+            assert!((v - potential).abs() < least * LINK, "{time} s: {v} {potential}");
+            let size = LINK * capacitance * angular;
+            assert!((snapshot.current[2] - current).abs() < least * size, "{time} s: {current}");
+        }
+        let ledger = run.ledger.expect("asked for");
+        let swung = 0.5 * capacitance * (LINK / 2.0).powi(2) * (1.0 - (-2.0 * decay * long).exp());
+        // A hair is lost as the terminals that are switched on are charged: that is the devices'.
+        assert!((ledger.copper_loss / swung - 1.0).abs() < 1e-5, "{ledger:?} {swung}");
+        assert!((ledger.imbalance() / swung).abs() < 3e-5, "{ledger:?}");
     }
 }
 
@@ -183,7 +222,9 @@ fn cross_the_referee_has_the_same_currents() {
     motors.extend(
         ["light-vehicle", "gimbal"].map(|name| (built_in(name).expect("built in"), MOSFETS, 10, 1e-6)),
     );
-    for (motor, devices, micros, bound) in motors {
+    for ((motor, devices, micros, bound), quality) in
+        motors.into_iter().flat_map(|motor| [None, Some(5.0)].map(|quality| (motor.clone(), quality)))
+    {
         // The referee is slow: rotors that move once with usual and once with low voltage.
         let moves = matches!(motor.name.as_str(), "paper-5k5" | "light-vehicle");
         for rotor in [RotorState::Locked, RotorState::Free].into_iter().take(1 + usize::from(moves)) {
@@ -191,6 +232,10 @@ fn cross_the_referee_has_the_same_currents() {
             let mut case = case(&motor, inverter(devices, OpenLeg::Diodes, 0.3e-9, link));
             case.inverter.link.ripple = 0.002;
             case.rotor = rotor;
+            if let Some(quality) = quality {
+                let impedance = (1.5 * motor.winding.q_axis_inductance() / 0.3e-9).sqrt();
+                case.inverter.bridge.terminal_resistance = impedance / quality;
+            }
             for (name, commands) in sequences(micros) {
                 let (ours, readings) = play(&case, &commands);
                 let mut strict = case.clone();
@@ -208,12 +253,12 @@ fn cross_the_referee_has_the_same_currents() {
                 let scale = ledger.copper_loss + ledger.device_loss + ledger.shaft_work.abs();
                 let left = (ledger.imbalance() / scale).abs();
                 println!(
-                    "{} {rotor:?} {name}: {worst:.1e} of rated, {left:.1e}, {:?}",
+                    "{} {rotor:?} {quality:?} {name}: {worst:.1e} of rated, {left:.1e}, {:?}",
                     motor.name, ours.work
                 );
                 assert!(readings.len() >= 20 && ours.work.events > 2);
                 assert!(worst < bound, "{} {rotor:?} {name}: {worst:e} of rated", motor.name);
-                assert!(left < 1e-5, "{} {rotor:?} {name}: {ledger:?}", motor.name);
+                assert!(left < 2e-5, "{} {rotor:?} {name}: {ledger:?}", motor.name);
             }
         }
     }

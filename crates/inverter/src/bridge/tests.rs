@@ -12,12 +12,14 @@ const REAL: Bridge = Bridge {
     },
     open_leg: OpenLeg::Diodes,
     terminal_capacitance: 0.0,
+    terminal_resistance: 0.0,
 };
 
 const MOSFETS: Bridge = Bridge {
     devices: Devices { kind: DeviceKind::Mosfet, switch_drop: 0.0, ..REAL.devices },
     open_leg: OpenLeg::Diodes,
     terminal_capacitance: 0.0,
+    terminal_resistance: 0.0,
 };
 
 /// Inverse inductance of the paper's motor with its rotor at 30°.

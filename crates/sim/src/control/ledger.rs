@@ -130,14 +130,18 @@ fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>
         source_current = (source - one(&here.state.link)) / source_resistance;
         source_loss = source_current * source_current * source_resistance;
     }
-    // A conducting leg's drop is −offset + resistance · i; a blocked one carries nothing, or charges its terminal.
+    // A conducting leg's drop is −offset + resistance · i. A blocked one carries nothing, or charges its terminal through what the
+    // winding resists it with.
     let drop = |k: usize| (one(&legs[k].resistance) * current[k] - one(&legs[k].offset)) * current[k];
+    let (conducting, charging): (Vec<usize>, Vec<usize>) =
+        (0..3).partition(|k| one(&legs[*k].direction) != 0.0);
+    let lost = |of: Vec<usize>| of.into_iter().map(drop).sum::<f64>();
     let i = One::of(bank, here, lane).current;
     let mut powers = Ledger {
         source: source * source_current,
         source_loss,
-        device_loss: drop(0) + drop(1) + drop(2),
-        copper_loss: 1.5 * motor.resistance * i.dot(i),
+        device_loss: lost(conducting),
+        copper_loss: 1.5 * motor.resistance * i.dot(i) + lost(charging),
         ..Ledger::default()
     };
     if let Some(eddy) = motor.magnetics.eddy(lag(here, lane)) {

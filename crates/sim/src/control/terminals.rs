@@ -116,8 +116,11 @@ impl<'a> Control<'a> {
         let axes =
             bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
         let mut voltage = one.current * -self.case.motor.resistance;
-        for (axis, potential) in axes.iter().zip(potential) {
-            voltage = voltage + *axis * (potential * (2.0 / 3.0));
+        let current = axes.map(|axis| axis.dot(one.current));
+        for (k, axis) in axes.iter().enumerate() {
+            let charges = bank.machine.legs.direction(self.lane, k) == 0.0;
+            let met = if charges { self.case.inverter.bridge.terminal_resistance } else { 0.0 };
+            voltage = voltage + *axis * ((potential[k] - met * current[k]) * (2.0 / 3.0));
         }
         let rise = voltage.through(one.inverse_inductance) + one.drift;
         axes.map(|axis| axis.dot(rise))

@@ -5,6 +5,7 @@ use standstill_inverter::Inverter;
 use standstill_numeric::{Compute, MOST_LANES, Mask, Symmetric, Wide};
 use standstill_plant::Motor;
 
+use crate::case::RunError;
 use crate::physics::bounds::{Bounds, ENDS};
 use crate::physics::machine::{Machine, Operating};
 use crate::physics::memory::Memory;
@@ -75,6 +76,8 @@ pub struct Served {
     pub out_of_bounds: u32,
     /// Changes too fast for any step, or is no number.
     pub broken: u32,
+    /// Of those, who changes no faster than steps can follow, but is beyond the end of a mode in each.
+    pub stuck: u32,
     /// A request to a leg has been carried out: the next one is wanted.
     pub carried_out: [u32; 3],
     /// A mode ends within the step.
@@ -166,6 +169,11 @@ impl<'a, V: Wide> Bank<'a, V> {
             left &= left - 1;
             self.find_end(lane);
         }
+    }
+
+    /// Why a machine is broken.
+    pub fn why_broken(&self, lane: usize) -> RunError {
+        if self.served.stuck >> lane & 1 == 1 { RunError::Stuck } else { RunError::NotFinite }
     }
 
     /// Evaluates a machine anew at its state.
@@ -263,6 +271,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
             arrived: arrived.bits(),
             out_of_bounds: out_of_bounds.bits(),
             broken: broken.bits(),
+            stuck: (broken & exact).bits(),
             carried_out,
             crossed,
         };

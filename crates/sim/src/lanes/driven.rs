@@ -23,7 +23,7 @@ use crate::trace::{Probe, Snapshot};
 /// let case = Case {
 ///     motor: &motor,
 ///     inverter: Inverter {
-///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0 },
+///         bridge: Bridge { devices: Devices::default(), open_leg: OpenLeg::Diodes, terminal_capacitance: 0.0, terminal_resistance: 0.0 },
 ///         gates: [GateTiming::default(); 3],
 ///         link: DcLink::stiff(550.0),
 ///         carrier_period: Nanos::ZERO,
@@ -116,7 +116,7 @@ impl<'a> Driven<'a> {
                 control.follow(bank, &thirds);
             }
             if broken != 0 {
-                return Err(RunError::NotFinite);
+                return Err(bank.why_broken(0));
             }
             if arrived | out_of_bounds != 0 {
                 want = control.resume(bank, out_of_bounds != 0);

@@ -26,6 +26,8 @@ pub struct Legs<V: Wide> {
     /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
     /// the current that charges it; no leg is blocked.
     pub elastance: Option<V>,
+    /// The resistance in Ω that this current meets.
+    ringing: V,
     /// Leg by leg.
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.
@@ -36,7 +38,8 @@ pub struct Legs<V: Wide> {
     pub fed: Option<Plane<V>>,
 }
 
-/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
+/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros, but for the resistance where terminals
+/// have a capacitance.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg<V> {
     /// 1 at the positive rail, 0 at the negative.
@@ -107,6 +110,7 @@ impl<V: Wide> Legs<V> {
             mosfets: 0,
             beyond: zero,
             elastance: capacitive.then_some(zero),
+            ringing: zero,
             gates: [LegGates::new(); 3],
             out: [0; 3],
             into: [0; 3],
@@ -141,6 +145,7 @@ impl<V: Wide> Legs<V> {
         self.beyond.put(lane, if bridge.open_leg == OpenLeg::Open { f64::INFINITY } else { diode_drop });
         if let Some(elastance) = &mut self.elastance {
             elastance.put(lane, 1.0 / bridge.terminal_capacitance);
+            self.ringing.put(lane, bridge.terminal_resistance);
         }
         self.gates.iter_mut().for_each(|gates| gates.clear(lane));
         self.put(lane, [Conduction::Blocked; 3]);
@@ -233,8 +238,13 @@ impl<V: Wide> Legs<V> {
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let legs @ [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] =
-            [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
+        let mut legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
+        if capacitive {
+            for (leg, flows, _) in &mut legs {
+                leg.resistance = V::choose(*flows, leg.resistance, self.ringing);
+            }
+        }
+        let [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] = legs;
         if let Some(voltage) = self.fed {
             let all = V::Mask::of_bits(u32::MAX);
             let terminals = Terminals {

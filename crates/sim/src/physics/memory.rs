@@ -167,7 +167,7 @@ impl<V: Wide> Memory<V> {
     #[inline(always)]
     pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> Away<V> {
         let change = flux - self.from;
-        let mut away = self.away.map(|away| away + change);
+        let mut away = three!(k => self.away[k] + change);
         let any = self.slides[0] | self.slides[1] | self.slides[2];
         if !any.anywhere() {
             return away;
@@ -284,12 +284,12 @@ impl<V: Wide> Memory<V> {
             let (sliding, reach) = (self.slides[k], self.reach[k]);
             // A leg that was taken to be blocked may have moved the flux since the last step.
             let ends = [Plane::choose(sliding, self.away[k], away[k] - change), away[k]];
-            let room = ends.map(|e| reach * reach - e.dot(e));
+            let room = pair!(end => reach * reach - ends[end].dot(ends[end]));
             // What it was beyond before ends nothing now.
             let past = room[0].least(zero);
-            let closing = [0, 1].map(|end: usize| ends[end].dot(rise[end]) * -2.0);
-            let stuck = Cubic { value: room.map(|room| room - past), slope: closing };
-            let along = [0, 1].map(|end: usize| direction(&ends[end]).dot(rise[end]));
+            let closing = pair!(end => ends[end].dot(rise[end]) * -2.0);
+            let stuck = Cubic { value: pair!(end => room[end] - past), slope: closing };
+            let along = pair!(end => direction(&ends[end]).dot(rise[end]));
             let turning = Cubic { value: along, slope: [along[1] - along[0]; 2] };
             // How far it went back, on a path that bends evenly.
             let square = along[1] * along[1] / ((along[0] - along[1]).abs() * 2.0);
@@ -339,7 +339,7 @@ impl<V: Wide> Memory<V> {
     /// from where it ended. `rise`: of the flux at both ends, in Wb a step.
     #[inline(always)]
     pub fn error(&self, change: Plane<V>, rise: [Plane<V>; 2], off: Plane<V>) -> V {
-        let areas = [rise[0].cross(change), change.cross(rise[1])].map(|area| area * (1.0 / 6.0));
+        let areas = [rise[0].cross(change) * (1.0 / 6.0), change.cross(rise[1]) * (1.0 / 6.0)];
         let (untold, area) = ((areas[0] - areas[1]).abs(), areas[0].abs());
         let (length, off) = (change.dot(change), off.dot(off));
         let mut all = V::of(0.0);

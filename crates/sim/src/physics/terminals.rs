@@ -48,20 +48,18 @@ impl<V: Wide> Legs<V> {
     pub fn charged(&self, legs: &Conducting<V>, charge: Plane<V>) -> [V; 3] {
         let zero = V::of(0.0);
         let Some(elastance) = self.elastance else { return [zero; 3] };
-        let [a, b, c] = self.phases(charge);
-        let one = |k: usize, charge: V| V::choose(legs.flows[k], zero, -(charge * elastance));
-        [one(0, a), one(1, b), one(2, c)]
+        let charge = self.phases(charge);
+        three!(k => V::choose(legs.flows[k], zero, -(charge[k] * elastance)))
     }
 
     /// The potentials in V, with those of conducting legs as their devices have them at a link voltage in V and these currents.
     #[inline(always)]
     pub fn potentials(&self, legs: &Conducting<V>, potential: [V; 3], link: V, current: Plane<V>) -> [V; 3] {
         let current = self.phases(current);
-        let one = |k: usize| {
+        three!(k => {
             let leg = &legs.leg[k];
             let clamped = leg.rail * link + leg.offset - leg.resistance * current[k];
             V::choose(legs.flows[k], clamped, potential[k])
-        };
-        [one(0), one(1), one(2)]
+        })
     }
 }

@@ -26,16 +26,15 @@ impl<V: Wide> Tried<V> {
         let (from, to) = (&begin.state, &end.state);
         let time = begin.time + (end.time - begin.time) * share;
         let source = machine.links.source(time * 1e-9);
-        let cubic = |value: [V; 2], rise: [V; 2]| Cubic { value, slope: [rise[0] * h, rise[1] * h] };
         let (mut turned, mut speed) = (from.turned, from.speed);
         if let Some(rotors) = &machine.rotors {
-            let speeds = cubic([from.speed, to.speed], self.acceleration);
+            let speeds = over(h, [from.speed, to.speed], self.acceleration);
             speed = speeds.at(share);
             turned = from.turned + speeds.area(share) * h * rotors.moving;
         }
         let mut link = source.voltage;
         let area = if machine.links.storage.is_some() {
-            let links = cubic([from.link, to.link], self.link_rise);
+            let links = over(h, [from.link, to.link], self.link_rise);
             link = links.at(share);
             links.area(share) * h
         } else {
@@ -43,10 +42,11 @@ impl<V: Wide> Tried<V> {
         };
         let terminals = &self.legs.terminals;
         let [first, last] = &self.change;
-        let along = |value: [V; 2], rise: [V; 2]| cubic(value, rise).area(share) * h;
         let charge = Plane::new(
-            along([begin.at.current.x, end.at.current.x], [first.current.x, last.current.x]),
-            along([begin.at.current.y, end.at.current.y], [first.current.y, last.current.y]),
+            over(h, [begin.at.current.x, end.at.current.x], [first.current.x, last.current.x]).area(share)
+                * h,
+            over(h, [begin.at.current.y, end.at.current.y], [first.current.y, last.current.y]).area(share)
+                * h,
         );
         let potential =
             first.blocked_potential + (last.blocked_potential - first.blocked_potential) * share * 0.5;
@@ -55,8 +55,8 @@ impl<V: Wide> Tried<V> {
             + terminals.blocked * (potential * (2.0 / 3.0) * h * share);
         let idle = self.legs.idle;
         let coasting = Plane::new(
-            cubic([from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).at(share),
-            cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).at(share),
+            over(h, [from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).at(share),
+            over(h, [from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).at(share),
         );
         let mut flux = Plane::choose(idle, coasting, driven);
         let mut potential = from.potential;
@@ -66,22 +66,23 @@ impl<V: Wide> Tried<V> {
             let known = Cubic { value: [from.link, to.link], slope: rises }.area(share) * h;
             flux = from.flux + moved + terminals.rail * (area - known);
             let charged = machine.legs.charged(&self.legs, mean * (h * share));
-            potential = [0, 1, 2].map(|k: usize| potential[k] + charged[k]);
+            potential = three!(k => potential[k] + charged[k]);
         }
         let mut lagging = from.lagging;
         if let Some(eddies) = machine.circuits.eddies() {
             // By the step's own rule over its first part: a cubic would be off where the flux lags behind by much.
             let (part, x) = (h * share, share);
             let rise = Plane::new(
-                cubic([from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).rise(x),
-                cubic([from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).rise(x),
+                over(h, [from.flux.x, to.flux.x], [first.flux.x, last.flux.x]).rise(x),
+                over(h, [from.flux.y, to.flux.y], [first.flux.y, last.flux.y]).rise(x),
             );
             let begin_state = RotorFlux::of(machine, from, first.flux * part, from.speed * part);
             let there = State { flux, turned, speed, link, lagging, potential };
             let end_state = RotorFlux::of(machine, &there, rise * share, speed * part);
             lagging = lag_behind(part * eddies.rate, from.lagging, &begin_state, &end_state);
         }
-        let iron = memory.map(|memory| memory.iron(&memory.away_at(flux, Some(first.flux * (h * share)))));
+        let iron =
+            some!(memory, memory => memory.iron(&memory.away_at(flux, Some(first.flux * (h * share)))));
         let state = State { flux, turned, speed, link, lagging, potential };
         let mut at = machine.operating(&state, iron.as_ref());
         let gamma = at.inverse_inductance;
@@ -105,4 +106,10 @@ impl<V: Wide> Tried<V> {
         }
         Here { time, state: State { flux, turned, speed, link, lagging, potential }, at, source }
     }
+}
+
+/// The cubic over a step of `h` seconds with values at both ends and how fast they rise there.
+#[inline(always)]
+fn over<V: Wide>(h: V, value: [V; 2], rise: [V; 2]) -> Cubic<V> {
+    Cubic { value, slope: [rise[0] * h, rise[1] * h] }
 }

@@ -119,7 +119,8 @@ impl<V: Wide> Tried<V> {
         for k in 0..3 {
             let flows = self.legs.flows[k];
             let dip = self.leg_current(k).dip() + bounds.slack[k];
-            let [low, high] = floating.sides(k).map(|side| side.dip() + bounds.slack[BLOCKED]);
+            let sides = floating.sides(k);
+            let [low, high] = pair!(of => sides[of].dip() + bounds.slack[BLOCKED]);
             let both = V::choose(flows, dip, low.least(high));
             least = least.least(V::choose(floating.safe[k], far, both));
         }

@@ -47,12 +47,12 @@ impl<V: Wide> Floating<V> {
         // What lags behind by eddy currents, and cells of the iron, are not part of the oscillators: cubics must follow.
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
-        let range =
-            places.map(|here| [0, 1, 2].map(|k: usize| machine.legs.range(&legs.on[k]).at(here.state.link)));
-        for (e, here) in places.into_iter().enumerate() {
+        let range = pair!(e => three!(k => machine.legs.range(&legs.on[k]).at(places[e].state.link)));
+        for e in 0..2_usize {
+            let here = places[e];
             let axes = &machine.legs.axes;
             let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current);
-            for k in 0..3 {
+            for k in 0..3_usize {
                 let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
                 let middle = here.state.potential[k] - swing.away[k];
                 let [low, high] = range[e][k];
@@ -61,7 +61,7 @@ impl<V: Wide> Floating<V> {
             }
         }
         let rise = change_of_potential(machine, legs, places, h);
-        Self { ringing, potential: places.map(|here| here.state.potential), rise, range, safe }
+        Self { ringing, potential: pair!(e => places[e].state.potential), rise, range, safe }
     }
 
     /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
@@ -77,16 +77,16 @@ impl<V: Wide> Floating<V> {
     #[inline(always)]
     pub fn sides(&self, k: usize) -> [Cubic<V>; 2] {
         let [begin, end] = [self.range[0][k], self.range[1][k]];
-        let side = |of: usize, sign: f64| {
+        let signs = [1.0, -1.0];
+        pair!(of => {
             let bounds = [begin[of], end[of]];
             // Bounds move with the link, in a step about evenly.
             let moved = bounds[1] - bounds[0];
             Cubic {
-                value: [0, 1].map(|e: usize| (self.potential[e][k] - bounds[e]) * sign),
-                slope: [0, 1].map(|e: usize| (self.rise[e][k] - moved) * sign),
+                value: pair!(e => (self.potential[e][k] - bounds[e]) * signs[of]),
+                slope: pair!(e => (self.rise[e][k] - moved) * signs[of]),
             }
-        };
-        [side(0, 1.0), side(1, -1.0)]
+        })
     }
 }
 
@@ -98,5 +98,5 @@ fn change_of_potential<V: Wide>(
     places: [&Here<V>; 2],
     h: V,
 ) -> [[V; 3]; 2] {
-    places.map(|here| machine.legs.charged(legs, here.at.current * h))
+    pair!(e => machine.legs.charged(legs, places[e].at.current * h))
 }

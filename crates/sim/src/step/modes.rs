@@ -31,7 +31,7 @@ impl<V: Wide> Modes<V> {
         let inverse = g.inverse();
         // G K G.
         let columns = [Plane::new(g.xx, g.xy), Plane::new(g.xy, g.yy)];
-        let charged = columns.map(|column| column.through(charging));
+        let charged = pair!(m => columns[m].through(charging));
         let (xx, xy, yy) =
             (columns[0].dot(charged[0]), columns[0].dot(charged[1]), columns[1].dot(charged[1]));
         let (mean, half) = ((xx + yy) * 0.5, (xx - yy) * 0.5);
@@ -50,9 +50,9 @@ impl<V: Wide> Modes<V> {
         let square = [mean + radius, V::choose(low.above(mean * RINGS), low, zero)];
         let first = Plane::new(cos, sin);
         let axes = [first, first.quarter_turn()];
-        let to = axes.map(|axis| axis.through(g));
-        let back = axes.map(|axis| axis.through(inverse));
-        let dropped = to.map(|axis| axis.through(*resistance));
+        let to = pair!(m => axes[m].through(g));
+        let back = pair!(m => axes[m].through(inverse));
+        let dropped = pair!(m => to[m].through(*resistance));
         let damping =
             [[to[0].dot(dropped[0]), to[0].dot(dropped[1])], [to[1].dot(dropped[0]), to[1].dot(dropped[1])]];
         Self { to, back, square, damping }
@@ -65,7 +65,7 @@ impl<V: Wide> Modes<V> {
         let zero = V::of(0.0);
         let none = [zero; 3];
         let mut swing = Swing { current: none, ahead: none, potential: none, away: none };
-        for m in 0..2 {
+        for m in 0..2_usize {
             let rings = self.square[m].above(zero);
             let per_square = V::only(rings, V::of(1.0) / V::choose(rings, self.square[m], V::of(1.0)));
             let now = self.back[m].dot(current);

@@ -14,28 +14,22 @@
 //! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
 //! exactly as well, where a step is longer than the damping can be left to the cubics.
 
-use standstill_numeric::Wide;
+use standstill_numeric::{Symmetric, Wide};
 
 use super::modes::Modes;
 use super::stumpff::stumpff;
+use super::swing::{Cubic, Far, Near, about, over, scaled};
 use super::two_derivative::Here;
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Machine};
 use crate::physics::plane::Plane;
 
-/// From this square of the angle by which a mode turns in a step its damping is solved with it. Below, cubics do.
+/// From this square of the angle by which a mode turns in a step it is solved as what swings about a polynomial.
 const TURNS: f64 = 0.25;
 
-/// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
-type Cubic<V> = [V; 4];
-
-/// From values and slopes per step at both ends.
-#[inline(always)]
-fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
-    let rise = value[1] - value[0];
-    [value[0], slope[0], rise * 3.0 - slope[0] - slope[0] - slope[1], slope[0] + slope[1] - rise - rise]
-}
+/// Up to this share of a mode's frequency its damping is solved with it, so that it swings; cubics carry what is beyond.
+const MOST_DAMPED: f64 = 0.9;
 
 /// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
 #[inline(always)]
@@ -85,23 +79,17 @@ impl<V: Wide> Ringing<V> {
     /// beginning.
     #[inline(always)]
     pub fn ahead(modes: Modes<V>, h: V, w: Plane<V>, begin: &End<V>) -> Self {
-        Self::new(modes, h, w, [begin, begin], |value, slope| [value[0], slope[0], V::of(0.0), V::of(0.0)])
+        Self::new::<false>(modes, h, w, [begin, begin])
     }
 
     /// The step of `h` seconds from one end to the other; `w` in V at its beginning.
     #[inline(always)]
     pub fn between(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
-        Self::new(modes, h, w, ends, cubic)
+        Self::new::<true>(modes, h, w, ends)
     }
 
     #[inline(always)]
-    fn new(
-        modes: Modes<V>,
-        h: V,
-        w: Plane<V>,
-        ends: [&End<V>; 2],
-        over: impl Fn([V; 2], [V; 2]) -> Cubic<V>,
-    ) -> Self {
+    fn new<const CUBIC: bool>(modes: Modes<V>, h: V, w: Plane<V>, ends: [&End<V>; 2]) -> Self {
         let zero = V::of(0.0);
         let none: Cubic<V> = [zero; 4];
         let mut step = Self {
@@ -114,32 +102,31 @@ impl<V: Wide> Ringing<V> {
             across: zero,
         };
         let second_is_slow = !modes.square[1].above(zero);
-        for m in 0..2 {
+        for m in 0..2_usize {
             let turned = modes.square[m] * h * h;
-            let half = V::only(turned.above(V::of(TURNS)), modes.damping[m][m] * h * 0.5);
-            let xi = ends.map(|end| modes.to[m].dot(end.flux));
-            let xi_rise = ends.map(|end| modes.to[m].dot(end.flux_rise) * h);
-            let modal = ends.map(|end| modes.back[m].dot(end.current));
-            let modal_rise = ends.map(|end| modes.back[m].dot(end.current_rise) * h);
+            let half = (modes.damping[m][m] * h * 0.5).least(turned.sqrt() * MOST_DAMPED);
+            let xi = pair!(e => modes.to[m].dot(ends[e].flux));
+            let xi_rise = pair!(e => modes.to[m].dot(ends[e].flux_rise) * h);
+            let modal = pair!(e => modes.back[m].dot(ends[e].current));
+            let modal_rise = pair!(e => modes.back[m].dot(ends[e].current_rise) * h);
             let twice = half + half;
             // What drops of the first mode's current in the second, which does not ring, follows from its mean.
             let mut across = [zero; 2];
             let mut across_rise = [zero; 2];
             if m == 1 {
                 step.across = V::only(second_is_slow, modes.damping[1][0] * h);
-                across = ends.map(|end| modes.back[0].dot(end.current) * step.across);
-                across_rise = ends.map(|end| modes.back[0].dot(end.current_rise) * h * step.across);
+                across = pair!(e => modes.back[0].dot(ends[e].current) * step.across);
+                across_rise = pair!(e => modes.back[0].dot(ends[e].current_rise) * h * step.across);
             }
-            let force = [0, 1].map(|e: usize| modes.to[m].dot(ends[e].force) * h + twice * xi[e] + across[e]);
-            let force_rise = [0, 1].map(|e: usize| {
-                modes.to[m].dot(ends[e].force_rise) * h * h + twice * xi_rise[e] + across_rise[e]
-            });
-            let remainder = [0, 1].map(|e: usize| modal[e] - xi[e]);
-            let remainder_rise = [0, 1].map(|e: usize| modal_rise[e] - xi_rise[e]);
+            let force = pair!(e => modes.to[m].dot(ends[e].force) * h + twice * xi[e] + across[e]);
+            let force_rise =
+                pair!(e => modes.to[m].dot(ends[e].force_rise) * h * h + twice * xi_rise[e] + across_rise[e]);
+            let remainder = pair!(e => modal[e] - xi[e]);
+            let remainder_rise = pair!(e => modal_rise[e] - xi_rise[e]);
             step.turned[m] = turned;
             step.velocity[m] = modes.to[m].dot(w) * h;
-            step.force[m] = over(force, force_rise);
-            step.remainder[m] = over(remainder, remainder_rise);
+            step.force[m] = over::<V, CUBIC>(force, force_rise);
+            step.remainder[m] = over::<V, CUBIC>(remainder, remainder_rise);
             step.damping[m] = half;
         }
         step
@@ -158,51 +145,38 @@ impl<V: Wide> Ringing<V> {
     /// ξ and the mean of I of a mode after a share of the step; `dropped`: what drops of the other's current.
     #[inline(always)]
     fn mode(&self, m: usize, share: V, dropped: V) -> (V, V) {
-        let scaled = |of: &Cubic<V>, first: V| {
-            let [a, b, c, d] = *of;
-            let (two, three) = (share * share, share * share * share);
-            [a * first, b * share * first, c * two * first, d * three * first]
-        };
-        let mut force = scaled(&self.force[m], share);
-        let mut remainder = scaled(&self.remainder[m], V::of(1.0));
+        let mut force = scaled(&self.force[m], share, share);
+        let remainder = scaled(&self.remainder[m], share, V::of(1.0));
         force[0] = force[0] - dropped;
         let turned = self.turned[m] * share * share;
         let damping = self.damping[m] * share;
         let velocity = self.velocity[m] * share;
+        let stumpff = stumpff(turned - damping * damping);
         let damped = damping.above(V::of(0.0));
-        let mut square = turned;
-        let mut decay = V::of(1.0);
-        if V::any(damped) {
-            let grow = exponential(damping);
-            decay = V::choose(damped, exponential(-damping), decay);
-            let grown = |of: &Cubic<V>| {
-                let [a, b, c, d] = *of;
-                let end = a + b + c + d;
-                let slope = b + c + c + d * 3.0;
-                let grown = cubic([a, grow * end], [b + damping * a, grow * (slope + damping * end)]);
-                [0, 1, 2, 3].map(|n: usize| V::choose(damped, grown[n], of[n]))
-            };
-            (force, remainder) = (grown(&force), grown(&remainder));
-            square = turned - damping * damping;
+        let far = damped & turned.above(V::of(TURNS));
+        let near = Near { turned, damping, stumpff }.after(velocity, &force, &remainder, damped);
+        if !V::any(far) {
+            return (near[0], near[1]);
         }
-        let [c0, c1, c2, c3, c4, c5] = stumpff(square);
-        // ∫ cos and ∫ sin of the rest of the step over the powers of time.
-        let cosines = [c1, c2, c3 * 2.0, c4 * 6.0];
-        let sines = [c2, c3, c4 * 2.0, c5 * 6.0];
-        let sum = |of: &Cubic<V>, with: &[V; 4]| {
-            of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
-        };
-        let pull: Cubic<V> = [0, 1, 2, 3].map(|n: usize| turned * remainder[n] + damping * force[n]);
-        let flux = c1 * velocity + sum(&force, &cosines) - sum(&pull, &sines);
-        // I integrated: as a polynomial where that is exact, else by what the charge has done.
-        let mut mean = c2 * velocity + sum(&force, &sines) + sum(&remainder, &cosines);
-        if V::any(damped) {
-            let speed = c0 * velocity - square * sum(&force, &sines) - sum(&pull, &cosines);
-            let end = decay * (speed + damping * flux);
-            let safe = V::choose(damped, turned, V::of(1.0));
-            mean = V::choose(damped, (velocity - end) / safe, mean);
+        let [cos, sin, ..] = stumpff;
+        let by = Far { turned: V::choose(far, turned, V::of(1.0)), damping, cos, sin };
+        let [flux, mean] = by.after(velocity, &force, &remainder);
+        (V::choose(far, flux, near[0]), V::choose(far, mean, near[1]))
+    }
+
+    /// The resistance in Ω that is left to cubics of one in Ω: all but what damps the modes in their own solution.
+    #[inline(always)]
+    pub(super) fn left_to_cubics(&self, resistance: &Symmetric<V>, h: V) -> Symmetric<V> {
+        // Of a step without length there is no damping.
+        let per_length = V::of(2.0) / h.greatest(V::of(1e-30));
+        let mut left = *resistance;
+        for m in 0..2_usize {
+            let (axis, solved) = (self.modes.back[m], self.damping[m] * per_length);
+            left.xx = left.xx - solved * axis.x * axis.x;
+            left.xy = left.xy - solved * axis.x * axis.y;
+            left.yy = left.yy - solved * axis.y * axis.y;
         }
-        (flux * decay, mean)
+        left
     }
 
     /// What of a lane's mode oscillates within the step: what I is without the polynomial about which it swings. None where it turns
@@ -214,15 +188,7 @@ impl<V: Wide> Ringing<V> {
         }
         let [force, j] = [&self.force[m], &self.remainder[m]].map(|of| of.each_ref().map(|a| a.get(lane)));
         let damping = self.damping[m].get(lane);
-        // I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′ = s₀ + s₁ s + s₂ s², solved by a polynomial p.
-        let s = [
-            force[1] + 2.0 * j[2] + 2.0 * damping * j[1],
-            2.0 * force[2] + 6.0 * j[3] + 4.0 * damping * j[2],
-            3.0 * force[3] + 6.0 * damping * j[3],
-        ];
-        let second = s[2] / turned;
-        let first = (s[1] - 4.0 * damping * second) / turned;
-        let zeroth = (s[0] - 2.0 * damping * first - 2.0 * second) / turned;
+        let [zeroth, first, _] = about(turned, damping, &force, &j);
         let angle = (turned - damping * damping).sqrt();
         let away = j[0] - zeroth;
         let rise = self.velocity[m].get(lane) + force[0] + j[1] - first;
@@ -233,10 +199,12 @@ impl<V: Wide> Ringing<V> {
     #[inline(always)]
     pub fn error(&self) -> V {
         let mut all = V::of(0.0);
-        for m in 0..2 {
+        for m in 0..2_usize {
             let size = self.modes.back[m].x.abs() + self.modes.back[m].y.abs();
             let turned = self.turned[m];
-            let of_remainder = turned / (turned.sqrt() + 1.0);
+            let angle = turned.sqrt();
+            // What pulls in time with a swing adds up until the damping holds it.
+            let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
             let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
             all = all + size * both;
         }
@@ -251,18 +219,6 @@ pub struct Oscillation {
     pub phasor: [f64; 2],
     /// σ.
     pub turns: [f64; 2],
-}
-
-/// e^x for |x| up to a half and somewhat more: of Taylor's series what counts.
-#[inline(always)]
-fn exponential<V: Wide>(x: V) -> V {
-    let mut sum = V::of(1.0);
-    let mut n = 16.0;
-    while n > 0.5 {
-        sum = x * sum * (1.0 / n) + 1.0;
-        n -= 1.0;
-    }
-    sum
 }
 
 /// What is known at the beginning of a step in which terminals ring.

@@ -5,20 +5,22 @@ use standstill_numeric::{Wide, sin_cos};
 /// Up to this argument they are summed, beyond they follow from sine and cosine.
 const SUMMED: f64 = 1.0;
 
+/// c_k over 1/k!, from the last term on.
+#[inline(always)]
+fn series<V: Wide>(x: V, k: f64) -> V {
+    let mut sum = V::of(1.0);
+    let mut j = 8.0;
+    while j > 0.5 {
+        sum = V::of(1.0) - x * sum * (1.0 / ((k + 2.0 * j) * (k + 2.0 * j - 1.0)));
+        j -= 1.0;
+    }
+    sum
+}
+
 /// c₀ to c₅ at arguments of at least zero: the squares of angles in rad.
 #[inline(always)]
 pub fn stumpff<V: Wide>(x: V) -> [V; 6] {
-    // 1/(k + 2j)! over 1/k!, from the last term on.
-    let series = |k: f64, first: f64| {
-        let mut sum = V::of(1.0);
-        let mut j = 8.0;
-        while j > 0.5 {
-            sum = V::of(1.0) - x * sum * (1.0 / ((k + 2.0 * j) * (k + 2.0 * j - 1.0)));
-            j -= 1.0;
-        }
-        sum * first
-    };
-    let (c4, c5) = (series(4.0, 1.0 / 24.0), series(5.0, 1.0 / 120.0));
+    let (c4, c5) = (series(x, 4.0) * (1.0 / 24.0), series(x, 5.0) * (1.0 / 120.0));
     let (c2, c3) = (V::of(0.5) - x * c4, V::of(1.0 / 6.0) - x * c5);
     let mut all = [V::of(1.0) - x * c2, V::of(1.0) - x * c3, c2, c3, c4, c5];
     let far = x.above(V::of(SUMMED));
@@ -29,8 +31,9 @@ pub fn stumpff<V: Wide>(x: V) -> [V; 6] {
         let (c0, c1) = (cos, sin / angle);
         let (c2, c3) = ((one - c0) / x, (one - c1) / x);
         let (c4, c5) = ((V::of(0.5) - c2) / x, (V::of(1.0 / 6.0) - c3) / x);
-        for (to, from) in all.iter_mut().zip([c0, c1, c2, c3, c4, c5]) {
-            *to = V::choose(far, from, *to);
+        let closed = [c0, c1, c2, c3, c4, c5];
+        for k in 0..6_usize {
+            all[k] = V::choose(far, closed[k], all[k]);
         }
     }
     all

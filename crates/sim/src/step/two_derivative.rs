@@ -112,7 +112,7 @@ impl<V: Wide> Tried<V> {
         let (mut acceleration, mut jerk, mut torque_rise) = ([zero; 2], [zero; 2], [zero; 2]);
         if let Some(rotors) = &machine.rotors {
             acceleration[0] = rotors.acceleration(here.at.torque, begin.speed);
-            let iron = machine.memory_if::<RARE>().map(|memory| memory.iron_here(begin.flux));
+            let iron = some!(machine.memory_if::<RARE>(), memory => memory.iron_here(begin.flux));
             torque_rise[0] = rotors.torque_rise(begin, &here.at, &change, iron.as_ref());
             jerk[0] = rotors.jerk(torque_rise[0], acceleration[0]);
             speed = begin.speed + h * (acceleration[0] + half * jerk[0]);
@@ -154,10 +154,7 @@ impl<V: Wide> Tried<V> {
             potential = add(potential, machine.legs.charged(legs, mean * h));
         }
         let mut lagging = begin.lagging;
-        let rotor_flux = machine
-            .circuits
-            .eddies()
-            .map(|_| RotorFlux::of(machine, begin, change.flux * h, begin.speed * h));
+        let rotor_flux = some!(machine.circuits.eddies(), _ => RotorFlux::of(machine, begin, change.flux * h, begin.speed * h));
         if let (Some(eddies), Some(from)) = (machine.circuits.eddies(), &rotor_flux) {
             let there = State { flux, turned, speed, link, lagging, potential };
             let to =
@@ -168,7 +165,8 @@ impl<V: Wide> Tried<V> {
         // What is there.
         let predicted = State { flux, turned, speed, link, lagging, potential };
         let along = change.flux * h;
-        let iron = machine.memory_if::<RARE>().map(|memory| memory.iron(&memory.away_at(flux, Some(along))));
+        let iron =
+            some!(machine.memory_if::<RARE>(), memory => memory.iron(&memory.away_at(flux, Some(along))));
         let mut at = machine.operating(&predicted, iron.as_ref());
         let gamma = at.inverse_inductance;
         let across = terminals.blocked.through(gamma);
@@ -205,7 +203,7 @@ impl<V: Wide> Tried<V> {
         if let Some(rotors) = &machine.rotors {
             let there = State { flux, turned, speed, link, lagging, potential };
             acceleration[1] = rotors.acceleration(at.torque, speed);
-            let iron = iron.map(|iron| Iron {
+            let iron = some!(iron, iron => Iron {
                 current: iron.current + (flux - looked_up_flux).through(iron.tangent),
                 ..iron
             });
@@ -231,7 +229,7 @@ impl<V: Wide> Tried<V> {
             let through = begin.flux + (change.flux + end_change.flux) * half - predicted_flux;
             missing = Plane::choose(idle, through, missing);
         }
-        let mut ringing = None;
+        let (mut ringing, mut resistance) = (None, terminals.resistance);
         if RARE && let Some(start) = &start {
             let surplus = terminals.rail * start.surplus[1];
             let end = End {
@@ -251,11 +249,12 @@ impl<V: Wide> Tried<V> {
             let [moved, mean] = step.after(V::of(1.0));
             missing = begin.flux + moved + surplus - predicted_flux;
             potential = add(begin.potential, machine.legs.charged(legs, mean * h));
+            resistance = step.left_to_cubics(&terminals.resistance, h);
             ringing = Some(step);
         }
         // Twice without what a blocked leg's terminal would take, the second time with what the correction does to the drop.
         missing = missing - terminals.blocked * (across.dot(missing) * per_impulse);
-        let feedback = missing.through(gamma).through(terminals.resistance) * half;
+        let feedback = missing.through(gamma).through(resistance) * half;
         let corrected = missing - feedback;
         let corrected = corrected - terminals.blocked * (across.dot(corrected) * per_impulse);
         missing = Plane::choose(idle, missing, corrected);
@@ -358,7 +357,7 @@ impl<V: Wide> Tried<V> {
         }
         let rises = [change.flux * h, end_change.flux * h];
         let (memory, way) = (machine.memory_if::<RARE>(), end.state.flux - here.state.flux);
-        let moved = memory.zip(away).map(|(memory, away)| memory.moved(away, way, rises));
+        let moved = some!(memory.zip(away), (memory, away) => memory.moved(away, way, rises));
         let margins = [
             bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
             bounds.margins::<RARE>(machine, legs, &end.state, &end.at, end_change, &phases[1]),

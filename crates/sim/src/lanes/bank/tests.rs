@@ -102,3 +102,41 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     assert!(turned > 1.0, "nothing turns");
     assert!(worst < 1e-11, "{worst:e} 1/H of 100");
 }
+
+/// A leg whose current flows against its mode before a step begins ends it in no step: the run says so, and not that its numbers are
+/// none.
+#[test]
+fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
+    use Conduction::{LowerSwitch, UpperSwitch};
+    let motor = built_in("paper-5k5").expect("built in");
+    let inverter = Inverter {
+        bridge: Bridge::default(),
+        gates: [GateTiming::default(); 3],
+        link: DcLink::stiff(550.0),
+        carrier_period: Nanos(100_000),
+    };
+    let begun = |flux: Plane<f64>| {
+        let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, false, false);
+        bank.machine.put(0, &motor, &inverter.link, 0.0, 0.0);
+        bank.machine.legs.put_bridge(0, &inverter.bridge);
+        for (k, gate) in [Gate::High, Gate::Low, Gate::Low].into_iter().enumerate() {
+            bank.machine.legs.gates[k].expect(0, Some((-2.0, -1.0, gate)));
+        }
+        bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
+        bank.here.state.flux = flux;
+        bank.here.state.link = 550.0;
+        (bank.live, bank.stop, bank.hint, bank.longest) = (1, 1e3, 1e3, 1e3);
+        bank.look(0);
+        let mut steps = 0;
+        while bank.served.broken == 0 && bank.here.time < 1e3 && steps < 1000 {
+            bank.step();
+            steps += 1;
+        }
+        (bank.served.broken, bank.why_broken(0))
+    };
+    // A flux below the magnet's: a current of some amperes out of a winding that its switch feeds.
+    let backwards = begun(Plane::new(0.40, 0.0));
+    assert_eq!(backwards, (1, RunError::Stuck));
+    assert_eq!(begun(Plane::new(f64::NAN, 0.0)), (1, RunError::NotFinite));
+    assert_eq!(begun(Plane::new(0.50, 0.0)).0, 0);
+}

@@ -1,0 +1,47 @@
+//! Terminals with a capacitance, from the table of the inverter.
+
+use standstill_inverter::Bridge;
+use standstill_plant::Motor;
+
+use super::document::FileError;
+use super::ranges::{checked, in_range};
+use super::tables::InverterTable;
+
+/// Quality of the ringing where nobody has measured the winding's resistance to it: the swing falls to half in a period.
+const QUALITY: f64 = 5.0;
+
+/// A terminal with less does not ring: its current would meet more than half of its characteristic impedance.
+const LEAST_QUALITY: f64 = 2.0;
+
+impl InverterTable {
+    pub(super) fn apply_terminals(&self, bridge: &mut Bridge, motor: &Motor) -> Result<(), FileError> {
+        if let Some(value) = self.terminal_capacitance {
+            let key = "inverter.terminal_capacitance";
+            bridge.terminal_capacitance = checked(key, value)?;
+            if bridge.terminal_capacitance > 0.0 {
+                in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
+            }
+        }
+        if bridge.terminal_capacitance == 0.0 {
+            return match self.terminal_resistance {
+                Some(value) => {
+                    let needed = "`inverter.terminal_capacitance` beside it: without it nothing rings";
+                    Err(FileError::key("inverter.terminal_resistance", &value.to_string(), needed))
+                }
+                None => Ok(()),
+            };
+        }
+        let winding = &motor.winding;
+        let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
+        let impedance = (1.5 * inductance / bridge.terminal_capacitance).sqrt();
+        bridge.terminal_resistance = impedance / QUALITY;
+        if let Some(value) = self.terminal_resistance {
+            let key = "inverter.terminal_resistance";
+            checked(key, value)?;
+            let most = impedance / LEAST_QUALITY;
+            let needed = format!("from 0 to {most:.3} Ω, half of √(1.5 L/C): with more nothing rings");
+            bridge.terminal_resistance = in_range(key, value, [0.0, most], &needed)?;
+        }
+        Ok(())
+    }
+}
