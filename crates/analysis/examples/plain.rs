@@ -2,7 +2,7 @@
 //! noise alone, where two readings of a current decide.
 //!
 //! ```text
-//!   cargo run --release -p standstill-analysis --example plain -- 10000000
+//!   cargo run --release -p standstill-analysis --example plain -- 10000000 [SEED]
 //! ```
 
 use std::error::Error;
@@ -19,12 +19,13 @@ mod motor;
 const CURRENT: f64 = 5.0;
 const NOISES: [f64; 2] = [0.020, NOISE_SEEN];
 const NOISE_SEEN: f64 = 0.028;
-/// A seed that no run of `odds` had.
+/// A seed that no run of `odds` had, where none is given.
 const SEED: u64 = 2;
 const AT_ONCE: usize = 100_000;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let trials: u64 = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(100_000);
+    let argument = |n: usize| std::env::args().nth(n).and_then(|text| text.parse::<u64>().ok());
+    let (trials, seed) = (argument(1).unwrap_or(100_000), argument(2).unwrap_or(SEED));
     let never = AtomicBool::new(false);
     let event = Event::WrongEvidence;
     for noise in NOISES {
@@ -41,7 +42,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let of = Trials::new(&plan)?;
     let mut hits = 0;
     for start in (0..trials).step_by(AT_ONCE) {
-        let tapes = (start..trials.min(start + AT_ONCE as u64)).map(|trial| Tape::new(SEED, trial)).collect();
+        let tapes = (start..trials.min(start + AT_ONCE as u64)).map(|trial| Tape::new(seed, trial)).collect();
         let records = of.all_records(tapes, &never).map_err(|halt| format!("{halt:?}"))?;
         hits += records.iter().filter(|record| event.happened(record)).count() as u64;
     }
