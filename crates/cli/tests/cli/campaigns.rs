@@ -381,7 +381,7 @@ fn a_report_is_one_file_that_says_what_was_run() {
     };
     assert_eq!(pictures("csv"), pictures("parquet"));
 
-    assert!(mistake(&["report", "nowhere"], path).contains("nowhere/summary.json"));
+    assert!(mistake(&["report", "nowhere"], path).contains("nowhere: found no such folder"));
     fs::remove_file(path.join("parquet/trials.parquet")).expect("there");
     assert!(mistake(&["report", "parquet"], path).contains("no trials"));
     succeed(&["run", "s.toml", "--trials", "60", "--seed", "2", "--out", "other"], path);
