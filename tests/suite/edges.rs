@@ -1,10 +1,13 @@
 //! Where numbers of the engine's own could matter: how small a motor may be, how long a step, when a leg wakes.
 
+use std::path::Path;
+
 use standstill_interface::{Command, Nanos, Phase, Reading, Sampling, Stage};
 use standstill_inverter::{OpenLeg, Sag};
 use standstill_numeric::Heading;
 use standstill_plant::{Core, Linear, MagneticCircuit, Motor};
-use standstill_sim::{Case, NoProbe, Run, Tolerance, run};
+use standstill_scenario::{Document, Plan};
+use standstill_sim::{Case, Ended, NoProbe, Run, Tolerance, run};
 
 use crate::bench::{Script, exact_case, reference_motor, usual_inverter};
 
@@ -109,5 +112,19 @@ fn law_no_step_is_longer_than_the_shorter_time_constant() {
     let (strict, _) = play(&case, commands());
     for (a, b) in readings.iter().zip(&strict) {
         assert!((0..3).all(|k| (a.current.0[k] - b.current.0[k]).abs() < 1e-6));
+    }
+}
+
+/// Three gates that switch at once leave currents of rounding beside a resistance of kiloohms: what that makes of them is no reason
+/// for a device to conduct, or it did and did not without end.
+#[test]
+fn regress_damped_terminals_do_not_chatter_where_all_edges_are_at_once() {
+    let text = "detector.method = \"line-inductance-fast\"\nerrors = \"default\"\n[inverter]\n\
+                terminal_capacitance = \"0.3 nF\"\ndead_time = 0\ndelay_mismatch = 0\n";
+    let plan = Plan::new(Document::parse(Path::new("s.toml"), text).expect("TOML")).expect("a plan");
+    let scenario = plan.scenario(0).expect("a scenario");
+    for trial in 0..6 {
+        let record = scenario.trial(trial).expect("settings");
+        assert!(matches!(record.run.ended, Ended::Outcome(_)), "{trial}: {:?}", record.run.ended);
     }
 }

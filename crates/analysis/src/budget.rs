@@ -117,7 +117,7 @@ impl Budget {
         };
         let tuples: Vec<Option<Tuple>> = (0..a.len()).map(tuple).collect();
         let whole: Vec<Tuple> = tuples.iter().flatten().cloned().collect();
-        let shares = Shares::of(&whole);
+        let shares = Shares::of(&whole, sources.len());
         let items = sources.iter().enumerate().map(|(k, source)| Item {
             source: source.clone(),
             alone_deg: rms(&alone[k]),
@@ -133,19 +133,22 @@ impl Budget {
             pairs,
             dropped: pairs - whole.len() as u64,
             trials: self::trials(pairs, sources.len()),
-            over_angle: over_angle(&tuples),
+            over_angle: over_angle(&tuples, sources.len()),
         })
     }
 }
 
 /// Mean squares in parts of the turn. Sample k of n stands at the k-th of n angles.
-fn over_angle(tuples: &[Option<Tuple>]) -> Vec<Part> {
+fn over_angle(tuples: &[Option<Tuple>], sources: usize) -> Vec<Part> {
     let has_enough = |parts: &usize| tuples.len() >= IN_PART * parts;
     let parts = PARTS.into_iter().find(has_enough).unwrap_or(PARTS[PARTS.len() - 1]);
     let part = |number: usize| {
         let [from, to] = [number, number + 1].map(|edge| edge * tuples.len() / parts);
         let whole: Vec<Tuple> = tuples[from..to].iter().flatten().cloned().collect();
-        Part { angle_deg: 360.0 * (number as f64 + 0.5) / parts as f64, squares: Squares::of(&whole) }
+        Part {
+            angle_deg: 360.0 * (number as f64 + 0.5) / parts as f64,
+            squares: Squares::of(&whole, sources),
+        }
     };
     (0..parts).map(part).collect()
 }
@@ -213,10 +216,10 @@ mod tests {
             let error = |k: usize| 2.0 * sin_cos(2.0 * TAU * (k as f64 + 0.5) / pairs as f64).0;
             (0..pairs).map(|k| Some(Tuple { a: error(k), b: error(k), mixed: vec![error(k)] })).collect()
         };
-        let counts = [3600, 3599, 1800, 1799, 100].map(|pairs| over_angle(&tuples(pairs)).len());
+        let counts = [3600, 3599, 1800, 1799, 100].map(|pairs| over_angle(&tuples(pairs), 1).len());
         assert_eq!(counts, [24, 12, 12, 6, 6]);
         for pairs in [3600, 1801] {
-            let parts = over_angle(&tuples(pairs));
+            let parts = over_angle(&tuples(pairs), 1);
             let width = 360.0 / parts.len() as f64;
             for part in &parts {
                 // The mean of 4 sin² 2θ over a part.

@@ -68,8 +68,7 @@ impl Tuple {
 
 impl Shares {
     /// Of independent tuples, all of as many sources.
-    pub fn of(tuples: &[Tuple]) -> Self {
-        let sources = tuples.first().map_or(0, |tuple| tuple.mixed.len());
+    pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let ratio =
             |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), tuple.square())));
         Self {
@@ -96,8 +95,7 @@ pub struct Squares {
 
 impl Squares {
     /// Of independent tuples, all of as many sources.
-    pub fn of(tuples: &[Tuple]) -> Self {
-        let sources = tuples.first().map_or(0, |tuple| tuple.mixed.len());
+    pub fn of(tuples: &[Tuple], sources: usize) -> Self {
         let mean = |of: &dyn Fn(&Tuple) -> f64| ratio(tuples.iter().map(|tuple| (of(tuple), 1.0)));
         Self {
             all: mean(&Tuple::square),
@@ -107,7 +105,7 @@ impl Squares {
     }
 }
 
-/// The ratio of two means with its 95 % interval.
+/// The ratio of two means with its 95 % interval; of fewer than two pairs, not a number.
 pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
     let (mut count, mut above, mut below) = (0.0, 0.0, 0.0);
     for (x, y) in pairs.clone() {
@@ -115,6 +113,9 @@ pub fn ratio(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Estimate {
     }
     let value = above / below;
     let squares: f64 = pairs.map(|(x, y)| power(x - value * y, 2)).sum();
+    if count < 2.0 {
+        return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+    }
     let half = student(count - 1.0) * squares.sqrt() / below;
     Estimate { value, low: value - half, high: value + half }
 }
@@ -152,7 +153,7 @@ mod tests {
         let truth = [m * m / 2.0, a * a / 2.0, b * b, 0.0, c * c].map(|part| part / square);
         let mut held = 0;
         for seed in 1..=20 {
-            let shares = Shares::of(&tuples(seed, [m, a, b, c]));
+            let shares = Shares::of(&tuples(seed, [m, a, b, c]), 3);
             let [x, y, z] = [0, 1, 2].map(|source| shares.first[source]);
             let found = [shares.common, x, y, z, shares.interaction];
             held += found.iter().zip(truth).filter(|(e, truth)| e.low <= *truth && *truth <= e.high).count();
@@ -173,7 +174,7 @@ mod tests {
         let [m, a, b, c] = [1.0, 2.0, 1.5, 0.7];
         let (mut held, mut below) = (0, 0);
         for seed in 1..=20 {
-            let squares = Squares::of(&tuples(seed, [m, a, b, c])[..500]);
+            let squares = Squares::of(&tuples(seed, [m, a, b, c])[..500], 3);
             let found = [squares.all, squares.common, squares.first[0], squares.first[1], squares.first[2]];
             let all = m * m / 2.0 + a * a / 2.0 + b * b + c * c;
             let truth = [all, m * m / 2.0, a * a / 2.0, b * b, 0.0];
@@ -188,7 +189,7 @@ mod tests {
     #[test]
     fn law_what_cancels_over_all_angles_has_its_share_at_each() {
         // A gain that turns the axis by cos 2θ: over all angles it averages to nothing.
-        let shares = Shares::of(&tuples(3, [0.0, 1.0, 0.0, 0.0]));
+        let shares = Shares::of(&tuples(3, [0.0, 1.0, 0.0, 0.0]), 3);
         assert!((shares.first[0].value - 1.0).abs() < 0.05);
         assert!(shares.interaction.value.abs() < 0.05);
     }

@@ -50,7 +50,7 @@ pub fn of<S>(scenario: &Scenario<S>) -> Vec<String> {
         doubt("inverter.diode_drop", devices.diode_drop, "V", 0.2, link),
         doubt("inverter.switch_resistance", devices.switch_resistance * rated.0, "V", 0.2, link),
         doubt("inverter.diode_resistance", devices.diode_resistance * rated.0, "V", 0.2, link),
-        doubt("inverter.ripple", drive.link.ripple, "V", 0.5, link),
+        doubt("inverter.ripple", drive.link.ripple, "", 0.5, one),
         doubt("inverter.dc_link", drive.link.voltage, "V", 5.0, usual_link),
     ];
     doubts.retain(|doubt| doubt.value > doubt.share * doubt.of.0);

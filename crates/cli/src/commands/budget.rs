@@ -21,6 +21,9 @@ use crate::output::Output;
 use crate::summary::fixed;
 use crate::table::{Column, Table as Printed};
 
+/// Pairs of starts with an axis that shares can be told from.
+const FEWEST: u64 = 10;
+
 const FILES: [&str; 7] = [
     "budget.csv",
     "budget.json",
@@ -98,6 +101,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let Some(budget) = unless_stopped(found)? else {
         return Ok(interrupted(question, "budget", &watched, "the samples were not complete"));
     };
+    if budget.pairs < budget.dropped + FEWEST {
+        return Err(Error::Arguments(format!(
+            "of {} pairs of starts {} have an axis in all that was tried: too few to share an error out, needed {FEWEST}",
+            budget.pairs,
+            budget.pairs - budget.dropped
+        )));
+    }
     let setting = setting(plan.file(), trials.scenario());
     let rows = rows(&budget);
     let answer = json!({

@@ -82,8 +82,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     watched.bar.finish_and_clear();
     let place = options.files.as_deref().unwrap_or_else(|| Path::new("")).join("scenario");
     let varied = run.file.axes.keys().cloned().collect();
+    let folder_of_run = super::run::quoted(&options.folder.to_string_lossy());
+    let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let setup = Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied };
-    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command: typed() })
+    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command })
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.
@@ -116,7 +118,14 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Err
         })?;
     let single = plan.single(chosen.point, chosen.trial).map_err(failed)?;
     let (record, trace) = watch(&single).map_err(|error| Halt::Failed(error.into()))?;
-    let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
+    let scenario = &single.scenario;
+    let title = format!(
+        "{}, {}, trial {}, rotor at {:.2}°",
+        scenario.motor.name,
+        plan.file().detector.name(),
+        chosen.trial,
+        record.start_angle_deg()
+    );
     let figure = figures::detection(&trace, &title, super::found(&record));
     Ok(Told { chosen, single, explained, figure })
 }

@@ -6,7 +6,7 @@ mod identity;
 pub use ends::Key;
 pub use identity::Identity;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use serde_json::json;
 use standstill_analysis::Halt;
@@ -186,10 +186,18 @@ pub struct Made<'a> {
 
 /// This process's command line as one can type it again; none of another program's.
 pub fn typed() -> String {
+    typed_of(None)
+}
+
+/// The same with `scenario.toml` in place of the scenario's file.
+pub fn typed_of(scenario: Option<&Path>) -> String {
     if crate::host::current().is_some() {
         return String::new();
     }
-    let words = std::env::args_os().skip(1).map(|word| super::run::quoted(&word.to_string_lossy()));
+    let words = std::env::args_os().skip(1).map(|word| match scenario {
+        Some(path) if path.as_os_str() == word => "scenario.toml".to_owned(),
+        _ => super::run::quoted(&word.to_string_lossy()),
+    });
     std::iter::once("standstill".to_owned()).chain(words).collect::<Vec<_>>().join(" ")
 }
 

@@ -87,6 +87,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if options.key.len() > 2 {
         return Err(Error::Arguments("--key: one, or two for a trade-off curve".to_owned()));
     }
+    if let [first, second] = &options.key[..]
+        && first == second
+    {
+        return Err(Error::Arguments(format!(
+            "--key: {first} is there twice; a trade-off curve needs two keys"
+        )));
+    }
     let bench = Bench::new(&document, &options.limit, &options.key)?;
     if let Some(folder) = folder(question, "require") {
         drop(Output::create(&folder, &FILES)?);

@@ -68,7 +68,7 @@ pub fn over_angle(budget: &Budget, subtitle: &str) -> Figure {
     }
     let width = 360 / parts.len().max(1);
     Figure {
-        title: "The same over the rotor's angle".to_owned(),
+        title: "Where the error comes from, over the rotor's angle".to_owned(),
         subtitle: Some(format!("{subtitle}; means over {width}° with their 95 % intervals")),
         width: WIDTH,
         height: 480,

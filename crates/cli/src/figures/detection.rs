@@ -151,7 +151,7 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
 
 /// Detections with several settings, laid over one another: each phase's current, how far the rotor moved, and close up the first
 /// pulse of each, all from its own gate edge on, with what the drives read.
-pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
+pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure {
     let end = runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time).fold(0.0, f64::max);
     let window = |trace| Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
     let over = |label: &str, value: &dyn Fn(&Trace, &Snapshot) -> f64| {
@@ -175,7 +175,7 @@ pub fn overlaid(runs: &[(String, Trace)], title: &str) -> Figure {
         panel.legend = false;
     }
     let height = 160 + 210 * u32::try_from(panels.len()).unwrap_or(3);
-    Figure { title: title.to_owned(), subtitle: None, width: WIDTH, height, panels }
+    Figure { title: title.to_owned(), subtitle: Some(subtitle.to_owned()), width: WIDTH, height, panels }
 }
 
 /// The first pulse of each run, in the phase that carries most of the first run's: a curve and marks for each.

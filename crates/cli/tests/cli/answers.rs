@@ -330,3 +330,17 @@ fn mistakes_name_what_there_is() {
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");
 }
+
+/// A part of the turn, or all of it, without an axis is a gap or a message, and no panic.
+#[test]
+fn regress_a_budget_of_starts_without_an_axis_says_so() {
+    let folder = super::folder();
+    let path = folder.path();
+    std::fs::write(path.join("s.toml"), format!("{SCENARIO}errors = \"default\"\n")).expect("written");
+    let none =
+        super::mistake(&["budget", "s.toml", "--pairs", "100", "-s", "detector.least_saliency=0.9"], path);
+    assert!(none.contains("of 100 pairs of starts 0 have an axis"), "{none}");
+    let some = ["-s", "sensors.noise=1 mA", "-s", "errors=none", "-s", "detector.least_saliency=0.23"];
+    let output = standstill(&[&["budget", "s.toml", "--pairs", "360"][..], &some].concat(), path);
+    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
+}

@@ -20,8 +20,8 @@ pub struct Series {
     coefficients: Vec<f64>,
     /// Cholesky's factor of the normal equations, row by row.
     factor: Vec<Vec<f64>>,
-    /// Standard deviation of the residuals.
-    deviation: f64,
+    /// Σ r² x xᵀ over the points' residuals r and rows x.
+    scatter: Vec<Vec<f64>>,
 }
 
 impl Series {
@@ -34,7 +34,12 @@ impl Series {
         let gap = angles.windows(2).map(|pair| pair[1] - pair[0]).fold(around, f64::max);
         let fits =
             |order: &usize| points.len() >= PER_COEFFICIENT * (2 * order + 1) && gap <= 180.0 / *order as f64;
-        let order = (1..=HIGHEST).rev().find(fits)?;
+        // Angles that repeat may not tell the highest orders apart.
+        (1..=HIGHEST).rev().filter(fits).find_map(|order| Self::without_outliers(order, points))
+    }
+
+    /// Of this order, by the points that are not far apart from the curve.
+    fn without_outliers(order: usize, points: &[(f64, f64)]) -> Option<Self> {
         let mut used = points.to_vec();
         let mut series = Self::to(order, &used)?;
         for _ in 0..3 {
@@ -66,9 +71,18 @@ impl Series {
         }
         let factor = cholesky(normal)?;
         let coefficients = backward(&factor, forward(&factor, right));
-        let mut series = Self { order, coefficients, factor, deviation: 0.0 };
-        let squares: f64 = points.iter().map(|point| series.residual(*point).powi(2)).sum();
-        series.deviation = (squares / points.len().saturating_sub(size).max(1) as f64).sqrt();
+        let mut series = Self { order, coefficients, factor, scatter: vec![vec![0.0; size]; size] };
+        for point in points {
+            let row = terms(order, point.0);
+            // A point draws the curve towards itself: its residual is as much too small.
+            let own: f64 = forward(&series.factor, row.clone()).iter().map(|x| x * x).sum();
+            let square = (series.residual(*point) / (1.0 - own).max(1e-3)).powi(2);
+            for (sums, a) in series.scatter.iter_mut().zip(&row) {
+                for (sum, b) in sums.iter_mut().zip(&row) {
+                    *sum += square * a * b;
+                }
+            }
+        }
         Some(series)
     }
 
@@ -79,9 +93,12 @@ impl Series {
 
     /// Half of its 95 % interval there.
     pub fn half_width(&self, angle: f64) -> f64 {
-        // (XᵀX)⁻¹ between two rows is the square of L⁻¹ times the row.
-        let solved = forward(&self.factor, terms(self.order, angle));
-        1.96 * self.deviation * solved.iter().map(|x| x * x).sum::<f64>().sqrt()
+        // How far errors scatter depends on the angle: (XᵀX)⁻¹ Xᵀ diag(r²) X (XᵀX)⁻¹ between two rows (White 1980, with MacKinnon's
+        // and White's correction HC3, doi:10.1016/0304-4076(85)90158-7).
+        let weights = backward(&self.factor, forward(&self.factor, terms(self.order, angle)));
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        let square: f64 = self.scatter.iter().zip(&weights).map(|(row, w)| w * dot(row, &weights)).sum();
+        1.96 * square.max(0.0).sqrt()
     }
 
     /// By how much a point lies above it.
@@ -200,6 +217,30 @@ mod tests {
             }
         }
         assert!((930..=970).contains(&held), "{held} of 1,000");
+    }
+
+    /// Gains of sensors scatter the error as cos 2θ.
+    #[test]
+    fn law_its_interval_holds_the_truth_where_errors_scatter_by_the_angle() {
+        let (mut held, mut widths) = ([0; 2], [0.0; 2]);
+        for run in 0..500 {
+            let error = |k| (2.0 * angle(k)).to_radians().cos() * noise(1000 * run + k);
+            let points: Vec<(f64, f64)> = (0..400).map(|k| (angle(k), error(k))).collect();
+            let series = Series::of(&points).expect("a curve");
+            for (n, at) in [0.0, 45.0].into_iter().enumerate() {
+                held[n] += u32::from(series.at(at).abs() <= series.half_width(at));
+                widths[n] += series.half_width(at);
+            }
+        }
+        assert!(held.iter().all(|held| (455..=490).contains(held)), "{held:?} of 500");
+        assert!(widths[0] > 1.5 * widths[1], "{widths:?}");
+    }
+
+    #[test]
+    fn law_angles_that_repeat_have_the_order_that_they_support() {
+        let points: Vec<(f64, f64)> =
+            (0..240).map(|k| (30.0 * f64::from(k % 12), noise(u32::try_from(k).unwrap_or(0)))).collect();
+        assert_eq!(Series::of(&points).map(|series| series.order), Some(5));
     }
 
     #[test]

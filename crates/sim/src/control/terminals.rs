@@ -14,6 +14,9 @@ use crate::step::ends::POTENTIAL_DEEP;
 /// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
 const ONE_BOUND: f64 = 1e-9;
 
+/// Time in s in which a current must become one that counts for its leg to begin to conduct.
+const SOON: f64 = 1e-6;
+
 impl<'a> Control<'a> {
     /// Whether a leg is where its mode ends: its current no more than a step may be off, or its potential that near to a bound.
     pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> bool {
@@ -81,22 +84,33 @@ impl<'a> Control<'a> {
             let [low, high] = bands[k];
             bank.here.state.potential[k].get(lane).max(low).min(high)
         });
-        let slopes = self.slopes(bank, held);
         let bridge = self.case.inverter.bridge;
         let kind = bridge.devices.kind;
-        let mut modes: Modes = [Conduction::Blocked; 3];
-        for k in 0..3 {
+        let mode = |k: usize, slope: f64| {
             let [low, high] = bands[k];
             let way = |direction: f64| {
                 let carried = current[k] + self.following(bank, direction, k);
-                if ended == Some(k) || carried.abs() <= least { slopes[k] } else { carried }
+                if ended == Some(k) || carried.abs() <= least { slope } else { carried }
             };
             let one = high - low <= ONE_BOUND * link;
             if way(1.0) > 0.0 && (one || held[k] <= low + near) || one && way(1.0) == 0.0 {
-                modes[k] = kind.outflow(gates[k]);
+                kind.outflow(gates[k])
             } else if way(-1.0) < 0.0 && (one || held[k] >= high - near) {
-                modes[k] = kind.inflow(gates[k]);
+                kind.inflow(gates[k])
+            } else {
+                Conduction::Blocked
             }
+        };
+        // What becomes of legs that carry a current does not depend on how currents change, but these depend on it: a current that
+        // has found a device meets no resistance of what rings any more.
+        let floats = std::array::from_fn(|k| mode(k, 0.0) == Conduction::Blocked);
+        let slopes = self.slopes(bank, held, floats);
+        // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
+        let damped = bridge.terminal_resistance > 0.0;
+        let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
+        let modes: Modes = std::array::from_fn(|k| mode(k, slope(k)));
+        for k in 0..3 {
+            let [_, high] = bands[k];
             let to =
                 bridge.devices.clamp(modes[k]).map_or(held[k], |clamp| clamp.potential(link, current[k]));
             let upper = match gates[k] {
@@ -110,16 +124,15 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// How fast the phases' currents rise in A/s with these terminal potentials in V.
-    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> [f64; 3] {
+    /// How fast the phases' currents rise in A/s with these terminal potentials in V, where these terminals float.
+    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3], floats: [bool; 3]) -> [f64; 3] {
         let one = One::of(bank, &bank.here, self.lane);
         let axes =
             bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
         let mut voltage = one.current * -self.case.motor.resistance;
         let current = axes.map(|axis| axis.dot(one.current));
         for (k, axis) in axes.iter().enumerate() {
-            let charges = bank.machine.legs.direction(self.lane, k) == 0.0;
-            let met = if charges { self.case.inverter.bridge.terminal_resistance } else { 0.0 };
+            let met = if floats[k] { self.case.inverter.bridge.terminal_resistance } else { 0.0 };
             voltage = voltage + *axis * ((potential[k] - met * current[k]) * (2.0 / 3.0));
         }
         let rise = voltage.through(one.inverse_inductance) + one.drift;

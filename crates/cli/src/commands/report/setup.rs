@@ -129,7 +129,7 @@ fn facts(plan: &Plan) -> Vec<(String, String)> {
     let devices = drive.bridge.devices;
     let mut facts = vec![
         ("inverter.dc_link", one(drive.link.voltage, "V")),
-        ("inverter.ripple", one(drive.link.ripple, "V")),
+        ("inverter.ripple", percent(drive.link.ripple)),
         ("inverter.dead_time", one(drive.dead_time.seconds(), "s")),
         ("inverter.delay_mismatch", one(drive.delay_mismatch, "s")),
         ("inverter.switch_drop", one(devices.switch_drop, "V")),

@@ -7,7 +7,7 @@ use super::{ended, plan};
 use crate::Report;
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
 use crate::commands::explain::watch;
-use crate::commands::question::typed;
+use crate::commands::question::{setting, typed_of};
 use crate::commands::report::setup::Setup;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
@@ -92,7 +92,8 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     if options.verify {
         return Err(Error::Arguments("--verify: needed a single setting, not lists".to_owned()));
     }
-    let mut singles = Vec::new();
+    // What figure and page speak of: the first, and what is varied.
+    let (mut singles, mut spoken) = (Vec::new(), None);
     // What is wrong with any of them shows before the first.
     for (name, set) in settings {
         let source = Source {
@@ -100,7 +101,9 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
             keys: Keys { set: set.clone(), detector: options.source.keys.detector.clone() },
         };
         let plan = plan(options, &source)?;
-        singles.push((name, plan.single(options.point, options.trial)?, plan.text()?));
+        let single = plan.single(options.point, options.trial)?;
+        spoken.get_or_insert_with(|| setting(plan.file(), &single.scenario));
+        singles.push((name, single, plan.text()?));
     }
     let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
     let mut output = Output::create(&options.out, &names)?;
@@ -131,7 +134,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         traces.push((for_reading(name), trace));
     }
     let title = format!("Trial {} with several settings", options.trial);
-    let figure = figures::overlaid(&traces, &title);
+    let keys = varied(settings);
+    let spoken = spoken.unwrap_or_default();
+    let spoken = format!("{spoken}; varied: {}", keys.join(", "));
+    let figure = figures::overlaid(&traces, &title, &spoken);
     let table = Table::new([
         Column::prose("setting"),
         Column::prose("it ended"),
@@ -143,12 +149,6 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("result.json", format!("{:#}\n", serde_json::Value::from(results)).as_bytes())?;
     output.file("overlay.svg", figure.svg()?.as_bytes())?;
     output.file("overlay.png", &figure.png()?)?;
-    let varied = |key: &&String| {
-        let mut values = settings.iter().map(|(_, set)| set.iter().find(|(known, _)| known == *key));
-        let first = values.next();
-        values.any(|value| Some(value) != first)
-    };
-    let keys = settings[0].1.iter().map(|(key, _)| key).filter(varied).cloned().collect();
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let setup = Setup { place: &place, text: &singles[0].2, fence: None, varied: keys };
     let blocks = setup.heading().into_iter().collect::<Vec<_>>();
@@ -160,7 +160,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         subtitle: String::new(),
         sections: [Section { title: "Waveforms".to_owned(), blocks }]
             .into_iter()
-            .chain([setup.section(), setup.reproduce(&typed())])
+            .chain([setup.section(), setup.reproduce(&typed_of(options.source.scenario.as_deref()))])
             .collect(),
         footer: format!("Standstill {}", env!("CARGO_PKG_VERSION")),
     };
@@ -170,6 +170,16 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         text: format!("trial {}\n{}\n{}", options.trial, table.text(), file_list(&options.out, &files)),
         code,
     })
+}
+
+/// Keys that are not the same in all settings.
+fn varied(settings: &[Setting]) -> Vec<String> {
+    let is_varied = |key: &&String| {
+        let mut values = settings.iter().map(|(_, set)| set.iter().find(|(known, _)| known == *key));
+        let first = values.next();
+        values.any(|value| Some(value) != first)
+    };
+    settings[0].1.iter().map(|(key, _)| key).filter(is_varied).cloned().collect()
 }
 
 #[cfg(test)]
