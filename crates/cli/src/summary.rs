@@ -85,7 +85,14 @@ pub fn text(s: &Summary) -> String {
         ("95th percentile", format!("{}°", angle(&s.p95_deg))),
         ("99th percentile", format!("{}°", angle(&s.p99_deg))),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        (beyond.as_str(), format!("{} % of {} found", interval(&s.beyond_limit, 100.0, 2), s.found)),
+        (
+            beyond.as_str(),
+            format!(
+                "{} % of {} found",
+                interval(&s.beyond_limit, 100.0, digits(s.beyond_limit.high)),
+                s.found
+            ),
+        ),
         ("wrong poles", painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),
