@@ -177,6 +177,7 @@ mod tests {
         ("inverter.open_leg", "\"open\"", ""),
         ("inverter.terminal_capacitance", "1e-9", ""),
         ("inverter.terminal_resistance", "500.0", "inverter.terminal_capacitance = 1e-9"),
+        ("detector.rest", "1.2", "detector.method = \"bipolar\""),
         ("detector.time_limit", "2.5", ""),
         ("sensors.arrangement", "\"two-in-line\"", ""),
         ("sensors.gain_error", "0.02", ""),

@@ -367,9 +367,11 @@ fn law_each_key_of_a_method_is_one_of_scenario_files_with_its_unit() {
     for key in keys::ALL {
         let name = format!("detector.{}", key.name);
         let (value, wanted) = match key.kind {
-            Kind::Number { unit, whole, range: [_, high], .. } => {
+            Kind::Number { unit, whole, range: [low, high], .. } => {
                 assert_eq!(super::unit(&name).as_deref(), Some(unit), "{name}");
-                (if whole { "5".to_owned() } else { format!("{}", 0.07 * high.min(0.1)) }, true)
+                let small = 0.07 * high.min(0.1);
+                let within = if small < low { low + 0.1 * (high - low) } else { small };
+                (if whole { "5".to_owned() } else { format!("{within}") }, true)
             }
             Kind::Flag => ("false".to_owned(), super::unit(&name).is_none()),
         };
