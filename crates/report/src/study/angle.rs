@@ -38,7 +38,8 @@ pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure 
     }
     if let Some(Typical { curve, label, interval, .. }) = &typical {
         if !interval.is_empty() {
-            panel = panel.with(Layer::band("its 95 % interval", Style::Black, interval.iter().copied()));
+            panel =
+                panel.with(Layer::band("95 % interval of the mean", Style::Black, interval.iter().copied()));
         }
         panel = panel.with(Layer::line(label, Style::Black, curve.iter().copied()));
     }
