@@ -1,7 +1,7 @@
 //! What the tests share: motors, ideal drives, and a detector that plays a script.
 
 use standstill_detect::Decay;
-use standstill_interface::{Command, Detector, Dq, Fault, Findings, Nanos, Outcome, Reading, Step};
+use standstill_interface::{Dq, Nanos};
 use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inverter, OpenLeg};
 use standstill_numeric::Heading;
 use standstill_plant::{
@@ -11,33 +11,10 @@ use standstill_plant::{
 use standstill_scenario::{ErrorSet, Scenario};
 use standstill_sim::{Case, RotorState, SensorSettings, Sensors, Streams, Tolerance};
 
-/// Plays commands one after the other and keeps all readings.
-pub struct Script {
-    commands: Vec<Command<f64>>,
-    next: usize,
-    pub readings: Vec<Reading<f64>>,
-}
+#[path = "../../crates/sim/tests/script/player.rs"]
+mod player;
 
-impl Script {
-    pub fn new(commands: Vec<Command<f64>>) -> Self {
-        Self { commands, next: 0, readings: Vec::new() }
-    }
-}
-
-impl Detector<f64> for Script {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        self.readings.extend_from_slice(readings);
-        self.next += 1;
-        match self.commands.get(self.next - 1) {
-            Some(command) => Step::Drive(*command),
-            // A script finds nothing; any end will do.
-            None => Step::Done(Outcome::Failed {
-                fault: Fault::UnexpectedReadings,
-                findings: Findings::default(),
-            }),
-        }
-    }
-}
+pub use player::Script;
 
 pub fn paper_motor() -> Motor {
     built_in("paper-5k5").expect("built in")

@@ -46,7 +46,7 @@ fn analytic_gates_off_returns_the_current_to_zero() {
     let motor = reference_motor();
     let mut trace = Trace::new(2e-8);
     let case = exact_case(&motor, ideal_inverter(OpenLeg::Diodes), ANGLE);
-    run(&case, &mut Script::new(pulses(Decay::Fast)[..1].to_vec()), false, &mut trace);
+    run(&case, &mut Script::new(&pulses(Decay::Fast)[..1]), false, &mut trace);
     let blocked = trace.events.iter().find_map(|(time, event)| {
         (*time > 80e-6 && matches!(event, Event::Conduction(Phase::A, Conduction::Blocked))).then_some(*time)
     });

@@ -249,7 +249,7 @@ fn regress_a_rotor_that_a_step_would_leave_at_rest_starts_when_it_must() {
                 tolerance: Tolerance { flux },
                 ..exact_case(&motor, inverter, angle)
             };
-            let mut script = Script::new(commands.to_vec());
+            let mut script = Script::new(commands);
             let run = run(&case, &mut script, false, &mut NoProbe);
             let currents: Vec<f64> = script.readings.iter().flat_map(|reading| reading.current.0).collect();
             (currents, run.moved, run.work.events)

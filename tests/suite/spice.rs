@@ -315,7 +315,7 @@ fn cross_peaks_of_an_earlier_ngspice_run() {
     let case = all.iter().find(|case| case.name == "slow_ab_043_ideal").expect("the same circuit");
     let at_the_peak =
         |command: &Command<f64>| Command { sampling: Sampling::once(Nanos::from_micros(80)), ..*command };
-    let mut script = Script::new(case.commands.iter().map(at_the_peak).collect());
+    let mut script = Script::new(case.commands.iter().map(at_the_peak).collect::<Vec<_>>());
     let inverter = case.inverter(OpenLeg::Diodes);
     run(&exact_case(&case.motor, inverter, case.angle_deg), &mut script, false, &mut NoProbe);
     assert_eq!(script.readings.len(), expected.len());

@@ -21,7 +21,7 @@ mod systems;
 /// Answers between two lines.
 const LINE: u64 = 20;
 
-/// What is counted of answers.
+/// Counts over all answers so far: how many intervals hold the truth, miss it below or above, and how many values are near it.
 #[derive(Default)]
 struct Counts {
     answers: u64,

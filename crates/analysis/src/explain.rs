@@ -105,7 +105,7 @@ fn shifted(
     Ok(all)
 }
 
-/// What kind of end it is: found or not, and which pole.
+/// How a trial ended: its verdict, and whether the pole was right.
 fn end(record: &Record) -> (Verdict, Option<bool>) {
     (record.verdict(), record.pole_correct())
 }

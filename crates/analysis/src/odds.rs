@@ -132,7 +132,7 @@ pub struct Odds {
     pub runs: Vec<Run>,
     /// What makes it doubtful.
     pub alarms: Vec<Alarm>,
-    /// What is as in an alarm, but of so small a part of the event that the answer stands.
+    /// Findings like the alarms', each about so few of the event's starts that the answer holds.
     pub remarks: Vec<Alarm>,
     /// Tapes of the event with the weight of each. The weights sum to one, unless there are none.
     pub failures: Vec<(f64, Tape)>,
@@ -253,7 +253,7 @@ impl Odds {
         }
     }
 
-    /// Of this share of the event's starts something is to be told: above a tenth that makes the answer doubtful.
+    /// Reports a finding about this share of the event's starts: as an alarm above a tenth, as a remark above a hundredth.
     pub(crate) fn tell(&mut self, share: f64, what: fn(f64) -> Alarm) {
         const TOLD: f64 = 0.01;
         const DOUBTFUL: f64 = 0.1;

@@ -180,7 +180,7 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// What is said of a key that exists, and whose values are no numbers.
+/// The error for an existing key that takes text or a table instead of numbers.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
     let message = match message.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected ")) {

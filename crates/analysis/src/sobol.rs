@@ -31,7 +31,7 @@ pub struct Tuple {
 pub struct Shares {
     /// The mean square itself.
     pub mean_square: Estimate,
-    /// Of what is held common.
+    /// Part that the angle, held common, explains: the method's own error.
     pub common: Estimate,
     /// First order of each source.
     pub first: Vec<Estimate>,
@@ -85,7 +85,7 @@ impl Shares {
 /// estimate may lie below zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Squares {
-    /// Of all errors.
+    /// Mean square of all errors.
     pub all: Estimate,
     /// Of what is held common.
     pub common: Estimate,

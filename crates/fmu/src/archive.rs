@@ -14,7 +14,7 @@ use crate::model::{Model, Version};
 pub struct Binary(pub Vec<u8>);
 
 /// What a shared library of this version has in it, and no other one.
-#[allow(unsafe_code, reason = "a name that stays: nobody else calls a variable so")]
+#[allow(unsafe_code, reason = "a linker keeps only what is exported, and no other crate exports this name")]
 #[unsafe(no_mangle)]
 pub static STANDSTILL_FMU: &str = concat!("standstill_fmu=", env!("CARGO_PKG_VERSION"), ";");
 

@@ -84,7 +84,7 @@ fn analytic_an_open_terminal_rings_with_the_winding() {
         let motor = linear(inductance, 1e-6);
         let case = case(&motor, inverter(Devices::default(), OpenLeg::Open, capacitance, LINK));
         let mut trace = Trace::new(3e-7);
-        run::<f64, _>(&case, &mut Script::new(&[hold([High, High, Off], 200)]), false, &mut trace);
+        run::<f64, _>(&case, &mut Script::new([hold([High, High, Off], 200)]), false, &mut trace);
         let angular = 1.0 / (1.5 * inductance * capacitance).sqrt();
         assert!((angular / std::f64::consts::TAU / hertz - 1.0).abs() < 0.01, "{angular}");
         assert!(trace.snapshots.len() > 600);
@@ -118,7 +118,7 @@ fn analytic_what_rings_decays_with_the_resistance_that_it_meets() {
         let angular = (square - decay * decay).sqrt();
         let long = f64::from(micros) * 1e-6;
         let mut trace = Trace::new(long / 997.0);
-        let mut script = Script::new(&[hold([High, High, Off], u64::from(micros))]);
+        let mut script = Script::new([hold([High, High, Off], u64::from(micros))]);
         let run = run::<f64, _>(&case, &mut script, true, &mut trace);
         assert!(trace.snapshots.len() > 200, "{}", trace.snapshots.len());
         for snapshot in &trace.snapshots[1..] {
@@ -176,7 +176,7 @@ fn law_the_star_point_follows_from_the_sum_of_currents() {
     let mut trace = Trace::new(1e-6);
     run::<f64, _>(
         &case,
-        &mut Script::new(&[hold([High, Low, Off], 20), hold([Off; 3], 300)]),
+        &mut Script::new([hold([High, Low, Off], 20), hold([Off; 3], 300)]),
         false,
         &mut trace,
     );

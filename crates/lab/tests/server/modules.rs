@@ -8,7 +8,7 @@ fn braced<'a>(line: &'a str, word: &str) -> Vec<&'a str> {
     inside
         .into_iter()
         .flat_map(|names| names.split(','))
-        .map(|name| name.split(" as ").last().unwrap().trim())
+        .map(|name| name.rsplit(" as ").next().unwrap_or(name).trim())
         .collect()
 }
 
@@ -31,13 +31,13 @@ fn calls(text: &str, name: &str) -> bool {
 #[test]
 fn law_each_module_of_the_page_imports_what_it_uses_of_the_others() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/page");
-    let files = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let files = std::fs::read_dir(folder).expect("the page").map(|entry| entry.expect("an entry").path());
     let modules: BTreeMap<String, String> = files
         .filter(|path| path.extension().is_some_and(|extension| extension == "mjs"))
         .map(|path| {
             (
-                path.file_name().unwrap().to_string_lossy().into_owned(),
-                std::fs::read_to_string(&path).unwrap(),
+                path.file_name().expect("a file has a name").to_string_lossy().into_owned(),
+                std::fs::read_to_string(&path).expect("a module is text"),
             )
         })
         .collect();

@@ -174,10 +174,8 @@ impl Seeded {
         if !self.are_normals || numbers.start < start || numbers.end > end {
             return None;
         }
-        // Below the length of a block.
-        #[allow(clippy::cast_possible_truncation)]
-        let places = (numbers.start - start) as usize..(numbers.end - start) as usize;
-        self.block.get(places)
+        let place = |number: u64| usize::try_from(number - start).ok();
+        self.block.get(place(numbers.start)?..place(numbers.end)?)
     }
 
     /// The normal that a strip of a tape has or gets.

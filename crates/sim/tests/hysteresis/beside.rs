@@ -39,7 +39,7 @@ fn law_the_torque_within_a_step_is_as_exact_as_the_step() {
         let mut case = case(&motor, inverter(Devices::default(), OpenLeg::Diodes));
         case.tolerance = Tolerance { flux };
         let mut probe = Torques(resolution, Vec::new());
-        let end = run::<f64, _>(&case, &mut Script::new(&commands), false, &mut probe);
+        let end = run::<f64, _>(&case, &mut Script::new(commands), false, &mut probe);
         (probe.1, end.work.steps)
     };
     let ((exact, many), (usual, few)) = (torques(1e-13, 1e-8), torques(1e-8, 5e-7));
@@ -124,7 +124,7 @@ fn regress_iron_that_is_left_beyond_the_map_is_no_start() {
         let motor = Motor { magnetics: circuit(coercive), ..motor.clone() };
         let mut case = case(&motor, inverter(USUAL, OpenLeg::Diodes));
         case.memory = Some(0.35);
-        let run: Run<f64> = run(&case, &mut Script::new(&commands), false, &mut NoProbe);
+        let run: Run<f64> = run(&case, &mut Script::new(commands), false, &mut NoProbe);
         let left = Ended::Error(RunError::LeftMap { current_ma: [-2000, 0] });
         assert_eq!(run.ended == left, beyond, "{:?}", run.ended);
     }

@@ -1,40 +1,14 @@
 //! Commands that are played one after the other, on a link of a voltage.
 
-use standstill_interface::{
-    Abc, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Stage, Step,
-};
+mod player;
+
+use standstill_interface::{Abc, Command, Leg, Nanos, Sampling, Stage};
 use standstill_sim::Case;
 use standstill_sim::{NoProbe, Run, Width, run, run_side_by_side_in};
 
+pub use player::Script;
+
 pub const LINK: f64 = 550.0;
-
-/// Plays commands one after the other and keeps all readings.
-#[derive(Clone)]
-pub struct Script {
-    commands: Vec<Command<f64>>,
-    next: usize,
-    pub readings: Vec<Reading<f64>>,
-}
-
-impl Script {
-    pub fn new(commands: &[Command<f64>]) -> Self {
-        Self { commands: commands.to_vec(), next: 0, readings: Vec::new() }
-    }
-}
-
-impl Detector<f64> for Script {
-    fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        self.readings.extend_from_slice(readings);
-        self.next += 1;
-        match self.commands.get(self.next - 1) {
-            Some(command) => Step::Drive(*command),
-            None => Step::Done(Outcome::Failed {
-                fault: Fault::UnexpectedReadings,
-                findings: Findings::default(),
-            }),
-        }
-    }
-}
 
 pub fn stage(legs: [Leg<f64>; 3], micros: u64) -> Stage<f64> {
     Stage { legs: Abc(legs), duration: Nanos::from_micros(micros) }

@@ -84,7 +84,7 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     details.push(format!("with all errors at their means: {}", ended(&explained.without_all)));
     if let Some(rounding) = explained.rounding_deg {
         details.push(format!(
-            "the converter's rounding alone moves this error by {rounding:.3}° (standard deviation over 16 places of its codes)"
+            "the converter's rounding alone moves this error by {rounding:.3}° (standard deviation over the 15 other places of its codes)"
         ));
     }
     let specimen = specimen::text(&single.case(), &single.drawn);

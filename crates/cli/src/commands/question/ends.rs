@@ -36,7 +36,7 @@ impl Key<'_> {
         let number = plain.or_else(|| si_value(text)).ok_or_else(|| self.refused())?;
         // With its unit, as it would stand in the file.
         let value = match (plain, self.whole) {
-            (_, true) => Value::Integer(rounded(number).ok_or_else(|| self.refused())?),
+            (_, true) => Value::Integer(text.parse().map_err(|_| self.refused())?),
             (Some(_), false) => Value::Float(number),
             (None, false) => Value::String(text.to_owned()),
         };
@@ -49,8 +49,8 @@ impl Key<'_> {
     fn impossible(&self, text: &str, plain: Option<f64>, error: FileError) -> Error {
         let unit = unit(self.name).filter(|unit| !unit.is_empty());
         match (plain, unit, &error) {
-            (Some(_), Some(unit), FileError::Key { message, .. }) => {
-                let needed = message.rsplit_once("needed ").map_or(message.as_str(), |(_, needed)| needed);
+            (Some(_), Some(unit), FileError::Key { key, message, .. }) if key == self.name => {
+                let Some((_, needed)) = message.rsplit_once("needed ") else { return error.into() };
                 Error::Arguments(format!(
                     "{}: found {text} without a unit, which is {text} {unit}, needed {needed}, with the unit",
                     self.option
@@ -59,10 +59,4 @@ impl Key<'_> {
             _ => error.into(),
         }
     }
-}
-
-fn rounded(value: f64) -> Option<i64> {
-    #[allow(clippy::cast_possible_truncation, reason = "settings are small, and compared")]
-    let whole = value as i64;
-    (whole as f64 == value).then_some(whole)
 }
