@@ -24,9 +24,12 @@ impl<T: Real> Desk<T> {
         detector: &mut D,
         readings: &[Reading<f64>],
     ) -> Option<Command<f64>> {
-        self.readings.clear();
-        self.readings.extend(readings.iter().map(reading_as));
-        match detector.step(&self.readings) {
+        let readings = T::of_doubles(readings).unwrap_or_else(|| {
+            self.readings.clear();
+            self.readings.extend(readings.iter().map(reading_as));
+            &self.readings
+        });
+        match detector.step(readings) {
             Step::Drive(command) => Some(command_of(&command)),
             Step::Done(outcome) => {
                 self.outcome = Some(outcome);
