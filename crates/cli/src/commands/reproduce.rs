@@ -73,7 +73,8 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let campaign = Campaign { scenario, trials: file.trials, threads: options.threads.map(usize::from) };
     let path = options.out.join("trials.csv");
     let failed = |error: TableError| Error::table(&path, error);
-    let mut trials = Writer::new(&mut rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
+    let mut trials =
+        Writer::new(&mut rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
     let done = campaign.run(&stop, |record| {
         let row = Row::from(record);
         statistics.add_row(&row);

@@ -13,7 +13,11 @@ pub(super) struct Sink<'w> {
 }
 
 impl<'w> Sink<'w> {
-    pub(super) fn new(to: Destination<'w>, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
+    pub(super) fn new(
+        to: Destination<'w>,
+        columns: &[Column],
+        metadata: &[(String, String)],
+    ) -> Result<Self, TableError> {
         let run = object(metadata)?;
         let mut to = csv::WriterBuilder::new().has_headers(false).from_writer(to);
         let names = columns.iter().map(|column| column.name.as_str());

@@ -43,7 +43,11 @@ enum Values {
 }
 
 impl<'w> Sink<'w> {
-    pub(super) fn new(to: Destination<'w>, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
+    pub(super) fn new(
+        to: Destination<'w>,
+        columns: &[Column],
+        metadata: &[(String, String)],
+    ) -> Result<Self, TableError> {
         let fields = columns.iter().map(field).collect::<Result<_, _>>().map_err(failed)?;
         let schema = Type::group_type_builder("table").with_fields(fields).build().map_err(failed)?;
         let to = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties(columns, metadata)))

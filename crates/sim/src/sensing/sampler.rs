@@ -31,13 +31,7 @@ impl<'t> Sampler<'t> {
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
-        Self {
-            sensors: *sensors,
-            channels: Channels::of(sensors),
-            noise,
-            link_noise,
-            jitter,
-        }
+        Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter }
     }
 
     /// When a trigger at `nominal` really samples, within its command.

@@ -226,8 +226,7 @@ impl Results {
         let mut output =
             files_wanted().then(|| Output::create(&options.out, &[name, SUMMARY])).transpose()?;
         let mut file = output.as_mut().map(|output| output.begin(name)).transpose()?;
-        let begin =
-            |file| Writer::new(file, format, columns.clone(), &identity.metadata()).map_err(failed);
+        let begin = |file| Writer::new(file, format, columns.clone(), &identity.metadata()).map_err(failed);
         let mut trials = file.as_mut().map(|file| begin(file)).transpose()?;
         let host = host::current();
         let mut table = host.as_ref().map(|_| Columns::new(columns.clone()));
