@@ -5,6 +5,8 @@ use core::ops::{Add, Div, Mul, Neg, Sub};
 use num_traits::FloatConst;
 use num_traits::float::FloatCore;
 
+use crate::Reading;
+
 /// What the vectors of the planes are made of: a number, or several side by side that are computed alike.
 pub trait Arithmetic:
     Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> + Div<Output = Self> + Neg<Output = Self>
@@ -91,6 +93,10 @@ pub trait Real:
     /// x^y.
     #[must_use]
     fn powf(self, exponent: Self) -> Self;
+
+    /// Readings in double precision as readings in this number, where it is double precision itself: they need not be copied then.
+    #[must_use]
+    fn of_doubles(readings: &[Reading<f64>]) -> Option<&[Reading<Self>]>;
 }
 
 impl Arithmetic for f64 {
@@ -109,7 +115,7 @@ impl Arithmetic for f32 {
 }
 
 macro_rules! real {
-    ($($float:ident: $sqrt:ident $sin:ident $cos:ident $tan:ident $asin:ident $acos:ident $atan2:ident $hypot:ident $exp:ident $exp_m1:ident $ln:ident $ln_1p:ident $pow:ident;)*) => {$(
+    ($($float:ident: $sqrt:ident $sin:ident $cos:ident $tan:ident $asin:ident $acos:ident $atan2:ident $hypot:ident $exp:ident $exp_m1:ident $ln:ident $ln_1p:ident $pow:ident, $of_doubles:expr;)*) => {$(
         impl Real for $float {
             #[inline]
             fn to_double(self) -> f64 {
@@ -180,11 +186,16 @@ macro_rules! real {
             fn powf(self, exponent: Self) -> Self {
                 libm::$pow(self, exponent)
             }
+
+            #[inline]
+            fn of_doubles(readings: &[Reading<f64>]) -> Option<&[Reading<Self>]> {
+                $of_doubles(readings)
+            }
         }
     )*};
 }
 
 real! {
-    f32: sqrtf sinf cosf tanf asinf acosf atan2f hypotf expf expm1f logf log1pf powf;
-    f64: sqrt sin cos tan asin acos atan2 hypot exp expm1 log log1p pow;
+    f32: sqrtf sinf cosf tanf asinf acosf atan2f hypotf expf expm1f logf log1pf powf, |_| None;
+    f64: sqrt sin cos tan asin acos atan2 hypot exp expm1 log log1p pow, Some;
 }

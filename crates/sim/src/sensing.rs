@@ -40,43 +40,80 @@ pub struct Adc {
     pub high: f64,
 }
 
-/// The same with what follows from it.
+/// The sensors of the three phases and of the link with their converters, side by side: what becomes of all four of a sample has no
+/// branch that depends on a value.
 #[derive(Clone, Copy, Debug)]
-struct Converter {
-    low: f64,
+struct Channels {
+    gain: [f64; 4],
+    offset: [f64; 4],
+    /// Standard deviation of the noise of a sample.
+    noise: [f64; 4],
+    /// Whether there is a converter.
+    converts: [bool; 4],
+    low: [f64; 4],
     /// From one code to the next.
-    step: f64,
+    step: [f64; 4],
     /// The last code.
-    last: f64,
+    last: [f64; 4],
 }
 
-impl From<Adc> for Converter {
-    fn from(Adc { bits, low, high }: Adc) -> Self {
-        let last = f64::from((1_u32 << bits) - 1);
-        Self { low, step: (high - low) / (last + 1.0), last }
+impl Channels {
+    fn of(sensors: &Sensors) -> Self {
+        let Sensors { settings, gain: [a, b, c], offset: [x, y, z], .. } = *sensors;
+        let link = settings.dc_link;
+        let adcs = [settings.adc, settings.adc, settings.adc, link.adc];
+        let last = |adc: Option<Adc>| adc.map_or(0.0, |adc| f64::from((1_u32 << adc.bits) - 1));
+        let step = |adc: Option<Adc>| adc.map_or(1.0, |of| (of.high - of.low) / (last(adc) + 1.0));
+        Self {
+            gain: [a, b, c, sensors.dc_link_gain],
+            offset: [x, y, z, sensors.dc_link_offset],
+            noise: [settings.noise, settings.noise, settings.noise, link.noise],
+            converts: adcs.map(|adc| adc.is_some()),
+            low: adcs.map(|adc| adc.map_or(0.0, |adc| adc.low)),
+            step: adcs.map(step),
+            last: adcs.map(last),
+        }
     }
-}
 
-impl Converter {
-    /// Rounds to the nearest code: its value, true if it was the first or the last, and the code.
+    /// What is read where these values are, with standard normals for the noise: the value of the nearest code, whether it was
+    /// the first or the last, and the code. Without a converter the value itself.
     #[inline(always)]
-    fn convert(&self, value: f64) -> (f64, bool, u32) {
-        let code = nearest(((value - self.low) / self.step).clamp(0.0, self.last));
-        // Whole and from 0 to 2^24, as a converter has at most so many bits; not-a-number becomes 0.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let count = code as u32;
-        (self.low + code * self.step, code == 0.0 || code == self.last, count)
+    fn read(&self, there: [f64; 4], normals: [f64; 4]) -> [(f64, bool, u32); 4] {
+        let (mut raw, mut code, mut value) = ([0.0; 4], [0.0; 4], [0.0; 4]);
+        for k in 0..4 {
+            raw[k] = self.gain[k] * there[k] + self.offset[k] + self.noise[k] * normals[k];
+            code[k] = nearest(((raw[k] - self.low[k]) / self.step[k]).clamp(0.0, self.last[k]));
+            value[k] = self.low[k] + code[k] * self.step[k];
+        }
+        let mut read = [(0.0, false, 0); 4];
+        for k in 0..4 {
+            read[k] = if self.converts[k] {
+                (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]))
+            } else {
+                (raw[k], false, 0)
+            };
+        }
+        read
     }
 }
+
+/// 2^52: the numbers from there on are whole.
+const WHOLE: f64 = 4_503_599_627_370_496.0;
 
 /// The nearest whole number to one between 0 and 2^32, halves upwards: `round` without a call of the library, without a
 /// conversion and without a branch that half of all values take. Not-a-number stays not-a-number.
 #[inline(always)]
 fn nearest(value: f64) -> f64 {
-    /// 2^52: the numbers from there on are whole, so that adding it rounds, halves to the even number.
-    const WHOLE: f64 = 4_503_599_627_370_496.0;
+    // Adding 2^52 rounds, halves to the even number.
     let even = (value + WHOLE) - WHOLE;
     if value - even >= 0.5 { even + 1.0 } else { even }
+}
+
+/// A code, from 0 to 2^24, as a converter has at most so many bits; not-a-number becomes 0.
+#[inline(always)]
+#[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
+fn whole(code: f64) -> u32 {
+    (code.max(0.0) + WHOLE).to_bits() as u32
 }
 
 /// The DC-link sensor.

@@ -68,12 +68,13 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
     let mut statistics = Statistics::with_limit(limit);
     let mut points = Vec::new();
-    let rows_to = output.begin("trials.csv")?;
+    let mut rows_to = output.begin("trials.csv")?;
     let bar = progress::bar(file.trials);
     let campaign = Campaign { scenario, trials: file.trials, threads: options.threads.map(usize::from) };
     let path = options.out.join("trials.csv");
     let failed = |error: TableError| Error::table(&path, error);
-    let mut trials = Writer::new(rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
+    let mut trials =
+        Writer::new(&mut rows_to, Format::Csv, trial_columns().collect(), &[]).map_err(failed)?;
     let done = campaign.run(&stop, |record| {
         let row = Row::from(record);
         statistics.add_row(&row);
@@ -93,7 +94,8 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
             code: INTERRUPTED,
         });
     }
-    output.close("trials.csv", trials.finish().map_err(failed)?)?;
+    trials.finish().map_err(failed)?;
+    output.close("trials.csv", rows_to)?;
 
     let figures = statistics.summary();
     let interrupted = done < file.trials;

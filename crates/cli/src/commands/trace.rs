@@ -140,9 +140,9 @@ fn write(output: &mut Output, options: &Options, trace: &Trace, format: Format) 
             write(trace, &mut file).map_err(Error::writing(&path))?;
         } else {
             let failed = |error| Error::table(&path, error);
-            let mut writer = Writer::new(file, format, table.columns(), &[]).map_err(failed)?;
+            let mut writer = Writer::new(&mut file, format, table.columns(), &[]).map_err(failed)?;
             (table.rows)(trace, &mut |row| writer.row(row)).map_err(failed)?;
-            file = writer.finish().map_err(failed)?;
+            writer.finish().map_err(failed)?;
         }
         output.close(&name, file)?;
     }

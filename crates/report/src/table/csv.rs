@@ -1,19 +1,23 @@
 //! Rows as CSV.
 
-use std::io::{self, Write};
+use std::io;
 
 use serde::ser::{Serialize, Serializer};
 
-use super::{Column, METADATA, TableError, Value};
+use super::{Column, Destination, METADATA, TableError, Value};
 
-pub(super) struct Sink<W: Write> {
-    to: csv::Writer<W>,
+pub(super) struct Sink<'w> {
+    to: csv::Writer<Destination<'w>>,
     /// What the next row has in the column of the metadata, if there is one.
     run: Option<String>,
 }
 
-impl<W: Write> Sink<W> {
-    pub(super) fn new(to: W, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
+impl<'w> Sink<'w> {
+    pub(super) fn new(
+        to: Destination<'w>,
+        columns: &[Column],
+        metadata: &[(String, String)],
+    ) -> Result<Self, TableError> {
         let run = object(metadata)?;
         let mut to = csv::WriterBuilder::new().has_headers(false).from_writer(to);
         let names = columns.iter().map(|column| column.name.as_str());
@@ -29,8 +33,8 @@ impl<W: Write> Sink<W> {
         Ok(())
     }
 
-    pub(super) fn finish(self) -> Result<W, TableError> {
-        self.to.into_inner().map_err(|failure| TableError::Write(failure.into_error()))
+    pub(super) fn finish(mut self) -> Result<(), TableError> {
+        self.to.flush().map_err(TableError::Write)
     }
 }
 

@@ -10,10 +10,12 @@
 //!
 //! let columns = vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)];
 //! let run = [("seed".to_owned(), "7".to_owned())];
-//! let mut table = Writer::new(Vec::new(), Format::Csv, columns, &run)?;
+//! let mut file = Vec::new();
+//! let mut table = Writer::new(&mut file, Format::Csv, columns, &run)?;
 //! table.row(&[Value::from(0), Value::from(0.25)])?;
 //! table.row(&[Value::from(1), Value::Empty])?;
-//! assert_eq!(table.finish()?, b"trial,error_deg,run\n0,0.25,\"{\"\"seed\"\":\"\"7\"\"}\"\n1,,\n");
+//! table.finish()?;
+//! assert_eq!(file, b"trial,error_deg,run\n0,0.25,\"{\"\"seed\"\":\"\"7\"\"}\"\n1,,\n");
 //! # Ok::<(), standstill_report::table::TableError>(())
 //! ```
 //!
@@ -100,17 +102,21 @@ pub enum Format {
 }
 
 /// Writes a table row by row. Without [`Writer::finish`] the file is incomplete.
-pub struct Writer<W: Write + Send> {
+pub struct Writer<'w> {
     columns: Vec<Column>,
     rows: u64,
-    sink: Sink<W>,
+    sink: Sink<'w>,
 }
 
-enum Sink<W: Write + Send> {
-    Csv(Box<csv::Sink<W>>),
-    Parquet(Box<parquet::Sink<W>>),
+/// Where a table goes. Behind a pointer, so that the formats are compiled once, in this crate, and not for each kind of file where it is
+/// opened.
+type Destination<'w> = &'w mut (dyn Write + Send);
+
+enum Sink<'w> {
+    Csv(Box<csv::Sink<'w>>),
+    Parquet(Box<parquet::Sink<'w>>),
     /// The table so far, where it goes and what is said of it.
-    Whole(Whole, Box<Columns>, W, Option<String>),
+    Whole(Whole, Box<Columns>, Destination<'w>, Option<String>),
 }
 
 /// How the columns of a whole table become a file.
@@ -235,13 +241,13 @@ impl<'a, T: Into<Value<'a>>> From<Option<T>> for Value<'a> {
     }
 }
 
-impl<W: Write + Send> Writer<W> {
+impl<'w> Writer<'w> {
     /// Begins a table. `to` gets small writes in CSV, so a file is best buffered.
     ///
     /// There must be columns, with names that are unique and neither empty nor [`METADATA`], and the keys of the
     /// metadata must be unique: [`TableError::Design`] otherwise.
     pub fn new(
-        to: W,
+        to: Destination<'w>,
         format: Format,
         columns: Vec<Column>,
         metadata: &[(String, String)],
@@ -274,19 +280,16 @@ impl<W: Write + Send> Writer<W> {
         Ok(())
     }
 
-    /// Completes the table, flushes `to` and gives it back.
-    pub fn finish(self) -> Result<W, TableError> {
-        let mut to = match self.sink {
-            Sink::Csv(sink) => sink.finish()?,
-            Sink::Parquet(sink) => sink.finish()?,
-            Sink::Whole(bytes, table, mut to, run) => {
-                let bytes = bytes(&table, run.as_deref()).map_err(TableError::Write)?;
-                to.write_all(&bytes).map_err(TableError::Write)?;
-                to
+    /// Completes the table and flushes where it goes.
+    pub fn finish(self) -> Result<(), TableError> {
+        match self.sink {
+            Sink::Csv(sink) => sink.finish(),
+            Sink::Parquet(sink) => sink.finish(),
+            Sink::Whole(bytes, table, to, run) => {
+                let written = bytes(&table, run.as_deref()).and_then(|bytes| to.write_all(&bytes));
+                written.and_then(|()| to.flush()).map_err(TableError::Write)
             }
-        };
-        to.flush().map_err(TableError::Write)?;
-        Ok(to)
+        }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Rows as Parquet: a row group is collected column by column and written as a whole.
 
-use std::io::{self, Write};
+use std::io;
 use std::sync::Arc;
 
 use parquet::basic::{Compression, Encoding, LogicalType, Repetition, Type as Physical};
@@ -11,7 +11,7 @@ use parquet::file::properties::{EnabledStatistics, WriterProperties};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{ColumnPath, Type};
 
-use super::{Column, Kind, TableError, Value};
+use super::{Column, Destination, Kind, TableError, Value};
 
 /// Rows of a group: enough that its share of the footer is small, few enough to hold in memory.
 const GROUP_ROWS: usize = 1 << 16;
@@ -19,28 +19,11 @@ const GROUP_ROWS: usize = 1 << 16;
 /// Bytes of text in a group, lest long texts fill the memory.
 const GROUP_TEXT: usize = 1 << 23;
 
-pub(super) struct Sink<W: Write + Send> {
-    to: SerializedFileWriter<Out<W>>,
+pub(super) struct Sink<'w> {
+    to: SerializedFileWriter<Destination<'w>>,
     group: Vec<Chunk>,
     rows: usize,
     text: usize,
-}
-
-/// The way out, which can be taken back: the library's own way of giving it back makes texts of errors.
-struct Out<W>(Option<W>);
-
-impl<W: Write> Write for Out<W> {
-    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.0.as_mut().ok_or_else(ended)?.write(bytes)
-    }
-
-    fn flush(&mut self) -> io::Result<()> {
-        self.0.as_mut().ok_or_else(ended)?.flush()
-    }
-}
-
-fn ended() -> io::Error {
-    io::Error::new(io::ErrorKind::BrokenPipe, "the table is complete")
 }
 
 /// A column's part of the row group.
@@ -59,16 +42,16 @@ enum Values {
     Text(Vec<u8>, Vec<usize>),
 }
 
-impl<W: Write + Send> Sink<W> {
-    pub(super) fn new(to: W, columns: &[Column], metadata: &[(String, String)]) -> Result<Self, TableError> {
+impl<'w> Sink<'w> {
+    pub(super) fn new(
+        to: Destination<'w>,
+        columns: &[Column],
+        metadata: &[(String, String)],
+    ) -> Result<Self, TableError> {
         let fields = columns.iter().map(field).collect::<Result<_, _>>().map_err(failed)?;
         let schema = Type::group_type_builder("table").with_fields(fields).build().map_err(failed)?;
-        let to = SerializedFileWriter::new(
-            Out(Some(to)),
-            Arc::new(schema),
-            Arc::new(properties(columns, metadata)),
-        )
-        .map_err(failed)?;
+        let to = SerializedFileWriter::new(to, Arc::new(schema), Arc::new(properties(columns, metadata)))
+            .map_err(failed)?;
         let group = columns.iter().map(|column| Chunk::new(column.kind)).collect();
         Ok(Self { to, group, rows: 0, text: 0 })
     }
@@ -81,12 +64,12 @@ impl<W: Write + Send> Sink<W> {
         if self.rows == GROUP_ROWS || self.text >= GROUP_TEXT { self.flush() } else { Ok(()) }
     }
 
-    pub(super) fn finish(mut self) -> Result<W, TableError> {
+    pub(super) fn finish(mut self) -> Result<(), TableError> {
         if self.rows > 0 {
             self.flush()?;
         }
         self.to.finish().map_err(failed)?;
-        self.to.inner_mut().0.take().ok_or_else(|| TableError::Write(ended()))
+        self.to.inner_mut().flush().map_err(TableError::Write)
     }
 
     fn flush(&mut self) -> Result<(), TableError> {

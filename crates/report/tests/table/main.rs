@@ -38,11 +38,13 @@ fn text(text: &'static str) -> Value<'static> {
 }
 
 fn write(format: Format, rows: &[Row], metadata: &[(String, String)]) -> Vec<u8> {
-    let mut writer = Writer::new(Vec::new(), format, columns(), metadata).expect("columns that fit");
+    let mut file = Vec::new();
+    let mut writer = Writer::new(&mut file, format, columns(), metadata).expect("columns that fit");
     for row in rows {
         writer.row(row).expect("a row that fits");
     }
-    writer.finish().expect("memory takes everything")
+    writer.finish().expect("memory takes everything");
+    file
 }
 
 fn parquet_of(bytes: &[u8]) -> SerializedFileReader<File> {
@@ -224,7 +226,7 @@ fn regress_columns_and_metadata_that_make_no_table() {
             (vec![column("a")], vec![pair("k"), pair("k")], "the metadata have `k` twice"),
         ];
         for (columns, metadata, expected) in faults {
-            let error = Writer::new(Vec::new(), format, columns, &metadata).map(|_| ());
+            let error = Writer::new(&mut Vec::new(), format, columns, &metadata).map(|_| ());
             assert_eq!(error.expect_err(expected).to_string(), expected, "{format:?}");
         }
     }
@@ -254,17 +256,15 @@ fn regress_rows_that_do_not_fit_leave_no_trace() {
     ];
     let good = some_rows(2);
     for format in FORMATS {
-        let mut writer = Writer::new(Vec::new(), format, columns(), &[]).expect("columns that fit");
+        let mut file = Vec::new();
+        let mut writer = Writer::new(&mut file, format, columns(), &[]).expect("columns that fit");
         writer.row(&good[0]).expect("a row that fits");
         for (row, expected) in &faults {
             assert_eq!(writer.row(row).expect_err(expected).to_string(), *expected, "{format:?}");
         }
         writer.row(&good[1]).expect("a row that fits");
-        assert_eq!(
-            writer.finish().expect("memory takes everything"),
-            write(format, &good, &[]),
-            "{format:?}"
-        );
+        writer.finish().expect("memory takes everything");
+        assert_eq!(file, write(format, &good, &[]), "{format:?}");
     }
 }
 
@@ -285,12 +285,13 @@ impl Write for Full {
 #[test]
 fn law_a_full_disk_is_named_as_such() {
     for (format, room) in FORMATS.into_iter().flat_map(|format| [(format, 0), (format, 100_000)]) {
-        let fill = || -> Result<Full, TableError> {
-            let mut writer = Writer::new(Full(room), format, columns(), &[])?;
+        let fill = || {
+            let mut disk = Full(room);
+            let mut writer = Writer::new(&mut disk, format, columns(), &[])?;
             some_rows(200_000).iter().try_for_each(|row| writer.row(row))?;
             writer.finish()
         };
-        match fill().map(|_| ()) {
+        match fill() {
             Err(TableError::Write(error)) => assert_eq!(error.kind(), io::ErrorKind::StorageFull),
             other => panic!("{format:?} with {room} bytes: {other:?}"),
         }

@@ -87,8 +87,8 @@ fn law_a_matlab_file_has_a_variable_for_each_column() {
 fn law_names_that_matlab_cannot_have_become_others_that_differ() {
     let names = ["sensors.noise", "sensors_noise", "3rd", "run "];
     let columns = names.map(|name| Column::new(name, Kind::Number)).to_vec();
-    let writer = Writer::new(Vec::new(), Format::Mat, columns, &[]).expect("columns");
-    let bytes = writer.finish().expect("written");
+    let mut bytes = Vec::new();
+    Writer::new(&mut bytes, Format::Mat, columns, &[]).and_then(Writer::finish).expect("written");
     for name in ["sensors_noise", "sensors_noise_2", "x_3rd", "run_"] {
         assert!(bytes.windows(name.len()).any(|part| part == name.as_bytes()), "{name}");
     }
@@ -97,7 +97,8 @@ fn law_names_that_matlab_cannot_have_become_others_that_differ() {
 #[test]
 fn law_a_row_that_does_not_fit_is_refused_in_memory_too() {
     for format in [Format::Npz, Format::Mat] {
-        let mut writer = Writer::new(Vec::new(), format, columns(), &[]).expect("columns");
+        let mut file = Vec::new();
+        let mut writer = Writer::new(&mut file, format, columns(), &[]).expect("columns");
         assert!(matches!(writer.row(&[Value::Whole(1)]), Err(TableError::Row { row: 1, .. })));
         writer.row(&rows()[0]).expect("fits");
         assert!(writer.finish().is_ok());

@@ -175,7 +175,7 @@ impl<'a> Control<'a> {
         self.lines.begin(&mut bank.machine.legs, self.lane, command, start, carrier);
         self.course = Course { start, end, sampling: command.sampling, ..Course::NONE };
         self.next_trigger();
-        self.go_on(bank)
+        self.go_on(bank, true)
     }
 
     /// Goes on after a step that brought the machine to an instant or to the end of a mode, or that could not be taken because
@@ -183,6 +183,10 @@ impl<'a> Control<'a> {
     pub fn resume<V: Wide>(&mut self, bank: &mut Bank<'a, V>, out_of_bounds: bool) -> Want {
         let lane = self.lane;
         let mut ended = Ok(());
+        // Between instants the step itself looks for requests that have been carried out.
+        let plain = !out_of_bounds && bank.to_mode_end >> lane & 1 == 0;
+        let [a, b, c] = bank.served.carried_out;
+        let carried_out = !plain || (a | b | c) >> lane & 1 == 1;
         if out_of_bounds {
             bank.to_mode_end &= !(1 << lane);
             ended = self.count_event(bank).and_then(|()| self.resolve(bank));
@@ -198,7 +202,7 @@ impl<'a> Control<'a> {
             }
         }
         match ended {
-            Ok(()) => self.go_on(bank),
+            Ok(()) => self.go_on(bank, carried_out),
             Err(error) => Want::Over(error),
         }
     }
@@ -215,8 +219,8 @@ impl<'a> Control<'a> {
     }
 
     /// Does all that is due, up to where a step is wanted or a command. At each instant: first the samples, then the next
-    /// command, then the gates.
-    fn go_on<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Want {
+    /// command, then the gates; `carried_out`: whether a request to a leg may have been carried out since the last was looked for.
+    fn go_on<V: Wide>(&mut self, bank: &mut Bank<'a, V>, mut carried_out: bool) -> Want {
         let lane = self.lane;
         if std::mem::take(&mut self.first) {
             self.show_here(bank);
@@ -234,7 +238,10 @@ impl<'a> Control<'a> {
                 self.show_here(bank);
                 return Want::Command;
             }
-            self.carry_out_requests(bank, time);
+            if std::mem::take(&mut carried_out) {
+                self.carry_out_requests(bank, time);
+            }
+            debug_assert!((0..3).all(|k| !self.is_carried_out(bank, time, k)), "a request was missed");
             let capacitive = bank.machine.legs.elastance.is_some();
             if (capacitive || bank.machine.legs.idle_lanes() >> lane & 1 == 1)
                 && self.found < time
@@ -250,6 +257,7 @@ impl<'a> Control<'a> {
                 let legs = &bank.machine.legs;
                 let edge = (0..3).map(|k| legs.gates[k].next_of(lane, time).0).fold(NEVER, f64::min);
                 self.wait(bank, stop.min(edge));
+                carried_out = true;
                 continue;
             }
             if self.stale {
@@ -263,12 +271,17 @@ impl<'a> Control<'a> {
     /// Puts the next requests in the place of those that have been carried out at a time in ns.
     fn carry_out_requests<V: Wide>(&mut self, bank: &mut Bank<'a, V>, time: f64) {
         for k in 0..3 {
-            let direction = bank.machine.legs.direction(self.lane, k);
-            let both = bank.machine.legs.has_mosfets(self.lane);
-            while bank.machine.legs.gates[k].is_carried_out(self.lane, time, direction, both) {
+            while self.is_carried_out(bank, time, k) {
                 self.lines.carry_out(&mut bank.machine.legs, self.lane, k);
             }
         }
+    }
+
+    /// Whether the request to a leg has been carried out at a time in ns as far as it matters.
+    fn is_carried_out<V: Wide>(&self, bank: &Bank<'a, V>, time: f64, k: usize) -> bool {
+        let legs = &bank.machine.legs;
+        let (direction, both) = (legs.direction(self.lane, k), legs.has_mosfets(self.lane));
+        legs.gates[k].is_carried_out(self.lane, time, direction, both)
     }
 
     /// The request to a leg has been carried out as far as it matters.

@@ -24,9 +24,12 @@ impl<T: Real> Desk<T> {
         detector: &mut D,
         readings: &[Reading<f64>],
     ) -> Option<Command<f64>> {
-        self.readings.clear();
-        self.readings.extend(readings.iter().map(reading_as));
-        match detector.step(&self.readings) {
+        let readings = T::of_doubles(readings).unwrap_or_else(|| {
+            self.readings.clear();
+            self.readings.extend(readings.iter().map(reading_as));
+            &self.readings
+        });
+        match detector.step(readings) {
             Step::Drive(command) => Some(command_of(&command)),
             Step::Done(outcome) => {
                 self.outcome = Some(outcome);
@@ -112,17 +115,29 @@ fn reading_as<T: Real>(reading: &Reading<f64>) -> Reading<T> {
 
 /// A detector's command in double precision.
 fn command_of<T: Real>(command: &Command<T>) -> Command<f64> {
-    let stage = |stage: Stage<T>| {
-        let Abc(legs) = stage.legs;
-        let legs = legs.map(|leg| match leg {
-            Leg::Off => Leg::Off,
-            Leg::Low => Leg::Low,
-            Leg::High => Leg::High,
-            Leg::Duty(duty) => Leg::Duty(duty.to_double()),
-            Leg::Rise(at) => Leg::Rise(at),
-            Leg::Fall(at) => Leg::Fall(at),
-        });
-        Stage { legs: Abc(legs), duration: stage.duration }
-    };
-    Command { stage: stage(command.stage), then: command.then.map(stage), sampling: command.sampling }
+    Command {
+        stage: stage_of(&command.stage),
+        then: command.then.as_ref().map(stage_of),
+        sampling: command.sampling,
+    }
+}
+
+/// The same of a stage. Leg by leg: what maps an array is not inlined, and costs a short detection two hundredths of its time.
+#[inline]
+fn stage_of<T: Real>(stage: &Stage<T>) -> Stage<f64> {
+    let Abc([a, b, c]) = &stage.legs;
+    Stage { legs: Abc([leg_of(a), leg_of(b), leg_of(c)]), duration: stage.duration }
+}
+
+/// The same of a leg.
+#[inline]
+fn leg_of<T: Real>(leg: &Leg<T>) -> Leg<f64> {
+    match *leg {
+        Leg::Off => Leg::Off,
+        Leg::Low => Leg::Low,
+        Leg::High => Leg::High,
+        Leg::Duty(duty) => Leg::Duty(duty.to_double()),
+        Leg::Rise(at) => Leg::Rise(at),
+        Leg::Fall(at) => Leg::Fall(at),
+    }
 }

@@ -3,15 +3,14 @@
 use standstill_interface::{Abc, Counts, Nanos, Reading, Real, Sensed};
 use standstill_inverter::Gate;
 
-use super::{Arrangement, Converter, Sensors};
+use super::{Arrangement, Channels, Sensors};
 use crate::{Draws, Purpose, Streams};
 
 /// Takes the samples of one run.
 #[derive(Clone, Debug)]
 pub struct Sampler<'t> {
     sensors: Sensors,
-    adc: Option<Converter>,
-    link_adc: Option<Converter>,
+    channels: Channels,
     noise: Draws<'t>,
     link_noise: Draws<'t>,
     jitter: Draws<'t>,
@@ -32,14 +31,7 @@ impl<'t> Sampler<'t> {
     pub fn new(sensors: &Sensors, streams: Streams<'t>) -> Self {
         let [noise, link_noise, jitter] =
             streams.open_together([Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter]);
-        Self {
-            sensors: *sensors,
-            adc: sensors.settings.adc.map(Converter::from),
-            link_adc: sensors.settings.dc_link.adc.map(Converter::from),
-            noise,
-            link_noise,
-            jitter,
-        }
+        Self { sensors: *sensors, channels: Channels::of(sensors), noise, link_noise, jitter }
     }
 
     /// When a trigger at `nominal` really samples, within its command.
@@ -55,16 +47,15 @@ impl<'t> Sampler<'t> {
     #[inline(always)]
     pub fn read<T: Real>(&mut self, at: Nanos, there: &Instant) -> Reading<T> {
         let s = &self.sensors.settings;
-        let mut noise = [0.0; 3];
+        let mut noise = [0.0; 4];
         if s.noise > 0.0 {
-            self.noise.normals(&mut noise);
+            self.noise.normals(&mut noise[..3]);
         }
-        let mut raw = [(0.0, false, 0); 3];
-        for (k, raw) in raw.iter_mut().enumerate() {
-            let noise = s.noise * noise[k];
-            let value = self.sensors.gain[k] * there.current[k] + self.sensors.offset[k] + noise;
-            *raw = self.adc.map_or((value, false, 0), |adc| adc.convert(value));
+        if s.dc_link.noise > 0.0 {
+            noise[3] = self.link_noise.normal();
         }
+        let [a, b, c] = there.current;
+        let raw = self.channels.read([a, b, c, there.dc_link], noise);
         let measured =
             |k: usize| (raw[k].0, if raw[k].1 { Sensed::Clipped } else { Sensed::Measured }, raw[k].2);
         let derived = |k: usize| {
@@ -85,14 +76,7 @@ impl<'t> Sampler<'t> {
         };
         let phases = [phase(0), phase(1), phase(2)];
 
-        let mut dc_link = self.sensors.dc_link_gain * there.dc_link + self.sensors.dc_link_offset;
-        if s.dc_link.noise > 0.0 {
-            dc_link += s.dc_link.noise * self.link_noise.normal();
-        }
-        let (mut dc_link_clipped, mut link_count) = (false, 0);
-        if let Some(adc) = self.link_adc {
-            (dc_link, dc_link_clipped, link_count) = adc.convert(dc_link);
-        }
+        let (dc_link, dc_link_clipped, link_count) = raw[3];
         Reading {
             at,
             current: Abc(phases.map(|(value, ..)| T::of(value))),
@@ -115,6 +99,18 @@ mod tests {
         Sampler::new(&Sensors::nominal(settings), Streams::new(1, 0))
     }
 
+    /// A converter behind a sensor without errors, in each of the four channels.
+    fn converter(adc: Adc) -> impl Fn(f64) -> (f64, bool, u32) {
+        let dc_link = crate::VoltageSensor { adc: Some(adc), ..SensorSettings::IDEAL.dc_link };
+        let settings = SensorSettings { adc: Some(adc), dc_link, ..SensorSettings::IDEAL };
+        let channels = Channels::of(&Sensors::nominal(settings));
+        move |value| {
+            let read = channels.read([value; 4], [0.0; 4]);
+            assert!(read.iter().all(|one| (one.0.to_bits(), one.1, one.2) == (read[0].0.to_bits(), read[0].1, read[0].2)));
+            read[0]
+        }
+    }
+
     fn there(modes: Modes, requested: [Gate; 3]) -> Instant {
         Instant { current: [1.5, -1.5, 0.0], dc_link: 550.0, requested }.through(SensorSettings::IDEAL, modes)
     }
@@ -130,23 +126,23 @@ mod tests {
 
     #[test]
     fn analytic_adc_rounds_and_clips() {
-        let adc = Converter::from(Adc { bits: 12, low: -20.0, high: 20.0 });
+        let convert = converter(Adc { bits: 12, low: -20.0, high: 20.0 });
         let step = 40.0 / 4096.0;
-        assert_eq!(adc.convert(0.6 * step), (step, false, 2049));
-        assert_eq!(adc.convert(25.0), (20.0 - step, true, 4095));
-        assert_eq!(adc.convert(-25.0), (-20.0, true, 0));
+        assert_eq!(convert(0.6 * step), (step, false, 2049));
+        assert_eq!(convert(25.0), (20.0 - step, true, 4095));
+        assert_eq!(convert(-25.0), (-20.0, true, 0));
     }
 
     #[test]
     fn law_codes_are_rounded_as_the_library_rounds() {
         for adc in [Adc { bits: 12, low: -20.0, high: 20.0 }, Adc { bits: 3, low: 0.0, high: 8.0 }] {
-            let (last, converter) = (f64::from((1_u32 << adc.bits) - 1), Converter::from(adc));
+            let (last, convert) = (f64::from((1_u32 << adc.bits) - 1), converter(adc));
             let step = (adc.high - adc.low) / (last + 1.0);
             for n in -3000..40_000 {
                 let value = adc.low + f64::from(n) * step * 0.125;
                 for value in [value.next_down(), value, value.next_up()] {
                     let code = ((value - adc.low) / step).round().clamp(0.0, last);
-                    let (read, clipped, count) = converter.convert(value);
+                    let (read, clipped, count) = convert(value);
                     assert_eq!(
                         (read, clipped),
                         (adc.low + code * step, code == 0.0 || code == last),
@@ -155,8 +151,8 @@ mod tests {
                     assert_eq!(f64::from(count), code);
                 }
             }
-            assert!(converter.convert(f64::NAN).0.is_nan());
-            assert_eq!(converter.convert(f64::INFINITY).0, adc.low + last * step);
+            assert!(convert(f64::NAN).0.is_nan());
+            assert_eq!(convert(f64::INFINITY).0, adc.low + last * step);
         }
     }
 

@@ -225,11 +225,9 @@ impl Results {
             points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
         let mut output =
             files_wanted().then(|| Output::create(&options.out, &[name, SUMMARY])).transpose()?;
-        let begin = |output: &mut Output| {
-            let file = output.begin(name)?;
-            Writer::new(file, format, columns.clone(), &identity.metadata()).map_err(failed)
-        };
-        let mut trials = output.as_mut().map(begin).transpose()?;
+        let mut file = output.as_mut().map(|output| output.begin(name)).transpose()?;
+        let begin = |file| Writer::new(file, format, columns.clone(), &identity.metadata()).map_err(failed);
+        let mut trials = file.as_mut().map(|file| begin(file)).transpose()?;
         let host = host::current();
         let mut table = host.as_ref().map(|_| Columns::new(columns.clone()));
         let bar = progress::writing(identity.rows());
@@ -255,8 +253,9 @@ impl Results {
             Err(Stopped::Failed(error)) => return Err(error),
         }
         points.close();
-        if let (Some(output), Some(trials)) = (&output, trials) {
-            output.close(name, trials.finish().map_err(failed)?)?;
+        trials.map_or(Ok(()), Writer::finish).map_err(failed)?;
+        if let (Some(output), Some(file)) = (&output, file) {
+            output.close(name, file)?;
         }
         let results = Self::finish(options, output, identity, points, Some(format))?;
         if let (Some(host), Some(table)) = (host, table) {
