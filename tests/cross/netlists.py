@@ -50,8 +50,9 @@ def read_cases(path):
             commands = []
             sequences[rest[0]] = {"first": ns(rest[1]), "interval": ns(rest[2]), "commands": commands}
         elif kind == "case":
-            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance"]
-            cases.append(dict(zip(keys, rest if len(rest) == len(keys) else [*rest, "0"], strict=True)))
+            keys = ["name", "sequence", "angle", "motor", "devices", "timing", "capacitance", "resistance"]
+            missing = ["0", "0"][: len(keys) - len(rest)]
+            cases.append(dict(zip(keys, [*rest, *missing], strict=True)))
         else:
             stages = [(ns(words[k]), words[k + 1 : k + 4]) for k in range(0, len(words), 4)]
             commands.append(stages)
@@ -155,6 +156,26 @@ Rlow 5 6 {slope:g}m
 Dlow 6 m junction"""
 
 
+def met_by_ringing(resistance, switch_drop, diode_drop):
+    """What the current of a terminal meets that no device feeds, of one phase against the two others in Ω."""
+    lines = [
+        f"* A terminal floats where its potential is between those at which a device of its leg begins to conduct. One that",
+        f"* floats alone meets {resistance:g} Ohm; two or three meet two thirds of that in each phase. 0.2 ns lie between.",
+    ]
+    for leg in "abc":
+        low = f"({DC_LINK - switch_drop:g}*v(up{leg})-{diode_drop:g}*(1-v(up{leg})))"
+        high = f"({switch_drop:g}*v(low{leg})+{DC_LINK + diode_drop:g}*(1-v(low{leg})))"
+        inside = f"(1+tanh((v({leg})-{low})/10m-5))*(1+tanh(({high}-v({leg}))/10m-5))/4"
+        lines.append(f"Bin{leg} in{leg} 0 v={inside}\nRin{leg} in{leg} floats{leg} 1k\nCin{leg} floats{leg} 0 0.2p ic=0")
+    # Of products: 1 where two float at least.
+    a, b, c = (f"v(floats{leg})" for leg in "abc")
+    lines.append(f"Bsome some 0 v={a}*{b}+{b}*{c}+{c}*{a}-2*{a}*{b}*{c}")
+    lines += [
+        f"Rmet{leg} {leg} w{leg} r='1u+{resistance:g}*(2/3*v(some)+(1-v(some))*v(floats{leg}))'" for leg in "abc"
+    ]
+    return "\n".join(lines)
+
+
 def netlist(case, tables, sequences, step, reltol):
     sequence = sequences[case["sequence"]]
     commands = sequence["commands"]
@@ -186,6 +207,11 @@ def netlist(case, tables, sequences, step, reltol):
         step *= RINGING_STEP
     # Half the link's voltage before the first switch comes on.
     terminals = "".join(f"C{leg} {leg} 0 {capacitance:g}n ic={DC_LINK / 2:g}\n" for leg in "abc")
+    damped, windings = float(case["resistance"]), "abc"
+    if damped:
+        assert capacitance and not mosfets, case["name"]
+        terminals += met_by_ringing(damped, switch_drop, diode_drop)
+        windings = ["wa", "wb", "wc"]
     stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\
 * {case["name"]}: written by netlists.py from cases.txt, to be changed there.
@@ -202,9 +228,9 @@ def netlist(case, tables, sequences, step, reltol):
 .param mab={{-la/2+lb*cos(2*theta-third)}}
 .param mbc={{-la/2+lb*cos(2*theta)}}
 .param mca={{-la/2+lb*cos(2*theta+third)}}
-La a xa {{laa}}
-Lb b xb {{lbb}}
-Lc c xc {{lcc}}
+La {windings[0]} xa {{laa}}
+Lb {windings[1]} xb {{lbb}}
+Lc {windings[2]} xc {{lcc}}
 Kab La Lb {{mab/sqrt(laa*lbb)}}
 Kbc Lb Lc {{mbc/sqrt(lbb*lcc)}}
 Kca Lc La {{mca/sqrt(lcc*laa)}}

@@ -38,7 +38,7 @@ impl Spice {
                 devices: self.devices,
                 open_leg,
                 terminal_capacitance: self.capacitance,
-                terminal_resistance: 0.0,
+                terminal_resistance: self.resistance,
             },
             gates: [self.timing; 3],
             ..ideal_inverter(open_leg)
@@ -255,6 +255,21 @@ fn cross_terminals_with_a_capacitance_against_ngspice() {
 }
 
 #[test]
+fn cross_terminals_whose_ringing_is_damped_against_ngspice() {
+    let cases = compared("damped_");
+    assert_eq!(cases.len(), 2);
+    for case in cases {
+        // Without the resistance, and with a tenth more, the run differs.
+        for share in [0.0, 1.1] {
+            let other = Spice { resistance: share * case.resistance, ..case.clone() };
+            let worst = other.deviation(OpenLeg::Diodes);
+            println!("{} {share}: {worst:.1e}", other.name);
+            assert!(worst > 5.0 * BOUND, "{}: {share}", other.name);
+        }
+    }
+}
+
+#[test]
 fn cross_mosfets_against_ngspice() {
     let cases = compared("mosfet_");
     assert_eq!(cases.len(), 3);
@@ -303,7 +318,8 @@ fn cross_no_case_of_ngspice_is_left_out() {
         assert_eq!(found, expected);
     }
     // The tests above go by the beginning of the name; motors are fitted to `pulses_` in crates/analysis/tests/fit.rs.
-    let known = ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_"];
+    let known =
+        ["slow_", "fast_", "vectors_", "turning_", "opened_", "mosfet_", "pulses_", "charged_", "damped_"];
     assert!(named.iter().all(|name| known.iter().any(|known| name.starts_with(known))), "{named:?}");
 }
 

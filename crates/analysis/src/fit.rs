@@ -22,6 +22,7 @@ mod result;
 mod sheet;
 mod solve;
 mod start;
+mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::fmt;
@@ -38,6 +39,7 @@ use solve::{Problem, Sum};
 pub use plant::Plant;
 pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
 pub use standstill_inverter::{DeviceKind, Devices};
+pub use wiring::Wiring;
 
 /// The start values of a fit.
 #[derive(Clone, Debug)]
@@ -55,6 +57,8 @@ pub struct Start {
 pub enum FitError {
     /// The pulses raise no current that could be seen.
     NoCurrent,
+    /// Channels that are on other phases than their columns say, or the wrong way round.
+    Wiring(Wiring),
     /// No plant comes near the readings.
     NoPlant,
     /// More rows, of all records together, than a fit takes.
@@ -77,6 +81,10 @@ impl fmt::Display for FitError {
                     "found no current that rises in a pulse; needed: pulses of at least ten times the channels' resolution, and currents into the motor counted positive"
                 )
             }
+            Self::Wiring(wiring) => write!(
+                f,
+                "found currents that the legs do not raise; with {wiring} they would be; needed: each current in its own phase's column, positive into the motor"
+            ),
             Self::NoPlant => {
                 write!(
                     f,
@@ -138,6 +146,10 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     }
     let pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
     let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
+    let rest = pieces::rest_of(&records[0]);
+    if let Some(wiring) = wiring::miswired(&pieces, channels, rest) {
+        return Err(FitError::Wiring(wiring));
+    }
     let (frame, point, scatter) =
         start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
     let reach = start::reach(&pieces, &point);

@@ -179,3 +179,41 @@ fn law_a_drive_without_dead_time_and_drops_is_found_from_one_that_has_them() {
         inside(&pulses, &scope, &fit);
     }
 }
+
+#[test]
+fn law_exchanged_phases_and_reversed_clamps_are_said() {
+    let swapped = |line: &str, [a, b, c]: [usize; 3], reversed: [bool; 3]| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if line.starts_with("t_s") {
+            return line.to_owned() + "\n";
+        }
+        let read = [&fields[1], &fields[2], &fields[3]].map(|field| field.parse::<f64>().expect("a current"));
+        for (k, from) in [a, b, c].into_iter().enumerate() {
+            fields[1 + k] = (if reversed[k] { -read[from] } else { read[from] }).to_string();
+        }
+        fields.join(",") + "\n"
+    };
+    for (pulses, scope) in [(scope::ngspice(), Scope::of(2.5)), (scope::scipy(), Scope::of(8.0))] {
+        let text = pulses.text(&scope, 3);
+        let said = |from: [usize; 3], reversed: [bool; 3]| {
+            let text: String = text.lines().map(|line| swapped(line, from, reversed)).collect();
+            let record = standstill_analysis::fit::record::Record::parse("p.csv", &text).expect("a record");
+            match standstill_analysis::fit::fit(&[record], &scope::start(None, 3), &|| true) {
+                Err(error) => error.to_string(),
+                Ok(_) => String::new(),
+            }
+        };
+        // Wired as they should be, the fit begins, and is stopped.
+        assert_eq!(said([0, 1, 2], [false; 3]), "stopped");
+        for (from, reversed, expected) in [
+            ([0, 2, 1], [false; 3], "with i_b_A as i_c_A, i_c_A as i_b_A they would be"),
+            ([1, 0, 2], [false; 3], "with i_a_A as i_b_A, i_b_A as i_a_A they would be"),
+            ([1, 2, 0], [false; 3], "with i_a_A as i_b_A, i_b_A as i_c_A, i_c_A as i_a_A they would be"),
+            ([0, 1, 2], [false, true, false], "with i_b_A with the other sign they would be"),
+            ([0, 1, 2], [true; 3], "i_a_A with the other sign, i_b_A with the other sign"),
+        ] {
+            let said = said(from, reversed);
+            assert!(said.contains(expected), "{from:?} {reversed:?}: {said}");
+        }
+    }
+}

@@ -18,7 +18,7 @@ use standstill_scenario::{Document, Plan};
 const FILE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/src/numerics.txt");
 
 /// Beside methods on motors: what else the numbers of a trial come from.
-const OTHERS: [(&str, &str); 5] = [
+const OTHERS: [(&str, &str); 6] = [
     (
         "map",
         "errors = \"harsh\"\n[motor]\nbase = \"motor.toml\"\n[axes]\n\"rotor.state\" = [\"locked\", \"free\"]",
@@ -38,6 +38,10 @@ const OTHERS: [(&str, &str); 5] = [
     (
         "field",
         "errors = \"field\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"detector.method\" = [\"line-inductance\", \"bipolar\"]",
+    ),
+    (
+        "ringing",
+        "[inverter]\nterminal_capacitance = \"0.3 nF\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"detector.method\" = [\"line-inductance-fast\", \"bipolar\"]",
     ),
 ];
 

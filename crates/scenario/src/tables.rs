@@ -188,7 +188,7 @@ pub struct InverterTable {
     /// of the ringing.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terminal_resistance: Option<Quantity<Ohm>>,
-    /// What a leg with both switches off does.
+    /// What a leg with both switches off does. Where terminals have a capacitance its diodes conduct, in every error set.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub open_leg: Option<Named<OpenLeg>>,
 }

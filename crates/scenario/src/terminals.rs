@@ -1,9 +1,10 @@
 //! Terminals with a capacitance, from the table of the inverter.
 
-use standstill_inverter::Bridge;
+use standstill_inverter::{Bridge, OpenLeg};
 use standstill_plant::Motor;
 
 use super::document::FileError;
+use super::named::Named;
 use super::ranges::{checked, in_range};
 use super::tables::InverterTable;
 
@@ -22,25 +23,36 @@ impl InverterTable {
                 in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
             }
         }
+        let resistance = "inverter.terminal_resistance";
         if bridge.terminal_capacitance == 0.0 {
             return match self.terminal_resistance {
-                Some(value) => {
+                Some(value) if self.terminal_capacitance.is_none() => {
                     let needed = "`inverter.terminal_capacitance` beside it: without it nothing rings";
-                    Err(FileError::key("inverter.terminal_resistance", &value.to_string(), needed))
+                    Err(FileError::key(resistance, &value.to_string(), needed))
                 }
+                // One of several capacitances: nothing rings, so that nothing meets it.
+                Some(value) => checked(resistance, value).map(drop),
                 None => Ok(()),
             };
+        }
+        // What ends a swing is a diode: a leg without would raise its terminal to the 25 kV that the winding's energy makes of it.
+        match self.open_leg {
+            Some(Named(open @ OpenLeg::Open)) => {
+                let needed =
+                    "\"diodes\" where terminals have a capacitance: without diodes nothing ends their swing";
+                return Err(FileError::key("inverter.open_leg", &format!("\"{}\"", open.name()), needed));
+            }
+            _ => bridge.open_leg = OpenLeg::Diodes,
         }
         let winding = &motor.winding;
         let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
         let impedance = (1.5 * inductance / bridge.terminal_capacitance).sqrt();
         bridge.terminal_resistance = impedance / QUALITY;
         if let Some(value) = self.terminal_resistance {
-            let key = "inverter.terminal_resistance";
-            checked(key, value)?;
+            checked(resistance, value)?;
             let most = impedance / LEAST_QUALITY;
             let needed = format!("from 0 to {most:.3} Ω, half of √(1.5 L/C): with more nothing rings");
-            bridge.terminal_resistance = in_range(key, value, [0.0, most], &needed)?;
+            bridge.terminal_resistance = in_range(resistance, value, [0.0, most], &needed)?;
         }
         Ok(())
     }

@@ -139,6 +139,58 @@ fn analytic_what_rings_decays_with_the_resistance_that_it_meets() {
     }
 }
 
+/// Two or three terminals that float ring in both directions of the winding, each of which meets two thirds of what one phase meets
+/// against the two others: three with 1/√(L C), two with that across the third's axis and 1/√(3 L C) along it.
+#[test]
+fn analytic_terminals_that_ring_together_meet_the_windings_resistance() {
+    let (inductance, capacitance) = (13e-3, 1e-9);
+    let motor = linear(inductance, 1e-6);
+    let resistance = f64::sqrt(1.5 * inductance / capacitance) / 5.0;
+    let clarke = |[a, b, c]: [f64; 3]| [(2.0 * a - b - c) / 3.0, (b - c) / f64::sqrt(3.0)];
+    for (legs, along, quality) in [([Off; 3], 1.0, 6.123_724), ([Low, Off, Off], 3.0, 3.535_534)] {
+        let mut inverter = inverter(Devices::default(), OpenLeg::Open, capacitance, LINK);
+        inverter.bridge.terminal_resistance = resistance;
+        let case = case(&motor, inverter);
+        let mut trace = Trace::new(3e-7);
+        let mut script = Script::new([hold([Low, High, Off], 1), hold(legs, 600)]);
+        let run = run::<f64, _>(&case, &mut script, true, &mut trace);
+        let after: Vec<_> = trace.snapshots.iter().filter(|snapshot| snapshot.time >= 1e-6).collect();
+        let [first, .., last] = after[..] else { panic!("no trace") };
+        let [from, [_, rising]] = [first.current, first.potential].map(clarke);
+        assert!(after.len() > 1900 && from[0].abs() > 0.02 && rising > 100.0, "{first:?}");
+        for (axis, share) in [along, 1.0].into_iter().enumerate() {
+            let decay = resistance / 1.5 / (2.0 * inductance);
+            let square = 1.0 / (inductance * capacitance * share);
+            let angular = (square - decay * decay).sqrt();
+            if axis == 0 {
+                assert!((square.sqrt() / (2.0 * decay) / quality - 1.0).abs() < 1e-6);
+            }
+            let [start, voltage] = [first.current, first.potential].map(|of| clarke(of)[axis]);
+            for snapshot in &after {
+                let time = snapshot.time - first.time;
+                let (sin, cos) = (angular * time).sin_cos();
+                let swing = (-decay * time).exp();
+                let rise = voltage / inductance - decay * start;
+                let fall = decay * voltage - start / (capacitance * share);
+                let current = swing * (start * cos + rise / angular * sin);
+                let potential = swing * (voltage * cos + fall / angular * sin);
+                let [i, v] = [snapshot.current, snapshot.potential].map(|of| clarke(of)[axis]);
+                assert!((v - potential).abs() < 1e-6 * LINK, "{legs:?} {time} s: {v} {potential}");
+                let size = LINK * capacitance * square.sqrt();
+                assert!((i - current).abs() < 1e-6 * size, "{legs:?} {time} s: {i} {current}");
+            }
+        }
+        let stored = |snapshot: &standstill_sim::Snapshot| {
+            let sum = |of: [f64; 3]| of.iter().map(|x| x * x).sum::<f64>() / 2.0;
+            inductance * sum(snapshot.current) + capacitance * sum(snapshot.potential)
+        };
+        let (lost, ledger) = (stored(first) - stored(last), run.ledger.expect("asked for"));
+        // Before, within the first microsecond, the winding has lost a little, too.
+        assert!((ledger.copper_loss / lost - 1.0).abs() < 0.01, "{ledger:?} {lost}");
+        assert!((ledger.imbalance() / lost).abs() < 3e-5, "{ledger:?}");
+    }
+}
+
 /// A switch that comes on charges its terminal at once: what the rail gives is C U ΔU, and what does not stay is lost.
 #[test]
 fn analytic_hard_switching_loses_half_c_u_squared() {

@@ -22,6 +22,8 @@ pub struct Spice {
     pub timing: GateTiming,
     /// Of each terminal, in F.
     pub capacitance: f64,
+    /// What one phase against the two others resists to what rings, in Ω.
+    pub resistance: f64,
     pub commands: Vec<Command<f64>>,
 }
 
@@ -113,13 +115,14 @@ pub fn cases() -> Vec<Spice> {
             ["devices", name, values @ ..] => drop(drops.insert(*name, devices(values))),
             ["timing", name, values @ ..] => drop(timings.insert(*name, timing(values))),
             ["sequence", name, first, interval] => sampled = (*name, micros(first), micros(interval)),
-            ["case", name, sequence, angle, motor, devices, timing, capacitance @ ..] => cases.push(Spice {
+            ["case", name, sequence, angle, motor, devices, timing, terminals @ ..] => cases.push(Spice {
                 name: (*name).to_owned(),
                 angle_deg: number(angle),
                 motor: motors[motor].clone(),
                 devices: drops[devices],
                 timing: timings[timing],
-                capacitance: capacitance.first().map_or(0.0, |word| number(word) * 1e-9),
+                capacitance: terminals.first().map_or(0.0, |word| number(word) * 1e-9),
+                resistance: terminals.get(1).map_or(0.0, |word| number(word)),
                 commands: sequences[sequence].clone(),
             }),
             stages => {

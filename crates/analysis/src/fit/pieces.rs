@@ -29,6 +29,17 @@ pub struct Piece {
     pub spread: f64,
 }
 
+impl Piece {
+    /// The edge that begins the first pulse, and the last row before that ends.
+    pub fn first_pulse(&self) -> Option<(&Edge, &Row)> {
+        let from = self.edges.iter().position(|edge| drives(edge.legs))?;
+        let edge = &self.edges[from];
+        let end = self.edges.get(from + 1).map_or(f64::INFINITY, |next| next.at);
+        let row = self.rows.iter().rev().find(|row| row.time > edge.at && row.time < end)?;
+        Some((edge, row))
+    }
+}
+
 /// Whether these requests put the link's voltage across the motor.
 pub fn drives(legs: [Request; 3]) -> bool {
     legs.contains(&Request::High) && legs.contains(&Request::Low)

@@ -58,16 +58,23 @@ pub(super) fn with_iron(
     let mut iron = point.clone();
     iron.plant.law = Law::Iron;
     let falls = point.plant.falls(&work.problem.frame);
-    let against = free.contains(&Parameter::SaturationAgainst);
-    let Some([d, minus_d, q]) = falls else {
+    let told = |p: Parameter| free.contains(&p);
+    let (against, across) = (told(Parameter::SaturationAgainst), told(Parameter::SaturationAcross));
+    let Some(seen @ [d, minus_d, q]) = falls else {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
-    iron.plant.saturation = [d, if against || way < 0.0 { minus_d } else { f64::NAN }, q];
+    // What the readings do not tell is as the start has it; without one, the fall along −d follows from that along +d.
+    let minus_d = match known {
+        Some([_, known, _]) if !against => known,
+        None if !against && way > 0.0 => f64::NAN,
+        _ => minus_d,
+    };
+    iron.plant.saturation = [d, minus_d, known.filter(|_| !across).map_or(q, |[_, _, q]| q)];
     if iron.plant.core(&work.problem.frame).is_none() {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
     match work.told_of(&free, &iron) {
-        Ok(solved) => Ok((solved, pole, Iron::Seen([d, minus_d, q]))),
+        Ok(solved) => Ok((solved, pole, Iron::Seen(seen))),
         Err(FitError::Stopped) => Err(FitError::Stopped),
         Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
     }

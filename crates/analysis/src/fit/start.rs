@@ -38,10 +38,7 @@ pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
 
 /// The mean inductance in H of a phase that each piece's first pulse shows, what it took in V s and raised in A.
 fn glance(piece: &Piece, offset: [f64; 3], dead_time: f64) -> Option<f64> {
-    let from = piece.edges.iter().position(|edge| drives(edge.legs))?;
-    let edge = piece.edges[from];
-    let end = piece.edges.get(from + 1).map_or(f64::INFINITY, |next| next.at);
-    let row = piece.rows.iter().rev().find(|row| row.time > edge.at && row.time < end)?;
+    let (edge, row) = piece.first_pulse()?;
     let time = row.time - edge.at - dead_time;
     let line = edge.legs.contains(&Request::Off);
     let raised =

@@ -178,7 +178,10 @@ fn golden_the_page_lists_the_parameters() {
     let storing = "inverter = { capacitance = \"1 mF\", source_resistance = \"1 ohm\", sag_depth = 0.1, sag_duration = \"1 ms\" }";
     for (text, part) in [
         (format!("errors = \"field\"\n{hot}\n{storing}"), Part::Drive),
-        (format!("{hot}\ninverter.devices = \"mosfet\""), Part::Drive),
+        (
+            format!("{hot}\ninverter = {{ devices = \"mosfet\", terminal_capacitance = \"0.3 nF\" }}"),
+            Part::Drive,
+        ),
         (hot.to_owned(), Part::Motor),
     ] {
         for variable in unpacked(&text, part).model.variables {

@@ -94,3 +94,44 @@ fn law_sensors_of_the_field_and_their_keys() {
     let small = scenario("motor = \"gimbal\"\nerrors = \"field\"");
     assert!((small.sensors.pick_up.expect("some").amplitude - 0.2 * 0.6 / 8.0).abs() < 1e-12);
 }
+
+#[test]
+fn law_terminals_with_a_capacitance_have_diodes_and_what_damps_them() {
+    use standstill_inverter::OpenLeg::{Diodes, Open};
+    let bridge = |text: &str| scenario(&format!("errors = \"none\"\n[inverter]\n{text}")).drive.bridge;
+    // The error set without errors takes an idle leg as open; where its terminal can swing, diodes end that.
+    assert_eq!(bridge("").open_leg, Open);
+    let charged = bridge("terminal_capacitance = \"1 nF\"");
+    assert_eq!(charged.open_leg, Diodes);
+    // A quality of 5 of 1.5 times the mean of L_d and L_q.
+    let impedance = (1.5 * 13.8e-3 / 1e-9_f64).sqrt();
+    assert!((charged.terminal_resistance / (impedance / 5.0) - 1.0).abs() < 0.01, "{charged:?}");
+    // A sweep over capacitances may begin without any: nothing then meets the resistance.
+    let none = bridge("terminal_capacitance = 0\nterminal_resistance = \"900 Ω\"");
+    assert_eq!((none.terminal_resistance, none.open_leg), (0.0, Open));
+    let given = bridge("terminal_capacitance = \"1 nF\"\nterminal_resistance = \"900 Ω\"");
+    assert_eq!(given.terminal_resistance, 900.0);
+    for (text, parts) in [
+        (
+            "[inverter]\nterminal_capacitance = \"1 nF\"\nopen_leg = \"open\"",
+            ["line 3", "`inverter.open_leg`", "\"diodes\""],
+        ),
+        (
+            "[inverter]\nterminal_resistance = \"900 Ω\"",
+            ["line 2", "`inverter.terminal_resistance`", "`inverter.terminal_capacitance`"],
+        ),
+        (
+            "[inverter]\nterminal_capacitance = 0\nterminal_resistance = \"-1 Ω\"",
+            ["line 3", "`inverter.terminal_resistance`", "zero or more"],
+        ),
+        (
+            "[inverter]\nterminal_capacitance = \"1 nF\"\nterminal_resistance = \"3 kΩ\"",
+            ["line 3", "`inverter.terminal_resistance`", "with more nothing rings"],
+        ),
+    ] {
+        let message = error(text);
+        for part in parts {
+            assert!(message.contains(part), "{text:?} says: {message}");
+        }
+    }
+}

@@ -9,6 +9,7 @@ use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
+use crate::physics::terminals::met_by_ringing;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
@@ -130,18 +131,18 @@ fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>
         source_current = (source - one(&here.state.link)) / source_resistance;
         source_loss = source_current * source_current * source_resistance;
     }
-    // A conducting leg's drop is −offset + resistance · i. A blocked one carries nothing, or charges its terminal through what the
-    // winding resists it with.
+    // A conducting leg's drop is −offset + resistance · i. One in which no device conducts carries nothing, or charges its terminal
+    // through what the winding resists it with.
     let drop = |k: usize| (one(&legs[k].resistance) * current[k] - one(&legs[k].offset)) * current[k];
-    let (conducting, charging): (Vec<usize>, Vec<usize>) =
-        (0..3).partition(|k| one(&legs[*k].direction) != 0.0);
-    let lost = |of: Vec<usize>| of.into_iter().map(drop).sum::<f64>();
     let i = One::of(bank, here, lane).current;
+    let axes = bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(lane), axis.y.get(lane)));
+    let conducting = std::array::from_fn(|k| one(&legs[k].direction) != 0.0);
+    let met = met_by_ringing(&axes, &conducting, control.case.inverter.bridge.terminal_resistance);
     let mut powers = Ledger {
         source: source * source_current,
         source_loss,
-        device_loss: lost(conducting),
-        copper_loss: 1.5 * motor.resistance * i.dot(i) + lost(charging),
+        device_loss: (0..3).map(drop).sum(),
+        copper_loss: 1.5 * (motor.resistance * i.dot(i) + i.dot(i.through(met))),
         ..Ledger::default()
     };
     if let Some(eddy) = motor.magnetics.eddy(lag(here, lane)) {

@@ -9,6 +9,7 @@ use crate::case::RunError;
 use crate::lanes::bank::Bank;
 use crate::physics::bounds::BLOCKED;
 use crate::physics::plane::Plane;
+use crate::physics::terminals::met_by_ringing;
 use crate::step::ends::POTENTIAL_DEEP;
 
 /// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
@@ -129,11 +130,11 @@ impl<'a> Control<'a> {
         let one = One::of(bank, &bank.here, self.lane);
         let axes =
             bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
-        let mut voltage = one.current * -self.case.motor.resistance;
-        let current = axes.map(|axis| axis.dot(one.current));
-        for (k, axis) in axes.iter().enumerate() {
-            let met = if floats[k] { self.case.inverter.bridge.terminal_resistance } else { 0.0 };
-            voltage = voltage + *axis * ((potential[k] - met * current[k]) * (2.0 / 3.0));
+        let ringing = self.case.inverter.bridge.terminal_resistance;
+        let met = met_by_ringing(&axes, &floats.map(|floats| !floats), ringing);
+        let mut voltage = one.current * -self.case.motor.resistance - one.current.through(met);
+        for (axis, potential) in axes.iter().zip(potential) {
+            voltage = voltage + *axis * (potential * (2.0 / 3.0));
         }
         let rise = voltage.through(one.inverse_inductance) + one.drift;
         axes.map(|axis| axis.dot(rise))

@@ -8,6 +8,7 @@ use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
 
 use super::gates::{LegGates, On};
 use super::plane::Plane;
+use super::terminals::met_by_ringing;
 
 /// The legs: their devices, their gates, and which way their currents flow.
 #[derive(Clone, Debug)]
@@ -26,8 +27,8 @@ pub struct Legs<V: Wide> {
     /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
     /// the current that charges it; no leg is blocked.
     pub elastance: Option<V>,
-    /// The resistance in Ω that this current meets.
-    ringing: V,
+    /// The resistance in Ω that this current meets from one phase to the two others.
+    pub ringing: V,
     /// Leg by leg.
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.
@@ -38,8 +39,7 @@ pub struct Legs<V: Wide> {
     pub fed: Option<Plane<V>>,
 }
 
-/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros, but for the resistance where terminals
-/// have a capacitance.
+/// A leg with current, `u = rail · U_dc + offset − resistance · i`; of one without, zeros.
 #[derive(Clone, Copy, Debug)]
 pub struct Leg<V> {
     /// 1 at the positive rail, 0 at the negative.
@@ -238,12 +238,7 @@ impl<V: Wide> Legs<V> {
     pub fn at<const RARE: bool>(&self, time: V, winding: V) -> Conducting<V> {
         let capacitive = self.elastance_if::<RARE>().is_some();
         let (zero, one) = (V::of(0.0), V::of(1.0));
-        let mut legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
-        if capacitive {
-            for (leg, flows, _) in &mut legs {
-                leg.resistance = V::choose(*flows, leg.resistance, self.ringing);
-            }
-        }
+        let legs = [self.leg(0, time), self.leg(1, time), self.leg(2, time)];
         let [(a, flows_a, on_a), (b, flows_b, on_b), (c, flows_c, on_c)] = legs;
         if let Some(voltage) = self.fed {
             let all = V::Mask::of_bits(u32::MAX);
@@ -283,6 +278,11 @@ impl<V: Wide> Legs<V> {
                 all.blocked = all.blocked + axis * blocked;
                 all.none_blocked = all.none_blocked - blocked;
             }
+        }
+        if capacitive {
+            let met = met_by_ringing(&self.axes, &flows, self.ringing);
+            let all = &mut terminals.resistance;
+            *all = Symmetric::new(all.xx + met.xx, all.xy + met.xy, all.yy + met.yy);
         }
         Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }

@@ -8,6 +8,29 @@ use standstill_numeric::{Symmetric, Wide};
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
+/// What the winding resists in Ω to currents that charge terminals, where `ringing` is what one phase against the two others
+/// does: ⅔ of that along each direction in which a terminal without a conducting device carries a current. One of them leaves
+/// a direction in which devices alone carry the current, and that meets nothing; two or three leave none.
+#[inline(always)]
+pub fn met_by_ringing<V: Wide>(axes: &[Plane<V>; 3], flows: &[V::Mask; 3], ringing: V) -> Symmetric<V> {
+    let zero = V::of(0.0);
+    let each = ringing * (2.0 / 3.0);
+    let mut met = Symmetric::new(zero, zero, zero);
+    for (axis, flows) in axes.iter().zip(flows) {
+        let across = *axis * V::choose(*flows, zero, each);
+        met.xx = met.xx + across.x * axis.x;
+        met.xy = met.xy + across.x * axis.y;
+        met.yy = met.yy + across.y * axis.y;
+    }
+    let [a, b, c] = [!flows[0], !flows[1], !flows[2]];
+    let several = (a & b) | (b & c) | (c & a);
+    Symmetric::new(
+        V::choose(several, each, met.xx),
+        V::choose(several, zero, met.xy),
+        V::choose(several, each, met.yy),
+    )
+}
+
 impl<V: Wide> Legs<V> {
     /// [`Self::elastance`] in code for terminals that may have a capacitance; none in code for terminals without.
     #[inline(always)]

@@ -51,7 +51,7 @@ impl<V: Wide> Floating<V> {
         for e in 0..2_usize {
             let here = places[e];
             let axes = &machine.legs.axes;
-            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current);
+            let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current, h);
             for k in 0..3_usize {
                 let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
                 let middle = here.state.potential[k] - swing.away[k];

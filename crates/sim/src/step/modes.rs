@@ -1,5 +1,8 @@
 //! The two ways in which terminals ring with a winding.
 
+#[cfg(test)]
+mod tests;
+
 use standstill_numeric::{Symmetric, Wide};
 
 use crate::physics::plane::Plane;
@@ -58,26 +61,43 @@ impl<V: Wide> Modes<V> {
         Self { to, back, square, damping }
     }
 
-    /// How far the phases' currents and the terminals' potentials swing about what is slow, and where in that they are: from a
-    /// current in A and how fast it rises in A/s.
+    /// How far the phases' currents and the terminals' potentials swing about what is slow in the next `h` seconds, and where in
+    /// that they are: from a current in A and how fast it rises in A/s.
+    ///
+    /// A mode's amplitude is the root of I² + η²/ω², η = I′ + D I. Resistance takes from the sum of both squares, so that neither
+    /// grows beyond its root; and what one drops in the other makes that grow by D₁₂ times the first at most.
     #[inline(always)]
-    pub fn swing(&self, axes: &[Plane<V>; 3], elastance: V, current: Plane<V>, rise: Plane<V>) -> Swing<V> {
-        let zero = V::of(0.0);
+    pub fn swing(
+        &self,
+        axes: &[Plane<V>; 3],
+        elastance: V,
+        current: Plane<V>,
+        rise: Plane<V>,
+        h: V,
+    ) -> Swing<V> {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
         let none = [zero; 3];
+        let rings = pair!(m => self.square[m].above(zero));
+        let per_square = pair!(m => V::only(rings[m], one / V::choose(rings[m], self.square[m], one)));
+        let now = pair!(m => V::only(rings[m], self.back[m].dot(current)));
+        // η/ω²: the charge.
+        let charge = pair!(m => {
+            let met = self.damping[m][0] * now[0] + self.damping[m][1] * now[1];
+            (self.back[m].dot(rise) + met) * per_square[m]
+        });
+        let energy = pair!(m => now[m] * now[m] + charge[m] * charge[m] * self.square[m]);
+        let both = (energy[0] + energy[1]).sqrt();
+        let dropped = both * self.damping[0][1].abs() * h;
+        let size = pair!(m => V::only(rings[m], (energy[m].sqrt() + dropped).least(both)));
         let mut swing = Swing { current: none, ahead: none, potential: none, away: none };
         for m in 0..2_usize {
-            let rings = self.square[m].above(zero);
-            let per_square = V::only(rings, V::of(1.0) / V::choose(rings, self.square[m], V::of(1.0)));
-            let now = self.back[m].dot(current);
-            let rise = self.back[m].dot(rise);
-            let size = V::only(rings, (now * now + rise * rise * per_square).sqrt());
-            let in_potential = size * per_square.sqrt() * elastance;
+            let in_potential = size[m] * per_square[m].sqrt() * elastance;
             for k in 0..3 {
                 let share = axes[k].dot(self.to[m]);
-                swing.current[k] = swing.current[k] + share.abs() * size;
-                swing.ahead[k] = swing.ahead[k] + V::only(rings, share * now);
+                swing.current[k] = swing.current[k] + share.abs() * size[m];
+                swing.ahead[k] = swing.ahead[k] + share * now[m];
                 swing.potential[k] = swing.potential[k] + share.abs() * in_potential;
-                swing.away[k] = swing.away[k] + share * rise * per_square * elastance;
+                swing.away[k] = swing.away[k] + share * charge[m] * elastance;
             }
         }
         swing

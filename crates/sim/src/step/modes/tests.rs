@@ -1,0 +1,77 @@
+//! How far what rings may swing, against swings integrated in small steps.
+
+use standstill_interface::AlphaBeta;
+use standstill_inverter::AXES;
+use standstill_numeric::Heading;
+
+use super::*;
+use crate::physics::terminals::met_by_ringing;
+
+/// Of each terminal in 1/F.
+const ELASTANCE: f64 = 1e9;
+
+/// Current in A, and what floating terminals put on the winding in V.
+type Now = [Plane<f64>; 2];
+
+/// The ends of a small step of the method of Runge and Kutta.
+fn stepped(now: Now, h: f64, slope: impl Fn(Now) -> Now) -> Now {
+    let on = |by: Now, h: f64| [now[0] + by[0] * h, now[1] + by[1] * h];
+    let first = slope(now);
+    let second = slope(on(first, h / 2.0));
+    let third = slope(on(second, h / 2.0));
+    let fourth = slope(on(third, h));
+    let mean = |k: usize| (first[k] + (second[k] + third[k]) * 2.0 + fourth[k]) * (1.0 / 6.0);
+    on([mean(0), mean(1)], h)
+}
+
+/// Whatever the inductances, the resistance, the terminals that float and where in their swing they are.
+#[test]
+fn law_currents_and_potentials_never_swing_farther_than_is_said() {
+    let axes = AXES.map(|axis: AlphaBeta<f64>| Plane::from_stator(axis, Heading::of(0.4)));
+    let conducting = [[false; 3], [true, false, false], [false, false, true]];
+    let (mut most, mut least) = (0.0_f64, f64::INFINITY);
+    for (number, conducting) in (0..90).flat_map(|number| conducting.map(|legs| (number, legs))) {
+        let part = |stride: f64| (f64::from(number) * stride).fract();
+        // L along the axes of the rotor from 10 to 40 mH, qualities from 2 up, and a winding's own resistance.
+        let heading = Heading::of(9.0 * part(0.618));
+        let gamma = Symmetric::new(40.0 + 60.0 * part(0.37), 0.0, 25.0 + 10.0 * part(0.71))
+            .unpark_by(heading.sin, heading.cos);
+        let impedance = (1.5 * ELASTANCE / gamma.xx).sqrt();
+        let met = met_by_ringing(&axes, &conducting, impedance / 2.0 * part(0.43));
+        let own = if number % 3 == 0 { 1.0 } else { 0.0 };
+        let resistance = Symmetric::new(met.xx + own, met.xy, met.yy + own);
+        let (mut charging, zero) = (Symmetric::new(0.0, 0.0, 0.0), Plane::new(0.0, 0.0));
+        for (axis, _) in axes.iter().zip(conducting).filter(|(_, conducting)| !conducting) {
+            let across = *axis * (2.0 / 3.0 * ELASTANCE);
+            charging.xx += across.x * axis.x;
+            charging.xy += across.x * axis.y;
+            charging.yy += across.y * axis.y;
+        }
+        let slope = |[current, voltage]: Now| {
+            let rise = (voltage - current.through(resistance)).through(gamma);
+            [rise, zero - current.through(charging)]
+        };
+        let direction = Heading::of(7.0 * part(0.29));
+        let current = Plane::new(0.05 * part(0.53), 0.05 * part(0.91) - 0.02);
+        let mut now = [current, Plane::new(direction.cos, direction.sin) * 300.0];
+        let modes = Modes::of(gamma, charging, &resistance);
+        let h = 6.0 / (ELASTANCE * 30.0 / 3.0).sqrt();
+        let [rise, _] = slope(now);
+        let swing = modes.swing(&axes, ELASTANCE, now[0], rise, h);
+        let (mut charge, mut farthest) = (zero, 0.0_f64);
+        let parts = 2000;
+        for _ in 0..parts {
+            let next = stepped(now, h / f64::from(parts), slope);
+            charge = charge + (now[0] + next[0]) * (h / f64::from(parts) / 2.0);
+            now = next;
+            for k in (0..3).filter(|k| !conducting[*k]) {
+                let from_middle = swing.away[k] - axes[k].dot(charge) * ELASTANCE;
+                let shares = [axes[k].dot(now[0]) / swing.current[k], from_middle / swing.potential[k]];
+                farthest = shares.into_iter().fold(farthest, |far, share| far.max(share.abs()));
+            }
+        }
+        (most, least) = (most.max(farthest), least.min(farthest));
+    }
+    assert!(most < 1.0 + 1e-5, "beyond what was said: {most}");
+    assert!(least > 0.4, "said far too much: {least}");
+}
