@@ -1,9 +1,9 @@
 //! Parts of errors where a converter rounds.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use standstill_analysis::{Explained, Trials};
+use standstill_analysis::{Explained, Trials, Watch};
 use standstill_scenario::{Document, Plan};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -57,4 +57,28 @@ fn analytic_parts_are_those_without_a_converter_and_what_is_rounding_is_said_to_
     assert!(held >= 132, "{held} of {all} parts");
     assert_eq!(all, 150);
     assert!(named > 20, "{named}");
+}
+
+/// Counts the trials that were run.
+struct Counter(AtomicU64);
+
+impl Watch for Counter {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn did(&self, trials: u64) {
+        self.0.fetch_add(trials, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn regress_a_bar_for_an_explanation_is_as_long_as_the_explanation() {
+    for bits in [12, 0] {
+        let plan = plan(bits);
+        let trials = Trials::new(&plan).expect("a scenario");
+        let counter = Counter(AtomicU64::new(0));
+        Explained::of(&trials, 1, 0, &counter).expect("runs");
+        assert_eq!(counter.0.into_inner(), Explained::runs(&trials), "{bits} bits");
+    }
 }

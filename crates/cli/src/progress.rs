@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use console::Term;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle, WeakProgressBar};
+use indicatif::{ProgressBar, ProgressFinish, ProgressState, ProgressStyle, WeakProgressBar};
 use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
 
@@ -34,8 +34,10 @@ fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// A bar that a host watches, or that has its lines where nobody sees it.
+/// A bar that a host watches, or that has its lines where nobody sees it. However its work ends, an interrupt or an error
+/// included, nothing of it stays on the terminal.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
+    let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
         host.watch(&bar);
     } else if !Term::stderr().is_term() {

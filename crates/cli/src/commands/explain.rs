@@ -66,7 +66,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if let Some(folder) = &folder {
         drop(Output::create(folder, &["explain.csv", "explain.json", "explain.html"])?);
     }
-    let watched = Watched::new(0);
+    let mut runs = 0;
+    for chosen in &chosen {
+        runs += Explained::runs(&Trials::at(&plan, chosen.point)?);
+    }
+    let watched = Watched::new(runs);
     let mut all = Vec::new();
     for chosen in chosen {
         watched.bar.set_message(format!("trial {}", chosen.trial));
