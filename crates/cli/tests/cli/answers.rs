@@ -225,7 +225,7 @@ fn a_trace_lays_settings_over_one_another() {
     let page = fs::read_to_string(path.join("m/overlay.html")).expect("a page");
     let link = page.split("inverter.dc_link").nth(1).expect("a fact");
     let link = &link[..link.find("inverter.").expect("another")];
-    assert!(link.contains("550 V, 48 V"), "{link}");
+    assert!(link.contains("550 V, 50 V"), "{link}");
     assert!(!page.contains("Data sheet paper-5k5"));
     let many = "detector.pulse=[40 us, 50 us, 60 us, 70 us, 80 us, 90 us, 100 us]";
     assert!(mistake(&["trace", "s.toml", "-s", many, "--out", "u"], path).contains("7 settings"));
