@@ -186,6 +186,34 @@ fn apart(record: &Record, cause: &Cause) -> f64 {
 mod tests {
     use super::*;
 
+    /// How a start ends that the check of the saliency lets pass, or not.
+    fn ended(least_saliency: f64) -> Record {
+        let text = format!(
+            "motor = \"paper-5k5\"\nerrors = \"none\"\n[detector]\nmethod = \"line-inductance-fast\"\n\
+             least_saliency = {least_saliency}\n"
+        );
+        let document = standstill_scenario::Document::parse(std::path::Path::new("test.toml"), &text);
+        let plan = standstill_scenario::Plan::new(document.expect("TOML")).expect("a plan");
+        let never = std::sync::atomic::AtomicBool::new(false);
+        let trials = Trials::new(&plan).expect("a scenario");
+        trials.all_records(vec![Tape::new(1, 0)], &never).expect("runs").remove(0)
+    }
+
+    #[test]
+    fn law_an_end_that_most_places_of_the_codes_change_is_the_doing_of_the_error() {
+        let (found, failed) = (ended(0.01), ended(0.9));
+        assert_ne!(end(&found), end(&failed));
+        let places = |changed: usize| -> Vec<Record> {
+            (0..15).map(|k| if k < changed { failed } else { found }).collect()
+        };
+        let other = vec![found; 15];
+        // Of sixteen places, nine: no rounding; five: the end of this one place is the converter's.
+        assert_eq!(compared([&found, &failed], [&other, &places(8)]), (None, false));
+        assert_eq!(compared([&found, &failed], [&other, &places(4)]), (None, true));
+        let (part, within) = compared([&found, &found], [&other, &other]);
+        assert!(within && part.is_some_and(|part| part.value == 0.0), "{part:?}");
+    }
+
     #[test]
     fn regress_turns_on_both_sides_of_90_degrees_are_neighbours() {
         // 88° and −88° are 4° apart, and their middle is 90°, not zero.

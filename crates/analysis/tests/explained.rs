@@ -30,6 +30,13 @@ fn analytic_parts_are_those_without_a_converter_and_what_is_rounding_is_said_to_
         let rounding = coarse.rounding_deg.expect("a converter");
         assert!(rounding > 0.0 && rounding < 1.0, "{rounding}");
         assert!(exact.rounding_deg.is_none() && exact.causes.iter().all(|cause| !cause.within_rounding));
+        // Without a converter the part is the error less what is left.
+        let own = exact.record.axis_error_deg().expect("an axis");
+        for cause in &exact.causes {
+            let left = cause.without.axis_error_deg().expect("an axis");
+            let part = cause.part_deg.expect("an axis").value;
+            assert!((part - (own - left)).abs() < 1e-9, "{}: {part}, {own} and {left}", cause.name);
+        }
         for cause in &coarse.causes {
             let without = |e: &Explained| e.causes.iter().find(|other| other.name == cause.name).cloned();
             let truth = without(&exact).and_then(|cause| cause.part_deg).expect("an axis").value;
