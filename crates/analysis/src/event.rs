@@ -30,15 +30,22 @@ pub enum Event {
 
 /// A text that is no event.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct EventError(String);
+pub struct EventError {
+    text: String,
+    /// Where the quantity is one, the bound that was found and what is needed of it.
+    bound: Option<(String, &'static str)>,
+}
 
 impl fmt::Display for EventError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if let Some((found, needed)) = &self.bound {
+            return write!(f, "`{}` is no event: found `{found}`, needed {needed}", self.text);
+        }
         write!(
             f,
             "`{}` is no event: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, \
              `moved > 1 deg` or `peak_current > 8 A`",
-            self.0
+            self.text
         )
     }
 }
@@ -49,27 +56,37 @@ impl FromStr for Event {
     type Err = EventError;
 
     fn from_str(text: &str) -> Result<Self, EventError> {
-        let error = || EventError(text.trim().to_owned());
-        match text.trim() {
+        let text = text.trim();
+        let error = |bound| EventError { text: text.to_owned(), bound };
+        match text {
             "wrong-pole" => return Ok(Self::WrongPole),
             "wrong-evidence" => return Ok(Self::WrongEvidence),
             "undetermined" => return Ok(Self::Undetermined),
             "failed" => return Ok(Self::Failed),
             _ => {}
         }
-        let (what, bound) = text.split_once('>').ok_or_else(error)?;
+        let (what, bound) = text.split_once('>').ok_or_else(|| error(None))?;
         let bound = bound.trim();
-        match what.trim() {
-            "|e|" => bounded(bound, degrees, 90.0).map(Self::Error),
-            "moved" => bounded(bound, degrees, 1e6).map(Self::Moved),
-            "peak_current" => bounded(bound, amperes, 1e6).map(Self::PeakCurrent),
-            _ => None,
-        }
-        .ok_or_else(error)
+        let (value, needed) = match what.trim() {
+            "|e|" => (below(bound, degrees, 90.0).map(Self::Error), ERRORS),
+            "moved" => (below(bound, degrees, MOST).map(Self::Moved), MOVEMENTS),
+            "peak_current" => (below(bound, amperes, MOST).map(Self::PeakCurrent), CURRENTS),
+            _ => return Err(error(None)),
+        };
+        value.ok_or_else(|| error(Some((bound.to_owned(), needed))))
     }
 }
 
-fn bounded(text: &str, unit: fn(&str) -> Option<f64>, most: f64) -> Option<f64> {
+/// No movement and no current is larger.
+const MOST: f64 = 1e6;
+
+/// What bounds may be.
+const ERRORS: &str =
+    "an error of the axis from 0 deg to less than 90 deg, which is the largest there is, such as `3 deg`";
+const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";
+const CURRENTS: &str = "a current from 0 A to less than 1000000 A, such as `8 A` or `800 mA`";
+
+fn below(text: &str, unit: fn(&str) -> Option<f64>, most: f64) -> Option<f64> {
     unit(text).filter(|value| (0.0..most).contains(value))
 }
 
@@ -204,13 +221,32 @@ mod tests {
 
     #[test]
     fn regress_what_is_no_event_names_those_that_are() {
-        for text in ["wrongpole", "|e| > -1", "|e| > 100", "moved", "peak_current > 8 V", "|e| < 3", ""] {
+        for text in ["wrongpole", "moved", "current > 8 A", "|e| < 3", ""] {
             let message = text.parse::<Event>().expect_err("no event").to_string();
             assert!(
                 message.contains(&format!("`{text}`")) && message.contains("wrong-evidence"),
                 "{message}"
             );
         }
+    }
+
+    #[test]
+    fn regress_a_bound_that_cannot_be_names_those_that_can() {
+        for (text, found, needed) in [
+            ("|e| > 200 deg", "200 deg", "from 0 deg to less than 90 deg"),
+            ("|e| > 90", "90", "from 0 deg to less than 90 deg"),
+            ("|e| > -1 deg", "-1 deg", "from 0 deg to less than 90 deg"),
+            ("|e| > 3 mm", "3 mm", "such as `3 deg`"),
+            ("|e| > nan", "nan", "from 0 deg"),
+            ("moved > -5 deg", "-5 deg", "an electrical angle from 0 deg"),
+            ("moved >", "", "an electrical angle from 0 deg"),
+            ("peak_current > 8 V", "8 V", "a current from 0 A"),
+        ] {
+            let message = text.parse::<Event>().expect_err("no event").to_string();
+            assert!(message.contains(&format!("`{text}` is no event: found `{found}`")), "{message}");
+            assert!(message.contains(needed), "{message}");
+        }
+        assert_eq!("|e| > 89.9".parse(), Ok(Event::Error(89.9)));
     }
 
     #[test]

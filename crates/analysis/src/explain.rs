@@ -5,6 +5,7 @@
 //! of a code. What an error does is the mean difference over these runs; what they scatter is the converter's rounding.
 
 use standstill_campaign::{Estimate, student};
+use standstill_numeric::{atan2, cos, sin};
 use standstill_scenario::{FileError, Record, Verdict};
 use standstill_sim::Tape;
 
@@ -44,7 +45,21 @@ pub struct Explained {
     pub tape: Tape,
 }
 
+/// All sources of errors, and the single errors that are set to their means.
+fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
+    let sources = Source::all(trials);
+    let parts = sources.iter().flat_map(Source::parts).collect();
+    (sources, parts)
+}
+
 impl Explained {
+    /// How many trials it takes to explain one: itself, and at each place of the codes itself, it without each of its errors and
+    /// without all of them.
+    pub fn runs(trials: &Trials<'_>) -> u64 {
+        let places = if trials.with_codes_moved(0.0).is_some() { u64::from(PLACES) } else { 1 };
+        1 + places * (parts(trials).1.len() as u64 + 2)
+    }
+
     /// Explains the trial of this number.
     ///
     /// # Errors
@@ -58,8 +73,7 @@ impl Explained {
         let (mut records, mut tapes) = trials.all_with_tapes(vec![Tape::new(seed, trial)], watch)?;
         let (Some(record), Some(mut tape)) = (records.pop(), tapes.pop()) else { return Err(Halt::Stopped) };
         let longest = lengths(std::slice::from_mut(&mut tape));
-        let sources = Source::all(trials);
-        let parts: Vec<(String, Source)> = sources.iter().flat_map(Source::parts).collect();
+        let (sources, parts) = parts(trials);
         let mut without: Vec<Tape> = parts.iter().map(|(_, part)| part.without(&tape, &longest)).collect();
         without.push(sources.iter().fold(tape.clone(), |tape, source| source.without(&tape, &longest)));
         without.push(tape.clone());
@@ -133,26 +147,30 @@ fn turn(to: f64, from: f64) -> f64 {
     if turn > 90.0 { turn - 180.0 } else { turn }
 }
 
-/// A mean with its 95 % interval; of a single value, itself.
-fn mean(values: &[f64]) -> Estimate {
-    let count = values.len() as f64;
-    let value = values.iter().sum::<f64>() / count;
-    let squares: f64 = values.iter().map(|x| (x - value) * (x - value)).sum();
-    let half =
-        if values.len() > 1 { student(count - 1.0) * (squares / (count - 1.0) / count).sqrt() } else { 0.0 };
+/// The mean turn with its 95 % interval, in (−90, 90] but for the interval's ends; of a single turn, itself.
+fn mean(turns: &[f64]) -> Estimate {
+    let (value, deviation) = spread(turns);
+    let count = turns.len() as f64;
+    let half = if turns.len() > 1 { student(count - 1.0) * deviation / count.sqrt() } else { 0.0 };
     Estimate { value, low: value - half, high: value + half }
+}
+
+/// Mean and standard deviation of turns of an axis. Those just below 90° and just above −90° are neighbours, so each counts as its
+/// turn from the direction to which all together point.
+fn spread(turns: &[f64]) -> (f64, f64) {
+    let count = turns.len() as f64;
+    let sum = |of: fn(f64) -> f64| turns.iter().map(|turn| of((2.0 * turn).to_radians())).sum::<f64>();
+    let middle = atan2(sum(sin), sum(cos)).to_degrees() / 2.0;
+    let away: Vec<f64> = turns.iter().map(|to| turn(*to, middle)).collect();
+    let mean = away.iter().sum::<f64>() / count;
+    let squares: f64 = away.iter().map(|x| (x - mean) * (x - mean)).sum();
+    (turn(middle + mean, 0.0), (squares / (count - 1.0)).sqrt())
 }
 
 /// Standard deviation of the axis errors; none of fewer than two.
 fn scatter(records: &[Record]) -> Option<f64> {
     let errors: Vec<f64> = records.iter().filter_map(Record::axis_error_deg).collect();
-    let count = errors.len() as f64;
-    let middle = *errors.first()?;
-    // An axis has no mean error where its errors are of either sign of 90°: from the first on.
-    let turns: Vec<f64> = errors.iter().map(|error| turn(*error, middle)).collect();
-    let value = turns.iter().sum::<f64>() / count;
-    (errors.len() > 1)
-        .then(|| (turns.iter().map(|x| (x - value) * (x - value)).sum::<f64>() / (count - 1.0)).sqrt())
+    (errors.len() > 1).then(|| spread(&errors).1)
 }
 
 /// How differently a trial ended from the same without a cause: more than by any error if it had another end, else by the
@@ -162,4 +180,56 @@ fn apart(record: &Record, cause: &Cause) -> f64 {
         return 1000.0;
     }
     cause.part_deg.map_or(0.0, |part| part.value.abs())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How a start ends that the check of the saliency lets pass, or not.
+    fn ended(least_saliency: f64) -> Record {
+        let text = format!(
+            "motor = \"paper-5k5\"\nerrors = \"none\"\n[detector]\nmethod = \"line-inductance-fast\"\n\
+             least_saliency = {least_saliency}\n"
+        );
+        let document = standstill_scenario::Document::parse(std::path::Path::new("test.toml"), &text);
+        let plan = standstill_scenario::Plan::new(document.expect("TOML")).expect("a plan");
+        let never = std::sync::atomic::AtomicBool::new(false);
+        let trials = Trials::new(&plan).expect("a scenario");
+        trials.all_records(vec![Tape::new(1, 0)], &never).expect("runs").remove(0)
+    }
+
+    #[test]
+    fn law_an_end_that_most_places_of_the_codes_change_is_the_doing_of_the_error() {
+        let (found, failed) = (ended(0.01), ended(0.9));
+        assert_ne!(end(&found), end(&failed));
+        let places = |changed: usize| -> Vec<Record> {
+            (0..15).map(|k| if k < changed { failed } else { found }).collect()
+        };
+        let other = vec![found; 15];
+        // Of sixteen places, nine: no rounding; five: the end of this one place is the converter's.
+        assert_eq!(compared([&found, &failed], [&other, &places(8)]), (None, false));
+        assert_eq!(compared([&found, &failed], [&other, &places(4)]), (None, true));
+        let (part, within) = compared([&found, &found], [&other, &other]);
+        assert!(within && part.is_some_and(|part| part.value == 0.0), "{part:?}");
+    }
+
+    #[test]
+    fn regress_turns_on_both_sides_of_90_degrees_are_neighbours() {
+        // 88° and −88° are 4° apart, and their middle is 90°, not zero.
+        let (mean_deg, deviation) = spread(&[88.0, -88.0, 89.0, -89.0]);
+        assert!((mean_deg.abs() - 90.0).abs() < 1e-9, "{mean_deg}");
+        // Squares of 2, 2, 1 and 1 over 3.
+        assert!((deviation - (10.0_f64 / 3.0).sqrt()).abs() < 1e-9, "{deviation}");
+        let part = mean(&[88.0, -88.0, 89.0, -89.0]);
+        assert!(part.high - part.low < 10.0 && !(part.low..=part.high).contains(&0.0), "{part:?}");
+        // Elsewhere it is the mean, and Student's interval of it.
+        let part = mean(&[1.0, 2.0, 3.0]);
+        let half = student(2.0) / 3.0_f64.sqrt();
+        for (found, truth) in [(part.value, 2.0), (part.low, 2.0 - half), (part.high, 2.0 + half)] {
+            assert!((found - truth).abs() < 1e-9, "{part:?}");
+        }
+        let alone = mean(&[-4.0]);
+        assert!((alone.value + 4.0).abs() < 1e-9 && alone.low == alone.high, "{alone:?}");
+    }
 }

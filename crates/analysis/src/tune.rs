@@ -217,7 +217,8 @@ impl Question<'_> {
         let of_best = bench.tally(&chosen, seed(2), last, watch)?.ok_or(Halt::Stopped)?;
         let differences = Measured(paired(&taken, &of_start, &of_best, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
-        let points = front::judged(&bench, &taken, along, seed(2), last / 4, watch)?;
+        // As many trials as start and best have: what is compared is of the same random numbers.
+        let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
         front::keep(&mut front, self);
         Ok(Tuned {

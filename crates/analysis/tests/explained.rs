@@ -1,9 +1,9 @@
 //! Parts of errors where a converter rounds.
 
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
-use standstill_analysis::{Explained, Trials};
+use standstill_analysis::{Explained, Trials, Watch};
 use standstill_scenario::{Document, Plan};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
@@ -30,6 +30,13 @@ fn analytic_parts_are_those_without_a_converter_and_what_is_rounding_is_said_to_
         let rounding = coarse.rounding_deg.expect("a converter");
         assert!(rounding > 0.0 && rounding < 1.0, "{rounding}");
         assert!(exact.rounding_deg.is_none() && exact.causes.iter().all(|cause| !cause.within_rounding));
+        // Without a converter the part is the error less what is left.
+        let own = exact.record.axis_error_deg().expect("an axis");
+        for cause in &exact.causes {
+            let left = cause.without.axis_error_deg().expect("an axis");
+            let part = cause.part_deg.expect("an axis").value;
+            assert!((part - (own - left)).abs() < 1e-9, "{}: {part}, {own} and {left}", cause.name);
+        }
         for cause in &coarse.causes {
             let without = |e: &Explained| e.causes.iter().find(|other| other.name == cause.name).cloned();
             let truth = without(&exact).and_then(|cause| cause.part_deg).expect("an axis").value;
@@ -57,4 +64,28 @@ fn analytic_parts_are_those_without_a_converter_and_what_is_rounding_is_said_to_
     assert!(held >= 132, "{held} of {all} parts");
     assert_eq!(all, 150);
     assert!(named > 20, "{named}");
+}
+
+/// Counts the trials that were run.
+struct Counter(AtomicU64);
+
+impl Watch for Counter {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn did(&self, trials: u64) {
+        self.0.fetch_add(trials, Ordering::Relaxed);
+    }
+}
+
+#[test]
+fn regress_a_bar_for_an_explanation_is_as_long_as_the_explanation() {
+    for bits in [12, 0] {
+        let plan = plan(bits);
+        let trials = Trials::new(&plan).expect("a scenario");
+        let counter = Counter(AtomicU64::new(0));
+        Explained::of(&trials, 1, 0, &counter).expect("runs");
+        assert_eq!(counter.0.into_inner(), Explained::runs(&trials), "{bits} bits");
+    }
 }

@@ -5,7 +5,7 @@ use standstill_interface::{Abc, Angle, Phase};
 use standstill_inverter::Conduction;
 use standstill_plant::{OperatingPoint, PolarityPoint, Survey};
 use standstill_report::figure::{Axis, Figure, Lane, Layer, Panel, Style};
-use standstill_scenario::Record;
+use standstill_report::study::{self, ErrorCloud};
 use standstill_sim::{Event, Snapshot, Trace};
 
 use crate::log::Entry;
@@ -176,66 +176,15 @@ pub fn polarity(trace: &Trace, entries: &[Entry], axis_deg: f64, subtitle: Strin
     }
 }
 
-/// Error over the true angle, with the quantiles of 5° wide bins.
-pub fn error_over_angle(records: &[(f64, f64)], subtitle: String) -> Figure {
-    const BINS: usize = 72;
-    let mut bins: Vec<Vec<f64>> = vec![Vec::new(); BINS];
-    for (angle, error) in records {
-        // An angle in [0, 360) has a bin.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
-        bins[bin].push(*error);
+/// Error over the true angle as pages have it, with the paper's bound.
+pub fn error_over_angle(cloud: &ErrorCloud, subtitle: String) -> Figure {
+    let mut figure = study::error_over_angle("", Some(subtitle), cloud);
+    for panel in &mut figure.panels {
+        for y in [Statistics::LIMIT_DEG, -Statistics::LIMIT_DEG] {
+            panel.layers.push(Layer::level(&format!("{y:+.0}°").replace('-', "−"), y));
+        }
     }
-    let width = 360.0 / BINS as f64;
-    let quantiles: Vec<(f64, [f64; 3])> = bins
-        .iter_mut()
-        .enumerate()
-        .filter(|(_, bin)| bin.len() >= 20)
-        .map(|(k, bin)| {
-            bin.sort_unstable_by(f64::total_cmp);
-            let last = bin.len() - 1;
-            ((k as f64 + 0.5) * width, [bin[last / 20], bin[last / 2], bin[last - last / 20]])
-        })
-        .collect();
-    let mut panel = Panel::new(
-        Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0),
-        Axis::new("error of the axis θ_e − θ (°)"),
-    );
-    if !quantiles.is_empty() {
-        panel = panel.with(Layer::Band {
-            label: Some("5 % to 95 %".to_owned()),
-            points: quantiles.iter().map(|(x, [low, _, high])| (*x, *low, *high)).collect(),
-            style: Style::Orange,
-        });
-    }
-    // More points than this make a cloud no clearer, only the file larger. The quantiles are those of all.
-    let every = records.len().div_ceil(20_000).max(1);
-    let label = if every == 1 { "one detection".to_owned() } else { format!("one detection in {every}") };
-    panel = panel.with(Layer::Points {
-        label: Some(label),
-        points: records.iter().step_by(every).copied().collect(),
-        style: Style::Blue,
-    });
-    if !quantiles.is_empty() {
-        let median = quantiles.iter().map(|(x, [_, median, _])| (*x, *median)).collect();
-        panel = panel.with(curve("median", median, Style::Black));
-    }
-    for y in [Statistics::LIMIT_DEG, -Statistics::LIMIT_DEG] {
-        panel =
-            panel.with(Layer::HorizontalRule { label: Some(format!("{y:+.0}°").replace('-', "−")), y });
-    }
-    Figure {
-        title: "Error over the rotor angle".to_owned(),
-        subtitle: Some(subtitle),
-        width: WIDTH,
-        height: 480,
-        panels: vec![panel],
-    }
-}
-
-/// A record as a point of [`error_over_angle`].
-pub fn error_point(record: &Record) -> Option<(f64, f64)> {
-    record.axis_error_deg().map(|error| (record.true_angle_deg(), error))
+    figure
 }
 
 /// Inductances over current, and what the polarity test sees.

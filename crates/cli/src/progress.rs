@@ -6,7 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use console::Term;
-use indicatif::{ProgressBar, ProgressState, ProgressStyle, WeakProgressBar};
+use indicatif::{ProgressBar, ProgressFinish, ProgressState, ProgressStyle, WeakProgressBar};
 use standstill_analysis::Watch;
 use standstill_campaign::store::Notes;
 
@@ -34,8 +34,10 @@ fn new(length: u64, what: &'static str) -> ProgressBar {
     watched(ProgressBar::new(length), what)
 }
 
-/// A bar that a host watches, or that has its lines where nobody sees it.
+/// A bar that a host watches, or that has its lines where nobody sees it. However its work ends, an interrupt or an error
+/// included, nothing of it stays on the terminal.
 fn watched(bar: ProgressBar, what: &'static str) -> ProgressBar {
+    let bar = bar.with_finish(ProgressFinish::AndClear);
     if let Some(host) = host::current() {
         host.watch(&bar);
     } else if !Term::stderr().is_term() {
@@ -158,9 +160,74 @@ pub fn spinner(what: &'static str) -> ProgressBar {
 
 #[cfg(test)]
 mod tests {
+    use std::io;
     use std::sync::mpsc;
 
+    use indicatif::{ProgressDrawTarget, TermLike};
+
     use super::*;
+
+    /// A terminal of one line, and what stands in it.
+    #[derive(Clone, Debug, Default)]
+    struct Line(Arc<Mutex<String>>);
+
+    impl Line {
+        fn text(&self) -> String {
+            self.0.lock().expect("not poisoned").trim().to_owned()
+        }
+    }
+
+    impl TermLike for Line {
+        fn width(&self) -> u16 {
+            80
+        }
+
+        fn move_cursor_up(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.write_str(text)
+        }
+
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            self.0.lock().expect("not poisoned").push_str(text);
+            Ok(())
+        }
+
+        fn clear_line(&self) -> io::Result<()> {
+            self.0.lock().expect("not poisoned").clear();
+            Ok(())
+        }
+
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn regress_a_bar_whose_work_was_interrupted_leaves_nothing() {
+        let terminal = Line::default();
+        let bar = bar(200);
+        bar.set_draw_target(ProgressDrawTarget::term_like(Box::new(terminal.clone())));
+        bar.set_position(50);
+        bar.tick();
+        assert!(terminal.text().contains("50/200 trials"), "{}", terminal.text());
+        drop(bar);
+        assert_eq!(terminal.text(), "");
+    }
 
     #[test]
     fn law_lines_come_while_a_bar_lives_and_end_with_it() {

@@ -13,9 +13,12 @@ pub fn number(value: f64, digits: usize) -> String {
     if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
 }
 
-/// A value with its interval.
+/// A value with its interval; a dash alone for what is not known.
 pub fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
     let Estimate { value, low, high } = *estimate;
+    if [value, low, high].iter().all(|x| x.is_nan()) {
+        return number(value, digits);
+    }
     let [value, low, high] = [value, low, high].map(|x| number(x * factor, digits));
     format!("{value} [{low}, {high}]")
 }

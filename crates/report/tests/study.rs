@@ -129,6 +129,24 @@ fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
     let shaded: Vec<f64> = band.iter().filter(|p| p.1.is_finite()).map(|p| p.0).collect();
     // Half way to the neighbours, and as far beyond the last; 1 of 100 is not more than 1 %.
     assert_eq!(shaded, [2.5, 3.5, 3.5, 4.5]);
+    // The one with 2 % is a ring, which no line reaches; the one without any answer has no mark.
+    let line = sweep.panels[0].layers.iter().find_map(|layer| match layer {
+        Layer::Line { points, .. } => Some(points.iter().map(|p| p.1.is_finite()).collect::<Vec<_>>()),
+        _ => None,
+    });
+    assert_eq!(line, Some(vec![true, true, false, false]));
+    let marks = |layer: &Layer| match layer {
+        Layer::ErrorBars { points, .. } => Some((false, points.clone())),
+        Layer::Hollow { points, .. } => Some((true, points.clone())),
+        _ => None,
+    };
+    let marks: Vec<_> = sweep.panels[0].layers.iter().filter_map(marks).collect();
+    let at = |points: &[(f64, f64, f64, f64)]| {
+        points.iter().filter(|p| p.1.is_finite()).map(|p| p.0).collect::<Vec<_>>()
+    };
+    let marks: Vec<_> = marks.iter().map(|(hollow, points)| (*hollow, at(points))).collect();
+    // Of the rms; the percentile has the same.
+    assert_eq!(marks[..2], [(false, vec![1.0, 2.0]), (true, vec![3.0])]);
     let (svg, ends) = (sweep.svg().expect("drawn"), sweep.panels[0].y.range);
     assert!(
         svg.contains(">4<") && ends.is_some_and(|(low, high)| (band[4].1, band[4].2) == (low, high)),
@@ -173,9 +191,9 @@ fn law_missing_combinations_are_cells_without_value() {
         values.iter().map(|v| v.is_nan()).collect::<Vec<_>>(),
         [false, false, false, false, false, true]
     );
-    assert!(map.svg().unwrap().contains("no value"));
+    assert!(map.svg().unwrap().contains(">not run<"));
     let (_, whole) = figures(&grid()).into_iter().find(|(name, _)| name == "heat_noise_dead_time").unwrap();
-    assert!(!whole.svg().unwrap().contains("no value"));
+    assert!(!whole.svg().unwrap().contains("not run"));
 }
 
 #[test]
@@ -195,8 +213,18 @@ fn law_points_that_fail_too_often_are_hatched_and_sweeps_pool_no_trials() {
         values.iter().map(|v| v.is_nan()).collect::<Vec<_>>(),
         [true, false, false, true, false, false]
     );
-    assert!(map.subtitle.as_ref().is_some_and(|text| text.contains("more than 1 %")));
+    assert!(map.svg().unwrap().contains(">more than 1 % without a right answer<"));
     assert!(all.iter().all(|(name, _)| name != "error_over_angle" && name != "distribution"));
+    // Where all fail, the map has no value at all, and says why.
+    for point in &mut study.points {
+        (point.wrong_poles, point.undetermined) = (0, 11);
+    }
+    let all = figures(&study);
+    let (_, map) = all.iter().find(|(name, _)| name == "heat_noise_dead_time").expect("a map");
+    let Layer::Heat { values, .. } = &map.panels[0].layers[0] else { panic!("a heat map") };
+    assert!(!values.is_empty() && values.iter().all(|value| value.is_nan()));
+    assert!(map.subtitle.as_ref().is_some_and(|text| text.contains("every cell hatched")));
+    assert!(map.svg().unwrap().contains(">more than 1 % without a right answer<"));
 }
 
 #[test]
@@ -352,6 +380,7 @@ fn law_awkward_maps_and_logarithms_are_drawn() {
         y_edges: vec![1.0, 2.0],
         values,
         colour: Axis::new("value").log10(),
+        blank: String::new(),
         numbers: true,
     };
     let log = || Panel::new(Axis::new("x").log10().range(-1.0, 1.0), Axis::new("y").log10());

@@ -66,7 +66,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if let Some(folder) = &folder {
         drop(Output::create(folder, &["explain.csv", "explain.json", "explain.html"])?);
     }
-    let watched = Watched::new(0);
+    let mut runs = 0;
+    for chosen in &chosen {
+        runs += Explained::runs(&Trials::at(&plan, chosen.point)?);
+    }
+    let watched = Watched::new(runs);
     let mut all = Vec::new();
     for chosen in chosen {
         watched.bar.set_message(format!("trial {}", chosen.trial));
@@ -84,7 +88,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let varied = run.file.axes.keys().cloned().collect();
     let folder_of_run = super::run::quoted(&options.folder.to_string_lossy());
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
-    let setup = Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied };
+    let setup =
+        Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied, others: Vec::new() };
     answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command })
 }
 

@@ -13,6 +13,7 @@ use standstill_analysis::Halt;
 use standstill_campaign::Estimate;
 use standstill_campaign::store::Notes;
 use standstill_detect::Method;
+use standstill_quantity::magnitude;
 use standstill_report::figure::Figure;
 use standstill_report::page::{Block, Chart, Page, Section};
 use standstill_scenario::Scenario;
@@ -217,7 +218,13 @@ impl Answer {
         let notes = notes_of(question, self.name);
         let place = question.scenario.with_file_name("scenario");
         let made = Made {
-            setup: Setup { place: &place, text: &asked.of.scenario, fence: None, varied: Vec::new() },
+            setup: Setup {
+                place: &place,
+                text: &asked.of.scenario,
+                fence: None,
+                varied: Vec::new(),
+                others: Vec::new(),
+            },
             command: setup::command(self.name, &asked.options),
         };
         let report = self.written(folder, question.json, &made)?;
@@ -267,17 +274,40 @@ impl Answer {
 
 /// A probability with three digits, as people read it: `4.27e-5`, `0.125`.
 pub fn probability(value: f64) -> String {
-    if value == 0.0 {
-        "0".to_owned()
-    } else if value < 1e-3 {
-        format!("{value:.2e}")
-    } else {
-        format!("{value:.4}")
+    probability_to(value, i32::MIN)
+}
+
+/// The same without the digits below this power of ten.
+fn probability_to(value: f64, last: i32) -> String {
+    let digits =
+        |most: i32, first: i32| usize::try_from(first.saturating_sub(last).clamp(0, most)).unwrap_or(0);
+    match magnitude(value) {
+        None => "0".to_owned(),
+        Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
+        Some(_) => format!("{value:.*}", digits(4, 0)),
     }
 }
 
-/// An estimate of a probability with its interval.
+/// An estimate of a probability with its interval, in no more digits than two of half its width.
 pub fn probability_interval(estimate: &Estimate) -> String {
     let Estimate { value, low, high } = *estimate;
-    format!("{} [{}, {}]", probability(value), probability(low), probability(high))
+    let last = magnitude((high - low) / 2.0).map_or(i32::MIN, |half| half - 1);
+    let [value, low, high] = [value, low, high].map(|p| probability_to(p, last));
+    format!("{value} [{low}, {high}]")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_probabilities_have_no_digits_beyond_their_intervals() {
+        let text = |value, low, high| probability_interval(&Estimate { value, low, high });
+        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "4.95e-5 [4.37e-5, 5.60e-5]");
+        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3.0e-6 [5e-7, 1.20e-5]");
+        assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
+        assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
+        assert_eq!(text(0.5, 0.5, 0.5), "0.5000 [0.5000, 0.5000]");
+        assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
+    }
 }

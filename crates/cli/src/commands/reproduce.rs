@@ -10,6 +10,7 @@ use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
+use standstill_report::study::ErrorCloud;
 use standstill_report::table::{Format, TableError, Writer};
 use standstill_scenario::{Document, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Specimen};
@@ -67,7 +68,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
     let mut statistics = Statistics::with_limit(limit);
-    let mut points = Vec::new();
+    let mut cloud = ErrorCloud::new();
     let mut rows_to = output.begin("trials.csv")?;
     let bar = progress::bar(file.trials);
     let campaign = Campaign { scenario, trials: file.trials, threads: options.threads.map(usize::from) };
@@ -78,7 +79,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let done = campaign.run(&stop, |record| {
         let row = Row::from(record);
         statistics.add_row(&row);
-        points.extend(figures::error_point(record));
+        cloud.add(record.true_angle_deg(), record.axis_error_deg(), record.error_deg());
         trials.row(&trial_values(&row)).map_err(failed)?;
         bar.inc(1);
         if record.trial % 512 == 511 {
@@ -107,7 +108,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
         "summary": figures,
     });
     output.file("summary.json", format!("{json:#}\n").as_bytes())?;
-    study.draw(&mut output, &points)?;
+    study.draw(&mut output, &cloud)?;
     let files = output.finish()?;
     text += &file_list(&options.out, &files);
     if interrupted {
@@ -161,7 +162,7 @@ impl Study {
         )
     }
 
-    fn draw(&self, output: &mut Output, points: &[(f64, f64)]) -> Result<(), Error> {
+    fn draw(&self, output: &mut Output, cloud: &ErrorCloud) -> Result<(), Error> {
         let Self { scenario, setting, .. } = self;
         // The paper's first position.
         let angle = TABLE_2[0].measured_deg;
@@ -171,7 +172,7 @@ impl Study {
         let run = simulate(&case, &mut detector, false, &mut trace);
         let axis = Record { trial: 0, run }.axis_deg().unwrap_or(angle);
         let place = format!("{setting}, θ = {angle}°");
-        let over_angle = figures::error_over_angle(points, format!("{setting}, {} axes", points.len()));
+        let over_angle = figures::error_over_angle(cloud, format!("{setting}, {} axes", cloud.axes()));
         let figures = [
             ("error_over_angle", over_angle),
             ("line_pulses", figures::line_pulses(&trace, &detector.entries, place.clone())),

@@ -11,7 +11,7 @@ use standstill_analysis::bracket::{Edge, Found, Search, Side};
 use standstill_analysis::limit::Limits;
 use standstill_analysis::require::Bench;
 use standstill_campaign::Estimate;
-use standstill_quantity::listed;
+use standstill_quantity::{Scale, listed};
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
@@ -26,6 +26,7 @@ use crate::error::Error;
 use crate::figures::{self, Judged};
 use crate::output::Output;
 use crate::progress::Watched;
+use crate::summary::{decimals_of, fixed};
 
 const FILES: [&str; 5] = ["require.csv", "require.json", "require.html", "require.svg", "require.png"];
 
@@ -163,13 +164,28 @@ pub fn shown(key: &str, value: f64) -> String {
     listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
 }
 
-fn sentence(key: &str, limits: &Limits, edge: &Edge) -> String {
+/// A key's value with its interval, in the unit that suits it, in no more digits than two of half the interval's width; of whole
+/// numbers all.
+fn shown_interval((key, whole): (&str, bool), [value, low, high]: [f64; 3]) -> String {
+    let scale = if standstill_scenario::is_share(key) {
+        Scale::percent()
+    } else {
+        Scale::suiting(&standstill_scenario::unit(key).unwrap_or_default(), value.abs())
+    };
+    let all = [value, low, high].map(|x| scale.number(x));
+    let decimals = if whole { 0 } else { decimals_of(all) };
+    let gap = if scale.unit.is_empty() || scale.unit == "°" { "" } else { " " };
+    let [value, low, high] = all.map(|x| fixed(x, decimals) + gap + &scale.unit);
+    format!("{value} [{low}, {high}]")
+}
+
+fn sentence(key: &str, whole: bool, limits: &Limits, edge: &Edge) -> String {
     let side = match edge.side {
         Side::Largest => "at most",
         Side::Smallest => "at least",
     };
-    let [value, low, high] = [edge.value, edge.interval.0, edge.interval.1].map(|value| shown(key, value));
-    format!("{key} {side} {value} [{low}, {high}] for {limits}")
+    let value = shown_interval((key, whole), [edge.value, edge.interval.0, edge.interval.1]);
+    format!("{key} {side} {value} for {limits}")
 }
 
 /// What else there is to say of an edge.
@@ -229,7 +245,11 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
             json["narrow"] = edge.narrow.into();
             let details = notes(key, &asked.search, edge);
             let sure = edge.narrow && edge.is_monotone(&asked.search);
-            (sentence(key, limits, edge), details, if sure { Tone::Neutral } else { Tone::Warning })
+            (
+                sentence(key, asked.bench.keys[0].1, limits, edge),
+                details,
+                if sure { Tone::Neutral } else { Tone::Warning },
+            )
         }
     };
     let lines: Vec<String> = details.iter().map(|note| format!("  {note}\n")).collect();
@@ -250,4 +270,19 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
         },
         code: u8::from(!matches!(found, Found::Edge(_))),
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_values_have_no_digits_beyond_their_intervals() {
+        let said = |key: &str, all: [f64; 3]| shown_interval((key, false), all);
+        let noise = said("sensors.noise", [0.014_483, 0.014_221, 0.014_744]);
+        assert_eq!(noise, "14.48 mA [14.22 mA, 14.74 mA]");
+        assert_eq!(said("sensors.noise", [0.0145, 0.0108, 0.0161]), "14.5 mA [10.8 mA, 16.1 mA]");
+        assert_eq!(said("sensors.gain_error", [0.0051, 0.0048, 0.0054]), "0.510 % [0.480 %, 0.540 %]");
+        assert_eq!(shown_interval(("detector.rounds", true), [3.0, 3.0, 4.0]), "3 [3, 4]");
+    }
 }

@@ -1,12 +1,14 @@
 //! `standstill status`: which shards of a run are done, and which to submit again.
 
 use std::fmt::Write as _;
+use std::path::Path;
 
 use serde_json::json;
-use standstill_campaign::store::{State, Survey};
+use standstill_campaign::store::{ShardsError, State, Survey};
 
 use crate::Report;
 use crate::arguments::Status;
+use crate::commands::run::results::SummaryFile;
 use crate::error::Error;
 use crate::table::{Column, Table};
 
@@ -22,7 +24,10 @@ const STATES: [(State, &str); 5] = [
 const MOST_LINES: usize = 40;
 
 pub fn run(options: &Status) -> Result<Report, Error> {
-    let survey = Survey::of(&options.folders)?;
+    let survey = match Survey::of(&options.folders) {
+        Err(ShardsError::None(folder)) => return finished(&folder, options.json),
+        survey => survey?,
+    };
     let code = u8::from(!survey.is_done());
     let count = |state| survey.shards.iter().filter(|shard| shard.state == state).count();
     // A run without shards is one that nothing is submitted of.
@@ -76,4 +81,23 @@ pub fn run(options: &Status) -> Result<Report, Error> {
         let _ = writeln!(text, "\nSubmit again with --array={again}");
     }
     Ok(Report { text, code })
+}
+
+/// A folder without journals: a finished run has none any more, but its summary.
+fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
+    let Ok(summary) = SummaryFile::read(folder) else {
+        return Err(ShardsError::None(folder.to_owned()).into());
+    };
+    let (run, trials) = (&summary.run, summary.summary.trials);
+    let text = if as_json {
+        let counts: serde_json::Map<_, _> = STATES
+            .iter()
+            .map(|(state, name)| ((*name).to_owned(), i32::from(*state == State::Done).into()))
+            .collect();
+        format!("{:#}\n", json!({ "run": run, "counts": counts, "array": null, "shards": [] }))
+    } else {
+        let points = if run.points == 1 { String::new() } else { format!(" at {} points", run.points) };
+        format!("a finished run: {trials} trials{points}; nothing is left to do\n")
+    };
+    Ok(Report { text, code: 0 })
 }

@@ -13,6 +13,7 @@ use standstill_analysis::limit::{Limit, Limits, Measure, Tally};
 use standstill_analysis::require::Bench;
 use standstill_analysis::tune::{Effort, Goal, Judged, Question as Asked, Range, Tuned};
 use standstill_campaign::Estimate;
+use standstill_detect::keys as settings;
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{Document, Plan};
 
@@ -29,6 +30,10 @@ use crate::output::Output;
 use crate::progress::Watched;
 
 const FILES: [&str; 5] = ["tune.csv", "tune.json", "tune.html", "tune.svg", "tune.png"];
+
+/// What an engineer sets of the drive; all else of it is what its parts are.
+const DRIVE: [&str; 5] =
+    ["inverter.carrier", "inverter.dc_link", "inverter.dead_time", "sensors.bandwidth", "sensors.range"];
 
 /// Trials at the last settings.
 const LAST: u64 = 20_000;
@@ -102,13 +107,23 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
     if let Some(twice) = keys.iter().enumerate().find(|(k, key)| keys[..*k].contains(key)) {
         return Err(Error::Arguments(format!("--vary {}: twice", twice.1)));
     }
-    if let Some(key) = keys.iter().find(|key| ["seed", "trials"].contains(&key.as_str())) {
-        return Err(Error::Arguments(format!(
-            "--vary {key}: needed a key of the motor, the drive or the detector"
-        )));
-    }
     let none = Limits(Vec::new());
     let bench = Bench::new(document, &none, &keys)?;
+    let is_setting = |key: &str| key.starts_with("detector.") || DRIVE.contains(&key);
+    if let Some(key) = keys.iter().find(|key| !is_setting(key)) {
+        let scenario = document.scenario_of(&document.motor()?)?;
+        let has = |key: &settings::Key| {
+            matches!(key.kind, settings::Kind::Number { .. }) && scenario.detector.get(key).is_some()
+        };
+        let detector =
+            settings::ALL.iter().filter(|key| has(key)).map(|key| format!("detector.{}", key.name));
+        let names: Vec<String> = detector.chain(DRIVE.map(str::to_owned)).collect();
+        return Err(Error::Arguments(format!(
+            "--vary {key}: found what is given, needed a setting of the detector or the drive: {}; what a part must do, \
+             `standstill require --key {key}` answers",
+            names.join(", ")
+        )));
+    }
     let mut ranges = Vec::new();
     for ((name, text), (_, whole)) in options.vary.iter().zip(&bench.keys) {
         let needed = "KEY=LOW:HIGH with LOW below HIGH, such as detector.pulse=50us:400us";
@@ -212,8 +227,14 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
         text
     });
     let figure = figures::tune(asked, tuned, setting.clone());
-    let caption = "The line joins the settings of which none is better in both. Small marks are settings that the search looked \
-                   at, on fewer trials.";
+    let caption = format!(
+        "The line joins the settings of which none is better in both. These, start and best are judged on the same {} trials of seed \
+         {}. Marks without intervals are settings that the search looked at, on fewer trials of seed {}: they cannot be compared \
+         with the others, and may lie below the line by chance.",
+        asked.effort.last,
+        asked.seed.wrapping_add(2),
+        asked.seed
+    );
     let blocks = vec![
         Block::Verdict { tone, headline: headline.clone(), details },
         Block::Code { caption: "Settings to copy".to_owned(), text: settings.clone() },
@@ -224,7 +245,7 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
         text: format!("{setting}\n{headline}\n{lines}\n{}\n{settings}", table.text()),
         json: with_setup(plan.file(), &scenario, json),
         csv: columns::csv(&rows).map_err(|error| Error::Write("tune.csv".into(), error))?,
-        figures: vec![("tune".to_owned(), figure, caption.to_owned())],
+        figures: vec![("tune".to_owned(), figure, caption)],
         page: Page {
             title: format!("Settings with the smallest {}", asked.goal.minimise),
             subtitle: setting,

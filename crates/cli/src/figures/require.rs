@@ -43,7 +43,13 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
             let [value, low, high] = [value, low, high].map(|x| x / limit.most);
             (scale.number(judged.value), value, low, high)
         });
-        panel = panel.with(Layer::error_bars(&label, Style::nth(k), bars));
+        // What is zero has no place on a logarithmic axis: what is known of it is that it lies below its interval's end.
+        let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, value, ..)| *value == 0.0);
+        panel = panel.with(Layer::error_bars(&label, Style::nth(k), some));
+        if !none.is_empty() {
+            let ends = none.into_iter().map(|(x, .., high)| (x, high));
+            panel = panel.with(Layer::upper_limits(&format!("{label}: none seen"), Style::nth(k), ends));
+        }
     }
     panel = panel.with(Layer::level("limit", 1.0));
     if let Found::Edge(edge) = found {
@@ -81,5 +87,29 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
         width: WIDTH,
         height: 480,
         panels: vec![panel],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn regress_a_share_of_zero_is_drawn_as_an_upper_limit() {
+        let limits: Limits = "wrong_poles <= 1 %".parse().expect("limits");
+        let judged = |value, share: f64| Judged {
+            value,
+            measures: vec![Estimate { value: share, low: 0.5 * share, high: share + 0.004 }],
+        };
+        let all = [judged(0.01, 0.0), judged(0.02, 0.02)];
+        let figure = require("sensors.noise", &limits, &all, &Found::Nowhere, String::new());
+        let layers = &figure.panels[0].layers;
+        let Layer::ErrorBars { points: bars, .. } = &layers[0] else { panic!("bars") };
+        let Layer::UpperLimits { points: ends, label, .. } = &layers[1] else { panic!("limits") };
+        assert_eq!(bars.iter().map(|bar| bar.0).collect::<Vec<_>>(), [20.0]);
+        assert_eq!((ends.len(), ends[0].0), (1, 10.0));
+        // 0.4 % of a limit of 1 %.
+        assert!((ends[0].1 - 0.4).abs() < 1e-12, "{ends:?}");
+        assert_eq!(label.as_deref(), Some("wrong_poles <= 1 %: none seen"));
     }
 }

@@ -42,16 +42,21 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let y = if high > 5.0 * low { axis(1).log10() } else { axis(1) };
     let front: Vec<_> = tuned.front.iter().map(place).collect();
     let points = |all: Vec<(bool, (f64, f64))>| all.into_iter().map(|(_, point)| point);
+    // A setting can look better on the search's random numbers than on those of which start, best and front are.
+    let searched = format!("looked at, by seed {}", asked.seed);
+    let judged = |what: &str| format!("{what}, by seed {}", asked.seed.wrapping_add(2));
+    let none_better = judged("none better in both");
     let mut panel = Panel::new(axis(0), y);
     if !broken.is_empty() {
-        panel = panel.with(Layer::points("looked at, breaks a limit", Style::Orange, points(broken)));
+        let label = format!("{searched}, breaks a limit");
+        panel = panel.with(Layer::points(&label, Style::Orange, points(broken)));
     }
     panel = panel
-        .with(Layer::points("looked at", Style::Purple, points(kept)))
-        .with(Layer::line("none better in both", Style::Black, front.iter().map(|p| (p.0, p.1))))
-        .with(Layer::error_bars("none better in both", Style::Black, front))
-        .with(Layer::error_bars("start", Style::Vermilion, [place(&tuned.start)]))
-        .with(Layer::error_bars("best", Style::Blue, [place(&tuned.best)]));
+        .with(Layer::points(&searched, Style::Purple, points(kept)))
+        .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
+        .with(Layer::error_bars(&none_better, Style::Black, front))
+        .with(Layer::error_bars(&judged("start"), Style::Vermilion, [place(&tuned.start)]))
+        .with(Layer::error_bars(&judged("best"), Style::Blue, [place(&tuned.best)]));
     Figure {
         title: format!("{} against {}", measures[1], measures[0]),
         subtitle: Some(subtitle),

@@ -218,6 +218,15 @@ fn a_trace_lays_settings_over_one_another() {
     let results: Value = serde_json::from_str(&results).expect("JSON");
     let error = |k: usize| number(&results[k], "error_deg");
     assert!(results[1]["setting"] == "detector.pulse = 80 us" && error(0) != error(1));
+    // Motors have DC links of their own, and what follows from them.
+    let motors = ["trace", "s.toml", "-s", "motor=[paper-5k5, light-vehicle]", "--out", "m"];
+    let output = standstill(&motors, path);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = fs::read_to_string(path.join("m/overlay.html")).expect("a page");
+    let link = page.split("inverter.dc_link").nth(1).expect("a fact");
+    let link = &link[..link.find("inverter.").expect("another")];
+    assert!(link.contains("550 V, 50 V"), "{link}");
+    assert!(!page.contains("Data sheet paper-5k5"));
     let many = "detector.pulse=[40 us, 50 us, 60 us, 70 us, 80 us, 90 us, 100 us]";
     assert!(mistake(&["trace", "s.toml", "-s", many, "--out", "u"], path).contains("7 settings"));
     let twice = ["trace", "s.toml", "-s", "detector.pulse=[40 us, 40 us]", "--out", "u"];
@@ -326,6 +335,25 @@ fn mistakes_name_what_there_is() {
     says(
         &tune("detector.voltage=20 V:200 V", "rms"),
         &["detector.voltage", "a method that has such a setting"],
+    );
+    // What a sensor makes wrong is none of the settings; those that there are, are named.
+    let given = [
+        "sensors.noise",
+        "found what is given",
+        "detector.pulse",
+        "inverter.dead_time",
+        "standstill require",
+    ];
+    says(&tune("sensors.noise=1mA:5mA", "rms"), &given);
+    says(&tune("motor.winding.resistance=1ohm:2ohm", "rms"), &["motor.winding.resistance", "detector.pulse"]);
+    says(&tune("seed=1:5", "rms"), &["--vary seed", "detector.pulse"]);
+    says(
+        &tune("detector.rounds=0.5:8", "rms"),
+        &["found `0.5` for detector.rounds", "whole numbers alone, such as 1:8"],
+    );
+    says(
+        &["odds", "s.toml", "--event", "|e| > 200 deg"],
+        &["found `200 deg`", "from 0 deg to less than 90 deg"],
     );
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");

@@ -112,6 +112,15 @@ fn law_status_tells_what_to_submit_again() {
     }
     assert!(succeed(&["status", "shards"], path).contains("5 shards: 5 done\n"));
     assert!(mistake(&["status", "nowhere"], path).contains("nowhere"));
+    // A finished run has no journal any more.
+    succeed(&["merge", "shards", "--out", "whole"], path);
+    let text = succeed(&["status", "whole"], path);
+    assert!(text.starts_with("a finished run: ") && text.contains("nothing is left to do"), "{text}");
+    let json: serde_json::Value =
+        serde_json::from_str(&succeed(&["status", "whole", "--json"], path)).expect("JSON");
+    assert_eq!((&json["counts"]["done"], &json["counts"]["missing"]), (&1.into(), &0.into()));
+    fs::create_dir(path.join("empty")).expect("a folder");
+    assert!(mistake(&["status", "empty"], path).contains("no journal of a shard"));
     fs::write(path.join("shards/shard-9-of-9.journal"), "of something else").expect("written");
     assert!(mistake(&["status", "shards"], path).contains("shard-9-of-9.journal"));
 }

@@ -173,6 +173,7 @@ fn maps() -> Chart {
             y_edges: cell_edges(&dead, AxisScale::Linear),
             values: dead.iter().flat_map(|dead| noise.iter().map(|noise| value(*noise, *dead))).collect(),
             colour,
+            blank: "no answer".to_owned(),
             numbers: true,
         })
     };
@@ -221,6 +222,7 @@ fn names() -> Chart {
         ]
         .concat(),
         colour: Axis::new("rms error of the axis θ_e (°)").range(0.01, 10.0).log10(),
+        blank: "no answer".to_owned(),
         numbers: true,
     });
     chart("names", "Methods and errors", "2,000 trials each", 420, vec![panel])
@@ -317,6 +319,7 @@ fn extremes() -> Chart {
         y_edges: vec![0.0, 1.0],
         values: vec![f64::NAN],
         colour: Axis::new("nothing"),
+        blank: "no answer".to_owned(),
         numbers: true,
     });
     chart("extremes", "Extremes", "", 900, vec![narrow, wide, empty])

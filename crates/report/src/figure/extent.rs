@@ -25,7 +25,7 @@ fn each_datum(panel: &Panel, layer: &Layer, mut each: impl FnMut(f64, f64)) {
                 datum(x, b);
             }
         }
-        Layer::ErrorBars { points, .. } => {
+        Layer::ErrorBars { points, .. } | Layer::Hollow { points, .. } => {
             // A marker without whiskers counts, whiskers without a marker too.
             for &(x, y, a, b) in points {
                 for end in [y, a, b] {
@@ -87,7 +87,10 @@ pub(super) fn horizontal(panels: &[&Panel]) -> (f64, f64) {
         match layer {
             Layer::VerticalRule { x, .. } => widen(&mut extent, scale, *x),
             // Half a marker would be outside the frame.
-            Layer::Points { .. } | Layer::ErrorBars { .. } | Layer::UpperLimits { .. } => margin = 0.03,
+            Layer::Points { .. }
+            | Layer::ErrorBars { .. }
+            | Layer::Hollow { .. }
+            | Layer::UpperLimits { .. } => margin = 0.03,
             _ => (),
         }
     }

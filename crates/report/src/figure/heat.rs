@@ -16,8 +16,6 @@ const BAR: f64 = 16.0;
 /// Above this many numbers nobody reads them.
 pub(super) const MOST_NUMBERS: usize = 100;
 const NUMBER: f64 = 12.0;
-/// What the legend says of cells without value.
-pub(super) const NO_VALUE: &str = "no value";
 
 /// The colour bar of a panel.
 pub(super) struct Bar {
@@ -100,11 +98,12 @@ impl Bar {
     }
 }
 
-/// Whether a layer has cells without a value.
-pub(super) fn has_blanks(layer: &Layer) -> bool {
-    let Layer::Heat { x_edges, y_edges, values, .. } = layer else { return false };
+/// What cells without a value mean, if a layer has such cells.
+pub(super) fn blanks(layer: &Layer) -> Option<&str> {
+    let Layer::Heat { x_edges, y_edges, values, blank, .. } = layer else { return None };
     let cells = x_edges.len().saturating_sub(1) * y_edges.len().saturating_sub(1);
-    values.len() < cells || values.iter().take(cells).any(|value| !value.is_finite())
+    let any = values.len() < cells || values.iter().take(cells).any(|value| !value.is_finite());
+    any.then_some(blank)
 }
 
 pub(super) fn draw(

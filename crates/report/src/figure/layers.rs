@@ -4,7 +4,9 @@ use super::axis::Scale;
 use super::canvas::{Canvas, Point, Rect};
 use super::colour::Colour;
 use super::reduce::{clip_line, clip_polygon, dash, hatching, length, runs, thin};
-use super::style::{FRAME, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, fill};
+use super::style::{
+    FRAME, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE, fill,
+};
 use super::{Lane, Layer, heat};
 use std::collections::HashMap;
 
@@ -37,13 +39,20 @@ pub(super) fn draw(canvas: &mut dyn Canvas, plot: &Plot, layer: &Layer) {
         Layer::Steps { points, style, .. } => line(canvas, plot, held(points), *style),
         Layer::Points { points, style, .. } => markers(canvas, plot, points, *style),
         Layer::Band { points, style, .. } => band(canvas, plot, points, *style),
-        Layer::ErrorBars { points, style, .. } => error_bars(canvas, plot, points, *style),
+        Layer::ErrorBars { points, style, .. } => {
+            error_bars(canvas, plot, points, *style, |canvas, at| {
+                draw_markers(canvas, *style, &[at], MARKER_RADIUS);
+            });
+        }
+        Layer::Hollow { points, style, .. } => {
+            error_bars(canvas, plot, points, *style, |canvas, at| draw_ring(canvas, *style, at));
+        }
         Layer::UpperLimits { points, style, .. } => {
             for &(x, y) in points.iter().filter(|(x, y)| plot.x.shows(*x) && plot.y.shows(*y)) {
                 draw_upper_limit(canvas, *style, plot.point((x, y)), area.bottom);
             }
         }
-        Layer::Heat { x_edges, y_edges, values, colour, numbers } => {
+        Layer::Heat { x_edges, y_edges, values, colour, numbers, .. } => {
             heat::draw(canvas, plot, (x_edges, y_edges), values, colour, *numbers);
         }
         Layer::HorizontalRule { y, .. } if plot.y.shows(*y) => {
@@ -148,7 +157,14 @@ fn band(canvas: &mut dyn Canvas, plot: &Plot, points: &[(f64, f64, f64)], style:
     }
 }
 
-fn error_bars(canvas: &mut dyn Canvas, plot: &Plot, points: &[(f64, f64, f64, f64)], style: Style) {
+/// Whiskers, and a mark at each value.
+fn error_bars(
+    canvas: &mut dyn Canvas,
+    plot: &Plot,
+    points: &[(f64, f64, f64, f64)],
+    style: Style,
+    mark: impl Fn(&mut dyn Canvas, Point),
+) {
     const CAP: f64 = 3.5;
     // False for a NaN, too.
     for &(x, y, lower, upper) in points.iter().filter(|p| plot.x.shows(p.0)) {
@@ -161,9 +177,15 @@ fn error_bars(canvas: &mut dyn Canvas, plot: &Plot, points: &[(f64, f64, f64, f6
             }
         }
         if plot.y.shows(y) {
-            draw_markers(canvas, style, &[(at, plot.y.at(y))], MARKER_RADIUS);
+            mark(canvas, (at, plot.y.at(y)));
         }
     }
+}
+
+/// Empty inside, so that it is told from every other marker, in grey too.
+fn draw_ring(canvas: &mut dyn Canvas, style: Style, at: Point) {
+    canvas.discs(&[at], RING_RADIUS, style.colour());
+    canvas.discs(&[at], RING_RADIUS - 1.4, WHITE);
 }
 
 /// A bar, and an arrow from it downwards, shorter where there is less room: the value is somewhere below.

@@ -114,6 +114,16 @@ pub enum Layer {
         /// Colour and marker.
         style: Style,
     },
+    /// A ring with a whisker from a lower to an upper value: one that must not be taken for those of marks and lines beside
+    /// it. It has no key of its own in the legend, and is switched with the entry of its label.
+    Hollow {
+        /// Legend entry that it belongs to.
+        label: Option<String>,
+        /// `(x, y, lower, upper)`
+        points: Vec<(f64, f64, f64, f64)>,
+        /// Colour.
+        style: Style,
+    },
     /// A bar with an arrow pointing down from it: all that is known is that the value lies below.
     UpperLimits {
         /// Legend entry.
@@ -125,7 +135,7 @@ pub enum Layer {
     },
     /// Cells whose colour is a value, explained by a colour bar to the right of the panel. One to a panel.
     ///
-    /// Cells without a value are hatched, and the legend says so.
+    /// Cells without a value are hatched, and the legend says what that means.
     Heat {
         /// Edges of the columns on the horizontal axis, in increasing order and one more than there are columns;
         /// [`cell_edges`] has them for given centres. On [`Axis::categories`] they are −0.5, 0.5, 1.5, ….
@@ -139,6 +149,8 @@ pub enum Layer {
         /// of the data without a range), its ticks and whether it is logarithmic. Values beyond the ends have their
         /// colours, on a logarithmic scale also zero and what is below.
         colour: Axis,
+        /// What a cell without a value means.
+        blank: String,
         /// Whether to write the values into the cells with [`significant`]; that is done for at most 100 cells, if
         /// all have the room.
         numbers: bool,
@@ -186,6 +198,7 @@ layers_of_points! {
     points: Points of (f64, f64),
     band: Band of (f64, f64, f64),
     error_bars: ErrorBars of (f64, f64, f64, f64),
+    hollow: Hollow of (f64, f64, f64, f64),
     upper_limits: UpperLimits of (f64, f64),
 }
 

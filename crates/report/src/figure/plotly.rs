@@ -130,7 +130,11 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
 fn read_together(layer: &Layer) -> bool {
     !matches!(
         layer,
-        Layer::Points { .. } | Layer::ErrorBars { .. } | Layer::UpperLimits { .. } | Layer::Heat { .. }
+        Layer::Points { .. }
+            | Layer::ErrorBars { .. }
+            | Layer::Hollow { .. }
+            | Layer::UpperLimits { .. }
+            | Layer::Heat { .. }
     )
 }
 

@@ -84,6 +84,7 @@ pub(super) const HATCH: Colour = rgb(0x8C, 0x8C, 0x8C);
 
 pub(super) const LINE_WIDTH: f64 = 1.5;
 pub(super) const MARKER_RADIUS: f64 = 3.4;
+pub(super) const RING_RADIUS: f64 = 4.6;
 pub(super) const RULE_DASHES: &[f64] = &[4.0, 3.0];
 
 /// What a category of a lane is filled with.

@@ -6,8 +6,10 @@ use super::{Caption, ErrorCloud};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// Axis error over the true angle: single trials, and what is typical of each angle. The scale is that
-/// of the errors; wrong poles are crosses along the upper edge, and outliers beyond the frame are counted in the subtitle.
-pub(super) fn error_over_angle(caption: &Caption, cloud: &ErrorCloud) -> Figure {
+/// of the errors; wrong poles are crosses along the upper edge, and outliers beyond the frame are counted in the subtitle. Title
+/// and subtitle are those of a [`Study`](super::Study).
+pub fn error_over_angle(title: &str, subtitle: Option<String>, cloud: &ErrorCloud) -> Figure {
+    let caption = Caption::of("Error over the rotor angle", title, subtitle);
     let typical = typical(cloud);
     let x = Axis::new("true rotor angle θ (° electrical)").range(0.0, 360.0).step(60.0);
     // A few outliers must not flatten everything else.

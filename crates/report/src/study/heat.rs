@@ -1,7 +1,7 @@
 //! Errors over two axes.
 
 use super::place::place;
-use super::{Caption, Study};
+use super::{Caption, NO_ANSWER, Study};
 use crate::figure::{Axis, Figure, Layer, Panel};
 
 /// Colours are logarithmic above this ratio of the largest and the least error.
@@ -11,14 +11,16 @@ const WIDE: f64 = 30.0;
 /// evenly, as names are.
 pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figure {
     let (columns, rows) = (place(study, x, true), place(study, y, true));
-    let mut hatched = false;
+    let (mut failing, mut missing) = (false, false);
     let mut values = Vec::with_capacity(columns.values.len() * rows.values.len());
     for row in &rows.values {
         for column in &columns.values {
             let wanted = [(x, column), (y, row)];
             let answers = study.answers(&wanted);
-            hatched |= !answers;
-            values.push(if answers { study.at(&wanted).rms_deg.value } else { f64::NAN });
+            let value = if answers { study.at(&wanted).rms_deg.value } else { f64::NAN };
+            failing |= !answers;
+            missing |= answers && !value.is_finite();
+            values.push(value);
         }
     }
     let positive = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
@@ -29,19 +31,23 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
     let height = (220 + 34 * u32::try_from(rows.values.len()).unwrap_or(u32::MAX).min(12)).max(380);
     // Many names stand upright.
     let height = height + if columns.named && columns.values.len() > 6 { 130 } else { 0 };
-    let none = !values.iter().any(|value| value.is_finite());
+    let none = !missing && !values.iter().any(|value| value.is_finite());
+    let blank = match (failing, missing) {
+        (true, true) => format!("{NO_ANSWER}, or not run"),
+        (true, false) => NO_ANSWER.to_owned(),
+        (false, _) => "not run".to_owned(),
+    };
     let cells = Panel::new(columns.axis, rows.axis).with(Layer::Heat {
         x_edges: columns.edges,
         y_edges: rows.edges,
         values,
         colour: if high > WIDE * low { colour.log10() } else { colour },
+        blank,
         numbers: true,
     });
     let mut remarks = study.remark_on_others(&[x, y]);
-    if hatched && none {
+    if none {
         remarks.push("every cell hatched: at none are 99 % of starts answered rightly".to_owned());
-    } else if hatched {
-        remarks.push("hatched: more than 1 % of starts without a right answer".to_owned());
     }
     caption.figure(&remarks, height, vec![cells])
 }

@@ -16,11 +16,11 @@ mod pool;
 mod scatter;
 mod sweep;
 
+pub use angle::error_over_angle;
 pub use cloud::{ErrorCloud, Thinned};
 pub use pool::{Pooled, pool};
 
 use crate::figure::{Figure, Panel};
-use angle::error_over_angle;
 use distribution::distribution;
 use heat::heat;
 use methods::methods;
@@ -131,6 +131,12 @@ struct Caption {
 }
 
 impl Caption {
+    /// What is shown, and of which study if that has a title.
+    fn of(what: &str, study: &str, subtitle: Option<String>) -> Self {
+        let title = if study.is_empty() { what.to_owned() } else { format!("{what}: {study}") };
+        Self { title, subtitle }
+    }
+
     /// A figure of the usual width, with remarks after the conditions.
     fn figure(&self, remarks: &[String], height: u32, mut panels: Vec<Panel>) -> Figure {
         // A panel without any datum says nothing.
@@ -193,8 +199,7 @@ impl Study {
     }
 
     fn caption(&self, what: &str) -> Caption {
-        let title = if self.title.is_empty() { what.to_owned() } else { format!("{what}: {}", self.title) };
-        Caption { title, subtitle: self.subtitle.clone() }
+        Caption::of(what, &self.title, self.subtitle.clone())
     }
 
     /// What the points with these values say together.
@@ -233,7 +238,8 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     let varied = study.varied();
     // Over axes that are varied on purpose, what all trials say together depends on how the points were chosen.
     if let Some(cloud) = study.cloud.as_ref().filter(|_| varied.is_empty()) {
-        add("error_over_angle".into(), error_over_angle(&study.caption("Error over the rotor angle"), cloud));
+        let over_angle = error_over_angle(&study.title, study.subtitle.clone(), cloud);
+        add("error_over_angle".into(), over_angle);
         add("distribution".into(), distribution(&study.caption("Distribution of the error"), cloud));
     }
     let method = varied.iter().copied().find(|axis| study.axes[*axis].is_method());

@@ -2,12 +2,14 @@
 
 use std::fmt::Write as _;
 
+use standstill_campaign::Estimate;
 use standstill_interface::Angle;
 use standstill_scenario::{Plan, Record};
 use standstill_sim::Ended;
 
 use super::Told;
 use crate::commands::trace::specimen;
+use crate::summary::decimals_of;
 use crate::table::{Column, Table};
 
 /// Errors that are told, those with the largest effect first.
@@ -28,6 +30,14 @@ pub struct About {
     pub table: Table,
     /// What its columns mean.
     pub legend: String,
+}
+
+/// An error's part with half its interval, as far as there is one, in no more digits than two of that.
+fn part(part: &Estimate) -> String {
+    let half = part.high - part.value;
+    let decimals = decimals_of([part.value, part.low, part.high]).min(3);
+    let value = format!("{:+.decimals$}", part.value);
+    if half > 0.0 { format!("{value} ± {half:.decimals$}°") } else { format!("{value}°") }
 }
 
 /// How a trial ended, in a few words.
@@ -92,7 +102,7 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
         let change = match cause.part_deg {
             _ if cause.within_rounding => "within rounding".to_owned(),
-            Some(part) => format!("{:+.3} ± {:.3}°", part.value, part.high - part.value),
+            Some(part) => self::part(&part),
             None => "–".to_owned(),
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
@@ -106,4 +116,19 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     .rows(rows);
     let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
     About { headline, details, specimen, table, legend: format!("{SCORE}{rounded}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_parts_have_no_digits_beyond_their_intervals() {
+        let said = |value: f64, half: f64| part(&Estimate { value, low: value - half, high: value + half });
+        assert_eq!(said(-2.0518, 0.1719), "-2.05 ± 0.17°");
+        assert_eq!(said(0.7104, 0.0601), "+0.710 ± 0.060°");
+        assert_eq!(said(31.25, 12.5), "+31 ± 12°");
+        assert_eq!(said(-0.008_7, 0.001_6), "-0.009 ± 0.002°");
+        assert_eq!(said(1.5, 0.0), "+1.500°");
+    }
 }

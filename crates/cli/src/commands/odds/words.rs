@@ -3,6 +3,8 @@
 use std::fmt::Write as _;
 
 use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, Sector};
+use standstill_campaign::Estimate;
+use standstill_quantity::rounded;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
 use super::Row;
@@ -45,13 +47,17 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("[95 % interval], {how}") } else { how }
 }
 
-/// One in so many starts.
-fn one_in(value: f64) -> Option<String> {
-    (value > 0.0).then(|| format!("one in {:.0} starts", 1.0 / value))
+/// One in so many starts: two digits where the interval is wider than a tenth of the value, else three.
+fn one_in(p: &Estimate) -> Option<String> {
+    const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
+    let digits = if p.high - p.low > 0.1 * p.value { 1 } else { 2 };
+    let often = (p.value > 0.0).then(|| format!("{:.digits$e}", 1.0 / p.value).parse::<f64>().ok())??;
+    let (unit, name) = NAMES.into_iter().find(|(unit, _)| often >= *unit).unwrap_or((1.0, ""));
+    Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
 }
 
 fn headline(event: Event, odds: &Odds) -> String {
-    if let Some(often) = one_in(odds.probability.value) {
+    if let Some(often) = one_in(&odds.probability) {
         return format!("{event}: {}, {often}", probability_interval(&odds.probability));
     }
     let how = match odds.answer {
@@ -121,7 +127,7 @@ pub(super) fn page(
             .map(|row| {
                 vec![
                     row.run.to_string(),
-                    format!("{:.3e}", row.probability),
+                    format!("{:.2e}", row.probability),
                     format!("{:.2}", row.own_variation),
                     row.levels.to_string(),
                     row.trials.to_string(),
@@ -156,6 +162,20 @@ mod tests {
     use standstill_analysis::subset::{End, Run, Settings};
 
     use super::*;
+
+    #[test]
+    fn law_one_in_so_many_has_few_digits() {
+        let said = |value, half: f64| {
+            one_in(&Estimate { value, low: value * (1.0 - half), high: value * (1.0 + half) })
+        };
+        let starts = |often: &str| Some(format!("one in {often} starts"));
+        assert_eq!(said(2.27e-9, 0.3), starts("440 million"));
+        assert_eq!(said(1.234e-10, 0.3), starts("8.1 billion"));
+        assert_eq!(said(1.0 / 64.2, 0.06), starts("64"));
+        assert_eq!(said(0.4, 0.01), starts("2.5"));
+        assert_eq!(said(4.954e-5, 0.01), starts("20200"));
+        assert_eq!(said(0.0, 0.0), None);
+    }
 
     #[test]
     fn regress_what_no_run_reached_is_bounded_by_plain_trials_in_words_too() {

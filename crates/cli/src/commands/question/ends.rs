@@ -36,7 +36,10 @@ impl Key<'_> {
         let number = plain.or_else(|| si_value(text)).ok_or_else(|| self.refused())?;
         // With its unit, as it would stand in the file.
         let value = match (plain, self.whole) {
-            (_, true) => Value::Integer(text.parse().map_err(|_| self.refused())?),
+            (_, true) => Value::Integer(text.parse().map_err(|_| {
+                let needed = "which takes whole numbers alone, such as 1:8";
+                Error::Arguments(format!("{}: found `{text}` for {}, {needed}", self.option, self.name))
+            })?),
             (Some(_), false) => Value::Float(number),
             (None, false) => Value::String(text.to_owned()),
         };

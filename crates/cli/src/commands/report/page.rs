@@ -39,6 +39,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
         text: &summary.run.scenario,
         fence: run.fence.as_deref(),
         varied: run.file.axes.keys().cloned().collect(),
+        others: Vec::new(),
     };
     Page {
         title: "Initial rotor position: Monte Carlo".to_owned(),

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Section, Table, TableColumn};
 use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
@@ -17,7 +18,15 @@ pub struct Setup<'a> {
     pub fence: Option<&'a Path>,
     /// Keys that have several values.
     pub varied: Vec<String>,
+    /// The same scenario with other values of these, where they are not its axes.
+    pub others: Vec<&'a str>,
 }
+
+/// Points of a sweep whose values are compared, at most: all of most sweeps.
+const COMPARED: usize = 256;
+
+/// Different values of a fact that are listed.
+const LISTED: usize = 6;
 
 /// Motor, method, errors and rotor of a scenario.
 pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> {
@@ -34,8 +43,8 @@ pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> 
 }
 
 impl Setup<'_> {
-    fn document(&self) -> Result<Document, FileError> {
-        let mut document = Document::parse(self.place, self.text)?;
+    fn document(&self, text: &str) -> Result<Document, FileError> {
+        let mut document = Document::parse(self.place, text)?;
         if let Some(fence) = self.fence {
             document.fence(Some(fence))?;
         }
@@ -48,18 +57,22 @@ impl Setup<'_> {
 
     /// [`heading`] as a block.
     pub fn heading(&self) -> Option<Block> {
-        let file = self.document().and_then(|document| document.load()).ok()?;
+        let file = self.document(self.text).and_then(|document| document.load()).ok()?;
         Some(Block::Facts(heading(&file, &self.varied)))
     }
 
-    /// Facts of drive and sensors, and the motor's data sheet. Of a sweep those of its first point, where they are no axis.
+    /// Facts of drive and sensors, all values of each, and the motor's data sheet where there is one alone.
     pub fn section(&self) -> Section {
         Section { title: "Motor, drive and sensors".to_owned(), blocks: self.blocks() }
     }
 
     fn blocks(&self) -> Vec<Block> {
-        let found = self.document().and_then(|document| Ok((document.data_sheet()?, Plan::new(document)?)));
-        let (sheet, plan) = match found {
+        let found = self.document(self.text).and_then(|document| {
+            let sheet = document.data_sheet()?;
+            let others = self.others.iter().map(|text| self.document(text).and_then(Plan::new));
+            Ok((sheet, std::iter::once(Plan::new(document)).chain(others).collect::<Result<Vec<_>, _>>()?))
+        });
+        let (sheet, plans) = match found {
             Ok(found) => found,
             // A motor's own file may be elsewhere, or another by now.
             Err(error) => {
@@ -68,7 +81,10 @@ impl Setup<'_> {
                 ))];
             }
         };
-        let mut facts = facts(&plan);
+        let mut facts = together(plans.iter().flat_map(|plan| {
+            let points = plan.points().len();
+            (0..points).step_by(points.div_ceil(COMPARED).max(1)).map(|point| facts(plan, point))
+        }));
         for (key, value) in &mut facts {
             if self.is_varied(key) {
                 "varied".clone_into(value);
@@ -121,8 +137,35 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
     words.join(" ")
 }
 
-fn facts(plan: &Plan) -> Vec<(String, String)> {
-    let Ok(scenario) = plan.scenario(0) else { return Vec::new() };
+/// Facts of several scenarios: a value that all have, or those that there are, in their order.
+fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, String)> {
+    let mut values: IndexMap<String, Vec<String>> = IndexMap::new();
+    let mut scenarios = 0;
+    for facts in all.filter(|facts| !facts.is_empty()) {
+        scenarios += 1;
+        for (key, value) in facts {
+            values.entry(key).or_default().push(value);
+        }
+    }
+    let one = |(key, mut values): (String, Vec<String>)| {
+        // Such as bits, where one of them has no converter.
+        if values.len() < scenarios {
+            values.push("none".to_owned());
+        }
+        let mut seen: Vec<String> = Vec::new();
+        for value in values {
+            if !seen.contains(&value) {
+                seen.push(value);
+            }
+        }
+        (key, if seen.len() > LISTED { "varied".to_owned() } else { seen.join(", ") })
+    };
+    values.into_iter().map(one).collect()
+}
+
+/// What a point of a scenario has.
+fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
+    let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
     let (drive, sensors) = (&scenario.drive, &scenario.sensors);
     let one = |value: f64, unit: &str| listed(&[value], unit).trim_end().to_owned();
     let percent = |share: f64| format!("{} %", number(3, 100.0 * share));
@@ -153,4 +196,22 @@ fn facts(plan: &Plan) -> Vec<(String, String)> {
         facts.push(("sensors.bandwidth", one(bandwidth, "Hz")));
     }
     facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_facts_of_several_scenarios_are_all_there_once() {
+        let facts = |pairs: &[(&str, &str)]| {
+            pairs.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned())).collect::<Vec<_>>()
+        };
+        let first = facts(&[("dc_link", "540 V"), ("ripple", "1 %"), ("bits", "12")]);
+        let second = facts(&[("dc_link", "48 V"), ("ripple", "1 %")]);
+        let expected = facts(&[("dc_link", "540 V, 48 V"), ("ripple", "1 %"), ("bits", "12, none")]);
+        assert_eq!(together([first.clone(), second, first].into_iter()), expected);
+        let many = (0..9).map(|k| facts(&[("noise", &format!("{k} mA"))]));
+        assert_eq!(together(many), facts(&[("noise", "varied")]));
+    }
 }

@@ -7,7 +7,7 @@ use standstill_analysis::bracket::{Found, Search};
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::Plan;
 
-use super::{Question, shown};
+use super::{Question, shown, shown_interval};
 use crate::Report;
 use crate::arguments::Require as Options;
 use crate::columns;
@@ -86,7 +86,7 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
     let cells = |point: &Point| {
         let second_text = match (point.second, point.low, point.high) {
             (Some(value), Some(low), Some(high)) => {
-                format!("{} [{}, {}]", shown(second, value), shown(second, low), shown(second, high))
+                shown_interval((second, asked.bench.keys[1].1), [value, low, high])
             }
             _ => point.answer.to_owned(),
         };

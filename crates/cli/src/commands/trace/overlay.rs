@@ -150,7 +150,8 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("overlay.svg", figure.svg()?.as_bytes())?;
     output.file("overlay.png", &figure.png()?)?;
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
-    let setup = Setup { place: &place, text: &singles[0].2, fence: None, varied: keys };
+    let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
+    let setup = Setup { place: &place, text: &singles[0].2, fence: None, varied: keys, others };
     let blocks = setup.heading().into_iter().collect::<Vec<_>>();
     let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
     let ended = Block::Code { caption: "How they ended".to_owned(), text: table.whole() };

@@ -267,3 +267,25 @@ fn law_settings_that_cannot_work_are_refused() {
     let longer = SETTINGS.with_pulse(Nanos::from_micros(202));
     assert_eq!((longer.samples_on(), longer.pulse, longer.rest), (4, Nanos(202_000), Nanos(323_200)));
 }
+
+#[test]
+fn law_a_rest_is_a_share_of_its_pulse_and_longer_than_that() {
+    let pulse = Nanos(200_000);
+    let suited = PulseTrainSettings::suited(&crate::testing::PLATE, Nanos(20_000));
+    let suited = PulseTrainSettings { pulse, rest: rest_after(pulse), ..suited };
+    assert_eq!((suited.rest, suited.rest_share()), (Nanos(320_000), 1.6));
+    let told = |share: f64| {
+        let mut settings = suited;
+        settings.set_rest_share(share);
+        settings
+    };
+    assert_eq!((told(1.05).rest, told(1.05).rest_share()), (Nanos(210_000), 1.05));
+    assert!(told(1.05).check().is_ok());
+    // As long as the pulse is too short, and so is less.
+    for share in [1.0, 0.5] {
+        assert!(
+            told(share).check().is_err_and(|error| std::format!("{error:?}").contains("rest")),
+            "{share}"
+        );
+    }
+}

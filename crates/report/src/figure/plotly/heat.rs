@@ -2,7 +2,7 @@
 
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
-use super::super::heat::{MOST_NUMBERS, NO_VALUE, range};
+use super::super::heat::{MOST_NUMBERS, range};
 use super::super::number::{digits, significant};
 use super::super::style::{FRAME, GRID, HATCH, WHITE};
 use super::super::text::wrap;
@@ -73,7 +73,7 @@ pub(super) fn add(
     chart: &mut Chart,
     place: &Place,
     (x_edges, y_edges): (&[f64], &[f64]),
-    values: &[f64],
+    (values, blank): (&[f64], &str),
     axis: &Axis,
     with_numbers: bool,
 ) {
@@ -104,7 +104,7 @@ pub(super) fn add(
     let (name, unit) = quantity(&axis.label);
     let unit = markup(&unit);
     let read = |value: &f64| {
-        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { NO_VALUE.to_owned() }
+        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { markup(blank) }
     };
     let line = |name: &str, index| match name {
         "" => format!("%{{customdata[{index}]}}"),
@@ -133,7 +133,7 @@ pub(super) fn add(
         ),
     });
     chart.data.push(trace);
-    blanks(chart, place, &columns, &rows, &cells);
+    blanks(chart, place, &columns, &rows, &cells, blank);
     if with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
         written(chart, place, &columns, &rows, &cells, |value| ink_on(ground(value)).hex());
     }
@@ -209,7 +209,14 @@ fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
 }
 
 /// Hatched rectangles, one for each stretch of a row: heat maps of Plotly have no hatching.
-fn blanks(chart: &mut Chart, place: &Place, columns: &Cells, rows: &Cells, cells: &[Vec<f64>]) {
+fn blanks(
+    chart: &mut Chart,
+    place: &Place,
+    columns: &Cells,
+    rows: &Cells,
+    cells: &[Vec<f64>],
+    meaning: &str,
+) {
     let (mut x, mut y) = (Vec::new(), Vec::new());
     for (row, values) in cells.iter().enumerate() {
         let [bottom, top] = [rows.edges[row], rows.edges[row + 1]].map(number);
@@ -239,5 +246,5 @@ fn blanks(chart: &mut Chart, place: &Place, columns: &Cells, rows: &Cells, cells
         "hoverinfo": "skip",
         "showlegend": false,
     });
-    place.push(chart, Some(NO_VALUE), trace);
+    place.push(chart, Some(meaning), trace);
 }

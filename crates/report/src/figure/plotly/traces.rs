@@ -1,7 +1,7 @@
 //! Layers as traces, shapes and annotations.
 
 use super::super::layers::BAND_OPACITY;
-use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RULE_DASHES, Style, WHITE};
+use super::super::style::{LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE};
 use super::super::{Axis, AxisScale, Layer, Panel, Ticks};
 use super::markup::{markup, quantity, template};
 use super::{Chart, heat, lanes, number, numbers};
@@ -44,13 +44,20 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         }
         Layer::Band { label, points, style } => band(chart, place, label.as_deref(), points, *style),
         Layer::ErrorBars { label, points, style } => {
-            place.push(chart, label.as_deref(), error_bars(place, points, *style));
+            place.push(chart, label.as_deref(), error_bars(place, points, *style, &markers(*style, 1)));
+        }
+        Layer::Hollow { label, points, style } => {
+            let line = json!({"width": 1.4, "color": style.colour().css()});
+            let ring = json!({
+                "symbol": "circle", "size": 2.0 * RING_RADIUS, "color": WHITE.css(), "line": line,
+            });
+            place.push(chart, label.as_deref(), error_bars(place, points, *style, &ring));
         }
         Layer::UpperLimits { label, points, style } => {
             upper_limits(chart, place, label.as_deref(), points, *style);
         }
-        Layer::Heat { x_edges, y_edges, values, colour, numbers } => {
-            heat::add(chart, place, (x_edges, y_edges), values, colour, *numbers);
+        Layer::Heat { x_edges, y_edges, values, colour, numbers, blank } => {
+            heat::add(chart, place, (x_edges, y_edges), (values, blank), colour, *numbers);
         }
         Layer::HorizontalRule { label, y } => horizontal_rule(chart, place, label.as_deref(), *y),
         Layer::VerticalRule { label, x } => vertical_rule(chart, place, label.as_deref(), *x),
@@ -245,14 +252,14 @@ fn band(chart: &mut Chart, place: &Place, label: Option<&str>, points: &[(f64, f
 }
 
 /// Without a value there is no place for whiskers, as Plotly draws them: such a point is left out.
-fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style) -> Value {
+fn error_bars(place: &Place, points: &[(f64, f64, f64, f64)], style: Style, marker: &Value) -> Value {
     let centres: Vec<_> = points.iter().map(|p| (p.0, p.1)).collect();
     let ends: Value = points.iter().map(|p| json!([number(p.2), number(p.3)])).collect();
     let y = |unit: &str| {
         format!("%{{y{DIGITS}}}{unit} (%{{customdata[0]{DIGITS}}} to %{{customdata[1]{DIGITS}}}{unit})")
     };
     let more = json!({
-        "marker": markers(style, 1),
+        "marker": marker,
         "customdata": ends,
         "hovertemplate": place.read_out(y),
         "error_y": {

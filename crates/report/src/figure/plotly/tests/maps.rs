@@ -4,7 +4,7 @@ use super::*;
 use crate::figure::{AxisScale, cell_edges};
 
 fn heat(x_edges: Vec<f64>, y_edges: Vec<f64>, values: Vec<f64>, colour: Axis) -> Layer {
-    Layer::Heat { x_edges, y_edges, values, colour, numbers: false }
+    Layer::Heat { x_edges, y_edges, values, colour, blank: "not run".to_owned(), numbers: false }
 }
 
 /// What a panel with logarithmic axes becomes.
@@ -33,7 +33,7 @@ fn law_cells_are_between_their_edges_in_the_colours_of_the_drawn_figure() {
     // Edges at 0, 1 and 3 are not half way between any centres, those at 0, 2 and 4 are.
     assert_eq!(map["meta"]["x"], json!(["0 to 1 ms", "1 to 3 ms"]));
     assert_eq!(map["meta"]["y"], json!(["1 A", "3 A"]));
-    assert_eq!(map["meta"]["values"], json!([["1 %", "2 %"], ["no value", "5 %"]]));
+    assert_eq!(map["meta"]["values"], json!([["1 %", "2 %"], ["not run", "5 %"]]));
     assert_eq!(value["layout"]["hovermode"], "closest");
     assert_eq!(value["layout"]["yaxis"]["showgrid"], false);
 }
@@ -48,6 +48,7 @@ fn law_cells_without_a_value_are_hatched_and_in_the_legend() {
     assert_eq!(blank["y"], json!([1, 1, 2, 2, 1, null, 2, 2, 3, 3, 2, null]));
     assert_eq!(blank["fillpattern"]["shape"], "/");
     assert_eq!(chart.legend[0].entries[0].keys, [Key::Blank]);
+    assert_eq!(chart.legend[0].entries[0].label, "not run");
     assert_eq!(blank["legendgroup"], json!(group(0, &chart.legend[0].entries[0].label)));
     // An edge that is no number takes both of its cells away.
     let (data, _) =
@@ -77,6 +78,7 @@ fn law_numbers_stand_in_the_middle_of_cells_in_readable_ink() {
         y_edges: vec![0.1, 0.4],
         values: (0..count).map(|i| i as f64).collect(),
         colour: Axis::new("n"),
+        blank: String::new(),
         numbers: true,
     };
     let (data, _) = decades(vec![layer(2)]);
