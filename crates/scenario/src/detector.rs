@@ -153,7 +153,7 @@ impl<'de> Deserialize<'de> for DetectorTable {
             type Value = DetectorTable;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("struct DetectorTable")
+                f.write_str("a table")
             }
 
             fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<DetectorTable, M::Error> {
