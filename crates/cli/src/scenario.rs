@@ -123,11 +123,10 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     if motor && host::current().is_none() {
         tell(&format!("{} is a motor, not a scenario: this is the default scenario with it", path.display()));
     }
-    says_something(&document, path);
     Ok(document)
 }
 
-/// A file without a key is a scenario all the same, and no motor, which its writer may have meant: what stands in its place is said.
+/// A file without a key is a scenario all the same, and no motor, which its writer may have meant: what stands in its place is said. (`run` and `sweep` say what they simulate anyway.)
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();

@@ -140,6 +140,7 @@ def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
 def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text("trials = 10\n[sensors]\nnose = 1\n")
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "drive.fmu").write_bytes(b"PK\x03\x04\xff")
     cases = [
         (["run", "s.toml"], lambda: st.run("s.toml")),
         (["run", "nowhere.toml"], lambda: st.run("nowhere.toml")),
@@ -148,6 +149,9 @@ def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
         (["run", "s.toml", "--trials", "0", "--json"], lambda: st.run("s.toml", trials=0)),
         (["odds", "s.toml", "--event", "luck", "--json"], lambda: st.odds("s.toml", event="luck")),
         (["merge", "nowhere"], lambda: st.merge(["nowhere"])),
+        (["merge", "s.toml"], lambda: st.merge("s.toml")),
+        (["status", "s.toml"], lambda: st.status(["s.toml"])),
+        (["run", "drive.fmu"], lambda: st.run("drive.fmu")),
         (["trace", "--out", "taken/x"], lambda: st.trace(out="taken/x")),
     ]
     before = os.getcwd()

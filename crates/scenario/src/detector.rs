@@ -340,6 +340,8 @@ fn check(key: &Key, value: Value) -> Result<(), FileError> {
     if (low..=high).contains(&number) && !(whole && number.fract() != 0.0) {
         return Ok(());
     }
-    let written = in_unit(unit, share, Print(number));
+    // As its range is written.
+    let percent = || format!("{} %", standstill_quantity::rounded(number, 2));
+    let written = if share { percent() } else { in_unit(unit, share, Print(number)) };
     Err(FileError::key(&format!("detector.{}", key.name), &written, needed))
 }
