@@ -360,14 +360,13 @@ def fit(
 ) -> dict[str, Any]:
     """A motor from scope traces of pulses at standstill; its data sheet is written to the folder ``out``.
 
-    A waveform that was simulated is such a trace too:
+    The columns are those of an oscilloscope: time, currents, DC link, and what each leg does (``docs/own-motor.md``).
 
-    >>> import standstill as st, tempfile
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = st.trace(method="bipolar", angle=40.0, out=folder)
-    ...     answer = st.fit(folder + "/waveform.csv", out=folder + "/fit")
-    >>> answer["converged"]
-    True
+    >>> import standstill as st
+    >>> st.fit("scope.csv", out="fitted")
+    Traceback (most recent call last):
+    ...
+    standstill.Error: cannot read scope.csv: No such file or directory (os error 2)
     """
     words = ["fit", "--json", *_paths(traces)]
     words += _options({"motor": motor, "set": set, "out": out})
