@@ -32,7 +32,7 @@ environment() {
 wheel() {
     "$venv/bin/pip" install --quiet 'maturin>=1.9,<2' || return 1
     # Built in a folder of its own target, because the crate is a workspace of its own.
-    CARGO_TARGET_DIR=$target/python "$venv/bin/maturin" build --release --quiet --compression-level 9 \
+    CARGO_TARGET_DIR=$target/python "$venv/bin/maturin" build --release --quiet \
         --manifest-path crates/python/Cargo.toml --interpreter "$venv/bin/python" --out "$target/wheels" || return 1
     local newest
     newest=$(ls -t "$target"/wheels/standstill-*.whl | head -1)

@@ -183,9 +183,13 @@ fn number(value: f64, whole: bool) -> Value {
 /// The error for an existing key that takes text or a table instead of numbers.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
-    let message = match message.strip_prefix("invalid type: ").and_then(|rest| rest.split_once(", expected ")) {
-        Some(_) => "its values are no numbers; needed a key whose values are, such as `sensors.noise`, `detector.pulse` or `motor.winding.resistance`".to_owned(),
-        None => message,
+    // What is said of a value of another kind, and not of a number out of its range.
+    let kinds = ["a text in quotes", "true or false", "a table", "a list"];
+    let other = message.split_once(", needed ").is_some_and(|(_, needed)| kinds.contains(&needed));
+    let message = if other {
+        "its values are no numbers; needed a key whose values are, such as `sensors.noise`, `detector.pulse` or `motor.winding.resistance`".to_owned()
+    } else {
+        message
     };
     FileError::Key { place, key, message }
 }

@@ -117,7 +117,11 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
         Command::Completions(options) => Ok(commands::shell::completions(&options)),
         #[cfg(feature = "program")]
         Command::Man(options) => commands::shell::man(&options),
-        Command::Worker => commands::run::isolated::worker(),
+        Command::Worker if cfg!(feature = "program") => commands::run::isolated::worker(),
+        // A host is no program that could be started again as a worker.
+        Command::Worker => {
+            Err(Error::Arguments("a worker is a process of the program `standstill`".to_owned()))
+        }
         #[cfg(feature = "program")]
         Command::Schema => Ok(commands::init::schema()),
     }

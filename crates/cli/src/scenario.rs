@@ -113,6 +113,7 @@ pub fn of_motor(name: &str, keys: &Keys, shorthands: Shorthands) -> Result<Docum
         let named = Shorthands::default().with("MOTOR", "motor", Some(name));
         changed(Document::parse(Path::new("scenario"), "")?, &Keys::default(), named)?
     };
+    says_something(&document, path);
     changed(document, keys, shorthands)
 }
 
@@ -123,6 +124,14 @@ pub fn read(path: &Path) -> Result<Document, Error> {
         tell(&format!("{} is a motor, not a scenario: this is the default scenario with it", path.display()));
     }
     Ok(document)
+}
+
+/// A file without a key is a scenario all the same, and no motor, which its writer may have meant: what stands in its place is said. (`run` and `sweep` say what they simulate anyway.)
+fn says_something(document: &Document, path: &Path) {
+    if document.is_empty() && host::current().is_none() {
+        let file = path.display();
+        tell(&format!("{file} has no key: this is the default scenario, with the motor paper-5k5"));
+    }
 }
 
 /// The same without a word, and whether it is a motor: a built-in one, or a data sheet, which has a name or a nameplate as
@@ -159,6 +168,12 @@ fn named_otherwise(path: &Path) -> Option<String> {
         return Some("a folder".to_owned());
     }
     let kind = path.extension()?.to_str()?.to_ascii_lowercase();
+    if path.exists() && kind == "fmu" {
+        return Some(
+            "an FMU, which is for tools that import them; `standstill trace` simulates what it was written from"
+                .to_owned(),
+        );
+    }
     let tables = ["csv", "txt", "tsv", "npz", "mat", "parquet"];
     (path.exists() && tables.contains(&kind.as_str())).then(|| {
         "a table; `standstill magnetics` takes flux maps, `standstill fit` traces, and a data sheet names its map".to_owned()

@@ -126,7 +126,8 @@ pub static PULSE: Key = Key {
 pub static REST: Key = Key {
     name: "rest",
     about: "How long all switches are open after each line pulse both ways, as a share of the pulse; the current needs a little less than the pulse to decay.",
-    kind: share([1.0, 10.0], "from 100 % to 1000 % of the pulse"),
+    // One per mille of the shortest pulse is one nanosecond, by which a rest must be longer.
+    kind: share([1.001, 10.0], "from 100.1 % to 1000 % of the pulse"),
 };
 
 /// Times that all lines are pulsed.

@@ -19,6 +19,9 @@ pub enum Part {
     Motor,
 }
 
+/// Its key.
+pub const RESOLVER: &str = "sensors.resolver_error";
+
 impl Part {
     /// Its name: that of the binary, and of the scenario among the resources.
     pub const fn name(self) -> &'static str {
@@ -37,11 +40,13 @@ impl Part {
         }
     }
 
-    /// Whether a key of a scenario says something of it.
+    /// Whether a key of a scenario says something of it. The resolver stands for "measured angle" in traces alone: an FMU has the true
+    /// one.
     pub fn has_use_for(self, key: &str) -> bool {
-        self.keys()
-            .iter()
-            .any(|known| key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
+        key != RESOLVER
+            && self.keys().iter().any(|known| {
+                key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+            })
     }
 
     /// The file among the resources that has the scenario.

@@ -7,7 +7,7 @@ use standstill_quantity::rounded;
 use standstill_scenario::{Document, Packed, Scenario, Values, allowed, keys, range};
 use toml::Value;
 
-use crate::model::Part;
+use crate::model::{Part, RESOLVER};
 use crate::units;
 
 /// What the values are.
@@ -312,8 +312,8 @@ fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variab
 }
 
 /// Numbers of inverter and sensors that are no parameters: the PWM period is the communication step and the interval of the clock, which
-/// the description has; and the resolver stands for "measured angle" in traces alone.
-const NOT_INSIDE: [&str; 2] = ["inverter.carrier", "sensors.resolver_error"];
+/// the description has; and there is no resolver.
+const NOT_INSIDE: [&str; 2] = ["inverter.carrier", RESOLVER];
 
 fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let is = |key: &str| {

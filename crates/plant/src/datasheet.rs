@@ -5,10 +5,12 @@ mod entries;
 mod error;
 mod extras;
 mod keyed;
+mod lacking;
 mod map;
 mod nameplate;
 mod place;
 mod sourced;
+mod wording;
 
 use std::fmt;
 use std::path::Path;
@@ -31,7 +33,7 @@ use self::extras::HysteresisTable;
 pub use self::keyed::{TableError, read_keyed};
 use self::map::{Beyond, MapTable};
 use self::nameplate::NameplateTable;
-pub use self::place::{key_span, line_of};
+pub use self::place::{key_span, line_of, quoted};
 use crate::{Files, FluxMap, MapError, MapLayout, MapReport, MapSamples};
 
 /// Where a number comes from.
@@ -221,14 +223,6 @@ fn untitled() -> String {
     "A motor by its data sheet".to_owned()
 }
 
-/// The table at a path within another; an empty path is that itself.
-fn below<'a>(table: &'a mut Table, path: &str) -> Option<&'a mut Table> {
-    path.split('.').filter(|part| !part.is_empty()).try_fold(table, |table, part| match table.get_mut(part) {
-        Some(Value::Table(below)) => Some(below),
-        _ => None,
-    })
-}
-
 impl DataSheet {
     /// From the text of a file; `file` is its name for error messages.
     ///
@@ -279,28 +273,10 @@ impl DataSheet {
 
     /// The one place where a data sheet is read from a table. Keys that one table lacks are named all at once.
     fn of_table(table: Table) -> Result<Self, TableError> {
-        let mut tried = table;
-        let mut error = match Self::of_values(&tried) {
-            Ok(sheet) => return Ok(sheet),
-            Err(error) => error,
-        };
-        let mut lacking: Vec<String> = Vec::new();
-        let mut found = Some(error.clone());
-        while let Some(field) =
-            found.as_ref().filter(|found| found.key == error.key).and_then(TableError::lacks)
-        {
-            let Some(place) = below(&mut tried, &error.key) else { break };
-            // What is read as a number of whichever unit, so that the next one shows.
-            place.insert(field.to_owned(), Value::Float(0.0));
-            lacking.push(format!("`{field}`"));
-            found = Self::of_values(&tried).err();
-        }
-        if let [rest @ .., last] = &lacking[..]
-            && !rest.is_empty()
-        {
-            error.message = format!("missing fields {} and {last}", rest.join(", "));
-        }
-        Err(error)
+        Self::of_values(&table).map_err(|error| match error.lacks() {
+            Some(_) => lacking::all(&error, table, |tried| Self::of_values(tried).err()),
+            None => error,
+        })
     }
 
     fn of_values(table: &Table) -> Result<Self, TableError> {

@@ -120,7 +120,11 @@ impl Files {
         if bytes.len() > MOST_TEXT {
             return Err(too_large(bytes.len() as u64, MOST_TEXT as u64));
         }
-        let text = str::from_utf8(&bytes).map_err(|error| io::Error::new(io::ErrorKind::InvalidData, error));
+        let text = str::from_utf8(&bytes).map_err(|error| {
+            let byte = error.valid_up_to() + 1;
+            let found = format!("found no text (byte {byte} is not UTF-8), needed one");
+            io::Error::new(io::ErrorKind::InvalidData, found)
+        });
         text.map(str::to_owned)
     }
 

@@ -46,7 +46,7 @@ pub use winding::{Winding, rotor_angle_from_lines};
 
 // What the sister crates need of each other.
 #[doc(hidden)]
-pub use datasheet::{TableError, key_span, line_of, read_keyed};
+pub use datasheet::{TableError, key_span, line_of, quoted, read_keyed};
 #[doc(hidden)]
 pub use files::read_at_most;
 #[doc(hidden)]

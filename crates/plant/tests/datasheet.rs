@@ -249,3 +249,43 @@ fn regress_all_keys_that_a_table_lacks_are_named_at_once() {
     let other = message("[hysteresis]\ndepth = 0.05\nwidth = 3");
     assert!(other.contains("unknown field `width`"), "{other}");
 }
+
+#[test]
+fn regress_missing_tables_and_tables_that_are_none_are_named() {
+    let message = |text: &str| DataSheet::parse("m.toml", text).unwrap_err().to_string();
+    for (text, said) in [
+        (
+            "",
+            "m.toml: missing `name` and the tables [rating], [winding] and [rotor], or [nameplate] with what a motor's owner knows",
+        ),
+        (
+            "name = \"m\"\n[rating]\ncurrent = 8\n[winding]",
+            "m.toml: line 4, `winding`: missing fields `pole_pairs` and `resistance`",
+        ),
+        (
+            "nameplate = [1, 2]",
+            "m.toml: line 1, `nameplate`: found a list, needed a table, which begins with [nameplate]",
+        ),
+        ("name = \"m\"\nwinding = 3", "m.toml: line 2, `winding`: found 3, needed a table"),
+        (
+            "rotor = true\n[nameplate]",
+            "m.toml: line 1, `rotor`: found true, needed a table, which begins with [rotor]",
+        ),
+        ("name = 3", "m.toml: line 1, `name`: found 3, needed a text in quotes"),
+        // A part with dots keeps its quotes, and is found by them.
+        (
+            "\n[rotor]\n\"inertia.value\" = 3",
+            "m.toml: line 3, `rotor.\"inertia.value\"`: unknown field `inertia.value`",
+        ),
+    ] {
+        let found = message(text);
+        assert!(found.starts_with(said), "{text}\n{found}");
+    }
+    // What lacks only tables says so, and no name of a type stands in any message.
+    let base = include_str!("../motors/paper-5k5.toml");
+    let without = base.split("[rotor]").next().expect("a begin");
+    assert_eq!(
+        message(without),
+        "m.toml: missing the table [rotor], or [nameplate] with what a motor's owner knows"
+    );
+}

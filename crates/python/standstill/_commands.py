@@ -42,6 +42,11 @@ def _plain(value: Any) -> str:
     return value if isinstance(value, str) else os.fspath(value) if isinstance(value, os.PathLike) else toml(value)
 
 
+def _paths(paths: Iterable[Pathlike] | Pathlike) -> list[str]:
+    """Several paths, or one: a text is no list of its letters."""
+    return [os.fspath(path) for path in ([paths] if isinstance(paths, (str, os.PathLike)) else paths)]
+
+
 def _words(command: str, source: Scenario | Pathlike | None) -> tuple[list[str], tuple[str, str] | None]:
     if source is None:
         return [command], None
@@ -179,14 +184,23 @@ def shard(
 
 
 def merge(
-    folders: Iterable[Pathlike], /, *, out: Pathlike | None = None, format: str = "csv", progress: Progress = None
+    folders: Iterable[Pathlike] | Pathlike, /, *, out: Pathlike | None = None, format: str = "csv", progress: Progress = None
 ) -> Results:
-    """The shards in these folders, put together as the whole run would have been."""
-    words = ["merge", *(os.fspath(folder) for folder in folders)]
+    """The shards in these folders, or in one folder, put together as the whole run would have been.
+
+    >>> import standstill as st, tempfile
+    >>> text = 'trials = 60\\n[detector]\\nmethod = "bipolar"'
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = [st.shard(text, f"{k}/3", out=folder) for k in (1, 2, 3)]
+    ...     together = st.merge(folder)
+    >>> len(together), together.summary["wrong_poles"]
+    (60, 0)
+    """
+    words = ["merge", *_paths(folders)]
     return _carried_out(words, None, out, progress, {"format": format})
 
 
-def status(folders: Iterable[Pathlike], /) -> dict[str, Any]:
+def status(folders: Iterable[Pathlike] | Pathlike, /) -> dict[str, Any]:
     """Which shards in these folders are done, running, begun, missing or damaged.
 
     >>> import standstill as st, tempfile
@@ -196,7 +210,7 @@ def status(folders: Iterable[Pathlike], /) -> dict[str, Any]:
     >>> status["array"], status["counts"]["done"]
     ('1,3,4', 1)
     """
-    words = ["status", "--json", *(os.fspath(folder) for folder in folders)]
+    words = ["status", "--json", *_paths(folders)]
     answer: dict[str, Any] = json.loads(_standstill.command(words)[1])
     return answer
 
@@ -218,7 +232,13 @@ def trace(
     format: str = "csv",
 ) -> Trace:
     """One trial of a scenario, every waveform of it: see :class:`Trace`. With ``out`` the files of ``standstill trace`` are
-    written too."""
+    written too.
+
+    >>> import standstill as st
+    >>> trace = st.trace(method="bipolar", angle=40.0)
+    >>> trace.result["outcome"], len(trace.waveform) > 100
+    ('found', True)
+    """
     words, given = _words("trace", scenario)
     options = {"point": point, "trial": trial, "angle": angle, "method": method, "motor": motor, "errors": errors}
     options |= {"rotor": rotor, "seed": seed, "verify": verify, "format": format}
@@ -330,7 +350,7 @@ def motors(name: str | None = None, /) -> dict[str, Any]:
 
 
 def fit(
-    traces: Iterable[Pathlike],
+    traces: Iterable[Pathlike] | Pathlike,
     /,
     *,
     motor: str | None = None,
@@ -338,8 +358,17 @@ def fit(
     out: Pathlike,
     progress: Progress = None,
 ) -> dict[str, Any]:
-    """A motor from scope traces of pulses at standstill; its data sheet is written to the folder ``out``."""
-    words = ["fit", "--json", *(os.fspath(path) for path in traces)]
+    """A motor from scope traces of pulses at standstill; its data sheet is written to the folder ``out``.
+
+    The columns are those of an oscilloscope: time, currents, DC link, and what each leg does (``docs/own-motor.md``).
+
+    >>> import standstill as st
+    >>> st.fit("scope.csv", out="fitted")
+    Traceback (most recent call last):
+    ...
+    standstill.Error: cannot read scope.csv: No such file or directory (os error 2)
+    """
+    words = ["fit", "--json", *_paths(traces)]
     words += _options({"motor": motor, "set": set, "out": out})
     answer: dict[str, Any] = json.loads(_standstill.command(words, None, True, progress)[1])
     return answer
@@ -379,7 +408,14 @@ def require(
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
-    """What a part must do: the largest or smallest value of a key with which limits such as "rms <= 1 deg" hold."""
+    """What a part must do: the largest or smallest value of a key with which limits such as "rms <= 1 deg" hold.
+
+    >>> import standstill as st
+    >>> text = '[detector]\\nmethod = "line-inductance-fast"'
+    >>> answer = st.require(text, key="sensors.gain_error", limit="rms <= 2 deg", most=2000)
+    >>> answer["answer"], 0.001 < answer["low"] < answer["high"] < 0.1
+    ('at most', True)
+    """
     options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out}
     answer: dict[str, Any] = _answer("require", scenario, progress, **options, threads=threads)
     return answer
@@ -395,7 +431,13 @@ def odds(
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
-    """The probability of a rare event such as "wrong-pole" or "|e| > 3 deg", down to one in a billion."""
+    """The probability of a rare event such as "wrong-pole" or "|e| > 3 deg", down to one in a billion.
+
+    >>> import standstill as st
+    >>> answer = st.odds('[detector]\\nmethod = "bipolar"', event="|e| > 0.2 deg")
+    >>> 0.0 < answer["low"] <= answer["probability"] <= answer["high"] < 0.5
+    True
+    """
     answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, threads=threads)
     return answer
 

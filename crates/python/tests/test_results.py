@@ -140,6 +140,7 @@ def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
 def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
     (tmp_path / "s.toml").write_text("trials = 10\n[sensors]\nnose = 1\n")
     (tmp_path / "taken").write_text("a file")
+    (tmp_path / "drive.fmu").write_bytes(b"PK\x03\x04\xff")
     cases = [
         (["run", "s.toml"], lambda: st.run("s.toml")),
         (["run", "nowhere.toml"], lambda: st.run("nowhere.toml")),
@@ -148,6 +149,9 @@ def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
         (["run", "s.toml", "--trials", "0", "--json"], lambda: st.run("s.toml", trials=0)),
         (["odds", "s.toml", "--event", "luck", "--json"], lambda: st.odds("s.toml", event="luck")),
         (["merge", "nowhere"], lambda: st.merge(["nowhere"])),
+        (["merge", "s.toml"], lambda: st.merge("s.toml")),
+        (["status", "s.toml"], lambda: st.status(["s.toml"])),
+        (["run", "drive.fmu"], lambda: st.run("drive.fmu")),
         (["trace", "--out", "taken/x"], lambda: st.trace(out="taken/x")),
     ]
     before = os.getcwd()
@@ -161,7 +165,7 @@ def test_law_errors_have_the_text_of_the_command_line(tmp_path: Path) -> None:
             assert f"standstill: {error.value}\n" == done.stderr
     finally:
         os.chdir(before)
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["s.toml", "taken"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["drive.fmu", "s.toml", "taken"]
 
 
 def test_law_other_threads_run_meanwhile() -> None:
@@ -201,6 +205,16 @@ def test_law_progress_is_told_and_what_it_raises_ends_the_run() -> None:
     with pytest.raises(RuntimeError, match="enough"):
         st.run('trials = 4000000\n[detector]\nmethod = "bipolar"', progress=enough)
     assert time.perf_counter() - begun < 5.0
+
+
+def test_law_a_trace_is_fitted_as_by_the_command_line(tmp_path: Path) -> None:
+    trace = Path(__file__).parents[3] / "examples/traces/six_vectors.csv"
+    said = json.loads(command_line("fit", str(trace), "--json", "--out", "a", cwd=tmp_path))
+    answer = st.fit(trace, out=tmp_path / "b")
+    assert answer["converged"] and answer["parameters"] == said["parameters"]
+    # What each fitted is a motor.
+    sheets = [sorted((tmp_path / of).glob("*.toml")) for of in "ab"]
+    assert [sheet.read_text() for sheet in sheets[0]] == [sheet.read_text() for sheet in sheets[1]] != []
 
 
 INTERRUPTED = """

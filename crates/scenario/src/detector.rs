@@ -153,7 +153,7 @@ impl<'de> Deserialize<'de> for DetectorTable {
             type Value = DetectorTable;
 
             fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
-                f.write_str("struct DetectorTable")
+                f.write_str("a table")
             }
 
             fn visit_map<M: MapAccess<'de>>(self, mut map: M) -> Result<DetectorTable, M::Error> {
@@ -340,6 +340,8 @@ fn check(key: &Key, value: Value) -> Result<(), FileError> {
     if (low..=high).contains(&number) && !(whole && number.fract() != 0.0) {
         return Ok(());
     }
-    let written = in_unit(unit, share, Print(number));
+    // As its range is written.
+    let percent = || format!("{} %", standstill_quantity::rounded(number, 2));
+    let written = if share { percent() } else { in_unit(unit, share, Print(number)) };
     Err(FileError::key(&format!("detector.{}", key.name), &written, needed))
 }

@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use standstill_detect::{MethodName, SettingsError};
-use standstill_plant::{Files, MotorError, TableError, TemperatureError, key_span, line_of, read_keyed};
+use standstill_plant::{
+    Files, MotorError, TableError, TemperatureError, key_span, line_of, quoted, read_keyed,
+};
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
@@ -109,8 +111,9 @@ impl FileError {
         let (key, message) = match unknown(&message) {
             Some((word, known)) => {
                 // Serde's path ends at the table for some formats and at the key for others.
-                let table = path.strip_suffix(&word).unwrap_or(path).trim_end_matches(['.', '?']);
-                let key = if table.is_empty() { word.clone() } else { format!("{table}.{word}") };
+                let written = quoted(&word);
+                let table = path.strip_suffix(&*written).unwrap_or(path).trim_end_matches(['.', '?']);
+                let key = if table.is_empty() { written.to_string() } else { format!("{table}.{written}") };
                 let key = if message.starts_with("unknown variant") { table.to_owned() } else { key };
                 (key, suggest(&message, table, &word, &known))
             }
@@ -360,10 +363,12 @@ impl Document {
         if !place.is_empty() {
             return FileError::Key { place, key, message };
         }
+        // What is set is noted without quotes around parts with dots.
+        let plain = key.replace('"', "");
         let by_change = self.changed.iter().rev().find(|(changed, _)| {
-            key == *changed
-                || changed.starts_with(&format!("{key}."))
-                || key.starts_with(&format!("{changed}."))
+            plain == *changed
+                || changed.starts_with(&format!("{plain}."))
+                || plain.starts_with(&format!("{changed}."))
         });
         let file = self.file.display();
         let place = match (by_change, key_span(&self.text, &key)) {

@@ -1,7 +1,7 @@
 //! What the numbers of the tables `inverter` and `sensors` may be: one place for whoever checks and whoever tells.
 
 use standstill_interface::Nanos;
-use standstill_quantity::{Quantity, Unit};
+use standstill_quantity::{Quantity, Scale, Unit};
 
 use super::document::FileError;
 
@@ -145,13 +145,35 @@ pub(super) fn in_range<U: Unit>(
     if (low..=high).contains(&value.value()) {
         Ok(value.value())
     } else {
-        Err(FileError::key(key, &value.to_string(), needed))
+        Err(FileError::key(key, &readable(value), needed))
     }
+}
+
+/// A value in the unit that suits it, as the ranges are written: not 0.02 µF where nanofarads are allowed.
+fn readable<U: Unit>(value: Quantity<U>) -> String {
+    let si = value.value();
+    let scale = Scale::suiting(U::SYMBOL, si.abs());
+    // Shares are written in per cent, and what is too large or small for any prefix as it was.
+    let readable = scale.number(si);
+    if U::SYMBOL.is_empty() || !(1e-3..1e6).contains(&readable.abs()) {
+        return value.to_string();
+    }
+    format!("{readable} {}", scale.unit)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn regress_values_are_found_in_the_unit_in_which_ranges_are_written() {
+        let found = |text: &str| crate::tests::error(text);
+        for (value, said) in [("20 nF", "found 20 nF"), ("0.05 nF", "found 50 pF"), ("47 uF", "found 47 µF")]
+        {
+            let message = found(&format!("[inverter]\nterminal_capacitance = \"{value}\""));
+            assert!(message.contains(said) && message.contains("from 0.1 nF to 10 nF"), "{message}");
+        }
+    }
 
     #[test]
     fn law_every_number_of_the_tables_has_a_range() {

@@ -12,6 +12,11 @@ use super::tables::ScenarioFile;
 use crate::Scenario;
 
 impl Document {
+    /// Whether it has no key.
+    pub fn is_empty(&self) -> bool {
+        self.table.is_empty()
+    }
+
     /// The tables of a document that is one scenario, with the same motor in all trials.
     ///
     /// # Errors

@@ -74,6 +74,8 @@ pub enum ShardsError {
     Journal(JournalError),
     /// A folder has no journal.
     None(PathBuf),
+    /// A file where a folder is needed.
+    File(PathBuf),
     /// Two have the same part.
     Overlap {
         /// Which.
@@ -131,6 +133,11 @@ impl fmt::Display for ShardsError {
                 f,
                 "{} has no journal of a shard (run.journal or shard-I-of-N.journal, as `--shard I/N` leaves it)",
                 folder.display()
+            ),
+            Self::File(path) => write!(
+                f,
+                "{}: found a file, needed the folder with the journals of a run's shards, as `--shard I/N` leaves them",
+                path.display()
             ),
             Self::Overlap { shard, first, second } => {
                 write!(f, "shard {shard} is there twice: {} and {}", first.display(), second.display())
@@ -278,6 +285,9 @@ pub(super) fn journals(folders: &[PathBuf]) -> Result<Vec<PathBuf>, ShardsError>
         // A folder named twice is no shard there twice.
         if seen.contains(&real) {
             continue;
+        }
+        if real.is_file() {
+            return Err(ShardsError::File(folder.clone()));
         }
         seen.push(real);
         let entries = std::fs::read_dir(folder).map_err(io)?;

@@ -85,12 +85,12 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     text.push('\n');
     text += &Table::new(columns()).judged(suitability.candidates.iter().map(cells)).text();
     if let Some(candidate) = recommended {
-        let _ = writeln!(
-            text,
-            "\nRecommended: {}, {} times better\nthan demanded in error and in movement",
-            candidate.method,
-            factor(candidate.margin)
+        let margin = factor(candidate.margin);
+        let said = format!(
+            "Recommended: {}, {margin} times better than demanded in error and in movement",
+            candidate.method
         );
+        let _ = write!(text, "\n{}", paragraph("", &said));
         for (name, value) in
             settings(&candidate.settings, suitability.has_magnet && !suitability.pole_is_open())
         {

@@ -245,7 +245,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         (tone, row.cells(k.checked_sub(1).map(|before| &rows[before]), digits))
     });
     text += &Table::new(columns()).judged(lines).headed().text();
-    text += LEGEND;
+    let _ = write!(text, "\n{}", paragraph("", LEGEND));
     if let Some(note) = motor.pole_knowledge().note().filter(|_| motor.has_magnet()) {
         let _ = writeln!(text, "wrong, undet.: {note}.");
     }
@@ -259,10 +259,6 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-const LEGEND: &str = "
-rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole;
-failed: no angle. ms, peak A, J: time, largest current and mean energy of a
-detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from the
-method's samples (line pulses without the polarity test that follows);
-eff.: limit / rms.
-";
+const LEGEND: &str = "rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
+     time, largest current and mean energy of a detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from the \
+     method's samples (line pulses without the polarity test that follows); eff.: limit / rms.";

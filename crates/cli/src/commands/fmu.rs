@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use standstill_fmu::{Binary, Model, Part, Version, pack};
+use standstill_fmu::{Binary, Model, Part, RESOLVER, Version, pack};
 use standstill_interface::Choice;
 use standstill_plant::read_at_most;
 use standstill_quantity::listed;
@@ -89,6 +89,9 @@ fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(),
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
     let (found, why) = match part {
+        Part::Drive if key == RESOLVER => {
+            ("in an FMU, which has no resolver", "`true.angle` is without error")
+        }
         Part::Drive => ("in an FMU, which the importing tool runs", "the algorithm is that tool's"),
         Part::Motor => ("in an FMU of the motor alone", "inverter and sensors are in `--part drive`"),
     };

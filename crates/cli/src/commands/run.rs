@@ -65,7 +65,11 @@ fn document_of(options: &Run) -> Result<Document, Error> {
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
-    let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
+    let plan = if cfg!(feature = "program") && options.isolate {
+        isolated::plan(&document)?
+    } else {
+        Plan::new(document)?
+    };
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;
     let out = &options.results.out;

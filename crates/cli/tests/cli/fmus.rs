@@ -25,7 +25,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
-    let cases: [(&[&str], &str); 16] = [
+    let cases: [(&[&str], &str); 17] = [
         (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
         (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
         (&["fmu", "paper-5k5", "-s", "inverter.dead_time=-1", "-o", "x.fmu"], "`inverter.dead_time`"),
@@ -58,6 +58,10 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         (
             &["fmu", "paper-5k5", "-s", "detector.pulse=80us", "-o", "x.fmu"],
             "`detector.pulse`: found in an FMU, which the importing tool runs, needed a key of `motor`, `rotor`, `inverter`, `sensors`",
+        ),
+        (
+            &["fmu", "paper-5k5", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
+            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of",
         ),
         (&["fmu", "paper-5k5", "-o", "axes.toml"], "axes.toml is no FMU"),
         (&["fmu", "paper-5k5", "-o", ".."], "must be a file"),

@@ -24,6 +24,7 @@ mod printed;
 mod questions;
 mod scenarios;
 mod terminal;
+mod wording;
 
 use std::fs;
 use std::path::Path;

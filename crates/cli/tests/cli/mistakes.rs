@@ -21,6 +21,7 @@ const KEYS: &[Case] = &[
     ("A decimal comma", "[sensors]\nnoise = \"0,02 A\"", &["run", "s.toml"]),
     ("A value that cannot be", "[inverter]\ncarrier = \"10 MHz\"", &["run", "s.toml"]),
     ("A text without quotes", "[sensors]\nnoise = 20 mA", &["run", "s.toml"]),
+    ("A count in quotes", "trials = \"2000\"", &["run", "s.toml"]),
     (
         "A setting that the method does not have",
         "[detector]\nmethod = \"hfi-rotating\"\npulse = \"80 us\"",
@@ -33,6 +34,7 @@ const KEYS: &[Case] = &[
 ];
 
 const MOTORS: &[Case] = &[
+    ("A data sheet that is none yet", "name = \"pump\"", &["check", "s.toml"]),
     ("A motor that is not built in", "motor = \"paper\"", &["run", "s.toml"]),
     ("A data sheet that is not there", "motor = \"motors/mine.toml\"", &["run", "s.toml"]),
     (

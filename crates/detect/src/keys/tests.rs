@@ -82,3 +82,23 @@ fn law_the_error_of_a_pole_is_a_key_only_where_the_rule_knows_one() {
     let fixed = Method::<f64>::suited(MethodName::MaximumLikelihood, &PLATE);
     assert!(adaptive.get(&DEVIATION).is_some() && fixed.get(&DEVIATION).is_none());
 }
+
+#[test]
+fn regress_every_rest_in_the_stated_range_works() {
+    let Kind::Number { range, .. } = REST.kind else { panic!("a number") };
+    for name in [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::MaximumLikelihoodAdaptive] {
+        for (share, pulse) in range.into_iter().flat_map(|share| [1e-6, 60e-6].map(|pulse| (share, pulse))) {
+            let mut method = Method::<f64>::suited(name, &PLATE);
+            assert!(method.set(&PULSE, Value::Number(pulse)));
+            if !method.set(&REST, Value::Number(share)) {
+                continue;
+            }
+            // Of a pulse so short other settings may not fit, but never the rest.
+            let refused = method.detector().err().map(|error| error.setting);
+            assert!(
+                !refused.is_some_and(|setting| setting.contains("rest")),
+                "{name} {share} {pulse}: {refused:?}"
+            );
+        }
+    }
+}

@@ -4,14 +4,17 @@
 use std::fmt;
 
 use serde::de::value::StrDeserializer;
-use serde::de::{DeserializeOwned, DeserializeSeed, Error, IntoDeserializer, Unexpected, Visitor};
+use serde::de::{DeserializeOwned, DeserializeSeed, Error, Expected, IntoDeserializer, Unexpected, Visitor};
 use serde::{Deserializer, forward_to_deserialize_any};
 use toml::Value;
+
+use super::place::quoted;
+use super::wording;
 
 /// What is wrong with a table, and with which of its keys.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TableError {
-    /// The path of the key; empty if it is the table itself.
+    /// The path of the key as TOML writes it, so with quotes around a part that has dots; empty if it is the table itself.
     pub key: String,
     /// What is wrong.
     pub message: String,
@@ -26,7 +29,7 @@ pub struct TableError {
 /// let value = "phases = [[1, 2], [3, true]]".parse::<toml::Table>()?;
 /// let error = read_keyed::<std::collections::BTreeMap<String, Vec<Vec<i32>>>>(Value::Table(value)).unwrap_err();
 /// assert_eq!(error.key, "phases[1][1]");
-/// assert_eq!(error.message, "invalid type: boolean `true`, expected i32");
+/// assert_eq!(error.message, "found true, needed a whole number");
 /// # Ok::<(), toml::de::Error>(())
 /// ```
 pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
@@ -35,7 +38,12 @@ pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
 
 impl TableError {
     /// The same, seen from one table further out, where it stands under this key.
-    fn below(mut self, outer: &str) -> Self {
+    fn below(self, key: &str) -> Self {
+        self.inside(&quoted(key))
+    }
+
+    /// The same, seen from one step further out: a key of a table as it is written, or a place in a list.
+    fn inside(mut self, outer: &str) -> Self {
         let dot = if self.key.is_empty() || self.key.starts_with('[') { "" } else { "." };
         self.key.insert_str(0, dot);
         self.key.insert_str(0, outer);
@@ -55,22 +63,46 @@ impl Error for TableError {
     fn custom<T: fmt::Display>(message: T) -> Self {
         Self { key: String::new(), message: message.to_string() }
     }
+
+    fn invalid_type(found: Unexpected<'_>, needed: &dyn Expected) -> Self {
+        Self::custom(format_args!("found {}, needed {}", wording::found(found), wording::needed(needed)))
+    }
+
+    fn invalid_value(found: Unexpected<'_>, needed: &dyn Expected) -> Self {
+        Self::invalid_type(found, needed)
+    }
+
+    fn invalid_length(length: usize, needed: &dyn Expected) -> Self {
+        Self::custom(format_args!("found a list of {length}, needed {}", wording::needed(needed)))
+    }
+}
+
+/// As serde has it, but for dates and times.
+fn unexpected(value: &Value) -> Option<Unexpected<'_>> {
+    Some(match value {
+        Value::String(text) => Unexpected::Str(text),
+        Value::Integer(number) => Unexpected::Signed(*number),
+        Value::Float(number) => Unexpected::Float(*number),
+        Value::Boolean(flag) => Unexpected::Bool(*flag),
+        Value::Array(_) => Unexpected::Seq,
+        Value::Table(_) => Unexpected::Map,
+        Value::Datetime(_) => return None,
+    })
+}
+
+/// A value in the words of messages.
+pub(super) fn in_words(value: &Value) -> String {
+    unexpected(value)
+        .map_or_else(|| format!("the date or time {value}"), |value| wording::found(value).into_owned())
 }
 
 struct Keyed(Value);
 
 impl Keyed {
-    fn wrong(&self, expected: &dyn serde::de::Expected) -> TableError {
-        let unexpected = match &self.0 {
-            Value::String(text) => Unexpected::Str(text),
-            Value::Integer(number) => Unexpected::Signed(*number),
-            Value::Float(number) => Unexpected::Float(*number),
-            Value::Boolean(flag) => Unexpected::Bool(*flag),
-            Value::Datetime(date) => {
-                return TableError::custom(format!("found the date or time {date}, which no key has"));
-            }
-            Value::Array(_) => Unexpected::Seq,
-            Value::Table(_) => Unexpected::Map,
+    fn wrong(&self, expected: &dyn Expected) -> TableError {
+        let Some(unexpected) = unexpected(&self.0) else {
+            let found = &self.0;
+            return TableError::custom(format!("found the date or time {found}, which no key has"));
         };
         TableError::invalid_type(unexpected, expected)
     }
@@ -86,7 +118,10 @@ impl<'de> Deserializer<'de> for Keyed {
                 let found = visitor.visit_seq(&mut items)?;
                 match items.values.len() {
                     0 => Ok(found),
-                    more => Err(TableError::invalid_length(items.next + more, &"fewer elements")),
+                    more => {
+                        let needed = format!("a list of {}", items.next);
+                        Err(TableError::invalid_length(items.next + more, &needed.as_str()))
+                    }
                 }
             }
             _ => self.deserialize_struct("", &[], visitor),
@@ -179,7 +214,7 @@ impl<'de> serde::de::SeqAccess<'de> for &mut Items {
         let Some(value) = self.values.next() else { return Ok(None) };
         self.next += 1;
         let found = seed.deserialize(Keyed(value));
-        found.map(Some).map_err(|error| error.below(&format!("[{}]", self.next - 1)))
+        found.map(Some).map_err(|error| error.inside(&format!("[{}]", self.next - 1)))
     }
 }
 
@@ -224,15 +259,19 @@ mod tests {
         assert_eq!(whole, Ok(Outer { inner: Some(inner), pair: (1, 2.5) }));
         assert_eq!(read(pair), Ok(Outer { inner: None, pair: (1, 2.5) }));
         for (text, key, message) in [
-            ("pair = [1, true]", "pair[1]", "invalid type: boolean `true`, expected f64"),
-            ("pair = [300, 2.5]", "pair[0]", "invalid value: integer `300`, expected u8"),
-            ("pair = [1, 2.5, 3]", "pair", "invalid length 3, expected fewer elements"),
+            ("pair = [1, true]", "pair[1]", "found true, needed a number"),
+            ("pair = [300, 2.5]", "pair[0]", "found 300, needed a whole number from 0 to 255"),
+            ("pair = [1, 2.5, 3]", "pair", "found a list of 3, needed a list of 2"),
+            ("pair = [1]", "pair", "found a list of 1, needed a list of 2"),
+            ("pair = { a = 1 }", "pair", "found a table, needed a list of 2"),
             ("pair = 1979-05-27", "pair", "found the date or time 1979-05-27, which no key has"),
             ("inner = {}", "inner", "missing field `resistance`"),
-            ("inner = [1, 2]", "inner", "invalid type: sequence, expected struct Inner"),
+            ("inner = [1, 2]", "inner", "found a list, needed a table"),
+            ("\"inner.resistance\" = 1", "\"inner.resistance\"", "unknown field `inner.resistance`"),
+            ("inner = { \"kind.of\" = 1 }", "inner.\"kind.of\"", "unknown field `kind.of`"),
             ("inner.resistence = 1", "inner.resistence", "unknown field `resistence`"),
             ("inner.resistance = \"3 mH\"", "inner.resistance", "`3 mH` is not a finite number in Ω"),
-            ("inner = { resistance = 1, kind = 3 }", "inner.kind", "invalid type: integer `3`"),
+            ("inner = { resistance = 1, kind = 3 }", "inner.kind", "found 3, needed a text in quotes"),
             ("inner = { resistance = 1, kind = \"wye\" }", "inner.kind", "unknown variant `wye`"),
             ("", "", "missing field `pair`"),
         ] {

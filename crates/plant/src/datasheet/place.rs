@@ -1,5 +1,6 @@
 //! Where a key stands in a text.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use toml::de::{DeTable, DeValue};
@@ -13,6 +14,10 @@ use toml::de::{DeTable, DeValue};
 /// assert_eq!(key_span(text, "winding.resistance"), Some(10..20));
 /// assert_eq!(key_span(text, "winding.leakage"), Some(1..8));
 /// assert_eq!(key_span(text, "rotor"), None);
+/// // A part with dots may be written in quotes, and a place in a list is that of the list.
+/// let text = "[axes]\n\"sensors.noise\" = [1, 2]\n";
+/// assert_eq!(key_span(text, "axes.sensors.noise"), Some(7..22));
+/// assert_eq!(key_span(text, "axes.\"sensors.noise\"[1]"), Some(7..22));
 /// ```
 pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
     let root = DeTable::parse(text).ok()?;
@@ -20,9 +25,22 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
     let mut found = None;
     let mut rest = key;
     while !rest.is_empty() {
-        // Some keys have dots in them.
         let named = |wanted: &str| table.iter().find(|(name, _)| name.get_ref().as_ref() == wanted);
-        let heads = std::iter::successors(Some(rest), |head| head.rsplit_once('.').map(|(head, _)| head));
+        if rest.starts_with('"') {
+            let written = |name: &str| rest.strip_prefix(quoted(name).as_ref()).map(str::len);
+            let Some((left, name, value)) =
+                table.iter().find_map(|(name, value)| Some((written(name.get_ref())?, name, value)))
+            else {
+                break;
+            };
+            rest = rest[rest.len() - left..].trim_start_matches('.');
+            found = Some(name.span());
+            let DeValue::Table(below) = value.get_ref() else { break };
+            table = below;
+            continue;
+        }
+        // Some keys have dots in them; of a list, its place in it does not count.
+        let heads = std::iter::successors(Some(rest), |head| head.rfind(['.', '[']).map(|end| &head[..end]));
         let Some((head, (name, value))) = heads.into_iter().find_map(|head| Some((head, named(head)?)))
         else {
             break;
@@ -33,6 +51,18 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
         table = below;
     }
     found
+}
+
+/// A part of a key's path as TOML writes it: in quotes where it is not of letters, digits, dashes and underscores alone.
+///
+/// ```
+/// use standstill_plant::quoted;
+///
+/// assert_eq!((quoted("L_d").as_ref(), quoted("sensors.noise").as_ref()), ("L_d", "\"sensors.noise\""));
+/// ```
+pub fn quoted(part: &str) -> Cow<'_, str> {
+    let bare = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+    if !part.is_empty() && part.chars().all(bare) { part.into() } else { format!("{part:?}").into() }
 }
 
 /// The number of the line, from 1, in which this byte of a text stands.

@@ -52,10 +52,19 @@ pub(crate) struct Legend {
     pub entries: Vec<Entry>,
 }
 
+/// The entries of all panels that have some.
+pub(crate) fn legends(figure: &Figure) -> Vec<Legend> {
+    let of = |(panel, own): (usize, &Panel)| {
+        let title = markup::quantity(&own.y.label).0.to_owned();
+        Legend { panel, title, entries: legend::entries(own) }
+    };
+    figure.panels.iter().enumerate().map(of).filter(|legend| !legend.entries.is_empty()).collect()
+}
+
 /// The chart of a figure, and the JSON from which scripts draw it: `data`, `layout`, `steps`, the distances of
 /// ticks by axis, which must become automatic when the view is smaller, and `logs`, the axes to mark in decades.
 pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
-    let mut chart = Chart::default();
+    let mut chart = Chart { legend: legends(figure), ..Chart::default() };
     let height = (f64::from(figure.height) - TITLES).max(200.0);
     let unified = figure.panels.iter().flat_map(|panel| &panel.layers).all(read_together);
     let (mut layout, mut steps, mut logs) = (Map::new(), Map::new(), Vec::new());
@@ -81,11 +90,6 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
             };
             for layer in &panel.layers {
                 traces::add(&mut chart, &place, layer);
-            }
-            let entries = legend::entries(panel);
-            if !entries.is_empty() {
-                let title = markup::quantity(&panel.y.label).0.to_owned();
-                chart.legend.push(Legend { panel: index, title, entries });
             }
             chart.frame(&x, &y);
             if !extent::has_data(panel) {

@@ -224,21 +224,31 @@ fn chart(chart: &Chart) -> Result<Markup, PageError> {
     // Both are texts of the page; drawn as well, they would be read twice.
     let untitled = Figure { title: String::new(), subtitle: None, ..figure.clone() };
     let picture = untitled.svg().map_err(|why| PageError::Figure { id: chart.id.clone(), why })?;
-    let (interactive, data) = plotly::chart(figure);
-    let summary = summary(figure, &interactive.legend);
+    let legends = plotly::legends(figure);
+    let summary = summary(figure, &legends);
+    // Decided when this is compiled: what no page shows is not linked either.
+    let live = if PLOTLY.is_empty() { None } else { Some(live(figure, &legends, &summary)) };
     Ok(html! {
         figure.chart id=(chart.id) {
             @if !figure.title.is_empty() { h3 { (rich(&figure.title)) } }
             @if let Some(subtitle) = &figure.subtitle { p.subtitle { (rich(subtitle)) } }
             div.drawn role="img" aria-label=(summary) { (PreEscaped(picture)) }
-            div.live hidden {
-                @if !interactive.legend.is_empty() { (legend(&interactive.legend)) }
-                div.plot role="group" aria-label={ "Interactive: " (summary) } {}
-            }
-            @if !PLOTLY.is_empty() { script.data type="application/json" { (PreEscaped(embedded(&data))) } }
+            @if let Some(live) = &live { (live) }
             @if !chart.caption.is_empty() { figcaption { (rich(&chart.caption)) } }
         }
     })
+}
+
+/// What scripts show in place of the drawing.
+fn live(figure: &Figure, legends: &[Legend], summary: &str) -> Markup {
+    let (_, data) = plotly::chart(figure);
+    html! {
+        div.live hidden {
+            @if !legends.is_empty() { (legend(legends)) }
+            div.plot role="group" aria-label={ "Interactive: " (summary) } {}
+        }
+        script.data type="application/json" { (PreEscaped(embedded(&data))) }
+    }
 }
 
 /// What a chart is, for those who do not see it.

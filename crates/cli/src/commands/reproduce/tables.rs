@@ -8,6 +8,7 @@ use standstill_scenario::Verdict;
 
 use super::disagreements;
 use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 /// A row of `table1.csv`.
 #[derive(Debug, Serialize)]
@@ -166,16 +167,15 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
         ]
     });
     format!(
-        "Table 1, line inductances L_AB L_BC L_CA in mH and 2θ in degrees. The simulated rotor stands where the\n\
-         paper's resolver read; recomputed is equation (7) on the published inductances.\n{}\n\
-         Table 2, i_d in A with the vector at the first and the second candidate, angles in degrees; errors against\n\
-         the angle that the resolver measured, simulated with an error of its own.\n{}\n",
+        "{}{}\n{}{}\n",
+        paragraph("", FIRST),
         Table::new(
             ["", "published", "equation (4)", "simulated", "2θ publ.", "2θ recomp.", "2θ simul.", "2θ true"]
                 .map(Column::number)
         )
         .rows(first)
         .text(),
+        paragraph("", SECOND),
         Table::new(
             [
                 "",
@@ -194,3 +194,9 @@ pub fn tables_text(rows: &[SimulatedRow; 5], findings: &[Finding]) -> String {
         .text()
     )
 }
+
+const FIRST: &str = "Table 1, line inductances L_AB L_BC L_CA in mH and 2θ in degrees. The simulated rotor stands where the \
+     paper's resolver read; recomputed is equation (7) on the published inductances.";
+
+const SECOND: &str = "Table 2, i_d in A with the vector at the first and the second candidate, angles in degrees; errors against \
+     the angle that the resolver measured, simulated with an error of its own.";

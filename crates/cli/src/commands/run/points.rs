@@ -1,10 +1,12 @@
 //! The points of a sweep in a table.
 
+use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
 use super::results::PointSummary;
 use crate::summary::{self, interval, share};
 use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 use crate::units::Shown;
 
 /// Points that are printed; of more, only the best and the worst.
@@ -18,23 +20,28 @@ pub fn text(points: &[PointSummary]) -> String {
         order.sort_by(|a, b| summary::rank(&a.summary, &b.summary));
         order.drain(MOST_LINES / 2..points.len() - MOST_LINES / 2);
         heading = format!(
-            "{} points: the best {} and the worst {}, by the share of starts answered\n\
-             rightly, then by the rms error, [95 % intervals]\n\n",
+            "{} points: the best {} and the worst {}, by the share of starts answered rightly, then by the rms error, [95 % intervals]",
             points.len(),
             MOST_LINES / 2,
             MOST_LINES / 2
         );
+        heading = paragraph("", &heading) + "\n";
     }
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
+    // What did not happen at any point goes before what did: `right %` alone says as much.
+    let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
+        let none = order.iter().all(|point| of(&point.summary) == 0);
+        number(title, if none { rank + 3 } else { rank })
+    };
     let results = [
-        number("trials", 5),
+        number("trials", 8),
         number("right %", 0),
         number("rms °", 0),
-        number("p95 °", 4),
-        number("wrong poles", 1).judged(),
-        number("undetermined", 2),
-        number("failed", 3),
+        number("p95 °", 7),
+        count("wrong poles", 1, |s| s.wrong_poles).judged(),
+        count("undetermined", 3, |s| s.undetermined),
+        count("failed", 2, |s| s.failed),
     ];
     let axes = shown.iter().map(|axis| Column::number(axis.title()));
     let rows = order.iter().map(|point| {

@@ -4,6 +4,7 @@ use standstill_quantity::Unit;
 use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
 use toml::{Table, Value};
 
+use super::super::keyed::in_words;
 use super::super::{MotorError, Sourced, key_span, line_of, read_keyed};
 use super::SharesTable;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
@@ -30,6 +31,15 @@ pub(in crate::datasheet) fn spelled_out(
     sheet: &Table,
     text: Option<&str>,
 ) -> Result<Table, MotorError> {
+    for key in ["nameplate"].iter().chain(&BESIDE) {
+        if let Some(found) = sheet.get(*key).filter(|found| !found.is_table()) {
+            let text = text.unwrap_or_default();
+            let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
+            let (line, found) = (line.unwrap_or_default(), in_words(found));
+            let message = format!("{line}`{key}`: found {found}, needed a table, which begins with [{key}]");
+            return Err(MotorError::Format { file: file.to_owned(), message });
+        }
+    }
     let empty = Table::new();
     let table = sheet.get("nameplate").and_then(Value::as_table).unwrap_or(&empty);
     let mut reader = Reader { table, text, problems: Vec::new() };
