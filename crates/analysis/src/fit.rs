@@ -115,6 +115,9 @@ const POLE_DEVIATIONS: f64 = 3.3;
 /// Widening of the intervals from which on the simulation does not describe the readings.
 pub const MISFIT: f64 = 2.0;
 
+/// Rows that are used at most, or nearly: of more, each second, third and so on.
+const MOST_USED: usize = 50_000;
+
 /// Times that it is looked at anew what the readings tell.
 const MOST_ROUNDS: usize = 8;
 
@@ -140,11 +143,16 @@ struct Solved {
 
 /// Fits a motor to records. `did` is called before each step and says whether to stop.
 pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -> Result<Fit, FitError> {
-    let rows = records.iter().map(|record| record.rows.len()).sum();
+    let rows: usize = records.iter().map(|record| record.rows.len()).sum();
     if rows > record::MOST_ROWS {
         return Err(FitError::TooManyRows(rows));
     }
-    let pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
+    let mut pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
+    // What is left of many rows tells nearly as much, and a fit ends within a minute.
+    let every = rows.div_ceil(MOST_USED);
+    if every > 1 {
+        pieces.iter_mut().for_each(|piece| piece.thin(every));
+    }
     let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
     let rest = pieces::rest_of(&records[0]);
     if let Some(wiring) = wiring::miswired(&pieces, channels, rest) {
@@ -179,7 +187,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     }
     work.scatter.clone_from(&straight.scatter);
     let solved = work.either_axis(&straight.point, start)?;
-    result::conclude(work, solved, start)
+    Ok(Fit { every, ..result::conclude(work, solved, start)? })
 }
 
 impl Work<'_> {

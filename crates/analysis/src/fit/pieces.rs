@@ -30,6 +30,13 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// Keeps its ends and each row whose number is a multiple of this one. Where the legs change is known by then, from all rows.
+    pub fn thin(&mut self, every: usize) {
+        let last = self.rows.len() - 1;
+        let mut number = 0..=last;
+        self.rows.retain(|_| number.next().is_some_and(|k| k % every == 0 || k == last));
+    }
+
     /// The edge that begins the first pulse, and the last row before that ends.
     pub fn first_pulse(&self) -> Option<(&Edge, &Row)> {
         let from = self.edges.iter().position(|edge| drives(edge.legs))?;
@@ -156,6 +163,21 @@ mod tests {
             Row { time: f64::from(k) * 1e-6, current: [i, -0.5 * i, -0.5 * i], link: 12.0, legs }
         });
         Record { file: String::new(), rows: rows.collect(), channels: [true; 3] }
+    }
+
+    #[test]
+    fn law_thinned_rows_keep_their_ends_and_the_edges_of_all() {
+        let mut whole = pieces(&record(Request::Off, |_| 0.0)).remove(0);
+        let (rows, edges) = (whole.rows.clone(), whole.edges.clone());
+        whole.thin(7);
+        let last = rows.len() - 1;
+        let expected: Vec<Row> = rows
+            .into_iter()
+            .enumerate()
+            .filter(|(k, _)| k % 7 == 0 || *k == last)
+            .map(|(_, row)| row)
+            .collect();
+        assert_eq!((whole.rows, whole.edges), (expected, edges));
     }
 
     #[test]

@@ -103,7 +103,9 @@ pub struct Fit {
     pub widened: f64,
     /// Whether the most likely parameters were reached; if not, their intervals are not to be believed.
     pub converged: bool,
-    /// Readings that are not cut off.
+    /// Each row is used, each second, or each third and so on.
+    pub every: usize,
+    /// Readings that are used and not cut off.
     pub readings: usize,
     /// Readings at the ends of the channels' ranges, which say only how large the current was at least.
     pub clipped: usize,
@@ -306,6 +308,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         expected_rms: (weighted / residuals.len() as f64).sqrt(),
         widened: sum.inflation.sqrt(),
         converged: solved.converged,
+        every: 1,
         readings: residuals.len(),
         clipped: work
             .problem

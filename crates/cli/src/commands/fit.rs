@@ -175,6 +175,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
         "intervals_widened": fit.widened,
         "converged": fit.converged,
         "describes": fit.widened < MISFIT,
+        "row_stride": fit.every,
         "readings": fit.readings,
         "clipped_readings": fit.clipped,
         "pulses": fit.traces.len(),
@@ -210,8 +211,9 @@ fn cells(estimate: &Estimate) -> [String; 2] {
 
 fn text_of(fit: &Fit, records: &[Record]) -> String {
     let rows: usize = records.iter().map(|record| record.rows.len()).sum();
+    let used = if fit.every == 1 { String::new() } else { format!(" (one in {} used)", fit.every) };
     let mut text = format!(
-        "{rows} rows, {} from rest, up to {} A on {} V\n\n",
+        "{rows} rows{used}, {} from rest, up to {} A on {} V\n\n",
         if fit.traces.len() == 1 {
             "one pulse or train".to_owned()
         } else {
