@@ -157,22 +157,17 @@ Dlow 6 m junction"""
 
 
 def met_by_ringing(resistance, switch_drop, diode_drop):
-    """What the current of a terminal meets that no device feeds, of one phase against the two others in Ω."""
+    """A resistance in Ω for each terminal that no device feeds."""
     lines = [
-        f"* A terminal floats where its potential is between those at which a device of its leg begins to conduct. One that",
-        f"* floats alone meets {resistance:g} Ohm; two or three meet two thirds of that in each phase. 0.2 ns lie between.",
+        f"* A terminal floats where its potential is between those at which a device of its leg begins to conduct. Its",
+        f"* current then meets {resistance:g} Ohm. 0.2 ns lie between.",
     ]
     for leg in "abc":
         low = f"({DC_LINK - switch_drop:g}*v(up{leg})-{diode_drop:g}*(1-v(up{leg})))"
         high = f"({switch_drop:g}*v(low{leg})+{DC_LINK + diode_drop:g}*(1-v(low{leg})))"
         inside = f"(1+tanh((v({leg})-{low})/10m-5))*(1+tanh(({high}-v({leg}))/10m-5))/4"
         lines.append(f"Bin{leg} in{leg} 0 v={inside}\nRin{leg} in{leg} floats{leg} 1k\nCin{leg} floats{leg} 0 0.2p ic=0")
-    # Of products: 1 where two float at least.
-    a, b, c = (f"v(floats{leg})" for leg in "abc")
-    lines.append(f"Bsome some 0 v={a}*{b}+{b}*{c}+{c}*{a}-2*{a}*{b}*{c}")
-    lines += [
-        f"Rmet{leg} {leg} w{leg} r='1u+{resistance:g}*(2/3*v(some)+(1-v(some))*v(floats{leg}))'" for leg in "abc"
-    ]
+        lines.append(f"Rmet{leg} {leg} w{leg} r='1u+{resistance:g}*v(floats{leg})'")
     return "\n".join(lines)
 
 

@@ -128,3 +128,24 @@ fn regress_damped_terminals_do_not_chatter_where_all_edges_are_at_once() {
         assert!(matches!(record.run.ended, Ended::Outcome(_)), "{trial}: {:?}", record.run.ended);
     }
 }
+
+/// What a terminal's current meets must be continuous where a device takes the current over: else a leg at zero current has no mode
+/// that lasts. That takes a method whose idle leg floats while the two others conduct, in many positions.
+#[test]
+fn regress_damped_terminals_do_not_chatter_where_a_device_takes_a_current_over() {
+    for (motor, method, capacitance) in
+        [("pm-reluctance", "line-inductance", "1 nF"), ("paper-5k5", "subdivision", "0.3 nF")]
+    {
+        let text = format!(
+            "motor = \"{motor}\"\ndetector.method = \"{method}\"\nerrors = \"default\"\n\
+             inverter.terminal_capacitance = \"{capacitance}\"\n"
+        );
+        let plan = Plan::new(Document::parse(Path::new("s.toml"), &text).expect("TOML")).expect("a plan");
+        let scenario = plan.scenario(0).expect("a scenario");
+        for trial in 0..40 {
+            let record = scenario.trial(trial).expect("settings");
+            let ended = &record.run.ended;
+            assert!(matches!(ended, Ended::Outcome(_)), "{motor}, {method}, {trial}: {ended:?}");
+        }
+    }
+}

@@ -139,15 +139,15 @@ fn analytic_what_rings_decays_with_the_resistance_that_it_meets() {
     }
 }
 
-/// Two or three terminals that float ring in both directions of the winding, each of which meets two thirds of what one phase meets
-/// against the two others: three with 1/√(L C), two with that across the third's axis and 1/√(3 L C) along it.
+/// Two or three terminals that float ring in both directions of the winding. Three: with 1/√(L C) and the resistance of one phase
+/// against the two others. Two: likewise across the third's axis; along it with 1/√(3 L C) and a third of the resistance.
 #[test]
-fn analytic_terminals_that_ring_together_meet_the_windings_resistance() {
+fn analytic_terminals_that_ring_together_each_meet_their_resistance() {
     let (inductance, capacitance) = (13e-3, 1e-9);
     let motor = linear(inductance, 1e-6);
     let resistance = f64::sqrt(1.5 * inductance / capacitance) / 5.0;
     let clarke = |[a, b, c]: [f64; 3]| [(2.0 * a - b - c) / 3.0, (b - c) / f64::sqrt(3.0)];
-    for (legs, along, quality) in [([Off; 3], 1.0, 6.123_724), ([Low, Off, Off], 3.0, 3.535_534)] {
+    for (legs, along, quality) in [([Off; 3], 1.0, 4.082_483), ([Low, Off, Off], 3.0, 7.071_068)] {
         let mut inverter = inverter(Devices::default(), OpenLeg::Open, capacitance, LINK);
         inverter.bridge.terminal_resistance = resistance;
         let case = case(&motor, inverter);
@@ -159,7 +159,7 @@ fn analytic_terminals_that_ring_together_meet_the_windings_resistance() {
         let [from, [_, rising]] = [first.current, first.potential].map(clarke);
         assert!(after.len() > 1900 && from[0].abs() > 0.02 && rising > 100.0, "{first:?}");
         for (axis, share) in [along, 1.0].into_iter().enumerate() {
-            let decay = resistance / 1.5 / (2.0 * inductance);
+            let decay = resistance / share / (2.0 * inductance);
             let square = 1.0 / (inductance * capacitance * share);
             let angular = (square - decay * decay).sqrt();
             if axis == 0 {

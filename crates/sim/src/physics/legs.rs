@@ -27,8 +27,8 @@ pub struct Legs<V: Wide> {
     /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
     /// the current that charges it; no leg is blocked.
     pub elastance: Option<V>,
-    /// The resistance in Ω that this current meets from one phase to the two others.
-    pub ringing: V,
+    /// The resistance in Ω that this current meets.
+    ringing: V,
     /// Leg by leg.
     pub gates: [LegGates<V>; 3],
     /// A bit for each machine of which the leg's current flows out of it, into the motor.

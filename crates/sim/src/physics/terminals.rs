@@ -8,9 +8,10 @@ use standstill_numeric::{Symmetric, Wide};
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
-/// What the winding resists in Ω to currents that charge terminals, where `ringing` is what one phase against the two others
-/// does: ⅔ of that along each direction in which a terminal without a conducting device carries a current. One of them leaves
-/// a direction in which devices alone carry the current, and that meets nothing; two or three leave none.
+/// What the currents of terminals meet in Ω in which no device conducts, where `ringing` is what one phase against the two others
+/// resists: each such terminal has a resistance of its own, so that what is met changes nowhere suddenly. A device begins to
+/// conduct, or ends, where its leg's current is zero, and with it the drop of that leg. The same in all directions, as a winding
+/// resists what rings in all of them, would jump there, and neither mode could last.
 #[inline(always)]
 pub fn met_by_ringing<V: Wide>(axes: &[Plane<V>; 3], flows: &[V::Mask; 3], ringing: V) -> Symmetric<V> {
     let zero = V::of(0.0);
@@ -22,13 +23,7 @@ pub fn met_by_ringing<V: Wide>(axes: &[Plane<V>; 3], flows: &[V::Mask; 3], ringi
         met.xy = met.xy + across.x * axis.y;
         met.yy = met.yy + across.y * axis.y;
     }
-    let [a, b, c] = [!flows[0], !flows[1], !flows[2]];
-    let several = (a & b) | (b & c) | (c & a);
-    Symmetric::new(
-        V::choose(several, each, met.xx),
-        V::choose(several, zero, met.xy),
-        V::choose(several, each, met.yy),
-    )
+    met
 }
 
 impl<V: Wide> Legs<V> {
