@@ -154,8 +154,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         pieces.iter_mut().for_each(|piece| piece.thin(every));
     }
     let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
-    let rest = pieces::rest_of(&records[0]);
-    if let Some(wiring) = wiring::miswired(&pieces, channels, rest) {
+    if let Some(wiring) = wiring::miswired(&pieces, channels, &pieces::resting(&records[0])) {
         return Err(FitError::Wiring(wiring));
     }
     let (frame, point, scatter) =

@@ -54,17 +54,17 @@ pub fn drives(legs: [Request; 3]) -> bool {
 
 /// The readings of a channel while no current flows.
 #[derive(Clone, Copy)]
-struct Rest {
+pub struct Rest {
     /// In A.
-    mean: f64,
+    pub mean: f64,
     /// Standard deviation of one reading in A.
-    noise: f64,
+    pub noise: f64,
     /// Largest reading beside the mean, in A.
     reach: f64,
 }
 
 /// The readings at rest of each channel, from the rows before the first pulse.
-fn resting(record: &Record) -> [Rest; 3] {
+pub fn resting(record: &Record) -> [Rest; 3] {
     let before = record.rows.iter().position(|row| drives(row.legs)).unwrap_or(1).max(1);
     std::array::from_fn(|k| {
         let rest = || record.rows[..before].iter().map(|row| row.current[k]);

@@ -1,13 +1,13 @@
 //! Whether channels are on other phases than their columns say, or the wrong way round.
 //!
 //! What the first pulse of each piece raises lies along its voltage, but for what saliency turns it by: 37° where L_q is four
-//! times L_d. Exchanged phases turn it by 60° or more, and a clamp that is the wrong way round makes a sum of it that is not zero.
+//! times L_d, 60° where it is fourteen times. Of several directions exchanged phases turn at least one by 120° or more, and a clamp that is the wrong way round makes a sum of it that is not zero.
 
 use std::fmt;
 
 use standstill_numeric::hypot;
 
-use super::pieces::Piece;
+use super::pieces::{Piece, Rest};
 use super::record::{COLUMNS, Request};
 
 /// Which phase each column is of, and which columns count the other way.
@@ -21,11 +21,17 @@ pub struct Wiring {
     pub channels: [bool; 3],
 }
 
-/// The cosine between current and voltage below which they do not suit each other, and from which on they do: 45° and 32°.
-const SUITS: [f64; 2] = [0.7, 0.85];
+/// The cosine between current and voltage below which they do not suit each other, and from which on they do: 60° and 32°.
+const SUITS: [f64; 2] = [0.5, 0.85];
+
+/// The cosine between two voltages from which on they are of one direction.
+const ONE_DIRECTION: f64 = 0.9;
 
 /// Currents below this share of the largest say nothing.
 const LEAST_CURRENT: f64 = 0.2;
+
+/// And those below so many standard deviations of the readings at rest.
+const LEAST_NOISES: f64 = 20.0;
 
 /// Phases of the columns, those that exchange fewer first.
 const PHASES: [[usize; 3]; 6] = [[0, 1, 2], [1, 0, 2], [2, 1, 0], [0, 2, 1], [1, 2, 0], [2, 0, 1]];
@@ -66,8 +72,8 @@ fn length([a, b, c]: [f64; 3]) -> f64 {
 }
 
 /// How channels are wired if not as their columns say, and the readings then suit the legs; `rest` is what they read without
-/// current, in A.
-pub fn miswired(pieces: &[Piece], channels: [bool; 3], rest: [f64; 3]) -> Option<Wiring> {
+/// current. Pulses of one direction alone say too little.
+pub fn miswired(pieces: &[Piece], channels: [bool; 3], rest: &[Rest; 3]) -> Option<Wiring> {
     let mut pulses: Vec<Pulse> = Vec::new();
     for piece in pieces {
         let Some((edge, row)) = piece.first_pulse() else { continue };
@@ -76,14 +82,20 @@ pub fn miswired(pieces: &[Piece], channels: [bool; 3], rest: [f64; 3]) -> Option
         let potential: [f64; 3] =
             std::array::from_fn(|k| if edge.legs[k] == Request::Off { 0.5 } else { on[k] });
         let star = potential.iter().sum::<f64>() / 3.0;
-        let read = std::array::from_fn(|k| row.current[k] - rest[k]);
+        let read = std::array::from_fn(|k| row.current[k] - rest[k].mean);
         pulses.push((potential.map(|u| u - star), read));
     }
     let size = |(_, read): &Pulse| length(read.map(|i| if i.is_nan() { 0.0 } else { i }));
     let largest = pulses.iter().map(size).fold(0.0, f64::max);
-    pulses.retain(|pulse| size(pulse) > LEAST_CURRENT * largest);
+    let noise = rest.iter().map(|rest| rest.noise).filter(|noise| noise.is_finite()).fold(0.0, f64::max);
+    pulses.retain(|pulse| size(pulse) > (LEAST_CURRENT * largest).max(LEAST_NOISES * noise));
     let straight = Wiring { phase: PHASES[0], reversed: [false; 3], channels };
-    if pulses.is_empty() || straight.suits(&pulses) >= SUITS[0] {
+    let &(first, _) = pulses.first()?;
+    let across = |(voltage, _): &Pulse| {
+        let dot: f64 = first.iter().zip(voltage).map(|(u, v)| u * v).sum();
+        dot.abs() < ONE_DIRECTION * length(first) * length(*voltage)
+    };
+    if !pulses.iter().any(across) || straight.suits(&pulses) >= SUITS[0] {
         return None;
     }
     let all = PHASES.into_iter().flat_map(|phase| {
@@ -106,5 +118,58 @@ impl fmt::Display for Wiring {
             parts.push(format!("{} with the other sign", name(k)));
         }
         f.write_str(&parts.join(", "))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pieces::{pieces, resting};
+    use super::super::record::{Record, Row};
+    use super::*;
+
+    /// Two pulses from rest, along a and along b, of a motor with its d-axis at an angle; without a voltage if there is no `link`.
+    fn record(angle_deg: f64, ratio: f64, noise: f64, link: f64) -> Record {
+        let axes = [0.0_f64, 120.0, 240.0].map(|degrees| degrees.to_radians());
+        let (sin, cos) = standstill_numeric::sin_cos(angle_deg.to_radians());
+        let rows = (0..240_u32).map(|k| {
+            let (place, along) = (f64::from(k % 120), (k / 120) as usize);
+            let on = (40.0..80.0).contains(&place);
+            let (x, y) = standstill_numeric::sin_cos(axes[along]);
+            // d: 1, q: the ratio.
+            let (d, q) = (y * cos + x * sin, (x * cos - y * sin) / ratio);
+            let (alpha, beta) = (d * cos - q * sin, d * sin + q * cos);
+            let ramp = if on { link * (place - 40.0) } else { 0.0 };
+            let current = std::array::from_fn(|n| {
+                let (s, c) = standstill_numeric::sin_cos(axes[n]);
+                let hash =
+                    f64::from((k * 7919 + 104_729 * u32::try_from(n).expect("three")) % 1000) / 500.0 - 1.0;
+                ramp * (alpha * c + beta * s) + noise * hash
+            });
+            let mut legs = [Request::Off; 3];
+            if on {
+                legs = [Request::Low; 3];
+                legs[along] = Request::High;
+            }
+            Row { time: f64::from(k) * 1e-6, current, link: 24.0, legs }
+        });
+        Record { file: String::new(), rows: rows.collect(), channels: [true; 3] }
+    }
+
+    fn wiring_of(record: &Record) -> Option<Wiring> {
+        miswired(&pieces(record), [true; 3], &resting(record))
+    }
+
+    #[test]
+    fn law_neither_saliency_nor_noise_is_taken_for_exchanged_channels() {
+        for angle in (0..360).step_by(10).map(f64::from) {
+            for ratio in [1.0, 5.0, 10.0] {
+                assert_eq!(wiring_of(&record(angle, ratio, 0.01, 0.2)), None, "{angle}° {ratio}");
+            }
+            assert_eq!(wiring_of(&record(angle, 2.0, 0.02, 0.0)), None, "noise alone");
+            // Exchanged they are seen.
+            let mut exchanged = record(angle, 2.0, 0.01, 0.2);
+            exchanged.rows.iter_mut().for_each(|row| row.current.swap(1, 2));
+            assert!(wiring_of(&exchanged).is_some_and(|wiring| wiring.phase == [0, 2, 1]), "{angle}°");
+        }
     }
 }
