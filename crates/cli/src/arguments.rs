@@ -3,7 +3,6 @@
 mod campaigns;
 mod motors;
 mod scenario;
-#[cfg(feature = "program")]
 mod slurm;
 
 use std::ops::RangeInclusive;
@@ -29,7 +28,6 @@ pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
 pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
-#[cfg(feature = "program")]
 pub use slurm::Slurm;
 
 /// What decides whether a run goes on and a library fits, besides the version.
