@@ -3,7 +3,9 @@
 mod campaigns;
 mod motors;
 mod scenario;
+mod slurm;
 
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 use std::sync::LazyLock;
 
@@ -20,12 +22,13 @@ use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 pub use campaigns::Completions;
 pub use campaigns::{
     Amount, Bounds, Budget, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
-    Results, Rows, Run, Slurm, Status, Sweep, Tune,
+    Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
 pub use motors::{Fmu, FmuPart};
 pub use scenario::{Axes, Keys, Load, Seed, Setup, Source, Temperatures};
+pub use slurm::Slurm;
 
 /// What decides whether a run goes on and a library fits, besides the version.
 static VERSION: LazyLock<String> = LazyLock::new(|| {
@@ -115,14 +118,14 @@ pub struct Reproduce {
     #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
     pub out: PathBuf,
     /// Trials of the Monte Carlo run [key: trials; without a scenario: 10000]
-    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    #[arg(long, value_parser = whole::<u64>(1..=MOST_ROWS), allow_hyphen_values = true)]
     pub trials: Option<u64>,
     #[command(flatten)]
     pub decay: PaperDecay,
     #[command(flatten)]
     pub setup: Setup,
     /// Worker threads [default: one per core]; the results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -142,10 +145,10 @@ pub struct Trace {
     #[command(flatten)]
     pub axes: Axes,
     /// Point of the axes, from 0 as in summary.json; the last axis is walked along first
-    #[arg(long, value_name = "P", default_value_t = 0, allow_hyphen_values = true)]
+    #[arg(long, value_name = "P", default_value_t = 0, value_parser = whole::<usize>(0..=u64::MAX), allow_hyphen_values = true)]
     pub point: usize,
     /// Trial at that point, from 0 as in the trials' file: the same drive, sensors, tolerances, angle and noise
-    #[arg(long, value_name = "N", default_value_t = 0, value_parser = trial, allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", default_value_t = 0, value_parser = trial(), allow_hyphen_values = true)]
     pub trial: u64,
     /// Electrical rotor angle at the start, in degrees [key: rotor.angle; default: as the trial draws it]
     #[arg(long, value_name = "DEG", value_parser = degrees, allow_hyphen_values = true)]
@@ -185,7 +188,7 @@ pub struct Compare {
     #[arg(long, value_delimiter = ',', value_parser = choice::<Rotor>())]
     pub rotor: Vec<Rotor>,
     /// Trials of each method under each set of conditions [default: the scenario's, or 500, of dc-alignment 20]
-    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    #[arg(long, value_parser = whole::<u64>(1..=MOST_ROWS), allow_hyphen_values = true)]
     pub trials: Option<u64>,
     /// How methods with a polarity test of their own decide [key: detector.polarity; default: each its own way]
     #[arg(long, value_parser = choice::<PoleRule>())]
@@ -195,7 +198,7 @@ pub struct Compare {
     #[arg(long, value_parser = choice::<Signature>())]
     pub signature: Option<Signature>,
     /// Length of the line pulses in µs [key: detector.pulse; default: by the motor's inductances]
-    #[arg(long, value_name = "US", value_parser = microseconds, allow_hyphen_values = true)]
+    #[arg(long, value_name = "US", value_parser = whole::<u64>(20..=1000), allow_hyphen_values = true)]
     pub pulse: Option<u64>,
     /// Injections and alignment without compensation of the dead time and of the devices' drops [key:
     /// detector.compensation]
@@ -217,7 +220,7 @@ pub struct Compare {
     #[arg(long)]
     pub json: bool,
     /// Worker threads [default: one per core]; the results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -258,9 +261,20 @@ fn degrees(text: &str) -> Result<f64, String> {
     }
 }
 
-fn trials(text: &str) -> Result<u64, String> {
-    let trials = text.parse().ok().filter(|trials| (1..=100_000_000).contains(trials));
-    trials.ok_or_else(|| "not a whole number from 1 to 100000000".to_owned())
+/// Most trials whose rows are kept, or that are held in memory.
+const MOST_ROWS: u64 = 100_000_000;
+
+/// A whole number in a range; its largest value is told where it is not that of all numbers.
+fn whole<T: TryFrom<u64> + Clone + Send + Sync + 'static>(
+    range: RangeInclusive<u64>,
+) -> impl TypedValueParser<Value = T> {
+    move |text: &str| {
+        let number = text.trim().parse().ok().filter(|number| range.contains(number));
+        number.and_then(|number| T::try_from(number).ok()).ok_or_else(|| match (range.start(), range.end()) {
+            (low, &u64::MAX) => format!("needed a whole number from {low}"),
+            (low, high) => format!("needed a whole number from {low} to {high}"),
+        })
+    }
 }
 
 /// A choice by its name.
@@ -268,15 +282,9 @@ fn choice<T: Choice>() -> impl TypedValueParser<Value = T> {
     PossibleValuesParser::new(T::NAMES).try_map(|name| T::named(&name).ok_or("no such choice"))
 }
 
-fn trial(text: &str) -> Result<u64, String> {
-    // Streams have room for so many.
-    let trial = text.parse().ok().filter(|trial| *trial < 1 << 60);
-    trial.ok_or_else(|| "not a whole number from 0".to_owned())
-}
-
-fn microseconds(text: &str) -> Result<u64, String> {
-    let pulse = text.trim().parse().ok().filter(|pulse| (20..=1000).contains(pulse));
-    pulse.ok_or_else(|| "not a whole number of microseconds from 20 to 1000".to_owned())
+/// The number of a trial; streams have room for so many.
+fn trial() -> impl TypedValueParser<Value = u64> {
+    whole::<u64>(0..=(1 << 60) - 1)
 }
 
 fn tolerance(text: &str) -> Result<f64, String> {
@@ -287,7 +295,7 @@ fn tolerance(text: &str) -> Result<f64, String> {
 }
 
 fn seed(text: &str) -> Result<u64, String> {
-    text.parse().map_err(|_| format!("not a whole number from 0 to {}", u64::MAX))
+    text.parse().map_err(|_| format!("needed a whole number from 0 to {}", u64::MAX))
 }
 
 fn amperes(text: &str) -> Result<f64, String> {

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::terminal::tell;
 use crate::{host, output};
 
 /// Code of a process ended by an interrupt: 128 + SIGINT.
@@ -22,7 +23,12 @@ pub fn flag() -> Arc<AtomicBool> {
 
 /// For work too short to keep half of: an interrupt ends the process at once and removes what is in the making.
 pub fn at_once() {
-    handle(|| true);
+    handle(|| {
+        output::abandon();
+        // Not among what the command prints, which may be a script.
+        tell("Interrupted.");
+        true
+    });
 }
 
 /// Calls this at the first interrupt; the second one ends the process at once.

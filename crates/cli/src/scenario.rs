@@ -126,7 +126,9 @@ pub fn read(path: &Path) -> Result<Document, Error> {
     Ok(document)
 }
 
-/// A file without a key is a scenario all the same, and no motor, which its writer may have meant: what stands in its place is said. (`run` and `sweep` say what they simulate anyway.)
+/// Says what stands in place of a file without a key. It is a scenario all the same.
+///
+/// Its writer may have meant a motor. `run` and `sweep` say what they simulate anyway.
 fn says_something(document: &Document, path: &Path) {
     if document.is_empty() && host::current().is_none() {
         let file = path.display();

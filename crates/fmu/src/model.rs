@@ -19,7 +19,7 @@ pub enum Part {
     Motor,
 }
 
-/// Its key.
+/// Key of the resolver's error, which an FMU has not.
 pub const RESOLVER: &str = "sensors.resolver_error";
 
 impl Part {

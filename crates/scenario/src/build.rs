@@ -8,7 +8,7 @@ use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
 use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 
-use super::detector::DetectorTable;
+use super::detector::{DetectorTable, unworkable};
 use super::document::FileError;
 use super::named::Named;
 use super::ranges::{checked, checked_bits, checked_time, in_range};
@@ -39,7 +39,7 @@ impl ScenarioFile {
         files: &Files,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor, files)?;
-        scenario.try_detector().map_err(|error| FileError::settings(&error))?;
+        scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
         Ok(scenario)
     }
 

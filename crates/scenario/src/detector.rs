@@ -9,7 +9,7 @@ use schemars::{JsonSchema, Schema, SchemaGenerator};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeStruct;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_detect::{Key, Kind, Method, MethodName, Signature, Value, keys};
+use standstill_detect::{Key, Kind, Method, MethodName, SettingsError, Signature, Value, keys};
 use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
 use standstill_quantity::{Quantity, Unit};
 
@@ -332,16 +332,34 @@ impl DetectorTable {
 
 /// Whether a value is within its key's range.
 fn check(key: &Key, value: Value) -> Result<(), FileError> {
-    let (Kind::Number { unit, share, whole, range: [low, high], needed }, Value::Number(number)) =
-        (key.kind, value)
+    let (Kind::Number { whole, range: [low, high], needed, .. }, Value::Number(number)) = (key.kind, value)
     else {
         return Ok(());
     };
     if (low..=high).contains(&number) && !(whole && number.fract() != 0.0) {
         return Ok(());
     }
-    // As its range is written.
-    let percent = || format!("{} %", standstill_quantity::rounded(number, 2));
-    let written = if share { percent() } else { in_unit(unit, share, Print(number)) };
-    Err(FileError::key(&format!("detector.{}", key.name), &written, needed))
+    Err(refused(key, value, needed))
+}
+
+/// The error of a value, told as its range is written.
+fn refused(key: &Key, value: Value, needed: &str) -> FileError {
+    let written = match (key.kind, value) {
+        (Kind::Number { share: true, .. }, Value::Number(number)) if needed.contains('%') => {
+            format!("{} %", standstill_quantity::rounded(number, 2))
+        }
+        (Kind::Number { unit, share, .. }, Value::Number(number)) => in_unit(unit, share, Print(number)),
+        (_, Value::Flag(flag)) => flag.to_string(),
+        (Kind::Flag, Value::Number(number)) => number.to_string(),
+    };
+    FileError::key(&format!("detector.{}", key.name), &written, needed)
+}
+
+/// The error of settings with which a method cannot work: of a key with the value that it has.
+pub(super) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileError {
+    let key = keys::ALL.iter().find(|key| key.name == error.setting);
+    match key.and_then(|key| Some((key, method.get(key)?))) {
+        Some((key, value)) => refused(key, value, error.needed),
+        None => FileError::settings(error),
+    }
 }

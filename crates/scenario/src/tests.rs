@@ -101,7 +101,7 @@ fn law_a_motor_in_place_differs_from_its_base_in_what_is_said() {
 
 #[test]
 fn regress_mistakes_are_named_with_line_key_and_what_is_near() {
-    let cases: [(&str, &[&str]); 13] = [
+    let cases: [(&str, &[&str]); 16] = [
         (
             "trials = 10\n[sensors]\nnoize = \"10 mA\"",
             &["s.toml: line 3", "`sensors.noize`", "did you mean `noise`"],
@@ -121,6 +121,12 @@ fn regress_mistakes_are_named_with_line_key_and_what_is_near() {
         (
             "[detector]\nmethod = \"hfi-rotating\"\npulse = \"100 us\"",
             &["line 3", "`detector.pulse`", "hfi-rotating"],
+        ),
+        ("detector.least_saliency = 2", &["found 2, needed a share from 0 to 1"]),
+        ("detector.rest = 0.5", &["found 50 %, needed from 100.1 %"]),
+        (
+            "[detector]\nmethod = \"bipolar\"\nrounds = 1",
+            &["line 3: `detector.rounds`: found 1, needed at least 2"],
         ),
         ("trials = 0", &["line 1", "`trials`", "at least 1"]),
         ("trials = = 3", &["s.toml: line 1"]),

@@ -9,13 +9,18 @@ use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::trials;
+use super::{MOST_ROWS, trial, whole};
+use crate::error::Error;
+
+/// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are
+/// counted in 64 bits.
+const MOST_TRIALS: u64 = 100_000_000_000;
 
 /// How many trials, and which.
 #[derive(Debug, Args)]
 pub struct Amount {
     /// Trials at each point [default: the scenario's]
-    #[arg(long, value_parser = trials, allow_hyphen_values = true)]
+    #[arg(long, value_parser = whole::<u64>(1..=MOST_TRIALS), allow_hyphen_values = true)]
     pub trials: Option<u64>,
     #[command(flatten)]
     pub seed: Seed,
@@ -45,7 +50,7 @@ pub struct Run {
     #[arg(long, value_name = "I/N", value_parser = shard, default_value = "1/1", hide_default_value = true)]
     pub shard: Shard,
     /// Worker threads [default: one per core]; the results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
     /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone
     #[arg(long)]
@@ -78,7 +83,7 @@ pub struct Lab {
     #[command(flatten)]
     pub keys: Keys,
     /// Port of 127.0.0.1 [default: any that is free]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..), allow_hyphen_values = true)]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=65_535), allow_hyphen_values = true)]
     pub port: Option<u16>,
     /// Only print the address
     #[arg(long)]
@@ -117,7 +122,7 @@ pub struct Question {
     #[arg(long)]
     pub json: bool,
     /// Worker threads [default: one per core]; the results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
@@ -136,7 +141,7 @@ pub struct Budget {
     #[command(flatten)]
     pub question: Question,
     /// Pairs of samples; the trials are 2 + 3 times the number of sources as many [default: 8000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=10_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(100..=10_000_000))]
     pub pairs: Option<u32>,
 }
 
@@ -155,7 +160,7 @@ pub struct Require {
     #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
     pub between: Vec<String>,
     /// Trials at one value at most [default: 300000]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(100..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(100..=100_000_000))]
     pub most: Option<u32>,
 }
 
@@ -178,10 +183,10 @@ pub struct Tune {
     #[arg(long, value_name = "MEASURE", value_parser = measure)]
     pub against: Option<Measure>,
     /// Trials at the last settings; those before have fewer [default: 20000, more where a limit needs it]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1000..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1_000..=100_000_000))]
     pub trials: Option<u32>,
     /// Places that the search begins from, the scenario's own settings among them [default: 6]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u16>(1..=1000))]
     pub starts: Option<u16>,
 }
 
@@ -190,16 +195,16 @@ pub struct Explain {
     /// Folder of the run, with summary.json and the trials
     pub folder: PathBuf,
     /// This trial, by its number in the trials' file
-    #[arg(long, value_name = "N", conflicts_with_all = ["worst", "wrong_poles"])]
+    #[arg(long, value_name = "N", value_parser = trial(), conflicts_with_all = ["worst", "wrong_poles"])]
     pub trial: Option<u64>,
     /// The K trials with the largest axis errors, those without an axis before [default: 1]
-    #[arg(long, value_name = "K", value_parser = clap::value_parser!(u16).range(1..=100))]
+    #[arg(long, value_name = "K", value_parser = whole::<u16>(1..=100))]
     pub worst: Option<u16>,
     /// Trials that named the wrong pole, those with the largest axis errors first; up to 10, or up to --worst K
     #[arg(long)]
     pub wrong_poles: bool,
     /// Only of this point of the axes, from 0 as in summary.json [default: of all; of --trial the first]
-    #[arg(long, value_name = "P")]
+    #[arg(long, value_name = "P", value_parser = whole::<usize>(0..=u64::MAX))]
     pub point: Option<usize>,
     /// Folder from which the scenario's paths go, of a motor's data sheet, say [default: this folder]
     #[arg(long, value_name = "DIR")]
@@ -269,42 +274,6 @@ pub enum Rows {
 }
 
 #[derive(Debug, Args)]
-pub struct Slurm {
-    /// Scenario file (.toml)
-    pub scenario: PathBuf,
-    /// How many shards, which are the tasks of a job array
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub shards: u32,
-    /// Processors of each task, and threads
-    #[arg(long, value_name = "C", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub cpus: u16,
-    /// Longest time of a task, as Slurm writes it, such as 02:30:00 [default: the partition's]
-    #[arg(long, value_parser = directive)]
-    pub time: Option<String>,
-    /// Partition, which is a queue [default: the cluster's]
-    #[arg(long, value_parser = directive)]
-    pub partition: Option<String>,
-    #[command(flatten)]
-    pub keys: Keys,
-    #[command(flatten)]
-    pub axes: Axes,
-    #[command(flatten)]
-    pub amount: Amount,
-    /// What is kept of the trials
-    #[arg(long, value_enum, default_value_t = Rows::All)]
-    pub rows: Rows,
-    /// Run a library in processes of its own: a crash, an exit or a call longer than detector.call_timeout costs that trial alone
-    #[arg(long)]
-    pub isolate: bool,
-    /// Folder for the results; journals and logs go to `shards` in it
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/run")]
-    pub out: PathBuf,
-    /// Format of the trials' file
-    #[arg(long, value_enum, default_value_t = FormatName::Csv)]
-    pub format: FormatName,
-}
-
-#[derive(Debug, Args)]
 pub struct Status {
     /// Folders with the shards' journals
     #[arg(required = true, value_name = "FOLDER")]
@@ -319,7 +288,7 @@ pub struct Bounds {
     #[command(flatten)]
     pub source: Source,
     /// Rotor angles at which the limit is computed, evenly spread; numbers without a factor of six see more
-    #[arg(long, value_name = "N", default_value_t = 16, value_parser = clap::value_parser!(u16).range(1..=3600))]
+    #[arg(long, value_name = "N", default_value_t = 16, value_parser = whole::<u16>(1..=3600))]
     pub angles: u16,
     #[command(flatten)]
     pub seed: Seed,
@@ -327,17 +296,19 @@ pub struct Bounds {
     #[arg(long)]
     pub json: bool,
     /// Worker threads [default: one per core]; the results do not depend on it
-    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = whole::<u16>(1..=1024))]
     pub threads: Option<u16>,
 }
 
-/// What stands in a line of directives: a word.
-fn directive(text: &str) -> Result<String, String> {
-    let fits = |c: char| c.is_ascii_alphanumeric() || "-_.:,".contains(c);
-    match text {
-        "" => Err("empty".to_owned()),
-        text if text.chars().all(fits) => Ok(text.to_owned()),
-        _ => Err("not one word of letters, digits and -_.:,".to_owned()),
+impl Amount {
+    /// Refuses rows of more trials than are kept.
+    pub fn check(&self, rows: Rows) -> Result<(), Error> {
+        match self.trials {
+            Some(trials) if rows == Rows::All && trials > MOST_ROWS => Err(Error::Arguments(format!(
+                "--trials {trials}: needed at most {MOST_ROWS} with a row of each; with `--rows none`, which keeps statistics alone, at most {MOST_TRIALS}"
+            ))),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use standstill_scenario::{ErrorSet, Rotor};
 
 #[cfg(feature = "program")]
 use super::{Keys, Seed, choice};
-use super::{Temperatures, amperes, map_values, ohms, scenario};
+use super::{Temperatures, amperes, map_values, ohms, scenario, whole};
 
 #[cfg(feature = "program")]
 #[derive(Debug, Args)]
@@ -56,7 +56,7 @@ pub struct Magnetics {
     /// A built-in motor's name, or the path of a data sheet (.toml) or a flux map (.csv, .txt, .tsv, .npz, .mat)
     pub motor: String,
     /// Pole pairs of the motor of a flux map, for its torque
-    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u32).range(1..=200))]
+    #[arg(long, value_name = "P", value_parser = whole::<u32>(1..=200))]
     pub pole_pairs: Option<u32>,
     /// Resistance in Ω of a phase of the motor of a flux map, for its time constants
     #[arg(long, value_name = "OHM", value_parser = ohms, allow_hyphen_values = true)]

@@ -7,7 +7,7 @@ use standstill_plant::Temperature;
 use standstill_scenario::DesignKind;
 use standstill_scenario::{ErrorSet, Rotor};
 
-use super::{celsius, choice, newton_metres, seed};
+use super::{celsius, choice, newton_metres, seed, whole};
 
 /// A scenario file and its keys, for commands that can do without a file.
 #[derive(Debug, Args)]
@@ -94,7 +94,7 @@ pub struct Axes {
     #[arg(long, value_parser = choice::<DesignKind>())]
     pub design: Option<DesignKind>,
     /// How many points, for a design that is no grid
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(1..=10_000_000))]
     pub points: Option<u32>,
 }
 

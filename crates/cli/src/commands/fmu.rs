@@ -24,6 +24,14 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     let Some(name) = options.out.file_name().map(|name| name.to_string_lossy().into_owned()) else {
         return Err(Error::InTheWay { path: options.out.clone(), is: "a folder", needed: "a file" });
     };
+    if options.out.extension().is_none_or(|extension| extension != "fmu") && !options.out.is_dir() {
+        let (is, needed) = ("no FMU's name", "a file's that ends in .fmu");
+        return Err(Error::InTheWay { path: options.out.clone(), is, needed });
+    }
+    let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
+    let folder = folder.unwrap_or_else(|| Path::new("."));
+    // A folder that is not there is a slip of the pen rather than a wish for one.
+    std::fs::metadata(folder).map_err(Error::writing(&options.out))?;
     let shorthands = Shorthands::default()
         .with("--errors", "errors", options.errors.map(Choice::name))
         .with("--rotor", "rotor.state", options.rotor.map(Choice::name))
@@ -52,13 +60,11 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     })?;
     replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &library).map_err(Error::writing(&options.out))?;
-    let folder = options.out.parent().filter(|folder| !folder.as_os_str().is_empty());
-    let mut output =
-        Output::create(folder.unwrap_or_else(|| Path::new(".")), &[&name]).map_err(|error| match error {
-            // The file that was asked for, and not its folder.
-            Error::Write(_, error) => Error::Write(options.out.clone(), error),
-            error => error,
-        })?;
+    let mut output = Output::create(folder, &[&name]).map_err(|error| match error {
+        // The file that was asked for, and not its folder.
+        Error::Write(_, error) => Error::Write(options.out.clone(), error),
+        error => error,
+    })?;
     output.file(&name, &content)?;
     output.finish()?;
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
@@ -87,11 +93,13 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
 /// something by it.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
+    if key == RESOLVER {
+        let angle = if part == Part::Drive { "; its `true.angle` is without error" } else { "" };
+        let needed = format!("a key of what is in it{angle}");
+        return Err(document.refuse(key, "in an FMU, which has no resolver", &needed).into());
+    }
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
     let (found, why) = match part {
-        Part::Drive if key == RESOLVER => {
-            ("in an FMU, which has no resolver", "`true.angle` is without error")
-        }
         Part::Drive => ("in an FMU, which the importing tool runs", "the algorithm is that tool's"),
         Part::Motor => ("in an FMU of the motor alone", "inverter and sensors are in `--part drive`"),
     };

@@ -65,11 +65,12 @@ fn document_of(options: &Run) -> Result<Document, Error> {
 }
 
 fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
-    let plan = if cfg!(feature = "program") && options.isolate {
-        isolated::plan(&document)?
-    } else {
-        Plan::new(document)?
-    };
+    options.amount.check(options.rows)?;
+    if options.isolate && !cfg!(feature = "program") {
+        // A host is no program that could be started again as a worker.
+        return Err(Error::Arguments("--isolate needs a process of the program `standstill`".to_owned()));
+    }
+    let plan = if options.isolate { isolated::plan(&document)? } else { Plan::new(document)? };
     let trials = Trials { plan: &plan, shard: options.shard, threads: options.threads.map(usize::from) };
     let identity = trials.identity()?;
     let out = &options.results.out;

@@ -14,6 +14,7 @@ use crate::scenario;
 
 pub fn run(options: &Slurm) -> Result<Report, Error> {
     interrupt::at_once();
+    options.amount.check(options.rows)?;
     let mut document = document(&options.scenario, &options.keys, &options.amount)?;
     scenario::vary(&mut document, &options.axes)?;
     // What is wrong with it shows here, and not a thousand times on the cluster.

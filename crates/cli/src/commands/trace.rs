@@ -59,7 +59,7 @@ fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
 
 pub fn run(options: &Options) -> Result<Report, Error> {
     interrupt::at_once();
-    let settings = overlay::settings(&options.source.keys);
+    let settings = overlay::settings(&options.source.keys)?;
     if settings.len() > 1 {
         return overlay::run(options, &settings);
     }

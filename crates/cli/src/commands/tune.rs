@@ -119,7 +119,7 @@ fn ranges(options: &Options, document: &Document) -> Result<Vec<Range>, Error> {
             settings::ALL.iter().filter(|key| has(key)).map(|key| format!("detector.{}", key.name));
         let names: Vec<String> = detector.chain(DRIVE.map(str::to_owned)).collect();
         return Err(Error::Arguments(format!(
-            "--vary {key}: found what is given, needed a setting of the detector or the drive: {}; what a part must do, \
+            "--vary {key}: found a property of the motor or of a part, needed a setting of the detector or the drive: {}; what a part must do, \
              `standstill require --key {key}` answers",
             names.join(", ")
         )));

@@ -339,7 +339,7 @@ fn mistakes_name_what_there_is() {
     // What a sensor makes wrong is none of the settings; those that there are, are named.
     let given = [
         "sensors.noise",
-        "found what is given",
+        "found a property of the motor or of a part",
         "detector.pulse",
         "inverter.dead_time",
         "standstill require",

@@ -8,6 +8,7 @@ use super::{folder, mistake, names, standstill};
 fn law_an_fmu_is_one_file_or_none() {
     let folder = folder();
     let path = folder.path();
+    fs::create_dir(path.join("deep")).expect("made");
     let output = standstill(&["fmu", "paper-5k5", "--errors", "field", "-o", "deep/drive.fmu"], path);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
@@ -18,6 +19,10 @@ fn law_an_fmu_is_one_file_or_none() {
         standstill(&["fmu", "paper-5k5", "--part", "motor", "--fmi", "3", "-o", "deep/drive.fmu"], path);
     let said = String::from_utf8_lossy(&again.stdout).into_owned();
     assert!(said.contains("motor of paper-5k5, FMI 3.0, 3 inputs, 6 outputs"), "{said}");
+    fs::write(path.join("notes.fmu"), "notes").expect("written");
+    let message = mistake(&["fmu", "paper-5k5", "-o", "notes.fmu"], path);
+    assert!(message.contains("notes.fmu is no FMU, but"), "{message}");
+    assert_eq!(fs::read(path.join("notes.fmu")).expect("there"), b"notes");
 }
 
 #[test]
@@ -25,7 +30,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
-    let cases: [(&[&str], &str); 17] = [
+    let cases: [(&[&str], &str); 20] = [
         (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
         (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
         (&["fmu", "paper-5k5", "-s", "inverter.dead_time=-1", "-o", "x.fmu"], "`inverter.dead_time`"),
@@ -61,9 +66,18 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         ),
         (
             &["fmu", "paper-5k5", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
-            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of",
+            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of what is in it; its `true.angle`",
         ),
-        (&["fmu", "paper-5k5", "-o", "axes.toml"], "axes.toml is no FMU"),
+        (
+            &["fmu", "paper-5k5", "--part", "motor", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
+            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of what is in it",
+        ),
+        (
+            &["fmu", "paper-5k5", "-o", "axes.toml"],
+            "axes.toml is no FMU's name, but must be a file's that ends in .fmu",
+        ),
+        (&["fmu", "paper-5k5", "-o", "x"], "x is no FMU's name"),
+        (&["fmu", "paper-5k5", "-o", "nowhere/x.fmu"], "cannot write nowhere/x.fmu: "),
         (&["fmu", "paper-5k5", "-o", ".."], "must be a file"),
         // Nobody can write there.
         (&["fmu", "paper-5k5", "-o", "/proc/drive.fmu"], "cannot write /proc/drive.fmu: "),

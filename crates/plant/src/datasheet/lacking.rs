@@ -22,7 +22,7 @@ pub(super) fn all(
 ) -> TableError {
     let mut tried = table;
     let (mut keys, mut tables) = (Vec::new(), Vec::new());
-    // What was filled in by path: a table of it may lack keys of its own, which are not named.
+    // Paths of what was filled in. A table filled in is empty and lacks keys of its own: they are filled in too, but not named.
     let mut filled: Vec<String> = Vec::new();
     let mut found = Some(first.clone());
     while let Some(error) = found.take() {

@@ -1,11 +1,12 @@
 //! What was simulated: motor, drive and sensors with the values that the scenario makes of them.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Section, Table, TableColumn};
-use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
+use standstill_scenario::{Document, FileError, Plan, Point, ScenarioFile};
 
 use crate::commands::run::quoted;
 
@@ -22,7 +23,8 @@ pub struct Setup<'a> {
     pub others: Vec<&'a str>,
 }
 
-/// Points of a sweep whose values are compared, at most: all of most sweeps.
+/// Points of a sweep that are all compared. Of more, those with the first and the last of each value of each axis are, and of
+/// an axis with more values so many.
 const COMPARED: usize = 256;
 
 /// Different values of a fact that are listed.
@@ -61,7 +63,8 @@ impl Setup<'_> {
         Some(Block::Facts(heading(&file, &self.varied)))
     }
 
-    /// Facts of drive and sensors, all values of each, and the motor's data sheet where there is one alone.
+    /// Facts of drive and sensors, with the values that they have at the points that are compared, and the motor's data sheet
+    /// where there is one alone.
     pub fn section(&self) -> Section {
         Section { title: "Motor, drive and sensors".to_owned(), blocks: self.blocks() }
     }
@@ -81,10 +84,9 @@ impl Setup<'_> {
                 ))];
             }
         };
-        let mut facts = together(plans.iter().flat_map(|plan| {
-            let points = plan.points().len();
-            (0..points).step_by(points.div_ceil(COMPARED).max(1)).map(|point| facts(plan, point))
-        }));
+        let mut facts = together(
+            plans.iter().flat_map(|plan| compared(plan.points()).into_iter().map(|point| facts(plan, point))),
+        );
         for (key, value) in &mut facts {
             if self.is_varied(key) {
                 "varied".clone_into(value);
@@ -135,6 +137,26 @@ pub fn command<'a>(name: &str, options: impl IntoIterator<Item = (&'a String, &'
         words.extend(values.into_iter().map(|value| format!("{option} {}", quoted(value))));
     }
     words.join(" ")
+}
+
+/// The points whose values are compared. Along a grid a value of an axis is met first where all other axes have their first
+/// value, and last where they have their last: what an axis changes shows at either.
+fn compared(points: &[Point]) -> BTreeSet<usize> {
+    if points.len() <= COMPARED {
+        return (0..points.len()).collect();
+    }
+    let mut axes: IndexMap<&str, IndexMap<String, [usize; 2]>> = IndexMap::new();
+    for (number, point) in points.iter().enumerate() {
+        for (key, value) in &point.values {
+            let values = axes.entry(key).or_default();
+            values.entry(value.to_string()).or_insert([number; 2])[1] = number;
+        }
+    }
+    let some = axes.values().flat_map(|values| {
+        let step = values.len().div_ceil(COMPARED).max(1);
+        values.values().step_by(step).flatten()
+    });
+    some.copied().collect()
 }
 
 /// Facts of several scenarios: a value that all have, or those that there are, in their order.
@@ -213,5 +235,27 @@ mod tests {
         assert_eq!(together([first.clone(), second, first].into_iter()), expected);
         let many = (0..9).map(|k| facts(&[("noise", &format!("{k} mA"))]));
         assert_eq!(together(many), facts(&[("noise", "varied")]));
+    }
+
+    /// Of 512 points every second was looked at: all with the first of two sets of errors.
+    #[test]
+    fn regress_what_the_fastest_axis_of_a_large_sweep_changes_shows() {
+        let list =
+            |step: f64| (1..=16).map(|k| (f64::from(k) * step).to_string()).collect::<Vec<_>>().join(", ");
+        let text = format!(
+            "[axes]\n\"inverter.dc_link\" = [{}]\n\"rotor.angle\" = [{}]\nerrors = [\"default\", \"harsh\"]",
+            list(20.0),
+            list(10.0)
+        );
+        let document = Document::parse(Path::new("s.toml"), &text).unwrap();
+        let plan = Plan::new(document).unwrap();
+        assert_eq!(plan.points().len(), 512);
+        let looked_at = compared(plan.points());
+        assert!(looked_at.len() <= 2 * (16 + 16 + 2), "{}", looked_at.len());
+        let facts = together(looked_at.into_iter().map(|point| facts(&plan, point)));
+        let of = |name: &str| facts.iter().find(|(key, _)| key == name).unwrap().1.clone();
+        let of_all = together((0..512).map(|point| super::facts(&plan, point)));
+        assert_eq!(facts, of_all);
+        assert_eq!(of("inverter.ripple").split(", ").count(), 2, "{}", of("inverter.ripple"));
     }
 }

@@ -23,12 +23,22 @@ const MOST: usize = 6;
 pub type Setting = (String, Vec<(String, String)>);
 
 /// All combinations of the keys that are given a list; one without a name where none is.
-pub fn settings(keys: &Keys) -> Vec<Setting> {
+pub fn settings(keys: &Keys) -> Result<Vec<Setting>, Error> {
     let mut all: Vec<Setting> = vec![(String::new(), Vec::new())];
     for (key, value) in &keys.set {
         // Axes have lists of their own.
         let list = if key.starts_with("axes.") { None } else { list(value) };
         let several = list.is_some();
+        let found = match list.as_deref() {
+            Some([]) => Some("an empty list"),
+            Some([_]) => Some("a list of one value"),
+            _ => None,
+        };
+        if let Some(found) = found {
+            return Err(Error::Arguments(format!(
+                "-s {key}={value}: found {found}, needed a value, or a list of two or more, which are laid over one another"
+            )));
+        }
         let values = list.unwrap_or_else(|| vec![value.clone()]);
         let longer = |(name, set): &Setting, value: &String| {
             let gap = if name.is_empty() { "" } else { ", " };
@@ -40,7 +50,7 @@ pub fn settings(keys: &Keys) -> Vec<Setting> {
             .flat_map(|known| values.iter().map(|value| longer(known, value)).collect::<Vec<_>>())
             .collect();
     }
-    all
+    Ok(all)
 }
 
 /// A value as people read it: micro with its sign.
@@ -191,7 +201,7 @@ mod tests {
     fn law_lists_make_all_combinations_in_order() {
         let set = |pairs: &[(&str, &str)]| {
             let pairs = pairs.iter().map(|(key, value)| ((*key).to_owned(), (*value).to_owned()));
-            settings(&Keys { set: pairs.collect(), detector: None })
+            settings(&Keys { set: pairs.collect(), detector: None }).unwrap()
         };
         let names = |all: Vec<Setting>| all.into_iter().map(|(name, _)| name).collect::<Vec<_>>();
         let all = set(&[("a", "[1, 2]"), ("b", "x"), ("c", "[\"20 us\",y]")]);
@@ -204,5 +214,10 @@ mod tests {
         assert_eq!(for_reading("m = unit, c = 20us"), "m = unit, c = 20 µs");
         assert_eq!(names(set(&[("axes.\"x\"", "[1, 2]"), ("b", "x")])), [""]);
         assert_eq!(set(&[]).len(), 1);
+        for (value, found) in [("[]", "an empty list"), ("[40 us]", "a list of one value")] {
+            let set = vec![("detector.pulse".to_owned(), value.to_owned())];
+            let error = settings(&Keys { set, detector: None }).unwrap_err().to_string();
+            assert!(error.contains(&format!("-s detector.pulse={value}: found {found}, needed")), "{error}");
+        }
     }
 }
