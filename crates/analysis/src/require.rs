@@ -23,6 +23,17 @@ pub struct Bench<'a> {
     pub keys: Vec<(String, bool)>,
 }
 
+/// What trials of a value show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// The measures, limit by limit.
+    pub measures: Vec<Estimate>,
+    /// Whether the limits hold.
+    pub verdict: Verdict,
+    /// The share of starts without an answer, where the root mean square is limited.
+    pub without_answer: Option<Estimate>,
+}
+
 /// Trials that a thread runs at a time.
 const AT_ONCE: u64 = 256;
 
@@ -56,7 +67,7 @@ impl<'a> Bench<'a> {
         Plan::new(document)
     }
 
-    /// What trials with these values show: the measures and the verdict. None where the values cannot be.
+    /// What trials with these values show. None where the values cannot be.
     ///
     /// # Errors
     /// A trial that cannot be run; that it was stopped.
@@ -65,9 +76,13 @@ impl<'a> Bench<'a> {
         values: &[f64],
         trials: u64,
         watch: &dyn Watch,
-    ) -> Result<Option<(Vec<Estimate>, Verdict)>, Halt<FileError>> {
+    ) -> Result<Option<Judgement>, Halt<FileError>> {
         let tally = self.tally(values, self.document.load()?.seed, trials, watch)?;
-        Ok(tally.map(|tally| (tally.estimates(), tally.verdict())))
+        Ok(tally.map(|tally| Judgement {
+            measures: tally.estimates(),
+            verdict: tally.verdict(),
+            without_answer: tally.without_answer(),
+        }))
     }
 
     /// What the first trials of a seed contribute with these values. None where the values cannot be.

@@ -179,7 +179,7 @@ impl Question<'_> {
         let mut take = |values: &[f64], trials: u64| {
             let Some(tally) = bench.tally(values, seed(0), trials, watch)? else { return Ok(None) };
             let start = starts.at(seed(0), trials, watch)?;
-            Ok::<_, Halt<FileError>>(Some(self.related(measured(&taken, &tally), &start)))
+            Ok::<_, Halt<FileError>>(Some(self.related(seen(&taken, &tally), &start)))
         };
         let mut search = Search::new(&self.ranges, &mut take);
         let wide =
@@ -294,7 +294,7 @@ impl Question<'_> {
                 let seed = self.seed.wrapping_add(1);
                 if let Some(tally) = bench.tally(&judged.values, seed, trials, watch)? {
                     let start = starts.at(seed, trials, watch)?;
-                    judged.measured = self.related(measured(bench.limits, &tally), &start);
+                    judged.measured = self.related(seen(bench.limits, &tally), &start);
                 }
             }
             let possible = |judged: &Judged| verdict(&self.goal.limits, &judged.measured).possibly;
@@ -326,7 +326,7 @@ impl Starts<'_> {
             return Ok(known.clone());
         }
         let tally = self.own.tally(&[], seed, trials, watch)?.ok_or(Halt::Stopped)?;
-        let found = measured(self.own.limits, &tally);
+        let found = seen(self.own.limits, &tally);
         self.known.borrow_mut().insert((seed, trials), found.clone());
         Ok(found)
     }
@@ -335,6 +335,11 @@ impl Starts<'_> {
 /// The measures that a tally shows.
 fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
+}
+
+/// The same as the search sees them.
+fn seen(taken: &Limits, tally: &Tally) -> Measured {
+    Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
 /// Whether limits hold.
