@@ -195,13 +195,10 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// The error for an existing key that takes text or a table instead of numbers.
+/// The error of a key that takes no number of those tried.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
-    // What is said of a value of another kind, and not of a number out of its range.
-    let kinds = ["a text in quotes", "true or false", "a table", "a list"];
-    let other = message.split_once(", needed ").is_some_and(|(_, needed)| kinds.contains(&needed));
-    let message = if other {
+    let message = if standstill_scenario::has_numbers(&key) == Some(false) {
         "its values are no numbers; needed a key whose values are, such as `sensors.noise`, `detector.pulse` or `motor.winding.resistance`".to_owned()
     } else {
         message

@@ -13,7 +13,10 @@ use crate::commands::require::Point;
 /// A value that was judged: what each limit's measure is.
 pub struct Judged {
     pub value: f64,
+    pub trials: u64,
     pub measures: Vec<Estimate>,
+    /// The share of starts without an answer, where the root mean square is limited.
+    pub without_answer: Option<Estimate>,
 }
 
 /// A key's axis, and the one unit of it that suits all values.
