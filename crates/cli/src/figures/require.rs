@@ -101,6 +101,8 @@ mod tests {
     fn regress_a_share_of_zero_is_drawn_as_an_upper_limit() {
         let limits: Limits = "wrong_poles <= 1 %".parse().expect("limits");
         let judged = |value, share: f64| Judged {
+            trials: 1000,
+            without_answer: None,
             value,
             measures: vec![Estimate { value: share, low: 0.5 * share, high: share + 0.004 }],
         };

@@ -65,7 +65,7 @@ impl fmt::Display for Unanswered {
         let seen = if *share > 0.0 { percent(*share) } else { "none".to_owned() };
         write!(
             f,
-            "{seen} of {trials} had none, but up to {} may have none, which make {}° of rms alone",
+            "{seen} of {trials} starts lacked one, but up to {} may, which make {}° of rms alone",
             percent(*share_high),
             probability(*rms_high_deg)
         )
