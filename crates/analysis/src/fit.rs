@@ -151,7 +151,9 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     // What is left of many rows tells nearly as much, and a fit ends within a minute.
     let every = rows.div_ceil(MOST_USED);
     if every > 1 {
-        pieces.iter_mut().for_each(|piece| piece.thin(every));
+        for piece in &mut pieces {
+            piece.thin(every);
+        }
     }
     let channels = std::array::from_fn(|k| records.iter().all(|record| record.channels[k]));
     let rest = pieces::rest_of(&records[0]);
