@@ -30,6 +30,8 @@ pub struct Search {
     pub trials: u64,
     /// Trials at a value beyond which no closer look is taken.
     pub most: u64,
+    /// Trials from which on it can be seen to hold surely.
+    pub sure_from: u64,
     /// How wide the interval may be, as a share of the value.
     pub width: f64,
     /// Whether values are whole numbers.
@@ -166,7 +168,12 @@ impl Search {
                 Ok(verdict)
             };
             let middle = self.turn(places, end, &mut |place| Ok(look(place)?.holds))?;
-            let inner = self.turn(places, end, &mut |place| Ok(look(place)?.surely))?;
+            // What so few trials show nowhere is not looked for.
+            let inner = if trials < self.sure_from {
+                places[0]
+            } else {
+                self.turn(places, end, &mut |place| Ok(look(place)?.surely))?
+            };
             let outer = self.turn(places, end, &mut |place| Ok(look(place)?.possibly))?;
             let value = self.at(middle);
             let ends = [inner, outer].map(|place| self.at(place));
@@ -236,8 +243,15 @@ mod tests {
 
     use super::*;
 
-    const SEARCH: Search =
-        Search { range: (0.01, 100.0), points: 17, trials: 1000, most: 1_000_000, width: 0.05, whole: false };
+    const SEARCH: Search = Search {
+        range: (0.01, 100.0),
+        points: 17,
+        trials: 1000,
+        most: 1_000_000,
+        sure_from: 0,
+        width: 0.05,
+        whole: false,
+    };
 
     /// Judges f(value) ≤ 1 with an interval of ± 3/√trials.
     fn judged(search: &Search, f: impl Fn(f64) -> f64) -> Found {
@@ -295,6 +309,13 @@ mod tests {
         let few = Search { most: 1000, ..SEARCH };
         let edge = edge(judged(&few, |value| value / 3.0));
         assert!(!edge.narrow && edge.interval.0 < 2.9 && edge.interval.1 > 3.1, "{edge:?}");
+    }
+
+    #[test]
+    fn law_what_too_few_trials_cannot_show_is_not_looked_for() {
+        let blind = Search { most: 5000, sure_from: 6000, ..SEARCH };
+        let edge = edge(judged(&blind, |value| value / 3.0));
+        assert!(!edge.narrow && edge.interval.0 == 0.01 && (edge.value / 3.0 - 1.0).abs() < 0.01, "{edge:?}");
     }
 
     #[test]

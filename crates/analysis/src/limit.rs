@@ -1,5 +1,7 @@
 //! Limits on what trials show: `rms <= 1 deg, wrong_poles <= 0.1 %`.
 
+pub mod rms;
+
 use std::fmt;
 use std::str::FromStr;
 
@@ -9,7 +11,6 @@ use standstill_scenario::{Record, Verdict as Ending};
 
 use crate::bracket::Verdict;
 use crate::event::{amperes, degrees};
-use crate::sobol::ratio;
 
 /// What is limited. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
 /// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
@@ -164,8 +165,8 @@ impl Measure {
         let flag = |is: bool| f64::from(u8::from(is || !answered));
         let unless = |value: f64| if answered { value } else { f64::INFINITY };
         match self {
-            Self::Rms if !answered => 90.0,
-            Self::Rms => record.axis_error_deg().unwrap_or(90.0),
+            // Without an answer infinite: see `rms`.
+            Self::Rms => unless(record.axis_error_deg().unwrap_or(f64::INFINITY)),
             Self::P95 | Self::P99 => unless(record.axis_error_deg().map_or(f64::INFINITY, f64::abs)),
             Self::Beyond(bound) => flag(record.error_deg().is_none_or(|error| error.abs() > bound)),
             Self::WrongPoles => flag(record.pole_correct() == Some(false)),
@@ -176,14 +177,16 @@ impl Measure {
         }
     }
 
+    /// The same as a search sees it, which compares settings on the same random numbers: the interval of a root mean square
+    /// is that of the errors seen, and leaves out starts without an answer that may be and were not seen.
+    pub(crate) fn seen(self, values: Vec<f64>) -> Estimate {
+        if self == Self::Rms { rms::seen(&values) } else { self.estimate(values) }
+    }
+
     /// The measure over starts with its 95 % interval.
     pub(crate) fn estimate(self, mut values: Vec<f64>) -> Estimate {
         match self {
-            Self::Rms => {
-                let square = ratio(values.iter().map(|error| (error * error, 1.0)));
-                let root = |x: f64| x.max(0.0).sqrt();
-                Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
-            }
+            Self::Rms => rms::rms(&values),
             Self::P95 => quantile(&mut values, 0.95),
             Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantile(&mut values, 0.99),
             Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
@@ -216,6 +219,21 @@ fn share(text: &str) -> Option<f64> {
 
 fn seconds(text: &str) -> Option<f64> {
     text.parse().ok().or_else(|| si_value(text).filter(|_| text.ends_with('s')))
+}
+
+impl Limits {
+    /// Trials that it takes at least to see that they hold: of n trials without a case, up to 3.7/n may be one.
+    pub fn least_trials(&self) -> u64 {
+        let share = |limit: &Limit| match limit.measure {
+            Measure::Rms => rms::share_of(limit.most),
+            measure if measure.unit().is_none() => limit.most,
+            _ => 1.0,
+        };
+        let least = self.0.iter().map(share).fold(1.0, f64::min);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "above zero; saturates")]
+        let trials = (-standstill_numeric::ln(0.025) / least) as u64;
+        trials
+    }
 }
 
 impl FromStr for Limits {
@@ -325,6 +343,18 @@ impl Tally {
     pub fn estimates(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.estimate(values.clone())).collect()
+    }
+
+    /// The measures as a search sees them.
+    pub(crate) fn seen(&self) -> Vec<Estimate> {
+        let both = self.limits.0.iter().zip(&self.values);
+        both.map(|(limit, values)| limit.measure.seen(values.clone())).collect()
+    }
+
+    /// The share of starts without an answer, where the root mean square is limited: they count in it as 90°.
+    pub fn without_answer(&self) -> Option<Estimate> {
+        let number = self.limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
+        Some(rms::without_answer(&self.values[number]))
     }
 
     /// Whether all limits hold.

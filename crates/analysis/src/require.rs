@@ -23,6 +23,17 @@ pub struct Bench<'a> {
     pub keys: Vec<(String, bool)>,
 }
 
+/// What trials of a value show.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Judgement {
+    /// The measures, limit by limit.
+    pub measures: Vec<Estimate>,
+    /// Whether the limits hold.
+    pub verdict: Verdict,
+    /// The share of starts without an answer, where the root mean square is limited.
+    pub without_answer: Option<Estimate>,
+}
+
 /// Trials that a thread runs at a time.
 const AT_ONCE: u64 = 256;
 
@@ -56,7 +67,7 @@ impl<'a> Bench<'a> {
         Plan::new(document)
     }
 
-    /// What trials with these values show: the measures and the verdict. None where the values cannot be.
+    /// What trials with these values show. None where the values cannot be.
     ///
     /// # Errors
     /// A trial that cannot be run; that it was stopped.
@@ -65,9 +76,13 @@ impl<'a> Bench<'a> {
         values: &[f64],
         trials: u64,
         watch: &dyn Watch,
-    ) -> Result<Option<(Vec<Estimate>, Verdict)>, Halt<FileError>> {
+    ) -> Result<Option<Judgement>, Halt<FileError>> {
         let tally = self.tally(values, self.document.load()?.seed, trials, watch)?;
-        Ok(tally.map(|tally| (tally.estimates(), tally.verdict())))
+        Ok(tally.map(|tally| Judgement {
+            measures: tally.estimates(),
+            verdict: tally.verdict(),
+            without_answer: tally.without_answer(),
+        }))
     }
 
     /// What the first trials of a seed contribute with these values. None where the values cannot be.
@@ -180,13 +195,10 @@ fn number(value: f64, whole: bool) -> Value {
     }
 }
 
-/// The error for an existing key that takes text or a table instead of numbers.
+/// The error of a key that takes no number of those tried.
 fn no_number(error: FileError) -> FileError {
     let FileError::Key { place, key, message } = error else { return error };
-    // What is said of a value of another kind, and not of a number out of its range.
-    let kinds = ["a text in quotes", "true or false", "a table", "a list"];
-    let other = message.split_once(", needed ").is_some_and(|(_, needed)| kinds.contains(&needed));
-    let message = if other {
+    let message = if standstill_scenario::has_numbers(&key) == Some(false) {
         "its values are no numbers; needed a key whose values are, such as `sensors.noise`, `detector.pulse` or `motor.winding.resistance`".to_owned()
     } else {
         message

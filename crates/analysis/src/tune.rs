@@ -125,16 +125,21 @@ pub struct Tuned {
     pub differences: Measured,
     /// Whether the best keep the limits.
     pub limits: Verdict,
-    /// Settings of which none is better in both measures, by the second one.
+    /// Settings of which none is better in both measures, by the second one; none if none may keep the limits.
     pub front: Vec<Judged>,
     /// All settings that were looked at.
     pub looks: Vec<Look>,
 }
 
 impl Tuned {
+    /// Whether there are settings that may keep the limits; else the best are only the nearest to it.
+    pub fn is_found(&self) -> bool {
+        self.limits.possibly
+    }
+
     /// Whether the best are surely better than the start in what was to be small.
     pub fn surely_better(&self, goal: &Goal) -> bool {
-        self.differences.get(goal.minimise).high < 0.0
+        self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
 }
 
@@ -179,7 +184,7 @@ impl Question<'_> {
         let mut take = |values: &[f64], trials: u64| {
             let Some(tally) = bench.tally(values, seed(0), trials, watch)? else { return Ok(None) };
             let start = starts.at(seed(0), trials, watch)?;
-            Ok::<_, Halt<FileError>>(Some(self.related(measured(&taken, &tally), &start)))
+            Ok::<_, Halt<FileError>>(Some(self.related(seen(&taken, &tally), &start)))
         };
         let mut search = Search::new(&self.ranges, &mut take);
         let wide =
@@ -220,10 +225,14 @@ impl Question<'_> {
         // As many trials as start and best have: what is compared is of the same random numbers.
         let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
+        let limits = self.kept(&best.measured, &differences);
+        // What surely breaks a limit is no choice.
+        let absolute = self.absolute();
+        front.retain(|judged| limits.possibly && verdict(&absolute, &judged.measured).possibly);
         front::keep(&mut front, self);
         Ok(Tuned {
             start: Judged { values: nominal, measured: measured(&taken, &of_start) },
-            limits: self.kept(&best.measured, &differences),
+            limits,
             differences,
             best,
             front,
@@ -246,10 +255,15 @@ impl Question<'_> {
         measured
     }
 
+    /// The limits that are not what the start reaches.
+    pub fn absolute(&self) -> Limits {
+        let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
+        Limits(absolute.copied().collect())
+    }
+
     /// Whether limits are kept, those that are what the start reaches by the difference to it.
     fn kept(&self, best: &Measured, differences: &Measured) -> Verdict {
-        let absolute = self.goal.limits.0.iter().filter(|limit| !self.relative.contains(&limit.measure));
-        let of_best = verdict(&Limits(absolute.copied().collect()), best);
+        let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
             self.relative.iter().all(|measure| of(&differences.get(*measure)) <= 0.0)
         };
@@ -294,7 +308,7 @@ impl Question<'_> {
                 let seed = self.seed.wrapping_add(1);
                 if let Some(tally) = bench.tally(&judged.values, seed, trials, watch)? {
                     let start = starts.at(seed, trials, watch)?;
-                    judged.measured = self.related(measured(bench.limits, &tally), &start);
+                    judged.measured = self.related(seen(bench.limits, &tally), &start);
                 }
             }
             let possible = |judged: &Judged| verdict(&self.goal.limits, &judged.measured).possibly;
@@ -326,7 +340,7 @@ impl Starts<'_> {
             return Ok(known.clone());
         }
         let tally = self.own.tally(&[], seed, trials, watch)?.ok_or(Halt::Stopped)?;
-        let found = measured(self.own.limits, &tally);
+        let found = seen(self.own.limits, &tally);
         self.known.borrow_mut().insert((seed, trials), found.clone());
         Ok(found)
     }
@@ -335,6 +349,11 @@ impl Starts<'_> {
 /// The measures that a tally shows.
 fn measured(taken: &Limits, tally: &Tally) -> Measured {
     Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.estimates()).collect())
+}
+
+/// The same as the search sees them.
+fn seen(taken: &Limits, tally: &Tally) -> Measured {
+    Measured(taken.0.iter().map(|limit| limit.measure).zip(tally.seen()).collect())
 }
 
 /// Whether limits hold.

@@ -16,15 +16,21 @@ use crate::{host, interrupt};
 /// How long nothing is said without a terminal.
 const EVERY: Duration = Duration::from_secs(10);
 
-/// A bar for this many trials, on standard error.
+/// A bar for this many trials, on standard error; of none where nobody knows how many there will be.
 pub fn bar(trials: u64) -> ProgressBar {
-    let bar = new(trials, " trials");
-    let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
-    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     let rate = |state: &ProgressState, to: &mut dyn std::fmt::Write| {
         // A bar that cannot be written is no reason to stop.
         let _ = write!(to, "{:.0}", state.per_sec());
     };
+    if trials == 0 {
+        let bar = watched(ProgressBar::no_length(), " trials");
+        let style = ProgressStyle::with_template("{spinner} {pos} trials, {rate}/s, {msg}");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()).with_key("rate", rate));
+        return bar;
+    }
+    let bar = new(trials, " trials");
+    let template = "{bar:16} {pos}/{len} trials, {rate}/s, {eta} left, {msg}";
+    let style = ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar());
     bar.set_style(style.with_key("rate", rate));
     bar
 }
@@ -83,7 +89,7 @@ pub struct Watched {
 }
 
 impl Watched {
-    /// A bar for about this many trials, and an interrupt's flag.
+    /// A bar for about this many trials, of none where that is not known, and an interrupt's flag.
     pub fn new(trials: u64) -> Self {
         Self { bar: bar(trials), stop: interrupt::flag(), notes: None }
     }
@@ -227,6 +233,14 @@ mod tests {
         assert!(terminal.text().contains("50/200 trials"), "{}", terminal.text());
         drop(bar);
         assert_eq!(terminal.text(), "");
+    }
+
+    #[test]
+    fn regress_work_of_unknown_length_has_no_share_and_no_time_left() {
+        let watched = Watched::new(0);
+        watched.did(17_000);
+        watched.bar.set_message("noise at 3 mA");
+        assert_eq!(line(&watched.bar, " trials"), "17000 trials after 0 s, noise at 3 mA");
     }
 
     #[test]

@@ -78,4 +78,4 @@ pub use seed::value as seed_value;
 #[doc(hidden)]
 pub use tables::{InverterTable, RotorTable, SensorsTable, StopTable};
 #[doc(hidden)]
-pub use units::{KeyOf, Values, is_share};
+pub use units::{KeyOf, Values, has_numbers, is_share};

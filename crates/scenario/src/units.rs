@@ -28,6 +28,19 @@ pub fn is_share(key: &str) -> bool {
     place.and_then(|place| find(place, "x-share", &schema)).and_then(Value::as_bool).unwrap_or(false)
 }
 
+/// Whether a key's values are numbers; none if there is no such key.
+pub fn has_numbers(key: &str) -> Option<bool> {
+    let schema = schema();
+    let place = key.split('.').try_fold(&schema, |place, part| property(place, part, &schema))?;
+    let whole = || {
+        find(place, "type", &schema).is_some_and(|kind| match kind {
+            Value::Array(kinds) => kinds.iter().any(|kind| kind == "integer"),
+            kind => kind == "integer",
+        })
+    };
+    Some(find(place, "x-unit", &schema).is_some() || whole())
+}
+
 /// What the values of a key are.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Values {

@@ -16,7 +16,7 @@ pub fn paired(taken: &Limits, first: &Tally, second: &Tally, seed: u64) -> Vec<(
     let of = |(limit, (a, b)): (&crate::limit::Limit, (&Vec<f64>, &Vec<f64>))| {
         let measure = limit.measure;
         let apart = |a: Vec<f64>, b: Vec<f64>| {
-            let [a, b] = [a, b].map(|values| measure.estimate(values).value);
+            let [a, b] = [a, b].map(|values| measure.seen(values).value);
             // Both beyond every bound are no further apart.
             if a == b { 0.0 } else { b - a }
         };

@@ -284,7 +284,11 @@ fn probability_to(value: f64, last: i32) -> String {
     match magnitude(value) {
         None => "0".to_owned(),
         Some(first) if first < -3 => format!("{value:.*e}", digits(2, first)),
-        Some(_) => format!("{value:.*}", digits(4, 0)),
+        // What is not zero is not shown as zero.
+        Some(first) => {
+            let least = usize::try_from(-first).unwrap_or(0);
+            format!("{value:.*}", digits(4, 0).max(least))
+        }
     }
 }
 
@@ -307,6 +311,7 @@ mod tests {
         assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3.0e-6 [5e-7, 1.20e-5]");
         assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
         assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
+        assert_eq!(text(0.21, 0.004, 0.43), "0.21 [0.004, 0.43]");
         assert_eq!(text(0.5, 0.5, 0.5), "0.5000 [0.5000, 0.5000]");
         assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
     }

@@ -1,15 +1,17 @@
 //! `standstill require`: what a part must do for limits to hold.
 
 mod tradeoff;
+mod unanswered;
 
 pub use tradeoff::Point;
+pub use unanswered::Unanswered;
 
 use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
 use standstill_analysis::bracket::{Edge, Found, Search, Side};
 use standstill_analysis::limit::Limits;
-use standstill_analysis::require::Bench;
+use standstill_analysis::require::{Bench, Judgement};
 use standstill_campaign::Estimate;
 use standstill_quantity::{Scale, listed};
 use standstill_report::page::{Block, Page, Section, Tone};
@@ -64,12 +66,15 @@ impl Question<'_> {
         let Self { bench, search, watched, judged, rows, .. } = self;
         search.find(&mut |value, trials| {
             let values: Vec<f64> = before.iter().copied().chain([value]).collect();
-            watched.bar.set_length(watched.bar.position() + trials);
-            let Some((measures, verdict)) = bench.judge(&values, trials, *watched)? else { return Ok(None) };
+            if before.is_empty() {
+                watched.bar.set_message(format!("{trials} trials at {}", shown(&bench.keys[0].0, value)));
+            }
+            let Some(judgement) = bench.judge(&values, trials, *watched)? else { return Ok(None) };
+            let Judgement { measures, verdict, without_answer } = judgement;
             let measures_text: Vec<String> = measures.iter().map(measure).collect();
             let measures_text = measures_text.join("; ");
             rows.push(Row { value, trials, holds: verdict.holds, measures: measures_text });
-            judged.push(Judged { value, measures });
+            judged.push(Judged { value, trials, measures, without_answer });
             Ok(Some(verdict))
         })
     }
@@ -107,6 +112,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         points: POINTS,
         trials: TRIALS,
         most: options.most.map_or(MOST, u64::from),
+        sure_from: options.limit.least_trials(),
         width: 0.05,
         whole: bench.keys[last].1,
     };
@@ -243,7 +249,11 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
             json["high"] = edge.interval.1.into();
             json["monotone"] = edge.is_monotone(&asked.search).into();
             json["narrow"] = edge.narrow.into();
-            let details = notes(key, &asked.search, edge);
+            let mut details = notes(key, &asked.search, edge);
+            let unanswered = Unanswered::of(limits, &asked.judged, edge);
+            details.extend(unanswered.iter().map(ToString::to_string));
+            details.extend(unanswered::too_few(limits, edge));
+            json["without_answer"] = json!(unanswered);
             let sure = edge.narrow && edge.is_monotone(&asked.search);
             (
                 sentence(key, asked.bench.keys[0].1, limits, edge),

@@ -196,13 +196,15 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
     let (tone, headline) = words::headline(asked, tuned);
     let details = words::details(asked, tuned);
     let table = words::table(asked, tuned);
-    let settings = words::toml(asked, &tuned.best);
-    let json = json!({
+    // What breaks a limit is not there to copy.
+    let found = tuned.is_found();
+    let settings = found.then(|| words::toml(asked, &tuned.best));
+    let mut json = json!({
         "minimise": asked.goal.minimise.to_string(),
         "limit": asked.goal.limits.to_string(),
-        "settings": settings_json(asked, &tuned.best),
+        "settings": found.then(|| settings_json(asked, &tuned.best)),
         "start": json_of(asked, &tuned.start),
-        "best": json_of(asked, &tuned.best),
+        "best": found.then(|| json_of(asked, &tuned.best)),
         "differences": measures_json(&tuned.differences.0),
         "surely_better": tuned.surely_better(&asked.goal),
         "limits_hold": { "likely": tuned.limits.holds, "surely": tuned.limits.surely },
@@ -212,6 +214,9 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
         "trials": asked.effort.last,
         "judged_on_seed": asked.seed.wrapping_add(2),
     });
+    if !found {
+        json["nearest"] = json_of(asked, &tuned.best);
+    }
     let rows: Vec<Row> = tuned
         .looks
         .iter()
@@ -227,22 +232,27 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
         text
     });
     let figure = figures::tune(asked, tuned, setting.clone());
+    let (trials, seed, last) = (asked.effort.last, asked.seed.wrapping_add(2), words::last(tuned));
+    let line = if found {
+        "The line joins the settings of which none is better in both. These, start and best"
+    } else {
+        "No settings that were looked at keep the limits. Start and nearest"
+    };
     let caption = format!(
-        "The line joins the settings of which none is better in both. These, start and best are judged on the same {} trials of seed \
-         {}. Marks without intervals are settings that the search looked at, on fewer trials of seed {}: they cannot be compared \
-         with the others, and may lie below the line by chance.",
-        asked.effort.last,
-        asked.seed.wrapping_add(2),
+        "{line} are judged on the same {trials} trials of seed {seed}. Marks without intervals are settings that the search \
+         looked at, on fewer trials of seed {}: they cannot be compared with the others, and may be better by chance.",
         asked.seed
     );
-    let blocks = vec![
-        Block::Verdict { tone, headline: headline.clone(), details },
-        Block::Code { caption: "Settings to copy".to_owned(), text: settings.clone() },
-        Block::Code { caption: "Start and best on the same fresh trials".to_owned(), text: table.whole() },
-    ];
+    let mut blocks = vec![Block::Verdict { tone, headline: headline.clone(), details }];
+    if let Some(text) = settings.clone() {
+        blocks.push(Block::Code { caption: "Settings to copy".to_owned(), text });
+    }
+    let about = format!("Start and {last} on the same fresh trials");
+    blocks.push(Block::Code { caption: about, text: table.whole() });
+    let copied = settings.map_or_else(String::new, |settings| format!("\n{settings}"));
     Ok(Answer {
         name: "tune",
-        text: format!("{setting}\n{headline}\n{lines}\n{}\n{settings}", table.text()),
+        text: format!("{setting}\n{headline}\n{lines}\n{}{copied}", table.text()),
         json: with_setup(plan.file(), &scenario, json),
         csv: columns::csv(&rows).map_err(|error| Error::Write("tune.csv".into(), error))?,
         figures: vec![("tune".to_owned(), figure, caption)],

@@ -13,7 +13,10 @@ use crate::commands::require::Point;
 /// A value that was judged: what each limit's measure is.
 pub struct Judged {
     pub value: f64,
+    pub trials: u64,
     pub measures: Vec<Estimate>,
+    /// The share of starts without an answer, where the root mean square is limited.
+    pub without_answer: Option<Estimate>,
 }
 
 /// A key's axis, and the one unit of it that suits all values.
@@ -98,6 +101,8 @@ mod tests {
     fn regress_a_share_of_zero_is_drawn_as_an_upper_limit() {
         let limits: Limits = "wrong_poles <= 1 %".parse().expect("limits");
         let judged = |value, share: f64| Judged {
+            trials: 1000,
+            without_answer: None,
             value,
             measures: vec![Estimate { value: share, low: 0.5 * share, high: share + 0.004 }],
         };

@@ -51,12 +51,16 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         let label = format!("{searched}, breaks a limit");
         panel = panel.with(Layer::points(&label, Style::Orange, points(broken)));
     }
+    panel = panel.with(Layer::points(&searched, Style::Purple, points(kept)));
+    if !front.is_empty() {
+        panel = panel
+            .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
+            .with(Layer::error_bars(&none_better, Style::Black, front));
+    }
+    let last = if tuned.is_found() { "best" } else { "nearest, breaks a limit" };
     panel = panel
-        .with(Layer::points(&searched, Style::Purple, points(kept)))
-        .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
-        .with(Layer::error_bars(&none_better, Style::Black, front))
         .with(Layer::error_bars(&judged("start"), Style::Vermilion, [place(&tuned.start)]))
-        .with(Layer::error_bars(&judged("best"), Style::Blue, [place(&tuned.best)]));
+        .with(Layer::error_bars(&judged(last), Style::Blue, [place(&tuned.best)]));
     Figure {
         title: format!("{} against {}", measures[1], measures[0]),
         subtitle: Some(subtitle),

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 
 use standstill_campaign::Estimate;
 use standstill_interface::Angle;
+use standstill_quantity::magnitude;
 use standstill_scenario::{Plan, Record};
 use standstill_sim::Ended;
 
 use super::Told;
 use crate::commands::trace::specimen;
-use crate::summary::decimals_of;
+use crate::summary::{decimals_of, fixed};
 use crate::table::{Column, Table};
 
 /// Errors that are told, those with the largest effect first.
@@ -35,8 +36,14 @@ pub struct About {
 /// An error's part with half its interval, as far as there is one, in no more digits than two of that.
 fn part(part: &Estimate) -> String {
     let half = part.high - part.value;
-    let decimals = decimals_of([part.value, part.low, part.high]).min(3);
-    let value = format!("{:+.decimals$}", part.value);
+    // Three suffice but for what they would show as zero.
+    let least = magnitude(if half > 0.0 { half } else { part.value });
+    let least = least.map_or(0, |first| usize::try_from(-first).unwrap_or(0));
+    let decimals = decimals_of([part.value, part.low, part.high]).min(least.max(3));
+    // There is no minus zero.
+    let sign = if part.value > 0.0 { "+" } else { "" };
+    let value = sign.to_owned() + &fixed(part.value, decimals);
+    let value = if value.chars().all(|c| "+0.".contains(c)) { value.replace('+', "") } else { value };
     if half > 0.0 { format!("{value} ± {half:.decimals$}°") } else { format!("{value}°") }
 }
 
@@ -130,5 +137,9 @@ mod tests {
         assert_eq!(said(31.25, 12.5), "+31 ± 12°");
         assert_eq!(said(-0.008_7, 0.001_6), "-0.009 ± 0.002°");
         assert_eq!(said(1.5, 0.0), "+1.500°");
+        // Small parts have digits, and zeros no sign.
+        assert_eq!(said(-0.000_21, 0.000_043), "-0.00021 ± 0.00004°");
+        assert_eq!(said(-0.000_001, 0.000_4), "0.0000 ± 0.0004°");
+        assert_eq!(said(0.0, 0.0), "0°");
     }
 }

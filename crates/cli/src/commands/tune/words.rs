@@ -1,12 +1,12 @@
 //! What is said of settings.
 
-use standstill_analysis::limit::{Limit, Limits, Measure};
+use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
 use standstill_report::page::Tone;
 
-use crate::commands::require::shown;
+use crate::commands::require::{Unanswered, shown};
 use crate::summary::decimals_of;
 use crate::table::{Column, Table};
 
@@ -75,10 +75,8 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     let settings = settings(asked, &tuned.best.values);
     let limits = limits(asked);
     // What the start itself sets, it keeps, whatever other random numbers make of it.
-    let absolute = asked.goal.limits.0.iter().filter(|limit| !asked.relative.contains(&limit.measure));
-    let absolute = Limits(absolute.copied().collect());
-    let start_keeps = standstill_analysis::tune::verdict(&absolute, &tuned.start.measured).holds;
-    if !tuned.limits.possibly {
+    let start_keeps = standstill_analysis::tune::verdict(&asked.absolute(), &tuned.start.measured).holds;
+    if !tuned.is_found() {
         return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
     }
     if !tuned.surely_better(&asked.goal) && start_keeps {
@@ -136,6 +134,13 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
     if !ends.is_empty() {
         details.push(format!("at the end of the range: {}", ends.join(", ")));
     }
+    let limited = asked.goal.limits.0.iter().any(|limit| limit.measure == Measure::Rms);
+    if limited || minimise == Measure::Rms {
+        let of_best = &tuned.best.measured;
+        let share = of_best.get(Measure::Undetermined);
+        let told = Unanswered::in_measure(&of_best.get(Measure::Rms), &share, asked.effort.last);
+        details.extend(told.map(|told| format!("rms: {told}")));
+    }
     details.push(format!(
         "{} settings looked at, from {} places; {} trials each at first, {} near the end",
         tuned.looks.len(),
@@ -144,6 +149,11 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
         asked.effort.fine
     ));
     details
+}
+
+/// What the last settings are.
+pub fn last(tuned: &Tuned) -> &'static str {
+    if tuned.is_found() { "best" } else { "nearest" }
 }
 
 /// Start and best, measure by measure.
@@ -171,7 +181,7 @@ pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> Table {
     Table::new([
         Column::word(""),
         Column::number("start"),
-        Column::number("best"),
+        Column::number(last(tuned)),
         Column::number("difference"),
     ])
     .rows(keys.chain(measures))

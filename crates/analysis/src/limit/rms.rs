@@ -1,0 +1,144 @@
+//! Root mean square of errors, of which some starts have none.
+//!
+//! Each start without an answer counts as 90°. A few of them make most of the mean square, and their share is seldom
+//! known well: where none is seen in n starts, up to 3.7/n of them may be without an answer. The mean square's
+//! interval is therefore made of that of their share and that of the others' mean square.
+
+use standstill_campaign::{Estimate, binomial_interval};
+
+use crate::sobol::ratio;
+
+/// What a start without an answer counts as, in degrees.
+const COUNTS: f64 = 90.0;
+
+/// The root mean square with its 95 % interval; of a start without an answer the value is infinite.
+///
+/// The mean square is p 90² + (1 − p) m: p the share without an answer, m the mean square of the others. The distances
+/// from the estimate to the ends of both intervals, each by its effect, are added as squares (G. Y. Zou and A. Donner,
+/// "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095).
+pub(super) fn rms(values: &[f64]) -> Estimate {
+    let share = without_answer(values);
+    let mut squares: Vec<f64> = values.iter().filter(|e| e.is_finite()).map(|e| e * e).collect();
+    let whole = COUNTS * COUNTS;
+    let root = |x: f64| x.max(0.0).sqrt();
+    if squares.len() < 2 {
+        // Nothing is known of the others' errors but that they are below 90°.
+        let sum = share.value * whole + squares.iter().sum::<f64>() / (values.len() as f64).max(1.0);
+        return Estimate { value: root(sum), low: root(share.low * whole), high: COUNTS };
+    }
+    let m = ratio(squares.iter().map(|square| (*square, 1.0)));
+    let m = Estimate { low: m.low.max(least(&mut squares)), ..m };
+    let value = share.value * whole + (1.0 - share.value) * m.value;
+    let end = |share_apart: f64, m_apart: f64| {
+        let [a, b] = [share_apart * (whole - m.value), (1.0 - share.value) * m_apart];
+        (a * a + b * b).sqrt()
+    };
+    let low = value - end(share.value - share.low, m.value - m.low);
+    // It is at least what both make at their lower ends.
+    let low = low.max(share.low * whole + (1.0 - share.high) * m.low);
+    let high = value + end(share.high - share.value, m.high - m.value);
+    Estimate { value: root(value), low: root(low), high: root(high) }
+}
+
+/// The same with the interval of what is seen alone: what a search compares on the same random numbers.
+pub(super) fn seen(values: &[f64]) -> Estimate {
+    let squares = values.iter().map(|e| if e.is_finite() { e * e } else { COUNTS * COUNTS });
+    let square = ratio(squares.map(|square| (square, 1.0)));
+    let root = |x: f64| x.max(0.0).sqrt();
+    Estimate { value: root(square.value), low: root(square.low), high: root(square.high) }
+}
+
+/// The share of starts without an answer with its exact interval.
+pub(super) fn without_answer(values: &[f64]) -> Estimate {
+    let count = values.iter().filter(|error| !error.is_finite()).count();
+    binomial_interval(count as u64, values.len() as u64)
+}
+
+/// What the mean is at least: half the lower end of the median, because half of all is above the median.
+fn least(squares: &mut [f64]) -> f64 {
+    0.5 * super::quantile(squares, 0.5).low
+}
+
+/// What starts without an answer have to do with a root mean square.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Part {
+    /// More than half of the mean square is theirs.
+    Value,
+    /// More than half of the mean square's upper end is what may be theirs.
+    Interval,
+}
+
+/// The part that starts without an answer have in a root mean square, if it is most of it.
+pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
+    let most = |share: f64, rms: f64| share > 0.0 && share * COUNTS * COUNTS > rms * rms / 2.0;
+    if most(share.value, rms.value) {
+        Some(Part::Value)
+    } else {
+        most(share.high, rms.high).then_some(Part::Interval)
+    }
+}
+
+/// The root mean square in degrees that such a share makes alone.
+pub fn made_by(share: f64) -> f64 {
+    COUNTS * share.sqrt()
+}
+
+/// The share of starts without an answer that alone makes a root mean square of so many degrees.
+pub(super) fn share_of(most: f64) -> f64 {
+    (most / COUNTS) * (most / COUNTS)
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_sim::{Purpose, Streams};
+
+    use super::*;
+
+    const NONE: f64 = f64::INFINITY;
+
+    #[test]
+    fn analytic_starts_without_an_answer_widen_the_interval_before_one_is_seen() {
+        // Of 1,000 starts with errors of 0.1° none is without an answer: up to 0.368 % may be, which make 5.46°.
+        let mut values = [0.1, -0.1].repeat(500);
+        let none = rms(&values);
+        assert!((none.value - 0.1).abs() < 1e-12 && (none.low - 0.1).abs() < 1e-6, "{none:?}");
+        assert!((none.high - 5.46).abs() < 0.01, "{none:?}");
+        assert_eq!(part(&none, &without_answer(&values)), Some(Part::Interval));
+        values[0] = NONE;
+        let one = rms(&values);
+        assert!((one.value - 8.1_f64.sqrt()).abs() < 0.01, "{one:?}");
+        let share = without_answer(&values);
+        assert_eq!(part(&one, &share), Some(Part::Value));
+        // Its interval contains that of the share alone, and that of none seen overlaps.
+        assert!(one.low < 0.47 && one.low > 0.1 && one.high >= made_by(share.high), "{one:?}");
+        assert!(one.low < none.high);
+    }
+
+    #[test]
+    fn law_intervals_of_rms_cover_what_is_rare() {
+        // 0.3 of a start without an answer is expected in 1,000, then 3, then 30.
+        for p in [3e-4, 3e-3, 3e-2] {
+            let truth = (p * 8100.0 + (1.0 - p) * 0.04_f64).sqrt();
+            let covered = (0..400).filter(|number| {
+                let mut draws = Streams::new(5, *number).open(Purpose::Design);
+                let mut one = || if draws.uniform() < p { NONE } else { 0.2 * draws.normal() };
+                let values: Vec<f64> = (0..1000).map(|_| one()).collect();
+                let found = rms(&values);
+                found.low <= truth && truth <= found.high
+            });
+            let covered = covered.count();
+            assert!(covered >= 370, "{p}: {covered} of 400");
+        }
+    }
+
+    #[test]
+    fn regress_a_lower_end_of_rms_is_not_zero() {
+        // One error of many makes the mean square: its distance to the mean is more than the mean.
+        let mut values = vec![0.1; 1000];
+        values[3] = 60.0;
+        let found = rms(&values);
+        assert!(found.low > 0.05 && found.low < 0.5, "{found:?}");
+        let all = rms(&[NONE; 100]);
+        assert!(all.value == 90.0 && all.high == 90.0 && all.low > 88.0, "{all:?}");
+    }
+}
