@@ -129,7 +129,7 @@ mod tests {
 
     /// Two pulses from rest, along a and along b, of a motor with its d-axis at an angle; without a voltage if there is no `link`.
     fn record(angle_deg: f64, ratio: f64, noise: f64, link: f64) -> Record {
-        let axes = [0.0_f64, 120.0, 240.0].map(|degrees| degrees.to_radians());
+        let axes = [0.0_f64, 120.0, 240.0].map(f64::to_radians);
         let (sin, cos) = standstill_numeric::sin_cos(angle_deg.to_radians());
         let rows = (0..240_u32).map(|k| {
             let (place, along) = (f64::from(k % 120), (k / 120) as usize);
