@@ -12,6 +12,7 @@
 //! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
 //! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
 
+mod error;
 mod parameters;
 mod pieces;
 mod plant;
@@ -25,7 +26,6 @@ mod start;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
-use std::fmt;
 
 use nalgebra::DMatrix;
 use standstill_plant::Motor;
@@ -36,6 +36,7 @@ use reading::Scatter;
 use record::Record;
 use solve::{Problem, Sum};
 
+pub use error::FitError;
 pub use plant::Plant;
 pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
 pub use standstill_inverter::{DeviceKind, Devices};
@@ -52,58 +53,8 @@ pub struct Start {
     pub dead_time: f64,
 }
 
-/// A fit that did not succeed.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FitError {
-    /// The pulses raise no current that could be seen.
-    NoCurrent,
-    /// Channels that are on other phases than their columns say, or the wrong way round.
-    Wiring(Wiring),
-    /// No plant comes near the readings.
-    NoPlant,
-    /// More rows, of all records together, than a fit takes.
-    TooManyRows(usize),
-    /// An interrupt.
-    Stopped,
-    /// More changes of the legs than can be placed between rows so far apart.
-    TooManyEdges(usize),
-}
-
 /// Changes of the legs whose places between rows can be estimated along.
 const MOST_EDGES: usize = 150;
-
-impl fmt::Display for FitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NoCurrent => {
-                write!(
-                    f,
-                    "found no current that rises in a pulse; needed: pulses of at least ten times the channels' resolution, and currents into the motor counted positive"
-                )
-            }
-            Self::Wiring(wiring) => write!(
-                f,
-                "found currents that the legs do not raise; with {wiring} they would be; needed: each current in its own phase's column, positive into the motor"
-            ),
-            Self::NoPlant => {
-                write!(
-                    f,
-                    "no motor at standstill comes near these currents; needed: legs, currents and DC link of one inverter and motor, in these columns' units"
-                )
-            }
-            Self::TooManyRows(rows) => {
-                write!(f, "found {rows} rows in all files; needed: at most {}", record::MOST_ROWS)
-            }
-            Self::Stopped => write!(f, "stopped"),
-            Self::TooManyEdges(count) => write!(
-                f,
-                "found {count} changes of the legs between rows so far apart that their places matter; needed: at most {MOST_EDGES}, or rows closer together"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for FitError {}
 
 /// 97.5 % quantile of a normal.
 const TWO_SIDED_95: f64 = 1.959_963_984_540_054;
