@@ -167,14 +167,16 @@ impl Search {
                 known.insert(value.to_bits(), verdict);
                 Ok(verdict)
             };
-            let middle = self.turn(places, end, &mut |place| Ok(look(place)?.holds))?;
+            let [middle, _] = self.turn(places, end, &mut |place| Ok(look(place)?.holds))?;
             // What so few trials show nowhere is not looked for.
             let inner = if trials < self.sure_from {
                 places[0]
             } else {
-                self.turn(places, end, &mut |place| Ok(look(place)?.surely))?
+                self.turn(places, end, &mut |place| Ok(look(place)?.surely))?[0]
             };
-            let outer = self.turn(places, end, &mut |place| Ok(look(place)?.possibly))?;
+            // Up to where it was seen not to hold: what lies between was not looked at.
+            let [last, next] = self.turn(places, end, &mut |place| Ok(look(place)?.possibly))?;
+            let outer = if self.whole { last } else { next };
             let value = self.at(middle);
             let ends = [inner, outer].map(|place| self.at(place));
             let interval = (ends[0].min(ends[1]).min(value), ends[0].max(ends[1]).max(value));
@@ -193,26 +195,26 @@ impl Search {
         }
     }
 
-    /// Where something that is true on the inner side of the scan becomes false, near the place of this number. What is
-    /// returned is the last place where it was true.
+    /// Where something that is true on the inner side of the scan becomes false, near the place of this number: the last place
+    /// where it was true, and the next one where it was not, if there are such.
     fn turn<E>(
         &self,
         places: &[f64],
         end: usize,
         is_true: &mut dyn FnMut(f64) -> Result<bool, E>,
-    ) -> Result<f64, E> {
+    ) -> Result<[f64; 2], E> {
         // Outwards while it is still true, inwards until it is.
         let mut outside = end;
         while is_true(places[outside])? {
             outside += 1;
             if outside == places.len() {
-                return Ok(places[places.len() - 1]);
+                return Ok([places[places.len() - 1]; 2]);
             }
         }
         let mut inside = outside;
         loop {
             if inside == 0 {
-                return Ok(places[0]);
+                return Ok([places[0]; 2]);
             }
             inside -= 1;
             if is_true(places[inside])? {
@@ -233,7 +235,7 @@ impl Search {
                 bad = middle;
             }
         }
-        Ok(good)
+        Ok([good, bad])
     }
 }
 

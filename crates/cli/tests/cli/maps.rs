@@ -163,7 +163,7 @@ fn what_is_wrong_with_a_map_is_named() {
         (&["magnetics", "falling.csv"], &["falling.csv: line 300", "psi_d = 0.1 Wb", "more flux along d"]),
         (&["magnetics", "gap.csv"], &["gap.csv", "no point at i_d = 11 A, i_q = 12 A", "1 of the 24 × 25"]),
         (&["magnetics", "none.csv"], &["none.csv", "No such file"]),
-        (&["magnetics", "map.csv", "--pole-pairs", "0"], &["'0'", "--pole-pairs", "1..=200"]),
+        (&["magnetics", "map.csv", "--pole-pairs", "0"], &["'0'", "--pole-pairs", "from 1 to 200"]),
         (&["magnetics", "map.csv", "--resistance", "-1"], &["'-1'", "--resistance", "positive"]),
         (
             &["magnetics", "map.csv", "--current", "40"],
