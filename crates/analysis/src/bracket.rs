@@ -168,7 +168,7 @@ impl Search {
                 Ok(verdict)
             };
             let [middle, _] = self.turn(places, end, &mut |place| Ok(look(place)?.holds))?;
-            // What so few trials show nowhere is not looked for.
+            // So few trials cannot show it at any value.
             let inner = if trials < self.sure_from {
                 places[0]
             } else {
@@ -195,8 +195,8 @@ impl Search {
         }
     }
 
-    /// Where something that is true on the inner side of the scan becomes false, near the place of this number: the last place
-    /// where it was true, and the next one where it was not, if there are such.
+    /// Finds where a condition ceases to hold, searching from the place of this number: the last place that was seen to fulfil it, and
+    /// the next one that was seen not to. Both are the scan's end if the condition does not change before it.
     fn turn<E>(
         &self,
         places: &[f64],

@@ -32,7 +32,7 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventError {
     text: String,
-    /// Where the quantity is one, the bound that was found and what is needed of it.
+    /// The bound that was found and the bounds that are allowed, if the quantity before it is known.
     bound: Option<(String, &'static str)>,
 }
 
@@ -80,7 +80,7 @@ impl FromStr for Event {
 /// No movement and no current is larger.
 const MOST: f64 = 1e6;
 
-/// What bounds may be.
+/// The allowed bounds of each quantity, for messages.
 const ERRORS: &str =
     "an error of the axis from 0 deg to less than 90 deg, which is the largest there is, such as `3 deg`";
 const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";

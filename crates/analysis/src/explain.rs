@@ -207,7 +207,7 @@ mod tests {
             (0..15).map(|k| if k < changed { failed } else { found }).collect()
         };
         let other = vec![found; 15];
-        // Of sixteen places, nine: no rounding; five: the end of this one place is the converter's.
+        // If nine of sixteen places change the end, the error does it; if five do, the converter's rounding does.
         assert_eq!(compared([&found, &failed], [&other, &places(8)]), (None, false));
         assert_eq!(compared([&found, &failed], [&other, &places(4)]), (None, true));
         let (part, within) = compared([&found, &found], [&other, &other]);

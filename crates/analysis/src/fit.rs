@@ -99,7 +99,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         return Err(FitError::TooManyRows(rows));
     }
     let mut pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
-    // What is left of many rows tells nearly as much, and a fit ends within a minute.
+    // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
     let every = rows.div_ceil(MOST_USED);
     if every > 1 {
         for piece in &mut pieces {

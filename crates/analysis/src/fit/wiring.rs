@@ -1,7 +1,8 @@
 //! Whether channels are on other phases than their columns say, or the wrong way round.
 //!
 //! What the first pulse of each piece raises lies along its voltage, but for what saliency turns it by: 37° where L_q is four
-//! times L_d, 60° where it is fourteen times. Of several directions exchanged phases turn at least one by 120° or more, and a clamp that is the wrong way round makes a sum of it that is not zero.
+//! times L_d, 60° where it is fourteen times. Exchanged phases turn at least one of several directions by far more, and a reversed clamp
+//! makes the currents' sum differ from zero.
 
 use std::fmt;
 
