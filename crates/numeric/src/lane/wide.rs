@@ -58,7 +58,7 @@ pub trait Wide: Lane<Mask: Mask> + 'static {
 }
 
 /// The largest [`Wide::LANES`].
-pub const MOST_LANES: usize = 16;
+pub const MOST_LANES: usize = 8;
 
 /// A computation that [`Wide::compute`] carries out. Its method must be `#[inline(always)]`, and so must be all that is to
 /// use wide registers.

@@ -14,42 +14,42 @@ use standstill_interface::Arithmetic;
 use super::Lane;
 use super::wide::{Compute, MOST_LANES, Mask, Wide};
 
-/// The numbers of a width: `registers` are those that stand side by side. What is done with each is written out and no loop: a
-/// compiler takes loops apart too late to keep what goes through them in registers.
+/// As many numbers as stand in one register. With two registers for each number a compiler gives up to keep what a step works
+/// with in registers, and copies it.
 macro_rules! numbers {
     (
-        $name:ident, $masks:ident, $vector:ty, $mask:ty, $per_register:literal, $features:literal, registers: [$($k:tt)*],
+        $name:ident, $masks:ident, $vector:ty, $mask:ty, $lanes:literal, $features:literal,
         set: $set:ident, add: $add:ident, sub: $sub:ident, mul: $mul:ident, div: $div:ident, sqrt: $sqrt:ident,
         least: $least:ident, greatest: $greatest:ident,
         $ops:ident
     ) => {
         /// Numbers side by side.
         #[derive(Clone, Copy, Debug)]
-        #[repr(C, align(64))]
-        pub struct $name([$vector; [$($k),*].len()]);
+        #[repr(transparent)]
+        pub struct $name($vector);
 
         /// Where something holds.
         #[derive(Clone, Copy, Debug)]
-        pub struct $masks([$mask; [$($k),*].len()]);
+        pub struct $masks($mask);
 
-        numbers!(@operator $name [$($k)*] Add add $add);
-        numbers!(@operator $name [$($k)*] Sub sub $sub);
-        numbers!(@operator $name [$($k)*] Mul mul $mul);
-        numbers!(@operator $name [$($k)*] Div div $div);
+        numbers!(@operator $name Add add $add);
+        numbers!(@operator $name Sub sub $sub);
+        numbers!(@operator $name Mul mul $mul);
+        numbers!(@operator $name Div div $div);
 
         impl Neg for $name {
             type Output = Self;
 
             #[inline(always)]
             fn neg(self) -> Self {
-                Self([$(unsafe { $ops::negative(self.0[$k]) }),*])
+                Self(unsafe { $ops::negative(self.0) })
             }
         }
 
         impl Arithmetic for $name {
             #[inline(always)]
             fn of(value: f64) -> Self {
-                Self([unsafe { $set(value) }; [$($k),*].len()])
+                Self(unsafe { $set(value) })
             }
         }
 
@@ -58,38 +58,38 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn abs(self) -> Self {
-                Self([$(unsafe { $ops::magnitude(self.0[$k]) }),*])
+                Self(unsafe { $ops::magnitude(self.0) })
             }
 
             #[inline(always)]
             fn sqrt(self) -> Self {
-                Self([$(unsafe { $sqrt(self.0[$k]) }),*])
+                Self(unsafe { $sqrt(self.0) })
             }
 
             #[inline(always)]
             fn above(self, other: Self) -> $masks {
-                $masks([$(unsafe { $ops::above(self.0[$k], other.0[$k]) }),*])
+                $masks(unsafe { $ops::above(self.0, other.0) })
             }
 
             // The instructions take their second operand where one is no number, as is asked for here.
             #[inline(always)]
             fn least(self, other: Self) -> Self {
-                Self([$(unsafe { $least(other.0[$k], self.0[$k]) }),*])
+                Self(unsafe { $least(other.0, self.0) })
             }
 
             #[inline(always)]
             fn greatest(self, other: Self) -> Self {
-                Self([$(unsafe { $greatest(other.0[$k], self.0[$k]) }),*])
+                Self(unsafe { $greatest(other.0, self.0) })
             }
 
             #[inline(always)]
             fn bit(self, bit: u32) -> $masks {
-                $masks([$(unsafe { $ops::bit(self.0[$k], bit) }),*])
+                $masks(unsafe { $ops::bit(self.0, bit) })
             }
 
             #[inline(always)]
             fn choose(mask: $masks, yes: Self, no: Self) -> Self {
-                Self([$(unsafe { $ops::choose(mask.0[$k], yes.0[$k], no.0[$k]) }),*])
+                Self(unsafe { $ops::choose(mask.0, yes.0, no.0) })
             }
 
             #[inline(always)]
@@ -99,7 +99,7 @@ macro_rules! numbers {
         }
 
         impl Wide for $name {
-            const LANES: usize = $per_register * [$($k),*].len();
+            const LANES: usize = $lanes;
 
             #[inline(always)]
             fn get(&self, lane: usize) -> f64 {
@@ -131,7 +131,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn bitand(self, other: Self) -> Self {
-                Self([$(unsafe { $ops::and(self.0[$k], other.0[$k]) }),*])
+                Self(unsafe { $ops::and(self.0, other.0) })
             }
         }
 
@@ -140,7 +140,7 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn bitor(self, other: Self) -> Self {
-                Self([$(unsafe { $ops::or(self.0[$k], other.0[$k]) }),*])
+                Self(unsafe { $ops::or(self.0, other.0) })
             }
         }
 
@@ -149,29 +149,29 @@ macro_rules! numbers {
 
             #[inline(always)]
             fn not(self) -> Self {
-                Self([$(unsafe { $ops::not(self.0[$k]) }),*])
+                Self(unsafe { $ops::not(self.0) })
             }
         }
 
         impl Mask for $masks {
             #[inline(always)]
             fn bits(self) -> u32 {
-                0 $(| unsafe { $ops::bits(self.0[$k]) } << ($per_register * $k))*
+                unsafe { $ops::bits(self.0) }
             }
 
             #[inline(always)]
             fn of_bits(bits: u32) -> Self {
-                Self([$(unsafe { $ops::of_bits(bits >> ($per_register * $k)) }),*])
+                Self(unsafe { $ops::of_bits(bits) })
             }
         }
     };
-    (@operator $name:ident [$($k:tt)*] $trait:ident $method:ident $instruction:ident) => {
+    (@operator $name:ident $trait:ident $method:ident $instruction:ident) => {
         impl $trait for $name {
             type Output = Self;
 
             #[inline(always)]
             fn $method(self, other: Self) -> Self {
-                Self([$(unsafe { $instruction(self.0[$k], other.0[$k]) }),*])
+                Self(unsafe { $instruction(self.0, other.0) })
             }
         }
 
@@ -187,13 +187,13 @@ macro_rules! numbers {
 }
 
 numbers!(
-    Avx512, Masks512, __m512d, __mmask8, 8, "avx512f,avx512dq,avx512vl,avx512bw,bmi2", registers: [0],
+    Avx512, Masks512, __m512d, __mmask8, 8, "avx512f,avx512dq,avx512vl,avx512bw,bmi2",
     set: _mm512_set1_pd, add: _mm512_add_pd, sub: _mm512_sub_pd, mul: _mm512_mul_pd, div: _mm512_div_pd,
     sqrt: _mm512_sqrt_pd, least: _mm512_min_pd, greatest: _mm512_max_pd,
     avx512
 );
 numbers!(
-    Avx2, Masks256, __m256d, __m256d, 4, "avx2,bmi2", registers: [0 1],
+    Avx2, Masks256, __m256d, __m256d, 4, "avx2,bmi2",
     set: _mm256_set1_pd, add: _mm256_add_pd, sub: _mm256_sub_pd, mul: _mm256_mul_pd, div: _mm256_div_pd,
     sqrt: _mm256_sqrt_pd, least: _mm256_min_pd, greatest: _mm256_max_pd,
     avx2
