@@ -169,7 +169,7 @@ mod tests {
 
         fn with<V: Wide>(self) {
             let of = |lane: usize| {
-                [(lane as f64 - 3.3) * 1.7, if lane == 5 { f64::NAN } else { 0.3 + lane as f64 }]
+                [(lane as f64 - 1.3) * 1.7, if lane == 2 { f64::NAN } else { 0.3 + lane as f64 }]
             };
             let (mut x, mut y) = (V::of(0.0), V::of(0.0));
             for lane in 0..V::LANES {
