@@ -21,8 +21,8 @@ use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 #[cfg(feature = "program")]
 pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
-    Results, Rows, Run, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question,
+    Report, Require, Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]

@@ -157,6 +157,15 @@ fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
         names(&folder.path().join("t")),
         ["tune.csv", "tune.html", "tune.json", "tune.png", "tune.svg"]
     );
+    // What the figure compares is of one seed, and what the search looked at is said to be of another.
+    let page = fs::read_to_string(folder.path().join("t/tune.html")).expect("a page");
+    for label in
+        ["none better in both, by seed 3", "start, by seed 3", "best, by seed 3", "looked at, by seed 1"]
+    {
+        assert!(page.contains(label), "{label}");
+    }
+    let front = tuned["front"].as_array().expect("a list");
+    assert!(front.contains(&tuned["best"]), "the best is one of the front, on the same trials");
 }
 
 #[test]
