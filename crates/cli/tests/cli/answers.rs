@@ -321,11 +321,17 @@ fn mistakes_name_what_there_is() {
             assert!(message.contains(part), "{part} in {message}");
         }
     };
-    says(&["odds", "s.toml", "--event", "wrongpole"], &["`wrongpole`", "wrong-pole", "peak_current"]);
+    says(
+        &["odds", "s.toml", "--event", "wrongpole"],
+        &["`wrongpole`", "did you mean `wrong-pole`?", "peak_current"],
+    );
+    says(&["odds", "s.toml", "--event", "peak_current > 8"], &["found `8` without a unit", "such as `8 A`"]);
     says(
         &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
-        &["`rmse <= 1 deg`", "wrong_poles", "duration"],
+        &["`rmse <= 1 deg`", "did you mean `rms`?", "wrong_poles", "duration"],
     );
+    let no_unit = ["require", "s.toml", "--key", "sensors.noise", "--limit", "peak_current <= 8"];
+    says(&no_unit, &["found `8` without a unit", "such as `8 A`"]);
     let bare = ["require", "s.toml", "--key", "sensors.noise", "--limit", "undetermined <= 5"];
     says(&bare, &["--limit", "found `5`, needed a share", "`5 %`"]);
     says(
@@ -339,7 +345,7 @@ fn mistakes_name_what_there_is() {
     let tune = |vary: &'static str, minimise: &'static str| {
         ["tune", "s.toml", "--vary", vary, "--minimise", minimise]
     };
-    says(&tune("detector.pulse=20us:200us", "rmse"), &["`rmse`", "wrong_poles", "duration"]);
+    says(&tune("detector.pulse=20us:200us", "rmse"), &["`rmse` (did you mean `rms`?)", "wrong_poles"]);
     says(&tune("detector.pulse=200us:20us", "rms"), &["LOW:HIGH"]);
     says(&tune("detector.pulse=20 A:200us", "rms"), &["detector.pulse", "20 A"]);
     says(&tune("detector.puls=20us:200us", "rms"), &["detector.puls", "pulse"]);
@@ -366,6 +372,12 @@ fn mistakes_name_what_there_is() {
         &["odds", "s.toml", "--event", "|e| > 200 deg"],
         &["found `200 deg`", "from 0 deg to less than 90 deg"],
     );
+    // Of a campaign's trials there are as many as it says.
+    let traced = |trial: &'static str, more: &[&'static str]| {
+        [&["trace", "s.toml", "--trial", trial, "--out", "t"][..], more].concat()
+    };
+    says(&traced("99999999999", &[]), &["--trial 99999999999", "needed from 0 to 999", "`-s trials=N`"]);
+    says(&traced("50", &["-s", "trials=50"]), &["--trial 50", "needed from 0 to 49"]);
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");
 }
