@@ -63,13 +63,16 @@ fn a_budget_has_its_keys_and_writes_its_files() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    for name in ["method", "sensors.noise", "sensors.gain_error", "interaction"] {
+    for name in ["method", "sensors.noise", "sensors.gain_error", "sensors.bits", "interaction"] {
         let source = sources.iter().find(|source| source["source"] == name).expect(name);
         has(
             source,
             &["source", "alone_rms_deg", "without_rms_deg", "share", "share_low", "share_high", "total"],
         );
         assert!(number(source, "share_low") <= number(source, "share_high"));
+        let end = |of: &str, end: &str| source[format!("{of}_{end}_deg")].as_f64();
+        let wide = |of: &str| end(of, "low") < end(of, "high");
+        assert!(name == "interaction" || wide("alone_rms") && wide("without_rms"), "{source}");
     }
     let expected = [
         "budget.csv",
