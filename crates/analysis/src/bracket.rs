@@ -287,6 +287,22 @@ mod tests {
     }
 
     #[test]
+    fn law_an_interval_holds_an_edge_that_is_known_for_certain() {
+        // Without any doubt in the judgements the edge lies between the last value that held and the next that did not.
+        for (side, at) in [(Side::Largest, 3.0), (Side::Smallest, 0.3)] {
+            let holds = |value: f64| if side == Side::Largest { value <= at } else { value >= at };
+            let mut judge = |value: f64, _: u64| {
+                let holds = holds(value);
+                Ok::<_, Infallible>(Some(Verdict { holds, surely: holds, possibly: holds }))
+            };
+            let Ok(found) = SEARCH.find(&mut judge);
+            let edge = edge(found);
+            assert!(holds(edge.value) && edge.side == side);
+            assert!(edge.interval.0 <= at && at <= edge.interval.1, "{edge:?}");
+        }
+    }
+
+    #[test]
     fn law_what_is_not_monotone_says_so() {
         // Holds from 0.1 to 1 and from 10 on, in decades.
         let waves =

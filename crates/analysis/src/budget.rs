@@ -7,21 +7,27 @@ mod sources;
 
 use std::f64::consts::TAU;
 
+use rayon::prelude::*;
 use standstill_campaign::Estimate;
 use standstill_numeric::sin_cos;
 use standstill_scenario::FileError;
 use standstill_scenario::Record;
-use standstill_sim::{Purpose, Tape};
+use standstill_sim::{Purpose, Streams, Tape};
 
 pub use sources::Source;
+use sources::Start;
 pub(crate) use sources::lengths;
 
 use crate::sobol::{Shares, Squares, Tuple, ratio};
 use crate::system::kept;
+use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 
 /// Pairs of samples where nobody asks for another number.
 pub const PAIRS: u64 = 8000;
+
+/// Pairs of starts with an axis that shares can be told from.
+const FEWEST: usize = 10;
 
 /// Parts of the picture over the angle, as many as have pairs enough: of 15°, 30° or 60°.
 const PARTS: [usize; 3] = [24, 12, 6];
@@ -32,6 +38,9 @@ const IN_PART: usize = 150;
 /// Trials of a sample that are kept at a time, should the question be interrupted.
 const AT_ONCE: usize = 2048;
 
+/// Places of the converters' codes that starts may draw.
+const PLACES: u64 = 16;
+
 /// What each source contributes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Budget {
@@ -39,8 +48,8 @@ pub struct Budget {
     pub rms_deg: Estimate,
     /// The sources.
     pub items: Vec<Item>,
-    /// The method's own: what it gets wrong at each angle on average over all draws. Rms in degrees, and share.
-    pub method: (f64, Estimate),
+    /// The method's own.
+    pub method: Own,
     /// Share of what sources make only together.
     pub interaction: Estimate,
     /// Pairs of samples.
@@ -51,6 +60,17 @@ pub struct Budget {
     pub trials: u64,
     /// The contributions over the angle, in even ranges.
     pub over_angle: Vec<Part>,
+}
+
+/// What the method gets wrong at each angle on average over all draws.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Own {
+    /// Rms in degrees of that alone.
+    pub alone_deg: Estimate,
+    /// Rms in degrees of the rest.
+    pub without_deg: Estimate,
+    /// Its share of the mean square.
+    pub share: Estimate,
 }
 
 /// A source.
@@ -77,6 +97,17 @@ pub struct Part {
     pub squares: Squares,
 }
 
+/// That too few pairs have an axis in all that was tried until then to share their errors out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct TooFew {
+    /// Pairs of samples.
+    pub pairs: u64,
+    /// Of these, how many have an axis.
+    pub whole: u64,
+    /// How many must have one.
+    pub needed: u64,
+}
+
 /// Trials of a budget of so many pairs and sources.
 pub const fn trials(pairs: u64, sources: usize) -> u64 {
     pairs * (2 + 3 * sources as u64)
@@ -86,7 +117,8 @@ pub const fn trials(pairs: u64, sources: usize) -> u64 {
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
-    /// Of the scenario's sources. Angles are spread evenly over the turn, unless the scenario has one.
+    /// Of the scenario's sources. Angles are spread evenly over the turn, unless the scenario has one. It ends as soon as too few
+    /// pairs are left.
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.
@@ -95,21 +127,38 @@ impl Budget {
         sources: &[Source],
         pairs: u64,
         watch: &dyn Watch,
-    ) -> Result<Self, Halt<FileError>> {
-        let bench = Bench { trials, watch };
-        let [(a, mut tapes_a), (b, tapes_b)] = [bench.sample(pairs, 0)?, bench.sample(pairs, 1)?];
-        let longest = sources::lengths(&mut tapes_a);
-        let mut mixed = Vec::new();
-        let (mut alone, mut without) = (Vec::new(), Vec::new());
+    ) -> Result<Result<Self, TooFew>, Halt<FileError>> {
+        let bench = Bench { trials, watch, rounds: sources.iter().any(Source::is_rounding) };
+        let too_few = |all: &[&Errors]| {
+            let whole = (0..all[0].len()).filter(|k| all.iter().all(|errors| errors[*k].is_some())).count();
+            (whole < FEWEST).then_some(TooFew { pairs, whole: whole as u64, needed: FEWEST as u64 })
+        };
+        let (a, mut starts_a) = bench.sample(pairs, 0)?;
+        if let Some(few) = too_few(&[&a]) {
+            return Ok(Err(few));
+        }
+        let (b, starts_b) = bench.sample(pairs, 1)?;
+        let longest = lengths(starts_a.iter_mut().map(|start| &mut start.tape));
+        let key = |source: &Source, what: &str| {
+            format!("budget: {} {what} of {} in {pairs} pairs", source.key, sources.len())
+        };
+        // First what every pair needs, so that it shows early where too few are left.
+        let mut mixed: Vec<Errors> = Vec::new();
         for source in sources {
-            let key =
-                |what: &str| format!("budget: {} {what} of {} in {pairs} pairs", source.key, sources.len());
-            let mix = |k: usize| source.mixed(&tapes_a[k], &tapes_b[k]);
-            mixed.push(bench.errors(&key("mixed"), tapes_a.len(), mix)?);
-            let only = |k: usize| source.alone(&tapes_a[k], sources, &longest);
-            alone.push(bench.errors(&key("alone"), tapes_a.len(), only)?);
-            let none = |k: usize| source.without(&tapes_a[k], &longest);
-            without.push(bench.errors(&key("without"), tapes_a.len(), none)?);
+            let mix = |k: usize| source.mixed(&starts_a[k], &starts_b[k]);
+            mixed.push(bench.errors(&key(source, "mixed"), starts_a.len(), mix)?);
+            let all: Vec<&Errors> = [&a, &b].into_iter().chain(&mixed).collect();
+            if let Some(few) = too_few(&all) {
+                return Ok(Err(few));
+            }
+        }
+        let mut alone_and_without = Vec::new();
+        for source in sources {
+            let only = |k: usize| source.alone(&starts_a[k], sources, &longest);
+            let alone = bench.errors(&key(source, "alone"), starts_a.len(), only)?;
+            let none = |k: usize| source.removed(&starts_a[k], &longest);
+            let without = bench.errors(&key(source, "without"), starts_a.len(), none)?;
+            alone_and_without.push([rms(&alone), rms(&without)]);
         }
         let tuple = |k: usize| {
             let mixed: Option<Vec<f64>> = mixed.iter().map(|errors: &Errors| errors[k]).collect();
@@ -118,23 +167,26 @@ impl Budget {
         let tuples: Vec<Option<Tuple>> = (0..a.len()).map(tuple).collect();
         let whole: Vec<Tuple> = tuples.iter().flatten().cloned().collect();
         let shares = Shares::of(&whole, sources.len());
-        let items = sources.iter().enumerate().map(|(k, source)| Item {
+        let squares = Squares::of(&whole, sources.len());
+        let items = sources.iter().zip(alone_and_without).enumerate();
+        let items = items.map(|(k, (source, [alone_deg, without_deg]))| Item {
             source: source.clone(),
-            alone_deg: rms(&alone[k]),
-            without_deg: rms(&without[k]),
+            alone_deg,
+            without_deg,
             share: shares.first[k],
             total: shares.total[k],
         });
-        Ok(Self {
+        let alone_deg = root(squares.common);
+        Ok(Ok(Self {
             rms_deg: root(shares.mean_square),
             items: items.collect(),
-            method: ((shares.common.value.max(0.0) * shares.mean_square.value).sqrt(), shares.common),
+            method: Own { alone_deg, without_deg: root(squares.rest), share: shares.common },
             interaction: shares.interaction,
             pairs,
             dropped: pairs - whole.len() as u64,
             trials: self::trials(pairs, sources.len()),
             over_angle: over_angle(&tuples, sources.len()),
-        })
+        }))
     }
 }
 
@@ -165,43 +217,69 @@ fn root(square: Estimate) -> Estimate {
 struct Bench<'a> {
     trials: &'a Trials<'a>,
     watch: &'a dyn Watch,
+    /// Whether starts draw the place of the converters' codes.
+    rounds: bool,
 }
 
 impl Bench<'_> {
-    /// Errors and tapes of one sample. Both samples have the same angles, and no other draws in common.
-    fn sample(&self, pairs: u64, sample: u64) -> Result<(Errors, Vec<Tape>), Halt<FileError>> {
+    /// Errors and starts of one sample. Both samples have the same angles, and no other draws in common.
+    fn sample(&self, pairs: u64, sample: u64) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
         let seed = self.trials.scenario().seed;
-        let tape = |k: u64| {
+        let start = |k: u64| {
             // The highest bits keep them apart from plain trials and from those of odds.
-            let mut tape = Tape::new(seed, 3 << 62 | sample << 40 | k);
+            let number = 3 << 62 | sample << 40 | k;
+            let mut tape = Tape::new(seed, number);
             let (sin, cos) = sin_cos(TAU * (k as f64 + 0.5) / pairs as f64);
             *tape.normals(Purpose::Angle) = vec![cos, sin];
-            tape
+            let mut draws = Streams::new(seed, number).open_named(Purpose::Design, "codes");
+            let place = if self.rounds { draws.integer(PLACES - 1) } else { 0 };
+            Start { tape, codes: Codes::Moved(place as f64 / PLACES as f64) }
         };
-        self.run((0..pairs).map(tape).collect())
+        self.run((0..pairs).map(start).collect())
     }
 
-    /// Errors of so many trials, each of which has a tape, a block after the other: what an interruption loses is a block.
+    /// Errors of so many starts, a block after the other: what an interruption loses is a block.
     fn errors(
         &self,
         key: &str,
-        trials: usize,
-        tape: impl Fn(usize) -> Tape,
+        starts: usize,
+        start: impl Fn(usize) -> Start,
     ) -> Result<Errors, Halt<FileError>> {
         let mut all = Errors::new();
-        for first in (0..trials).step_by(AT_ONCE) {
-            let block = first..trials.min(first + AT_ONCE);
+        for first in (0..starts).step_by(AT_ONCE) {
+            let block = first..starts.min(first + AT_ONCE);
             let count = |errors: &Errors| errors.len() as u64;
-            let run = || self.run(block.map(&tape).collect()).map(|(errors, _)| errors);
+            let run = || self.run(block.map(&start).collect()).map(|(errors, _)| errors);
             all.extend(kept(self.watch, &format!("{key} from {first}"), count, run)?);
         }
         Ok(all)
     }
 
-    /// Errors, and the tapes as they are after the trials.
-    fn run(&self, tapes: Vec<Tape>) -> Result<(Errors, Vec<Tape>), Halt<FileError>> {
-        let (records, tapes) = self.trials.all_with_tapes(tapes, self.watch)?;
-        Ok((records.iter().map(Record::axis_error_deg).collect(), tapes))
+    /// Errors, and the starts as they are after the trials. Those with the codes at one place run side by side.
+    fn run(&self, mut starts: Vec<Start>) -> Result<(Errors, Vec<Start>), Halt<FileError>> {
+        let mut groups: Vec<(Codes, Vec<usize>, Vec<Tape>)> = Vec::new();
+        for (k, start) in starts.iter_mut().enumerate() {
+            let tape = std::mem::replace(&mut start.tape, Tape::new(0, 0));
+            match groups.iter_mut().find(|(codes, ..)| *codes == start.codes) {
+                Some((_, numbers, tapes)) => {
+                    numbers.push(k);
+                    tapes.push(tape);
+                }
+                None => groups.push((start.codes, vec![k], vec![tape])),
+            }
+        }
+        let done = groups.into_par_iter().map(|(codes, numbers, tapes)| {
+            let (records, tapes) = self.trials.with_codes(codes).all_with_tapes(tapes, self.watch)?;
+            Ok((numbers, records, tapes))
+        });
+        let mut errors = vec![None; starts.len()];
+        for (numbers, records, tapes) in done.collect::<Result<Vec<_>, Halt<FileError>>>()? {
+            for ((k, record), tape) in numbers.into_iter().zip(&records).zip(tapes) {
+                errors[k] = Record::axis_error_deg(record);
+                starts[k].tape = tape;
+            }
+        }
+        Ok((errors, starts))
     }
 }
 

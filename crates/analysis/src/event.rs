@@ -1,11 +1,13 @@
 //! What may happen at a start, and how far a start is from it.
 
 use std::fmt;
+use std::ops::RangeBounds;
 use std::str::FromStr;
 
 use standstill_interface::{Angle, Outcome, PoleEvidence};
-use standstill_quantity::si_value;
-use standstill_scenario::{Record, Verdict};
+use standstill_quantity::unit::{Ampere, Degree};
+use standstill_quantity::{Quantity, Unit, split};
+use standstill_scenario::{Record, Verdict, nearest};
 use standstill_sim::Ended;
 
 /// An event. Angles are kept in degrees, currents in A.
@@ -32,20 +34,39 @@ pub enum Event {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct EventError {
     text: String,
-    /// The bound that was found and the bounds that are allowed, if the quantity before it is known.
-    bound: Option<(String, &'static str)>,
+    wrong: Wrong,
 }
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Wrong {
+    /// There is no such event.
+    Name,
+    /// The bound that was found, and those that are allowed.
+    Bound(String, &'static str),
+}
+
+/// Events without a bound, and the quantities that may have one.
+const NAMES: [(&str, Event); 4] = [
+    ("wrong-pole", Event::WrongPole),
+    ("wrong-evidence", Event::WrongEvidence),
+    ("undetermined", Event::Undetermined),
+    ("failed", Event::Failed),
+];
+const QUANTITIES: [&str; 3] = ["|e|", "moved", "peak_current"];
 
 impl fmt::Display for EventError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some((found, needed)) = &self.bound {
-            return write!(f, "`{}` is no event: found `{found}`, needed {needed}", self.text);
+        let text = &self.text;
+        if let Wrong::Bound(found, needed) = &self.wrong {
+            return write!(f, "`{text}` is no event: found {found}, needed {needed}");
         }
+        let what = text.split_once('>').map_or(text.as_str(), |(what, _)| what).trim();
+        let near = nearest(what, NAMES.iter().map(|(name, _)| *name).chain(QUANTITIES));
+        let near = near.map_or_else(String::new, |near| format!(" (did you mean `{near}`?)"));
         write!(
             f,
-            "`{}` is no event: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, \
+            "`{text}` is no event{near}: needed wrong-pole, wrong-evidence, undetermined, failed, `|e| > 3 deg`, \
              `moved > 1 deg` or `peak_current > 8 A`",
-            self.text
         )
     }
 }
@@ -57,23 +78,19 @@ impl FromStr for Event {
 
     fn from_str(text: &str) -> Result<Self, EventError> {
         let text = text.trim();
-        let error = |bound| EventError { text: text.to_owned(), bound };
-        match text {
-            "wrong-pole" => return Ok(Self::WrongPole),
-            "wrong-evidence" => return Ok(Self::WrongEvidence),
-            "undetermined" => return Ok(Self::Undetermined),
-            "failed" => return Ok(Self::Failed),
-            _ => {}
+        let error = |wrong| EventError { text: text.to_owned(), wrong };
+        if let Some((_, event)) = NAMES.iter().find(|(name, _)| *name == text) {
+            return Ok(*event);
         }
-        let (what, bound) = text.split_once('>').ok_or_else(|| error(None))?;
-        let bound = bound.trim();
+        let (what, most) = text.split_once('>').ok_or_else(|| error(Wrong::Name))?;
+        let most = most.trim();
         let (value, needed) = match what.trim() {
-            "|e|" => (below(bound, degrees, 90.0).map(Self::Error), ERRORS),
-            "moved" => (below(bound, degrees, MOST).map(Self::Moved), MOVEMENTS),
-            "peak_current" => (below(bound, amperes, MOST).map(Self::PeakCurrent), CURRENTS),
-            _ => return Err(error(None)),
+            "|e|" => (bound::<Degree>(most, 0.0..90.0).map(Self::Error), ERRORS),
+            "moved" => (bound::<Degree>(most, 0.0..MOST).map(Self::Moved), MOVEMENTS),
+            "peak_current" => (bound::<Ampere>(most, 0.0..MOST).map(Self::PeakCurrent), CURRENTS),
+            _ => return Err(error(Wrong::Name)),
         };
-        value.ok_or_else(|| error(Some((bound.to_owned(), needed))))
+        value.map_err(|found| error(Wrong::Bound(found, needed)))
     }
 }
 
@@ -86,20 +103,15 @@ const ERRORS: &str =
 const MOVEMENTS: &str = "an electrical angle from 0 deg to less than 1000000 deg, such as `1 deg`";
 const CURRENTS: &str = "a current from 0 A to less than 1000000 A, such as `8 A` or `800 mA`";
 
-fn below(text: &str, unit: fn(&str) -> Option<f64>, most: f64) -> Option<f64> {
-    unit(text).filter(|value| (0.0..most).contains(value))
-}
-
-/// Degrees, with their unit or without.
-pub(crate) fn degrees(text: &str) -> Option<f64> {
-    let number = ["degrees", "deg", "°"].iter().find_map(|unit| text.strip_suffix(unit)).unwrap_or(text);
-    number.trim().parse().ok()
-}
-
-/// A current, with its unit or in A.
-pub(crate) fn amperes(text: &str) -> Option<f64> {
-    let unit = text.ends_with('A');
-    text.parse().ok().or_else(|| si_value(text).filter(|_| unit))
+/// A bound with its unit; else what was found in its place, as messages tell it.
+pub(crate) fn bound<U: Unit>(text: &str, allowed: impl RangeBounds<f64>) -> Result<f64, String> {
+    let bare = split(text).1.is_empty();
+    let value = text.parse::<Quantity<U>>().ok().map(Quantity::value);
+    match value.filter(|value| !bare && allowed.contains(value)) {
+        Some(value) => Ok(value),
+        None if bare && value.is_some() && !U::SYMBOL.is_empty() => Err(format!("`{text}` without a unit")),
+        None => Err(format!("`{text}`")),
+    }
 }
 
 impl fmt::Display for Event {
@@ -215,7 +227,7 @@ mod tests {
             let event: Event = text.parse().expect("an event");
             assert_eq!(event.to_string(), text);
         }
-        assert_eq!("|e|>3".parse(), Ok(Event::Error(3.0)));
+        assert_eq!("|e|>3°".parse(), Ok(Event::Error(3.0)));
         assert_eq!("peak_current > 800 mA".parse(), Ok(Event::PeakCurrent(0.8)));
     }
 
@@ -228,13 +240,23 @@ mod tests {
                 "{message}"
             );
         }
+        for (text, near) in [
+            ("wrongpole", "wrong-pole"),
+            ("wrong_poles", "wrong-pole"),
+            ("current > 8 A", "peak_current"),
+            ("move > 1 deg", "moved"),
+        ] {
+            let message = text.parse::<Event>().expect_err("no event").to_string();
+            assert!(message.contains(&format!("did you mean `{near}`?")), "{message}");
+        }
+        assert!(!"luck".parse::<Event>().expect_err("no event").to_string().contains("did you mean"));
     }
 
     #[test]
     fn regress_a_bound_that_cannot_be_names_those_that_can() {
         for (text, found, needed) in [
             ("|e| > 200 deg", "200 deg", "from 0 deg to less than 90 deg"),
-            ("|e| > 90", "90", "from 0 deg to less than 90 deg"),
+            ("|e| > 90 deg", "90 deg", "from 0 deg to less than 90 deg"),
             ("|e| > -1 deg", "-1 deg", "from 0 deg to less than 90 deg"),
             ("|e| > 3 mm", "3 mm", "such as `3 deg`"),
             ("|e| > nan", "nan", "from 0 deg"),
@@ -246,7 +268,11 @@ mod tests {
             assert!(message.contains(&format!("`{text}` is no event: found `{found}`")), "{message}");
             assert!(message.contains(needed), "{message}");
         }
-        assert_eq!("|e| > 89.9".parse(), Ok(Event::Error(89.9)));
+        for (text, found) in [("|e| > 3", "3"), ("moved > 0.1", "0.1"), ("peak_current > 8", "8")] {
+            let message = text.parse::<Event>().expect_err("no event").to_string();
+            assert!(message.contains(&format!("found `{found}` without a unit, needed a")), "{message}");
+        }
+        assert_eq!("|e| > 89.9 deg".parse(), Ok(Event::Error(89.9)));
     }
 
     #[test]

@@ -10,6 +10,7 @@ use standstill_scenario::{FileError, Record, Verdict};
 use standstill_sim::Tape;
 
 use crate::budget::{Source, lengths};
+use crate::trials::Codes;
 use crate::{Halt, Trials, Watch};
 
 /// An error that a trial drew, and the trial without it.
@@ -47,7 +48,7 @@ pub struct Explained {
 
 /// All sources of errors, and the single errors that are set to their means.
 fn parts(trials: &Trials<'_>) -> (Vec<Source>, Vec<(String, Source)>) {
-    let sources = Source::all(trials);
+    let sources = Source::drawn(trials);
     let parts = sources.iter().flat_map(Source::parts).collect();
     (sources, parts)
 }
@@ -56,7 +57,7 @@ impl Explained {
     /// How many trials it takes to explain one: itself, and at each place of the codes itself, it without each of its errors and
     /// without all of them.
     pub fn runs(trials: &Trials<'_>) -> u64 {
-        let places = if trials.with_codes_moved(0.0).is_some() { u64::from(PLACES) } else { 1 };
+        let places = if trials.have_converters() { u64::from(PLACES) } else { 1 };
         1 + places * (parts(trials).1.len() as u64 + 2)
     }
 
@@ -72,7 +73,7 @@ impl Explained {
     ) -> Result<Self, Halt<FileError>> {
         let (mut records, mut tapes) = trials.all_with_tapes(vec![Tape::new(seed, trial)], watch)?;
         let (Some(record), Some(mut tape)) = (records.pop(), tapes.pop()) else { return Err(Halt::Stopped) };
-        let longest = lengths(std::slice::from_mut(&mut tape));
+        let longest = lengths(std::iter::once(&mut tape));
         let (sources, parts) = parts(trials);
         let mut without: Vec<Tape> = parts.iter().map(|(_, part)| part.without(&tape, &longest)).collect();
         without.push(sources.iter().fold(tape.clone(), |tape, source| source.without(&tape, &longest)));
@@ -109,8 +110,9 @@ fn shifted(
     watch: &dyn Watch,
 ) -> Result<Vec<Vec<Record>>, Halt<FileError>> {
     let mut all = vec![Vec::new(); tapes.len()];
-    for place in 1..PLACES {
-        let Some(moved) = trials.with_codes_moved(f64::from(place) / f64::from(PLACES)) else { break };
+    let places = if trials.have_converters() { 1..PLACES } else { 1..1 };
+    for place in places {
+        let moved = trials.with_codes(Codes::Moved(f64::from(place) / f64::from(PLACES)));
         let records = moved.all_records(tapes.to_vec(), watch)?;
         for (all, record) in all.iter_mut().zip(records) {
             all.push(record);

@@ -31,7 +31,7 @@ mod trials;
 pub mod tune;
 
 pub use anatomy::{Anatomy, Draw, Sector};
-pub use budget::{Budget, Item, PAIRS, Part, Source, trials as trials_of_budget};
+pub use budget::{Budget, Item, Own, PAIRS, Part, Source, TooFew, trials as trials_of_budget};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};

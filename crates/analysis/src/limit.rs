@@ -1,16 +1,16 @@
 //! Limits on what trials show: `rms <= 1 deg, wrong_poles <= 0.1 %`.
 
+mod read;
 pub mod rms;
 
 use std::fmt;
-use std::str::FromStr;
 
 use standstill_campaign::{Estimate, binomial_interval};
-use standstill_quantity::si_value;
+use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
+pub use self::read::{LimitError, MeasureError};
 use crate::bracket::Verdict;
-use crate::event::{amperes, degrees};
 
 /// What is limited. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
 /// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
@@ -51,70 +51,25 @@ pub struct Limit {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Limits(pub Vec<Limit>);
 
-/// A text that is no limit.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct LimitError {
-    text: String,
-    /// The bound, where a share is needed.
-    share: Option<String>,
-}
-
-impl fmt::Display for LimitError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if let Some(found) = &self.share {
-            let needed = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
-            return write!(f, "`{}` is no limit: found `{found}`, needed {needed}", self.text);
-        }
-        write!(
-            f,
-            "`{}` is no limit: needed `rms <= 1 deg`, p95, p99 or moved in degrees, `P(|e| > 2 deg) <= 1 %`, wrong_poles, \
-             undetermined or failed in per cent, `duration <= 20 ms`, `peak_current <= 8 A`, joined by commas",
-            self.text
-        )
-    }
-}
-
-impl std::error::Error for LimitError {}
-
-/// A text that is no measure.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct MeasureError(String);
-
-impl fmt::Display for MeasureError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "`{}` is no measure: needed rms, p95, p99, P(|e| > 2 deg), wrong_poles, undetermined, failed, moved, duration or \
-             peak_current",
-            self.0
-        )
-    }
-}
-
-impl std::error::Error for MeasureError {}
-
-impl FromStr for Measure {
-    type Err = MeasureError;
-
-    fn from_str(text: &str) -> Result<Self, MeasureError> {
-        Self::named(text.trim()).ok_or_else(|| MeasureError(text.trim().to_owned()))
-    }
-}
+/// Measures that have a name alone.
+const NAMES: [(&str, Measure); 9] = [
+    ("rms", Measure::Rms),
+    ("p95", Measure::P95),
+    ("p99", Measure::P99),
+    ("wrong_poles", Measure::WrongPoles),
+    ("undetermined", Measure::Undetermined),
+    ("failed", Measure::Failed),
+    ("moved", Measure::Moved),
+    ("duration", Measure::Duration),
+    ("peak_current", Measure::PeakCurrent),
+];
 
 impl fmt::Display for Measure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Rms => "rms",
-            Self::P95 => "p95",
-            Self::P99 => "p99",
-            Self::Beyond(bound) => return write!(f, "P(|e| > {bound} deg)"),
-            Self::WrongPoles => "wrong_poles",
-            Self::Undetermined => "undetermined",
-            Self::Failed => "failed",
-            Self::Moved => "moved",
-            Self::Duration => "duration",
-            Self::PeakCurrent => "peak_current",
-        })
+        match (self, NAMES.iter().find(|(_, measure)| measure == self)) {
+            (Self::Beyond(bound), _) => write!(f, "P(|e| > {bound} deg)"),
+            (_, name) => f.write_str(name.map_or("", |(name, _)| name)),
+        }
     }
 }
 
@@ -127,36 +82,6 @@ impl Measure {
             Self::Duration => Some("s"),
             Self::PeakCurrent => Some("A"),
         }
-    }
-
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "rms" => Self::Rms,
-            "p95" => Self::P95,
-            "p99" => Self::P99,
-            "wrong_poles" => Self::WrongPoles,
-            "undetermined" => Self::Undetermined,
-            "failed" => Self::Failed,
-            "moved" => Self::Moved,
-            "duration" => Self::Duration,
-            "peak_current" => Self::PeakCurrent,
-            _ => {
-                let inside = name.strip_prefix("P(")?.strip_suffix(')')?;
-                let (error, bound) = inside.split_once('>')?;
-                let bound = degrees(bound.trim()).filter(|bound| (0.0..180.0).contains(bound))?;
-                (error.trim() == "|e|").then_some(Self::Beyond(bound))?
-            }
-        })
-    }
-
-    fn value(self, text: &str) -> Option<f64> {
-        let value = match self {
-            Self::Rms | Self::P95 | Self::P99 | Self::Moved => degrees(text)?,
-            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => share(text)?,
-            Self::Duration => seconds(text)?,
-            Self::PeakCurrent => amperes(text)?,
-        };
-        (value > 0.0 && value.is_finite()).then_some(value)
     }
 
     /// What a start contributes.
@@ -211,16 +136,6 @@ fn quantile(values: &mut [f64], share: f64) -> Estimate {
     Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + 1.0) }
 }
 
-/// A share in per cent. A number without its sign may be meant either way, so it is none.
-fn share(text: &str) -> Option<f64> {
-    let percent: f64 = text.strip_suffix('%')?.trim().parse().ok()?;
-    (percent <= 100.0).then_some(percent / 100.0)
-}
-
-fn seconds(text: &str) -> Option<f64> {
-    text.parse().ok().or_else(|| si_value(text).filter(|_| text.ends_with('s')))
-}
-
 impl Limits {
     /// Trials that it takes at least to see that they hold: of n trials without a case, up to 3.7/n may be one.
     pub fn least_trials(&self) -> u64 {
@@ -236,49 +151,9 @@ impl Limits {
     }
 }
 
-impl FromStr for Limits {
-    type Err = LimitError;
-
-    fn from_str(text: &str) -> Result<Self, LimitError> {
-        let most = |measure: Measure, bound: &str| Some(Limit { measure, most: measure.value(bound)? });
-        each(text, most).map(Self)
-    }
-}
-
-/// Limits joined by commas, each as `of` reads its measure and the text of its bound.
-fn each<T>(text: &str, of: impl Fn(Measure, &str) -> Option<T>) -> Result<Vec<T>, LimitError> {
-    let limit = |part: &str| {
-        let error = |share: Option<&str>| LimitError {
-            text: part.trim().to_owned(),
-            share: share.map(str::to_owned),
-        };
-        let (measure, bound) = halves(part).ok_or_else(|| error(None))?;
-        of(measure, bound).ok_or_else(|| error(Some(bound).filter(|_| measure.unit().is_none())))
-    };
-    text.split(',').map(limit).collect()
-}
-
-/// A limit's measure and the text of its bound.
-fn halves(part: &str) -> Option<(Measure, &str)> {
-    let (name, bound) = part.split_once("<=").or_else(|| part.split_once('≤'))?;
-    Some((Measure::named(name.trim())?, bound.trim()))
-}
-
 /// Limits of which some are what the settings that one starts from reach: `moved <= start, undetermined <= 0.1 %`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Subject(pub Vec<(Measure, Option<f64>)>);
-
-impl FromStr for Subject {
-    type Err = LimitError;
-
-    fn from_str(text: &str) -> Result<Self, LimitError> {
-        let most = |measure: Measure, bound: &str| match bound {
-            "start" => Some((measure, None)),
-            _ => Some((measure, Some(measure.value(bound)?))),
-        };
-        each(text, most).map(Self)
-    }
-}
 
 impl fmt::Display for Limits {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -298,7 +173,7 @@ fn joined(f: &mut fmt::Formatter<'_>, limits: impl Iterator<Item = (Measure, Opt
         match (most, measure.unit()) {
             (None, _) => write!(f, "{measure} <= start"),
             (Some(most), Some(unit)) => write!(f, "{measure} <= {most} {unit}"),
-            (Some(most), None) => write!(f, "{measure} <= {} %", 100.0 * most),
+            (Some(most), None) => write!(f, "{measure} <= {} %", rounded(most, 2)),
         }?;
     }
     Ok(())

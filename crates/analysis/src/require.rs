@@ -1,5 +1,7 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
+mod needed;
+
 use rayon::prelude::*;
 use standstill_campaign::Estimate;
 use standstill_detect::{Kind, keys};
@@ -7,6 +9,7 @@ use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
 
+pub use self::needed::{Seen, trials_needed};
 use crate::bracket::Verdict;
 use crate::limit::{Limits, Tally};
 use crate::system::kept;

@@ -89,6 +89,8 @@ pub struct Squares {
     pub all: Estimate,
     /// Of what is held common.
     pub common: Estimate,
+    /// Of all that is not.
+    pub rest: Estimate,
     /// First order of each source.
     pub first: Vec<Estimate>,
 }
@@ -100,6 +102,7 @@ impl Squares {
         Self {
             all: mean(&Tuple::square),
             common: mean(&Tuple::common),
+            rest: mean(&|tuple| tuple.square() - tuple.common()),
             first: (0..sources).map(|source| mean(&|tuple| tuple.first(source))).collect(),
         }
     }

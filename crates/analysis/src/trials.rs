@@ -17,6 +17,32 @@ pub struct Trials<'a> {
     plan: &'a Plan,
     point: usize,
     scenario: Scenario<Method<f64>>,
+    codes: Codes,
+}
+
+/// Where the codes of all converters lie.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Codes {
+    /// By this share of a code above where the scenario has them.
+    Moved(f64),
+    /// Nothing is rounded: what is read is exact.
+    Exact,
+}
+
+impl Codes {
+    fn set(self, scenario: &mut Scenario<Method<f64>>) {
+        let sensors = &mut scenario.sensors;
+        for adc in [&mut sensors.adc, &mut sensors.dc_link.adc] {
+            match (self, adc.as_mut()) {
+                (Self::Exact, _) => *adc = None,
+                (Self::Moved(share), Some(adc)) => {
+                    let by = share * (adc.high - adc.low) / f64::from(1_u32 << adc.bits);
+                    (adc.low, adc.high) = (adc.low + by, adc.high + by);
+                }
+                (Self::Moved(_), None) => {}
+            }
+        }
+    }
 }
 
 impl<'a> Trials<'a> {
@@ -36,20 +62,18 @@ impl<'a> Trials<'a> {
     /// # Panics
     /// If there is no such point.
     pub fn at(plan: &'a Plan, point: usize) -> Result<Self, FileError> {
-        Ok(Self { plan, point, scenario: plan.scenario(point)? })
+        Ok(Self { plan, point, scenario: plan.scenario(point)?, codes: Codes::Moved(0.0) })
     }
 
-    /// The same with the codes of all converters moved by this share of a code, and nothing else changed; none without a
-    /// converter.
-    pub(crate) fn with_codes_moved(&self, share: f64) -> Option<Self> {
-        let mut moved = self.clone();
-        let sensors = &mut moved.scenario.sensors;
-        let mut any = false;
-        for adc in [&mut sensors.adc, &mut sensors.dc_link.adc].into_iter().flatten() {
-            let by = share * (adc.high - adc.low) / f64::from(1_u32 << adc.bits);
-            (adc.low, adc.high, any) = (adc.low + by, adc.high + by, true);
-        }
-        any.then_some(moved)
+    /// The same with the codes of all converters elsewhere, and nothing else changed.
+    pub(crate) fn with_codes(&self, codes: Codes) -> Self {
+        Self { codes, ..self.clone() }
+    }
+
+    /// Whether anything is rounded.
+    pub(crate) fn have_converters(&self) -> bool {
+        let sensors = &self.scenario.sensors;
+        sensors.adc.is_some() || sensors.dc_link.adc.is_some()
     }
 
     /// What they have in common.
@@ -68,8 +92,10 @@ impl<'a> Trials<'a> {
     /// A value drawn that cannot be.
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
-        self.plan
-            .trials_taped(self.point, &self.scenario, tapes, |place, record| records[place] = Some(record))?;
+        let set = |scenario: &mut Scenario<Method<f64>>| self.codes.set(scenario);
+        self.plan.trials_taped(self.point, &self.scenario, tapes, set, |place, record| {
+            records[place] = Some(record);
+        })?;
         Ok(records.into_iter().flatten().collect())
     }
 

@@ -23,7 +23,7 @@ use std::collections::HashMap;
 use standstill_campaign::Estimate;
 use standstill_scenario::{Document, FileError};
 
-pub use compare::paired;
+pub use compare::{Unseen, paired, unseen};
 pub use goal::{Goal, Measured, Score, View};
 pub use search::{Descent, Look, Search, Taker};
 pub use space::Range;
@@ -137,7 +137,13 @@ impl Tuned {
         self.limits.possibly
     }
 
-    /// Whether the best are surely better than the start in what was to be small.
+    /// What the difference of the root mean squares leaves out, if that might turn it.
+    pub fn unseen(&self) -> Option<Unseen> {
+        let rms = |judged: &Judged| judged.measured.get(Measure::Rms);
+        unseen(&rms(&self.start), &rms(&self.best), &self.differences.get(Measure::Undetermined))
+    }
+
+    /// Whether the best are surely better than the start in what was to be small, as far as that was seen: see [`Self::unseen`].
     pub fn surely_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }

@@ -89,3 +89,13 @@ fn regress_a_bar_for_an_explanation_is_as_long_as_the_explanation() {
         assert_eq!(counter.0.into_inner(), Explained::runs(&trials), "{bits} bits");
     }
 }
+
+#[test]
+fn regress_codes_move_also_where_a_tolerance_makes_each_trial_s_scenario_anew() {
+    let text = "motor = \"paper-5k5\"\nerrors = \"none\"\ndetector.method = \"line-inductance-fast\"\n\
+                inverter.dead_time = \"2 us\"\nsensors.bits = 12\nsensors.range = \"20 A\"\n\
+                tolerances.\"inverter.dead_time\" = { normal = \"1 %\" }\n";
+    let plan = Plan::new(Document::parse(Path::new("test.toml"), text).expect("TOML")).expect("a plan");
+    let told = explained(&plan, 0);
+    assert!(told.rounding_deg.is_some_and(|deviation| deviation > 1e-3), "{:?}", told.rounding_deg);
+}

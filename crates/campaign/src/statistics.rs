@@ -72,6 +72,17 @@ pub fn binomial_interval(count: u64, total: u64) -> Estimate {
     }
 }
 
+/// The second of two independent estimates less the first, its interval recovered from those of the two (G. Y. Zou and A.
+/// Donner, "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095): exact for normal estimates,
+/// and of two that were never seen what is known of them.
+pub fn difference([a, b]: [Estimate; 2]) -> Estimate {
+    let length = |x: f64, y: f64| (x * x + y * y).sqrt();
+    let value = b.value - a.value;
+    let low = value - length(b.value - b.low, a.high - a.value);
+    let high = value + length(b.high - b.value, a.value - a.low);
+    Estimate { value, low, high }
+}
+
 /// The interval of a probability whose trials are at several points of the same random numbers: as if only one point's were
 /// known.
 pub fn clustered_interval(count: u64, total: u64, points: u64) -> Estimate {

@@ -21,8 +21,8 @@ use standstill_scenario::{ErrorSet, PoleRule, Rotor};
 #[cfg(feature = "program")]
 pub use campaigns::Completions;
 pub use campaigns::{
-    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, Man, Merge, Odds, Question, Report, Require,
-    Results, Rows, Run, Status, Sweep, Tune,
+    Amount, Bounds, Budget, Explain, FormatName, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question,
+    Report, Require, Results, Rows, Run, Status, Sweep, Tune,
 };
 pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
@@ -252,12 +252,11 @@ fn map_values(text: &str) -> Result<MapValues, String> {
     MapValues::named(text).ok_or_else(|| format!("not one of {}", MapValues::NAMES.join(", ")))
 }
 
+/// No more than a turn either way: more is a mistake.
 fn degrees(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
-        // Beyond a million degrees a double has no digits left for a thousandth.
-        Ok(angle) if angle.abs() <= 1e6 => Ok(angle.rem_euclid(360.0)),
-        Ok(angle) if angle.is_finite() => Err("more than 1000000 degrees either way".to_owned()),
-        _ => Err("not a finite number of degrees".to_owned()),
+        Ok(angle) if angle.abs() <= 360.0 => Ok(angle.rem_euclid(360.0)),
+        _ => Err("needed a number of degrees from -360 to 360".to_owned()),
     }
 }
 

@@ -14,7 +14,7 @@ use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, bu
 use standstill_report::figure::FigureError;
 use standstill_report::page::PageError;
 use standstill_report::table::TableError;
-use standstill_scenario::FileError;
+use standstill_scenario::{FileError, quoted};
 
 #[derive(Debug)]
 pub enum Error {
@@ -78,7 +78,8 @@ impl fmt::Display for Error {
                 let known = built_in_names().collect::<Vec<_>>().join(", ");
                 write!(
                     f,
-                    "unknown motor `{name}`: neither built in ({known}) nor the path of a data sheet (.toml)"
+                    "unknown motor {}: neither built in ({known}) nor the path of a data sheet (.toml)",
+                    quoted(name, built_in_names())
                 )
             }
             Self::Motor(error) => error.fmt(f),

@@ -11,7 +11,7 @@ use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 use super::detector::{DetectorTable, unworkable};
 use super::document::FileError;
 use super::named::Named;
-use super::ranges::{checked, checked_bits, checked_time, in_range};
+use super::ranges::{checked, checked_bits, checked_time, in_range, start_angle};
 use super::rotor::Memory;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
 use crate::errors::{PICK_UP, dc_link, device_kind};
@@ -118,7 +118,7 @@ impl ScenarioFile {
         Ok(Scenario {
             motor: hot,
             rotor,
-            start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
+            start_angle: self.rotor.angle.map(start_angle).transpose()?,
             load_torque,
             memory,
             drive,

@@ -11,6 +11,7 @@ use standstill_plant::{
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
+use super::suggestion::nearest;
 use super::tables::ScenarioFile;
 use super::units::places;
 
@@ -151,23 +152,21 @@ fn unknown(message: &str) -> Option<(String, Vec<String>)> {
 
 /// The message with the nearest known word, if one is near.
 fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
-    let nearest =
-        known.iter().max_by(|a, b| strsim::jaro_winkler(a, word).total_cmp(&strsim::jaro_winkler(b, word)));
-    match nearest {
-        Some(nearest) if strsim::jaro_winkler(nearest, word) > 0.75 => {
-            format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", "))
-        }
-        Some(_) if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
+    if known.is_empty() {
+        return message.to_owned();
+    }
+    match nearest(word, known.iter().map(String::as_str)) {
+        Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
+        None if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
             let key = table.split_once('.').map_or(table, |(_, key)| key);
             format!("a key with dots is written in quotes here: \"{key}.{word}\" = …")
         }
-        Some(_) => match places(word).iter().find(|_| table != "axes") {
+        None => match places(word).iter().find(|_| table != "axes") {
             Some(place) if message.starts_with("unknown field") => {
                 format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
             }
             _ => format!("unknown; known: {}", known.join(", ")),
         },
-        None => message.to_owned(),
     }
 }
 

@@ -31,6 +31,7 @@ mod scenario;
 mod seed;
 mod single;
 mod specimen;
+mod suggestion;
 mod tables;
 mod terminals;
 /// The examples of the README run too.
@@ -56,6 +57,7 @@ pub use rotor::{Memory, Rotor};
 pub use scenario::{Scenario, Specimen};
 pub use single::Single;
 pub use specimen::{specimen, written};
+pub use suggestion::{nearest, quoted};
 pub use tables::ScenarioFile;
 pub use tolerances::Tolerance;
 pub use units::{keys, schema, unit};

@@ -10,6 +10,7 @@ use standstill_plant::{DataSheet, Files, MotorError, TableError, built_in_names}
 use toml::{Table, Value};
 
 use super::document::FileError;
+use super::suggestion::quoted;
 
 /// A built-in name, a path, or a table of a data sheet, with `base` for what it leaves out.
 #[derive(Clone, Debug, PartialEq)]
@@ -185,7 +186,7 @@ fn text(name: &str, files: &Files, key: &str) -> Result<(String, String), FileEr
     if path.extension().is_none_or(|extension| extension != "toml") {
         let known: Vec<&str> = built_in_names().collect();
         let needed = format!("a built-in motor ({}) or the path of a data sheet (.toml)", known.join(", "));
-        return Err(FileError::key(key, &format!("`{name}`"), &needed));
+        return Err(FileError::key(key, &quoted(name, built_in_names()), &needed));
     }
     let text = files.text(&path).map_err(|error| {
         FileError::key(key, &path.display().to_string(), &format!("a readable file: {error}"))

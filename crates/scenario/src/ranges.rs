@@ -1,6 +1,7 @@
 //! What the numbers of the tables `inverter` and `sensors` may be: one place for whoever checks and whoever tells.
 
 use standstill_interface::Nanos;
+use standstill_quantity::unit::Degree;
 use standstill_quantity::{Quantity, Scale, Unit};
 
 use super::document::FileError;
@@ -147,6 +148,12 @@ pub(super) fn in_range<U: Unit>(
     } else {
         Err(FileError::key(key, &readable(value), needed))
     }
+}
+
+/// The rotor's electrical angle at the start in radians: no more than a turn either way, because more is a mistake.
+pub(super) fn start_angle(angle: Quantity<Degree>) -> Result<f64, FileError> {
+    in_range("rotor.angle", angle, [-360.0, 360.0], "from -360 deg to 360 deg, electrical")
+        .map(f64::to_radians)
 }
 
 /// A value in the unit that suits it, as the ranges are written: not 0.02 µF where nanofarads are allowed.

@@ -6,17 +6,35 @@ use standstill_sim::{Purpose, RotorState, Tape};
 
 use crate::Trials;
 use crate::subset::of_samples;
+use crate::trials::Codes;
 
-/// A source of error: a key, and the draws whose spread it is.
+/// A source of error: a key, and what it spreads.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The key, such as `sensors.noise`.
     pub key: String,
-    purpose: Purpose,
-    /// Of a tolerance its key.
-    name: String,
-    /// Which of the purpose's draws.
-    draws: Range<usize>,
+    of: Of,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Of {
+    /// Draws of a trial.
+    Draws {
+        purpose: Purpose,
+        /// Of a tolerance its key.
+        name: String,
+        /// Which of the purpose's draws.
+        range: Range<usize>,
+    },
+    /// What converters round, by the place of their codes: no data sheet tells an offset of less than a code.
+    Codes,
+}
+
+/// What makes a start.
+#[derive(Clone, Debug)]
+pub(super) struct Start {
+    pub tape: Tape,
+    pub codes: Codes,
 }
 
 /// How many draws of each sample a trial reads at most, of noise, of the link's noise, and of the jitter.
@@ -25,7 +43,7 @@ pub(crate) type Lengths = [usize; 3];
 const SAMPLED: [Purpose; 3] = [Purpose::CurrentNoise, Purpose::LinkNoise, Purpose::Jitter];
 
 /// The most that any of these tapes was read.
-pub(crate) fn lengths(tapes: &mut [Tape]) -> Lengths {
+pub(crate) fn lengths<'t>(tapes: impl Iterator<Item = &'t mut Tape>) -> Lengths {
     let mut most = [0; 3];
     for tape in tapes {
         for strip in tape.strips().iter() {
@@ -38,9 +56,26 @@ pub(crate) fn lengths(tapes: &mut [Tape]) -> Lengths {
 }
 
 impl Source {
-    /// Those of a scenario whose spread is not zero: sensors, drive, brake, tolerances of the motor. The error of the
-    /// resolver is none of a detection.
+    /// Those of a scenario: what its trials draw, and what its converters round. A library is told where the codes of its
+    /// converters lie, so these stay where they are.
     pub fn all(trials: &Trials<'_>) -> Vec<Self> {
+        let mut sources = Self::drawn(trials);
+        let scenario = trials.scenario();
+        if trials.have_converters() && scenario.foreign.is_none() {
+            let key = if scenario.sensors.adc.is_some() { "sensors.bits" } else { "sensors.dc_link_bits" };
+            sources.push(Self { key: key.to_owned(), of: Of::Codes });
+        }
+        sources
+    }
+
+    /// Whether it is what converters round.
+    pub fn is_rounding(&self) -> bool {
+        self.of == Of::Codes
+    }
+
+    /// What a scenario's trials draw with a spread that is not zero: sensors, drive, brake, tolerances of the motor. The
+    /// error of the resolver is none of a detection.
+    pub(crate) fn drawn(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
         let (sensors, drive) = (&scenario.sensors, &scenario.drive);
         let (whole, filters) = (0..usize::MAX, sensors.bandwidth.is_some());
@@ -69,11 +104,9 @@ impl Source {
             ("rotor.memory", Purpose::Memory, 0..2, scenario.memory),
             ("rotor.state", Purpose::Backlash, 0..1, matches!(scenario.rotor, RotorState::Braked(_))),
         ];
-        let source = |key: &str, purpose, name: &str, draws| Self {
+        let source = |key: &str, purpose, name: &str, range| Self {
             key: key.to_owned(),
-            purpose,
-            name: name.to_owned(),
-            draws,
+            of: Of::Draws { purpose, name: name.to_owned(), range },
         };
         let mut sources: Vec<Self> = known
             .into_iter()
@@ -87,9 +120,10 @@ impl Source {
 
     /// Its parts, each with its name: draw by draw, but the draws of all samples, and of a phase, together.
     pub(crate) fn parts(&self) -> Vec<(String, Self)> {
-        let together = of_samples(self.purpose) || matches!(self.purpose, Purpose::Ripple | Purpose::Memory);
+        let Of::Draws { purpose, name, range } = &self.of else { return Vec::new() };
+        let together = of_samples(*purpose) || matches!(purpose, Purpose::Ripple | Purpose::Memory);
         if together {
-            let of = match self.purpose {
+            let of = match purpose {
                 Purpose::CurrentNoise => "noise of all current samples",
                 Purpose::LinkNoise => "noise of all samples of the DC link",
                 Purpose::Jitter => "jitter of all samples",
@@ -99,29 +133,55 @@ impl Source {
             return vec![(of.to_owned(), self.clone())];
         }
         let part = |draw: usize| {
-            let words = crate::anatomy::name(self.purpose, &self.name, draw);
-            (words, Self { draws: draw..draw + 1, ..self.clone() })
+            let words = crate::anatomy::name(*purpose, name, draw);
+            let of = Of::Draws { purpose: *purpose, name: name.clone(), range: draw..draw + 1 };
+            (words, Self { key: self.key.clone(), of })
         };
-        self.draws.clone().map(part).collect()
+        range.clone().map(part).collect()
     }
 
     /// Its only draw on a tape, in standard deviations; none of many draws, or of a phase, which has no mean.
     pub(crate) fn draw(&self, tape: &mut Tape) -> Option<f64> {
-        (self.draws.len() == 1)
-            .then(|| tape.normals_named(self.purpose, &self.name).get(self.draws.start).copied())?
+        let Of::Draws { purpose, name, range } = &self.of else { return None };
+        (range.len() == 1).then(|| tape.normals_named(*purpose, name).get(range.start).copied())?
     }
 
-    /// The draws of `a` with this source's of `b`. What `b` did not need is new where `a` needs it.
-    pub(super) fn mixed(&self, a: &Tape, b: &Tape) -> Tape {
-        let (mut mixed, mut b) = (a.clone(), b.clone());
-        let from = b.normals_named(self.purpose, &self.name);
-        let into = mixed.normals_named(self.purpose, &self.name);
-        if self.draws.end == usize::MAX {
+    /// `a` with this source as `b` has it. Draws that `b` did not need are new where `a` needs them.
+    pub(super) fn mixed(&self, a: &Start, b: &Start) -> Start {
+        let mut mixed = a.clone();
+        let Of::Draws { purpose, name, range } = &self.of else { return Start { codes: b.codes, ..mixed } };
+        let mut other = b.tape.clone();
+        let from = other.normals_named(*purpose, name);
+        let into = mixed.tape.normals_named(*purpose, name);
+        if range.end == usize::MAX {
             into.clone_from(from);
-        } else if from.len() >= self.draws.end && into.len() >= self.draws.end {
-            into[self.draws.clone()].copy_from_slice(&from[self.draws.clone()]);
+        } else if from.len() >= range.end && into.len() >= range.end {
+            into[range.clone()].copy_from_slice(&from[range.clone()]);
         }
         mixed
+    }
+
+    /// The same start without this source: its draws at their means, or nothing rounded.
+    pub(super) fn removed(&self, start: &Start, longest: &Lengths) -> Start {
+        let mut start = start.clone();
+        self.remove(&mut start, longest);
+        start
+    }
+
+    /// The same start without any of these sources but this one.
+    pub(super) fn alone(&self, start: &Start, all: &[Self], longest: &Lengths) -> Start {
+        let mut start = start.clone();
+        for other in all.iter().filter(|other| *other != self) {
+            other.remove(&mut start, longest);
+        }
+        start
+    }
+
+    fn remove(&self, start: &mut Start, longest: &Lengths) {
+        match &self.of {
+            Of::Draws { .. } => self.silence(&mut start.tape, longest),
+            Of::Codes => start.codes = Codes::Exact,
+        }
     }
 
     /// The same draws with this source at its mean.
@@ -131,23 +191,15 @@ impl Source {
         tape
     }
 
-    /// The same draws with all others of these sources at their means.
-    pub(super) fn alone(&self, tape: &Tape, all: &[Self], longest: &Lengths) -> Tape {
-        let mut tape = tape.clone();
-        for other in all.iter().filter(|other| *other != self) {
-            other.silence(&mut tape, longest);
-        }
-        tape
-    }
-
     fn silence(&self, tape: &mut Tape, longest: &Lengths) {
-        let normals = tape.normals_named(self.purpose, &self.name);
-        let draws = if of_samples(self.purpose) {
+        let Of::Draws { purpose, name, range } = &self.of else { return };
+        let normals = tape.normals_named(*purpose, name);
+        let draws = if of_samples(*purpose) {
             // Without it a detector may look more often; four times as often is more than any does.
-            let place = SAMPLED.iter().position(|purpose| *purpose == self.purpose).unwrap_or(0);
+            let place = SAMPLED.iter().position(|sampled| sampled == purpose).unwrap_or(0);
             0..4 * longest[place]
         } else {
-            self.draws.clone()
+            range.clone()
         };
         normals.resize(normals.len().max(draws.end), 0.0);
         normals[draws].fill(0.0);

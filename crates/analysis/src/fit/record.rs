@@ -4,6 +4,7 @@ use std::fmt;
 
 use standstill_quantity::Quantity;
 use standstill_quantity::unit::Second;
+use standstill_scenario::quoted;
 
 /// The columns of a record, in any order.
 pub const COLUMNS: [&str; 8] = ["t_s", "i_a_A", "i_b_A", "i_c_A", "u_dc_V", "leg_a", "leg_b", "leg_c"];
@@ -114,9 +115,12 @@ impl Place<'_> {
     }
 }
 
+/// Letters of a field that messages show.
+const LONGEST: usize = 40;
+
 /// A field as messages show it.
 fn shown(text: &str) -> String {
-    format!("`{}`", text.chars().take(40).collect::<String>())
+    format!("`{}`", text.chars().take(LONGEST).collect::<String>())
 }
 
 impl Record {
@@ -198,11 +202,11 @@ fn gap(rows: &[Row]) -> Option<(usize, f64, f64)> {
 
 /// Which of [`COLUMNS`] each field is.
 fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
-    let known = COLUMNS.join(", ");
-    let mut columns = Vec::new();
+    let (mut columns, mut unknown) = (Vec::new(), Vec::new());
     for name in header.split(',').map(str::trim) {
         let Some(k) = COLUMNS.iter().position(|column| *column == name) else {
-            return Err(place.error(None, format!("a column {}", shown(name)), known));
+            unknown.push(quoted(&name.chars().take(LONGEST).collect::<String>(), COLUMNS));
+            continue;
         };
         if columns.contains(&k) {
             return Err(place.error(Some(COLUMNS[k]), "the column twice", "it once"));
@@ -217,11 +221,23 @@ fn columns(place: &Place, header: &str) -> Result<Vec<usize>, RecordError> {
         [one] => one.starts_with("i_"),
         _ => false,
     };
-    if !enough {
-        let needed = format!("all of {known}; one of the three currents may be missing");
-        return Err(place.error(None, format!("no column {}", missing.join(", ")), needed));
+    if enough && unknown.is_empty() {
+        return Ok(columns);
     }
-    Ok(columns)
+    let mut found = Vec::new();
+    if !missing.is_empty() {
+        found.push(format!("no column {}", missing.join(", ")));
+    }
+    if !unknown.is_empty() {
+        // A file of another kind may have thousands.
+        let more = unknown.len().saturating_sub(COLUMNS.len());
+        unknown.truncate(COLUMNS.len());
+        let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+        found.push(format!("the unknown {}{more}", unknown.join(", ")));
+    }
+    let needed =
+        format!("all of {} and no others; one of the three currents may be missing", COLUMNS.join(", "));
+    Err(place.error(None, found.join(", but "), needed))
 }
 
 fn row(place: &Place, line: &str, columns: &[usize]) -> Result<Row, RecordError> {
@@ -321,7 +337,17 @@ mod tests {
         let found = parse(&late);
         assert!(found.contains("p.csv, line 31, column t_s: found 29971 µs after the row before"), "{found}");
         assert!(parse("").contains("found no line; needed: a header with the columns t_s, "));
-        assert!(parse("t_s,i_x\n").contains("found a column `i_x`; needed: t_s, i_a_A"));
+        let named = parse("time,i_a_A,i_b,u_dc_V,temperature\n");
+        let expected = "p.csv, line 1: found no column t_s, i_b_A, i_c_A, leg_a, leg_b, leg_c, but the unknown `time`, \
+                        `i_b` (did you mean `i_b_A`?), `temperature`; needed: all of t_s, i_a_A,";
+        assert!(named.contains(expected), "{named}");
+        let one_more = COLUMNS.join(",") + ",ch4\n";
+        assert!(
+            parse(&one_more).contains("found the unknown `ch4`; needed: all of t_s"),
+            "{}",
+            parse(&one_more)
+        );
+        assert!(parse(&vec!["x"; 20].join(",")).contains("`x` and 12 more; needed"));
         assert!(parse("t_s,i_a_A,u_dc_V,leg_a,leg_b,leg_c\n").contains("found no column i_b_A, i_c_A"));
         let idle = text(|_, row| row.replace("high", "off"));
         assert!(parse(&idle).contains("found no such row; needed: a pulse"));

@@ -78,9 +78,19 @@ pub fn part(rms: &Estimate, share: &Estimate) -> Option<Part> {
     }
 }
 
+/// Whether what may be theirs is more than half of the interval above a root mean square.
+pub fn widens(rms: &Estimate, share: &Estimate) -> bool {
+    2.0 * square_of(share.high - share.value) > rms.high * rms.high - rms.value * rms.value
+}
+
 /// The root mean square in degrees that such a share makes alone.
 pub fn made_by(share: f64) -> f64 {
     COUNTS * share.sqrt()
+}
+
+/// The mean square in degrees² that such a share adds.
+pub fn square_of(share: f64) -> f64 {
+    COUNTS * COUNTS * share
 }
 
 /// The share of starts without an answer that alone makes a root mean square of so many degrees.
@@ -104,6 +114,11 @@ mod tests {
         assert!((none.value - 0.1).abs() < 1e-12 && (none.low - 0.1).abs() < 1e-6, "{none:?}");
         assert!((none.high - 5.46).abs() < 0.01, "{none:?}");
         assert_eq!(part(&none, &without_answer(&values)), Some(Part::Interval));
+        assert!(widens(&none, &without_answer(&values)));
+        // Of errors of 10° they are no more than a part of what is open.
+        let large: Vec<f64> = (0..1000).map(|k| 10.0 * f64::from(k % 3)).collect();
+        let (rms_of_large, share) = (rms(&large), without_answer(&large));
+        assert_eq!((part(&rms_of_large, &share), widens(&rms_of_large, &share)), (None, true));
         values[0] = NONE;
         let one = rms(&values);
         assert!((one.value - 8.1_f64.sqrt()).abs() < 0.01, "{one:?}");

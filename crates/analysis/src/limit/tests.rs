@@ -28,10 +28,41 @@ fn law_limits_may_be_what_the_start_reaches() {
 
 #[test]
 fn regress_what_is_no_limit_names_those_that_are() {
-    for text in ["rmse <= 1 deg", "rms < 1", "rms <= -1 deg", "P(e > 2) <= 1 %", "duration <= 3 A", ""] {
-        let message = text.parse::<Limits>().expect_err("no limit").to_string();
+    let refused = |text: &str| text.parse::<Limits>().expect_err("no limit").to_string();
+    for text in ["rmse <= 1 deg", "rms < 1", "P(e > 2 deg) <= 1 %", ""] {
+        let message = refused(text);
         assert!(message.contains("wrong_poles") && message.contains("peak_current"), "{message}");
     }
+    for (text, near) in [
+        ("rmse <= 1 deg", "rms"),
+        ("wrong-pole <= 1 %", "wrong_poles"),
+        ("current <= 8 A", "peak_current"),
+        ("P(e > 2 deg) <= 1 %", "P(|e| > X)"),
+    ] {
+        let message = refused(text);
+        assert!(message.contains(&format!("did you mean `{near}`?")), "{message}");
+    }
+    assert!(!refused("luck <= 1").contains("did you mean"));
+}
+
+#[test]
+fn regress_a_bound_has_its_unit() {
+    for (text, found, needed) in [
+        ("rms <= 1", "`1` without a unit", "such as `1 deg`"),
+        ("moved <= 0.1", "`0.1` without a unit", "such as `1 deg`"),
+        ("duration <= 20", "`20` without a unit", "such as `20 ms`"),
+        ("peak_current <= 8", "`8` without a unit", "such as `8 A`"),
+        ("P(|e| > 2) <= 1 %", "`2` without a unit", "such as `P(|e| > 2 deg)`"),
+        ("P(|e| > 200 deg) <= 1 %", "`200 deg`", "less than 180 deg"),
+        ("rms <= -1 deg", "`-1 deg`", "above 0 deg"),
+        ("duration <= 3 A", "`3 A`", "a time above 0 s"),
+    ] {
+        let message = text.parse::<Limits>().expect_err("no limit").to_string();
+        assert!(message.contains(&format!("found {found}, needed")) && message.contains(needed), "{message}");
+        assert_eq!(text.parse::<Subject>().expect_err("no limit").to_string(), message);
+    }
+    assert_eq!("peak_current <= 800 mA".parse::<Limits>().expect("limits").0[0].most, 0.8);
+    assert_eq!("wrong_poles <= 7 %".parse::<Limits>().expect("limits").to_string(), "wrong_poles <= 7 %");
 }
 
 #[test]
@@ -102,4 +133,28 @@ fn law_starts_without_an_answer_count_against_every_limit() {
             assert_eq!(share.value, 0.25);
         }
     }
+}
+
+#[test]
+fn analytic_so_many_trials_it_takes_to_see_that_limits_hold() {
+    let least = |text: &str| text.parse::<Limits>().expect("limits").least_trials();
+    // None in n leaves 3.689/n open: 1° of rms are made by a share of 1/8100 with 90°.
+    assert_eq!(least("rms <= 1 deg"), 29_879);
+    assert_eq!(least("wrong_poles <= 0.1 %, rms <= 5 deg"), 3688);
+    assert_eq!(least("duration <= 20 ms"), 3);
+}
+
+#[test]
+fn law_limits_hold_surely_at_the_bad_ends_and_possibly_at_the_good_ones() {
+    let limits: Limits = "duration <= 20 ms".parse().expect("limits");
+    // Durations in steps of 1 µs: the 99th percentile of 1,000 is the 990th, and lies between the 984th and the 998th.
+    let verdict = |from: f64| {
+        let values = (0..1000).map(|k| from + 1e-6 * f64::from(k)).collect();
+        let verdict = Tally::of(&limits, vec![values]).verdict();
+        (verdict.possibly, verdict.holds, verdict.surely)
+    };
+    assert_eq!(verdict(19.0e-3), (true, true, true));
+    assert_eq!(verdict(19.005e-3), (true, true, false));
+    assert_eq!(verdict(19.013e-3), (true, false, false));
+    assert_eq!(verdict(19.1e-3), (false, false, false));
 }

@@ -1,44 +1,82 @@
 //! Whether one setting is better than another.
 
-use standstill_campaign::Estimate;
+use standstill_campaign::{Estimate, binomial_interval, difference};
 use standstill_sim::{Purpose, Streams};
 
-use crate::limit::{Limits, Measure, Tally};
+use crate::limit::{Limits, Measure, Tally, rms};
 
 /// Samples of the bootstrap.
 const SAMPLES: u64 = 400;
 
-/// What the second has more of each measure than the first, with 95 % intervals: a bootstrap over trials, each of which
-/// both have had (B. Efron, "Bootstrap methods", 1979, doi:10.1214/aos/1176344552). What the random numbers do to both alike
-/// makes no difference.
+/// What the second has more of each measure than the first, with 95 % intervals. What the random numbers do to both alike makes
+/// no difference. Of shares, which may be zero, the interval is that of the trials in which one alone had a case, known
+/// also where none was seen; of the others a bootstrap over trials, each of which both have had (B. Efron, "Bootstrap
+/// methods", 1979, doi:10.1214/aos/1176344552), which knows nothing of what was not seen: see [`unseen`].
 pub fn paired(taken: &Limits, first: &Tally, second: &Tally, seed: u64) -> Vec<(Measure, Estimate)> {
     let pairs = first.values().iter().zip(second.values());
+    // Where every error is the same to the last bit, the settings are.
+    let measured = taken.0.iter().any(|limit| limit.measure.unit().is_some());
+    let alike = measured && first.values() == second.values();
     let of = |(limit, (a, b)): (&crate::limit::Limit, (&Vec<f64>, &Vec<f64>))| {
-        let measure = limit.measure;
-        let apart = |a: Vec<f64>, b: Vec<f64>| {
-            let [a, b] = [a, b].map(|values| measure.seen(values).value);
-            // Both beyond every bound are no further apart.
-            if a == b { 0.0 } else { b - a }
+        let found = if alike {
+            Estimate { value: 0.0, low: 0.0, high: 0.0 }
+        } else if limit.measure.unit().is_none() {
+            shares(a, b)
+        } else {
+            bootstrapped(limit.measure, a, b, seed)
         };
-        let sample = |number: u64| {
-            let mut draws = Streams::new(seed, number).open(Purpose::Design);
-            let last = (a.len() as u64).saturating_sub(1);
-            let (mut x, mut y) = (Vec::with_capacity(a.len()), Vec::with_capacity(a.len()));
-            for _ in 0..a.len() {
-                // Below the number of trials.
-                #[allow(clippy::cast_possible_truncation)]
-                let trial = draws.integer(last) as usize;
-                x.push(a[trial]);
-                y.push(b[trial]);
-            }
-            apart(x, y)
-        };
-        let same = a.iter().zip(b).all(|(a, b)| a == b);
-        let mut samples: Vec<f64> = if same { vec![0.0] } else { (0..SAMPLES).map(sample).collect() };
-        samples.sort_by(f64::total_cmp);
-        let at = |share: usize| samples[(samples.len() - 1) * share / 1000];
-        let value = apart(a.clone(), b.clone());
-        (measure, Estimate { value, low: at(25), high: at(975) })
+        (limit.measure, found)
     };
     taken.0.iter().zip(pairs).map(of).collect()
+}
+
+/// How much larger a share is the second time.
+fn shares(a: &[f64], b: &[f64]) -> Estimate {
+    let alone = |one: &[f64], other: &[f64]| {
+        let count = one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count();
+        binomial_interval(count as u64, one.len() as u64)
+    };
+    difference([alone(a, b), alone(b, a)])
+}
+
+fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
+    let apart = |a: Vec<f64>, b: Vec<f64>| {
+        let [a, b] = [a, b].map(|values| measure.seen(values).value);
+        // Both beyond every bound are no further apart.
+        if a == b { 0.0 } else { b - a }
+    };
+    let sample = |number: u64| {
+        let mut draws = Streams::new(seed, number).open(Purpose::Design);
+        let last = (a.len() as u64).saturating_sub(1);
+        let (mut x, mut y) = (Vec::with_capacity(a.len()), Vec::with_capacity(a.len()));
+        for _ in 0..a.len() {
+            // Below the number of trials.
+            #[allow(clippy::cast_possible_truncation)]
+            let trial = draws.integer(last) as usize;
+            x.push(a[trial]);
+            y.push(b[trial]);
+        }
+        apart(x, y)
+    };
+    let same = a.iter().zip(b).all(|(a, b)| a == b);
+    let mut samples: Vec<f64> = if same { vec![0.0] } else { (0..SAMPLES).map(sample).collect() };
+    samples.sort_by(f64::total_cmp);
+    let at = |share: usize| samples[(samples.len() - 1) * share / 1000];
+    Estimate { value: apart(a.to_vec(), b.to_vec()), low: at(25), high: at(975) }
+}
+
+/// What a difference of two root mean squares leaves out, because it was not seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unseen {
+    /// How many more starts than at first may lack an answer the second time, as a share.
+    pub share: f64,
+    /// The root mean square that they would make of the second one, in degrees.
+    pub rms_deg: f64,
+}
+
+/// Starts without an answer that were not seen, if with them the second root mean square might be no smaller than the first:
+/// `more` is how many more of them there are.
+pub fn unseen(first: &Estimate, second: &Estimate, more: &Estimate) -> Option<Unseen> {
+    let rms_deg = (second.value * second.value + rms::square_of(more.high.max(0.0))).sqrt();
+    (more.high > 0.0 && rms_deg >= first.value).then_some(Unseen { share: more.high, rms_deg })
 }

@@ -110,6 +110,44 @@ fn analytic_a_paired_difference_is_known_far_better_than_its_parts() {
 }
 
 #[test]
+fn analytic_a_difference_of_shares_knows_what_was_not_seen() {
+    let limits = "undetermined <= 5 %".parse::<Limits>().expect("limits");
+    let tally = |count: usize| {
+        let values = (0..1000).map(|k| f64::from(u8::from(k < count))).collect();
+        Tally::of(&limits, vec![values])
+    };
+    let found = |a: usize, b: usize| paired(&limits, &tally(a), &tally(b), 1)[0].1;
+    // Of none in n 3.69/n either way, and no more where both have the same cases.
+    for same in [0, 40] {
+        let none = found(same, same);
+        assert!(none.value == 0.0 && (none.high * 1000.0 - 3.68).abs() < 0.01, "{none:?}");
+        assert_eq!(none.low, -none.high);
+    }
+    // Four cases against none may be chance, as four coins that fall alike; a bootstrap would be sure of them.
+    let few = found(4, 0);
+    assert!((few.value + 0.004).abs() < 1e-12 && few.high > 0.0, "{few:?}");
+    let many = found(40, 5);
+    assert!((many.value + 0.035).abs() < 1e-12 && many.high < 0.0, "{many:?}");
+    // With errors alike to the last bit the settings are the same, and so is what was not seen.
+    let both = "undetermined <= 5 %, rms <= 1 deg".parse::<Limits>().expect("limits");
+    let tally = |error: f64| Tally::of(&both, vec![vec![0.0; 1000], vec![error; 1000]]);
+    let share = |error: f64| paired(&both, &tally(0.1), &tally(error), 1)[0].1;
+    assert_eq!((share(0.1).low, share(0.1).high), (0.0, 0.0));
+    assert!(share(0.2).high > 0.003, "{:?}", share(0.2));
+}
+
+#[test]
+fn analytic_what_a_difference_of_rms_leaves_out_is_told_where_it_might_turn_it() {
+    let none_more = |trials: f64| Estimate { value: 0.0, low: 0.0, high: 3.69 / trials };
+    // Of 20,000 up to 0.018 % may lack an answer, which make 1.22° alone.
+    let found = unseen(&exactly(0.8), &exactly(0.7), &none_more(20_000.0)).expect("told");
+    assert!((found.share - 1.845e-4).abs() < 1e-9 && (found.rms_deg - 1.41).abs() < 0.01, "{found:?}");
+    // From 2° to 0.8° it is better also with them.
+    assert_eq!(unseen(&exactly(2.0), &exactly(0.8), &none_more(20_000.0)), None);
+    assert_eq!(unseen(&exactly(0.8), &exactly(0.8), &exactly(0.0)), None, "the same settings");
+}
+
+#[test]
 fn regress_few_trials_still_know_the_bad_end_of_a_percentile() {
     let effort = Effort::new(1000, &Limits(Vec::new()));
     let values: Vec<f64> = (0..effort.fine).map(|k| k as f64).collect();
@@ -132,4 +170,54 @@ fn law_what_may_break_a_limit_breaks_it_where_that_must_be_sure() {
     let broken = |view| goal.score(Some(&open), view).broken;
     assert_eq!(broken(View::Likely), 0.0);
     assert!((broken(View::Sure) - 0.1).abs() < 1e-9, "{}", broken(View::Sure));
+}
+
+/// Notes the keys of all that is computed.
+#[derive(Default)]
+struct Keys(std::sync::Mutex<Vec<String>>);
+
+impl Watch for Keys {
+    fn stopped(&self) -> bool {
+        false
+    }
+
+    fn did(&self, _: u64) {}
+
+    fn keep(&self, key: &str, _: &[u8]) {
+        self.0.lock().expect("whole").push(key.to_owned());
+    }
+}
+
+#[test]
+fn law_search_choice_and_what_is_told_have_random_numbers_of_their_own() {
+    let text = "detector.method = \"line-inductance-fast\"\n";
+    let document = Document::parse(std::path::Path::new("test.toml"), text).expect("TOML");
+    let question = Question {
+        document: &document,
+        ranges: vec![Range { key: "detector.pulse".into(), low: 60e-6, high: 120e-6, whole: false }],
+        goal: Goal { minimise: Measure::Rms, limits: Limits(Vec::new()) },
+        relative: Vec::new(),
+        against: Measure::Duration,
+        effort: Effort { starts: 1, coarse: 40, fine: 80, last: 160 },
+        seed: 7,
+    };
+    let keys = Keys::default();
+    let tuned = question.tune(&keys, &mut |_| ()).expect("runs");
+    let keys = keys.0.into_inner().expect("whole");
+    let by = |beginning: &str| keys.iter().filter(|key| key.starts_with(beginning)).count();
+    // The search, near and far; the choice by a quarter of the last trials and by all; start, best and front.
+    for stage in
+        ["40 trials of seed 7 ", "80 trials of seed 7 ", "40 trials of seed 8 ", "160 trials of seed 8 "]
+    {
+        assert!(by(stage) > 0, "{stage}: {keys:?}");
+    }
+    let told = by("160 trials of seed 9 with");
+    assert!(told >= 2, "{keys:?}");
+    let all = ["40 trials of seed 7", "80 trials of seed 7", "40 trials of seed 8", "160 trials of seed 8"];
+    assert_eq!(all.iter().map(|stage| by(stage)).sum::<usize>() + told, keys.len(), "{keys:?}");
+    // Each of the front is there as it was seen on the last seed.
+    for judged in tuned.front.iter().chain([&tuned.best]) {
+        let key = format!("160 trials of seed 9 with [detector.pulse={:?}]", judged.values[0]);
+        assert!(keys.iter().any(|known| known.starts_with(&key)), "{key}");
+    }
 }

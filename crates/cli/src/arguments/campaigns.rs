@@ -16,6 +16,9 @@ use crate::error::Error;
 /// counted in 64 bits.
 const MOST_TRIALS: u64 = 100_000_000_000;
 
+/// Most trials at one value of a requirement.
+pub const MOST_AT_A_VALUE: u64 = 100_000_000;
+
 /// How many trials, and which.
 #[derive(Debug, Args)]
 pub struct Amount {
@@ -160,7 +163,7 @@ pub struct Require {
     #[arg(long, value_name = "FROM:TO", allow_hyphen_values = true)]
     pub between: Vec<String>,
     /// Trials at one value at most [default: 300000]
-    #[arg(long, value_name = "N", value_parser = whole::<u32>(100..=100_000_000))]
+    #[arg(long, value_name = "N", value_parser = whole::<u32>(100..=MOST_AT_A_VALUE))]
     pub most: Option<u32>,
 }
 

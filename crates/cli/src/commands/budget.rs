@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde::Serialize;
 use serde_json::json;
-use standstill_analysis::{Budget, PAIRS, Source, Trials, trials_of_budget};
+use standstill_analysis::{Budget, PAIRS, Source, TooFew, Trials, trials_of_budget};
 use standstill_campaign::Estimate;
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
@@ -18,11 +18,9 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures::{self, Bar};
 use crate::output::Output;
-use crate::summary::fixed;
+use crate::summary::with_interval;
 use crate::table::{Column, Table as Printed};
-
-/// Pairs of starts with an axis that shares can be told from.
-const FEWEST: u64 = 10;
+use crate::terminal::paragraph;
 
 const FILES: [&str; 7] = [
     "budget.csv",
@@ -39,48 +37,69 @@ const FILES: [&str; 7] = [
 struct Row {
     source: String,
     alone_rms_deg: Option<f64>,
+    alone_rms_low_deg: Option<f64>,
+    alone_rms_high_deg: Option<f64>,
     without_rms_deg: Option<f64>,
+    without_rms_low_deg: Option<f64>,
+    without_rms_high_deg: Option<f64>,
     share: f64,
     share_low: f64,
     share_high: f64,
     total: Option<f64>,
+    total_low: Option<f64>,
+    total_high: Option<f64>,
 }
 
 impl Row {
-    fn new(source: &str, rms: [Option<f64>; 2], share: Estimate, total: Option<f64>) -> Self {
-        let [alone_rms_deg, without_rms_deg] = rms;
-        let Estimate { value, low, high } = share;
-        let source = source.to_owned();
-        Self { source, alone_rms_deg, without_rms_deg, share: value, share_low: low, share_high: high, total }
+    fn new(source: &str, rms: Option<[Estimate; 2]>, share: Estimate, total: Option<Estimate>) -> Self {
+        let (alone, without) = (rms.map(|[alone, _]| alone), rms.map(|[_, without]| without));
+        Self {
+            source: source.to_owned(),
+            alone_rms_deg: alone.map(|e| e.value),
+            alone_rms_low_deg: alone.map(|e| e.low),
+            alone_rms_high_deg: alone.map(|e| e.high),
+            without_rms_deg: without.map(|e| e.value),
+            without_rms_low_deg: without.map(|e| e.low),
+            without_rms_high_deg: without.map(|e| e.high),
+            share: share.value,
+            share_low: share.low,
+            share_high: share.high,
+            total: total.map(|e| e.value),
+            total_low: total.map(|e| e.low),
+            total_high: total.map(|e| e.high),
+        }
     }
 
+    /// Each number with its interval, in the digits that the interval allows.
     fn cells(&self) -> Vec<String> {
-        let number = |value: Option<f64>, digits| {
-            value.map_or_else(|| "–".to_owned(), |value: f64| fixed(value, digits))
+        let cell = |factor: f64, all: [Option<f64>; 3]| match all {
+            [Some(value), Some(low), Some(high)] => {
+                let [value, low, high] = with_interval([value, low, high].map(|x| factor * x));
+                format!("{value} [{low}, {high}]")
+            }
+            _ => "–".to_owned(),
         };
         vec![
             self.source.clone(),
-            number(self.alone_rms_deg, 3),
-            number(self.without_rms_deg, 3),
-            fixed(100.0 * self.share, 1),
-            [self.share_low, self.share_high].map(|share| fixed(100.0 * share, 1)).join(" to "),
-            number(self.total.map(|total| 100.0 * total), 1),
+            cell(100.0, [self.share, self.share_low, self.share_high].map(Some)),
+            cell(1.0, [self.alone_rms_deg, self.alone_rms_low_deg, self.alone_rms_high_deg]),
+            cell(1.0, [self.without_rms_deg, self.without_rms_low_deg, self.without_rms_high_deg]),
+            cell(100.0, [self.total, self.total_low, self.total_high]),
         ]
     }
 }
 
 /// The sources, the largest share first; then the method's own bias among them, and the interaction last.
 fn rows(budget: &Budget) -> Vec<Row> {
-    let (own, share) = budget.method;
-    let rms = budget.rms_deg.value;
-    let rest = (rms * rms - own * own).max(0.0).sqrt();
-    let mut rows = vec![Row::new("method", [Some(own), Some(rest)], share, Some(share.value))];
+    let own = &budget.method;
+    let mut rows =
+        vec![Row::new("method", Some([own.alone_deg, own.without_deg]), own.share, Some(own.share))];
     rows.extend(budget.items.iter().map(|item| {
-        let rms = [item.alone_deg, item.without_deg].map(|rms| Some(rms.value));
-        Row::new(&item.source.key, rms, item.share, Some(item.total.value))
+        let rms = [item.alone_deg, item.without_deg];
+        Row::new(&item.source.key, Some(rms), item.share, Some(item.total))
     }));
     rows.sort_by(|a, b| b.share.total_cmp(&a.share));
-    rows.push(Row::new("interaction", [None, None], budget.interaction, None));
+    rows.push(Row::new("interaction", None, budget.interaction, None));
     rows
 }
 
@@ -101,13 +120,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let Some(budget) = unless_stopped(found)? else {
         return Ok(interrupted(question, "budget", &watched, "the samples were not complete"));
     };
-    if budget.pairs < budget.dropped + FEWEST {
-        return Err(Error::Arguments(format!(
-            "of {} pairs of starts {} have an axis in all that was tried: too few to share an error out, needed {FEWEST}",
-            budget.pairs,
-            budget.pairs - budget.dropped
-        )));
-    }
+    let budget = match budget {
+        Ok(budget) => budget,
+        Err(TooFew { pairs, whole, needed }) => {
+            question::forget(question, "budget")?;
+            return Err(Error::Arguments(format!(
+                "of {pairs} pairs of starts {whole} have an axis in all that was tried: too few to share an error out, needed {needed}"
+            )));
+        }
+    };
     let setting = setting(plan.file(), trials.scenario());
     let rows = rows(&budget);
     let answer = json!({
@@ -124,7 +145,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         .map(|row| Bar {
             name: row.source.clone(),
             share: [row.share, row.share_low, row.share_high],
-            total: row.total,
+            total: row.total.zip(row.total_low.zip(row.total_high)).map(|(t, (low, high))| [t, low, high]),
         })
         .collect();
     let caption = "Shares sum to one. Totals count an interaction with each source that has a part in it.";
@@ -139,14 +160,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             ("over_angle".to_owned(), figures::over_angle(&budget, &setting), angle.to_owned()),
         ],
         page: page(setting, &budget, &rows),
-        code: u8::from(budget.dropped == budget.pairs),
+        code: 0,
     };
     answer.report(question, &asked)
 }
 
 fn headline(budget: &Budget) -> String {
     let Estimate { value, low, high } = budget.rms_deg;
-    format!("rms error of the axis {value:.3}° [{low:.3}, {high:.3}]")
+    let [value, low, high] = with_interval([value, low, high]);
+    format!("rms error of the axis {value}° [{low}, {high}]")
 }
 
 /// What else there is to say.
@@ -169,28 +191,46 @@ fn text(setting: &str, budget: &Budget, rows: &[Row]) -> String {
     for note in notes(budget) {
         let _ = writeln!(text, "  {note}");
     }
-    let numbers = ["alone °", "without °", "share %", "interval", "total %"].map(Column::number);
-    let columns = std::iter::once(Column::word("source")).chain(numbers);
+    let columns = [
+        Column::word("source"),
+        Column::number("share %"),
+        Column::number("alone °").rank(1),
+        Column::number("without °").rank(2),
+        Column::number("total %").rank(3),
+    ];
     let _ = write!(text, "\n{}", Printed::new(columns).rows(rows.iter().map(Row::cells)).text());
-    text + LEGEND
+    text.push('\n');
+    text + &legend(budget).iter().map(|line| paragraph("", line)).collect::<String>()
 }
 
-const LEGEND: &str = "
-alone: rms with this source, all others at their means; without: rms of all others.
-share: of the mean square, by the source itself; total: with all in which it has a part.
-method: its own error at each angle, which no better part removes. interaction: what sources make only together.
-";
+/// What the columns and rows are, a paragraph each.
+fn legend(budget: &Budget) -> Vec<String> {
+    let mut legend = [
+        "share: of the mean square, by the source itself; total: with all in which it has a part.",
+        "alone: rms with this source, all others at their means; without: rms of all others.",
+        "method: its own error at each angle, which no better part removes. interaction: what sources make only together.",
+    ]
+    .map(str::to_owned)
+    .to_vec();
+    legend.extend(budget.items.iter().filter(|item| item.source.is_rounding()).map(|item| {
+        format!(
+            "{}: what converters round, by the place of their codes. Where noise moves readings by more than a code, it has \
+             no share by itself: its total is interaction with whatever moves readings. The others alone are without it.",
+            item.source.key
+        )
+    }));
+    legend
+}
 
 fn page(setting: String, budget: &Budget, rows: &[Row]) -> Page {
     let table = Table {
-        caption: "Sources by their share of the mean square".to_owned(),
+        caption: "Sources by their share of the mean square, each number with its 95 % interval".to_owned(),
         columns: vec![
             TableColumn::text("source"),
-            TableColumn::number("rms alone", "°"),
-            TableColumn::number("rms without", "°"),
-            TableColumn::number("share", "%"),
-            TableColumn::text("95 % interval"),
-            TableColumn::number("total", "%"),
+            TableColumn::text("share, %"),
+            TableColumn::text("rms alone, °"),
+            TableColumn::text("rms without, °"),
+            TableColumn::text("total, %"),
         ],
         rows: rows
             .iter()
@@ -204,7 +244,7 @@ fn page(setting: String, budget: &Budget, rows: &[Row]) -> Page {
         subtitle: setting,
         sections: vec![section(
             "Answer",
-            vec![verdict, Block::Table(table), Block::Text(LEGEND.trim().to_owned())],
+            vec![verdict, Block::Table(table), Block::Text(legend(budget).join(" "))],
         )],
         footer: String::new(),
     }

@@ -105,6 +105,14 @@ pub fn watched(question: &Question, name: &str, asked: &Identity, trials: u64) -
     Ok(Watched::noting(trials, Some(notes)))
 }
 
+/// Removes what was computed of a question that has no answer.
+pub fn forget(question: &Question, name: &str) -> Result<(), Error> {
+    match notes_of(question, name).filter(|notes| notes.exists()) {
+        Some(notes) => std::fs::remove_file(&notes).map_err(Error::writing(&notes)),
+        None => Ok(()),
+    }
+}
+
 /// What there is to say of a question that was not answered.
 pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &str) -> Report {
     let kept = notes_of(question, name).filter(|_| watched.has_notes());
@@ -215,7 +223,7 @@ impl Answer {
     pub fn report(mut self, question: &Question, asked: &Identity) -> Result<Report, Error> {
         self.json[identity::KEY] = json!(asked);
         let folder = folder(question, self.name);
-        let notes = notes_of(question, self.name);
+        let name = self.name;
         let place = question.scenario.with_file_name("scenario");
         let made = Made {
             setup: Setup {
@@ -229,9 +237,7 @@ impl Answer {
         };
         let report = self.written(folder, question.json, &made)?;
         // Only now that the files are in place.
-        if let Some(notes) = notes.filter(|notes| notes.exists()) {
-            std::fs::remove_file(&notes).map_err(Error::writing(&notes))?;
-        }
+        forget(question, name)?;
         Ok(report)
     }
 

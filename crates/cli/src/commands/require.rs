@@ -4,7 +4,7 @@ mod tradeoff;
 mod unanswered;
 
 pub use tradeoff::Point;
-pub use unanswered::Unanswered;
+pub use unanswered::{Unanswered, percent};
 
 use serde::Serialize;
 use serde_json::json;
@@ -195,7 +195,7 @@ fn sentence(key: &str, whole: bool, limits: &Limits, edge: &Edge) -> String {
 }
 
 /// What else there is to say of an edge.
-fn notes(key: &str, search: &Search, edge: &Edge) -> Vec<String> {
+fn notes(key: &str, search: &Search, edge: &Edge, needed: Option<u64>) -> Vec<String> {
     let mut notes = vec![format!(
         "[95 % interval], {} trials at the last values, the same random numbers at each",
         edge.trials
@@ -212,7 +212,7 @@ fn notes(key: &str, search: &Search, edge: &Edge) -> Vec<String> {
         ));
     }
     if !edge.narrow {
-        notes.push("the interval is wider than 5 % of the value; --most allows more trials".to_owned());
+        notes.push(unanswered::wide(search.width, needed));
     }
     notes
 }
@@ -249,7 +249,11 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
             json["high"] = edge.interval.1.into();
             json["monotone"] = edge.is_monotone(&asked.search).into();
             json["narrow"] = edge.narrow.into();
-            let mut details = notes(key, &asked.search, edge);
+            let needed = (!edge.narrow)
+                .then(|| unanswered::trials_needed(limits, &asked.judged, edge, asked.search.width))
+                .flatten();
+            json["trials_needed"] = json!(needed);
+            let mut details = notes(key, &asked.search, edge, needed);
             let unanswered = Unanswered::of(limits, &asked.judged, edge);
             details.extend(unanswered.iter().map(ToString::to_string));
             details.extend(unanswered::too_few(limits, edge));

@@ -54,6 +54,14 @@ fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
             plan.points().len() - 1
         )));
     }
+    let trials = plan.file().trials;
+    if source.scenario.is_some() && options.trial >= trials {
+        return Err(Error::Arguments(format!(
+            "--trial {}: needed from 0 to {}, the last of the scenario's trials; of a run with more, `-s trials=N` says how many",
+            options.trial,
+            trials.saturating_sub(1)
+        )));
+    }
     Ok(plan)
 }
 

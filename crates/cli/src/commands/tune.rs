@@ -207,6 +207,7 @@ fn answer(plan: &Plan, asked: &Asked<'_>, tuned: &Tuned) -> Result<Answer, Error
         "best": found.then(|| json_of(asked, &tuned.best)),
         "differences": measures_json(&tuned.differences.0),
         "surely_better": tuned.surely_better(&asked.goal),
+        "unseen": tuned.unseen().map(|unseen| json!({ "share": unseen.share, "rms_deg": unseen.rms_deg })),
         "limits_hold": { "likely": tuned.limits.holds, "surely": tuned.limits.surely },
         "front": tuned.front.iter().map(|judged| json_of(asked, judged)).collect::<Vec<_>>(),
         "toml": settings,

@@ -9,15 +9,16 @@ use super::WIDTH;
 /// Sources that the picture over the angle can tell apart.
 const DRAWN: usize = 4;
 
-/// A row of the chart: its name, its share with the interval, and its total if it has one.
+/// A row of the chart: its name, its share with the interval, and its total with that if it has one.
 pub struct Bar {
     pub name: String,
     pub share: [f64; 3],
-    pub total: Option<f64>,
+    pub total: Option<[f64; 3]>,
 }
 
 /// Shares in per cent, the largest at the top.
 pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
+    const TOTALS: &str = "with all in which it has a part, with its interval";
     let names = bars.iter().rev().map(|bar| bar.name.clone());
     let place = |k: usize| (bars.len() - 1 - k) as f64;
     let mut panel = Panel::new(Axis::new("share of the mean square (%)"), Axis::categories("", names));
@@ -29,8 +30,17 @@ pub fn shares(bars: &[Bar], subtitle: String) -> Figure {
         panel =
             panel.with(Layer::line("by itself, with its 95 % interval", Style::Blue, [(low, y), (high, y)]));
     }
-    let totals = bars.iter().enumerate().filter_map(|(k, bar)| Some((100.0 * bar.total?, place(k))));
-    panel = panel.with(Layer::points("with all in which it has a part", Style::Vermilion, totals));
+    let totals =
+        bars.iter().enumerate().filter_map(|(k, bar)| Some((place(k), bar.total?.map(|x| 100.0 * x))));
+    for (y, [total, low, high]) in totals {
+        // Beside the bar's own interval, not upon it.
+        let y = y - 0.15;
+        panel = panel.with(Layer::line("", Style::Vermilion, [(low, y), (high, y)])).with(Layer::points(
+            TOTALS,
+            Style::Vermilion,
+            [(total, y)],
+        ));
+    }
     // Of a dozen rows.
     #[allow(clippy::cast_possible_truncation)]
     let height = 160 + 40 * bars.len() as u32;

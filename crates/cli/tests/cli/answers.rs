@@ -63,13 +63,16 @@ fn a_budget_has_its_keys_and_writes_its_files() {
     ] {
         assert!(page.contains(part), "{part}");
     }
-    for name in ["method", "sensors.noise", "sensors.gain_error", "interaction"] {
+    for name in ["method", "sensors.noise", "sensors.gain_error", "sensors.bits", "interaction"] {
         let source = sources.iter().find(|source| source["source"] == name).expect(name);
         has(
             source,
             &["source", "alone_rms_deg", "without_rms_deg", "share", "share_low", "share_high", "total"],
         );
         assert!(number(source, "share_low") <= number(source, "share_high"));
+        let end = |of: &str, end: &str| source[format!("{of}_{end}_deg")].as_f64();
+        let wide = |of: &str| end(of, "low") < end(of, "high");
+        assert!(name == "interaction" || wide("alone_rms") && wide("without_rms"), "{source}");
     }
     let expected = [
         "budget.csv",
@@ -157,6 +160,15 @@ fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
         names(&folder.path().join("t")),
         ["tune.csv", "tune.html", "tune.json", "tune.png", "tune.svg"]
     );
+    // What the figure compares is of one seed, and what the search looked at is said to be of another.
+    let page = fs::read_to_string(folder.path().join("t/tune.html")).expect("a page");
+    for label in
+        ["none better in both, by seed 3", "start, by seed 3", "best, by seed 3", "looked at, by seed 1"]
+    {
+        assert!(page.contains(label), "{label}");
+    }
+    let front = tuned["front"].as_array().expect("a list");
+    assert!(front.contains(&tuned["best"]), "the best is one of the front, on the same trials");
 }
 
 #[test]
@@ -312,11 +324,17 @@ fn mistakes_name_what_there_is() {
             assert!(message.contains(part), "{part} in {message}");
         }
     };
-    says(&["odds", "s.toml", "--event", "wrongpole"], &["`wrongpole`", "wrong-pole", "peak_current"]);
+    says(
+        &["odds", "s.toml", "--event", "wrongpole"],
+        &["`wrongpole`", "did you mean `wrong-pole`?", "peak_current"],
+    );
+    says(&["odds", "s.toml", "--event", "peak_current > 8"], &["found `8` without a unit", "such as `8 A`"]);
     says(
         &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
-        &["`rmse <= 1 deg`", "wrong_poles", "duration"],
+        &["`rmse <= 1 deg`", "did you mean `rms`?", "wrong_poles", "duration"],
     );
+    let no_unit = ["require", "s.toml", "--key", "sensors.noise", "--limit", "peak_current <= 8"];
+    says(&no_unit, &["found `8` without a unit", "such as `8 A`"]);
     let bare = ["require", "s.toml", "--key", "sensors.noise", "--limit", "undetermined <= 5"];
     says(&bare, &["--limit", "found `5`, needed a share", "`5 %`"]);
     says(
@@ -330,7 +348,7 @@ fn mistakes_name_what_there_is() {
     let tune = |vary: &'static str, minimise: &'static str| {
         ["tune", "s.toml", "--vary", vary, "--minimise", minimise]
     };
-    says(&tune("detector.pulse=20us:200us", "rmse"), &["`rmse`", "wrong_poles", "duration"]);
+    says(&tune("detector.pulse=20us:200us", "rmse"), &["`rmse` (did you mean `rms`?)", "wrong_poles"]);
     says(&tune("detector.pulse=200us:20us", "rms"), &["LOW:HIGH"]);
     says(&tune("detector.pulse=20 A:200us", "rms"), &["detector.pulse", "20 A"]);
     says(&tune("detector.puls=20us:200us", "rms"), &["detector.puls", "pulse"]);
@@ -357,6 +375,12 @@ fn mistakes_name_what_there_is() {
         &["odds", "s.toml", "--event", "|e| > 200 deg"],
         &["found `200 deg`", "from 0 deg to less than 90 deg"],
     );
+    // Of a campaign's trials there are as many as it says.
+    let traced = |trial: &'static str, more: &[&'static str]| {
+        [&["trace", "s.toml", "--trial", trial, "--out", "t"][..], more].concat()
+    };
+    says(&traced("99999999999", &[]), &["--trial 99999999999", "needed from 0 to 999", "`-s trials=N`"]);
+    says(&traced("50", &["-s", "trials=50"]), &["--trial 50", "needed from 0 to 49"]);
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");
 }

@@ -66,7 +66,12 @@ fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
         "{message}"
     );
     let message = fail(&trace.replace("u_dc_V", "u_V"), &[]);
-    assert!(message.contains("p.csv, line 1: found a column `u_V`; needed: t_s, i_a_A"), "{message}");
+    assert!(
+        message.contains(
+            "p.csv, line 1: found no column u_dc_V, but the unknown `u_V`; needed: all of t_s, i_a_A"
+        ),
+        "{message}"
+    );
     let message = fail(&trace, &["-s", "sensors.noise=1 A"]);
     assert!(message.contains("-s sensors.noise: needed a key of the drive"), "{message}");
     let message = fail(&trace, &["-s", "inverter.carrier_period=100 us"]);

@@ -241,7 +241,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     }
     let before = names(at);
 
-    let cases: [(&[&str], &[&str]); 25] = [
+    let cases: [(&[&str], &[&str]); 26] = [
         (
             &["reproduce", "--motor", "nosuch"],
             &["set by --motor: `motor`: found `nosuch`", "paper-5k5", "gearless-hoist"],
@@ -268,17 +268,18 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
         ),
         (&["reproduce", "--motor", "key.toml"], &["key.toml", "line 17", "resistence", "resistance"]),
         (&["motors", "negative.toml"], &["negative.toml", "winding.resistance"]),
-        (&["trace", "--angle", "-inf", "--out", "t"], &["'-inf'", "not a finite number of degrees"]),
-        (&["trace", "--angle", "1e17", "--out", "t"], &["'1e17'", "1000000"]),
+        (&["trace", "--angle", "-inf", "--out", "t"], &["'-inf'", "degrees from -360 to 360"]),
+        (&["trace", "--angle", "400", "--out", "t"], &["'400'", "degrees from -360 to 360"]),
         (&["reproduce", "--out", "taken"], &["taken is not a folder"]),
         (&["reproduce", "--out", "taken/below"], &["taken is not a folder"]),
         (&["reproduce", "--out", "blocked"], &["trials.csv is a folder"]),
-        (&["trace", "--angle", "north", "--out", "t"], &["'north'", "not a finite number of degrees"]),
-        (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "not a finite number of degrees"]),
+        (&["trace", "--angle", "north", "--out", "t"], &["'north'", "degrees from -360 to 360"]),
+        (&["trace", "--angle", "inf", "--out", "t"], &["'inf'", "degrees from -360 to 360"]),
         (&["trace", "--angle", "1"], &["--out"]),
         (&["magnetics", "nosuch"], &["unknown motor `nosuch`"]),
         (&["magnetics", "paper-5k5", "--current", "0"], &["'0'", "number of amperes from 1e-6 to 100000"]),
         (&["motors", "nosuch"], &["unknown motor `nosuch`"]),
+        (&["motors", "outruner"], &["unknown motor `outruner` (did you mean `outrunner`?)", "paper-5k5"]),
     ];
     for (arguments, parts) in cases {
         let message = mistake(arguments, at);

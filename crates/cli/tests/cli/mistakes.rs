@@ -30,6 +30,7 @@ const KEYS: &[Case] = &[
     ("A capacitor that nothing feeds", "[inverter]\ncapacitance = \"500 uF\"", &["run", "s.toml"]),
     ("A sag without an end", "[inverter]\nsag_depth = \"20 %\"\nsag_start = \"2 ms\"", &["run", "s.toml"]),
     ("A load on a locked rotor", "[rotor]\nload = \"3 N m\"", &["run", "s.toml"]),
+    ("An angle beyond a turn", "[rotor]\nangle = \"400 deg\"", &["run", "s.toml"]),
     ("A brake without play", "[rotor]\nstate = \"brake\"", &["run", "s.toml"]),
 ];
 
@@ -109,6 +110,17 @@ const LINES: &[Case] = &[
         "A point that the axes do not have",
         "",
         &["trace", "s.toml", "--vary", "sensors.noise=1 mA,9 mA", "--point", "2", "--out", "t"],
+    ),
+    ("A bound without its unit", "", &["odds", "s.toml", "--event", "peak_current > 8"]),
+    (
+        "A limit on what is not measured",
+        "",
+        &["require", "s.toml", "--key", "sensors.noise", "--limit", "rmse <= 1 deg"],
+    ),
+    (
+        "A trial that the campaign does not have",
+        "trials = 50",
+        &["trace", "s.toml", "--trial", "50", "--out", "t"],
     ),
     ("A motor that an option misspells", "", &["compare", "s.toml", "--motor", "papr"]),
     (

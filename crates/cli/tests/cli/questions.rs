@@ -11,7 +11,7 @@ fn regress_what_never_happens_has_the_limit_of_plain_trials_alone() {
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
     // The rotor is locked: nothing moves, whatever is drawn.
-    let still = answer(&["odds", "s.toml", "--event", "moved > 0.1", "--json", "--out", "k"], 0, path);
+    let still = answer(&["odds", "s.toml", "--event", "moved > 0.1 deg", "--json", "--out", "k"], 0, path);
     assert_eq!((number(&still, "probability"), number(&still, "trials")), (0.0, 4000.0));
     // None in 4,000: 1 − 0.025^(1/4000).
     assert!((number(&still, "high") / 9.217_947_494_8e-4 - 1.0).abs() < 1e-6, "{still}");

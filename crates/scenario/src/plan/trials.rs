@@ -101,8 +101,8 @@ impl Plan {
         self.drawn_by(point, Some(scenario), Streams::taped(tape))
     }
 
-    /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `done` gets
-    /// each record with the number of its tape.
+    /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `change` has the
+    /// last word on each trial's scenario, after what was drawn of it; the detector is made after it. `done` gets each record with the number of its tape.
     ///
     /// # Errors
     /// A value drawn that cannot be.
@@ -111,13 +111,21 @@ impl Plan {
         point: usize,
         scenario: &Scenario<Method<f64>>,
         tapes: &[Tape],
+        change: impl Fn(&mut Scenario<Method<f64>>),
         mut done: impl FnMut(usize, Record),
     ) -> Result<(), FileError> {
         if !self.has_tolerances() {
+            let mut scenario = scenario.clone();
+            change(&mut scenario);
             return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
         }
         for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
-            let drawn = all_until_error(tapes.iter().map(|tape| self.scenario_taped(point, scenario, tape)));
+            let changed = |tape| {
+                let mut scenario = self.scenario_taped(point, scenario, tape)?;
+                change(&mut scenario);
+                Ok(scenario)
+            };
+            let drawn = all_until_error(tapes.iter().map(changed));
             let cases = drawn.all.iter().zip(tapes).map(|(scenario, tape)| {
                 let case = scenario.case_taped(tape);
                 let detector = scenario.detector_for(&case).map_err(|error| FileError::settings(&error))?;

@@ -4,10 +4,12 @@ use std::fmt;
 
 use serde::Serialize;
 use standstill_analysis::bracket::Edge;
-use standstill_analysis::limit::rms::{Part, made_by, part};
+use standstill_analysis::limit::rms::{Part, made_by, part, widens};
 use standstill_analysis::limit::{Limits, Measure};
+use standstill_analysis::require::{Seen, trials_needed as needed};
 use standstill_campaign::Estimate;
 
+use crate::arguments::MOST_AT_A_VALUE as MOST;
 use crate::commands::question::probability;
 use crate::figures::Judged;
 
@@ -31,7 +33,10 @@ impl Unanswered {
         let apart = |judged: &&Judged| (judged.value - edge.value).abs();
         let at = last.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
         let number = limits.0.iter().position(|limit| limit.measure == Measure::Rms)?;
-        Self::in_measure(&at.measures[number], &at.without_answer?, at.trials)
+        let (rms, share) = (&at.measures[number], &at.without_answer?);
+        // Of an interval that is too wide it is said also where they make most of it, but not of the mean square.
+        let open = || (!edge.narrow && widens(rms, share)).then(|| Self::new("interval", share, at.trials));
+        Self::in_measure(rms, share, at.trials).or_else(open)
     }
 
     /// Of a root mean square and a share.
@@ -40,18 +45,23 @@ impl Unanswered {
             Part::Value => "limit",
             Part::Interval => "interval",
         };
-        Some(Self {
+        Some(Self::new(decide, share, trials))
+    }
+
+    fn new(decide: &'static str, share: &Estimate, trials: u64) -> Self {
+        Self {
             decide,
             trials,
             share: share.value,
             share_high: share.high,
             rms_deg: made_by(share.value),
             rms_high_deg: made_by(share.high),
-        })
+        }
     }
 }
 
-fn percent(share: f64) -> String {
+/// A share in per cent, with its sign.
+pub fn percent(share: f64) -> String {
     format!("{} %", standstill_quantity::listed(&[100.0 * share], "").trim_end())
 }
 
@@ -84,9 +94,67 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
+/// About how many trials would make an interval as narrow as it should be, of a single limit.
+pub fn trials_needed(limits: &Limits, judged: &[Judged], edge: &Edge, width: f64) -> Option<u64> {
+    let [limit] = limits.0[..] else { return None };
+    let last = judged.iter().filter(|judged| judged.trials == edge.trials);
+    let seen = last.map(|judged| Seen {
+        value: judged.value,
+        measure: judged.measures[0],
+        without_answer: judged.without_answer,
+    });
+    needed(limit.measure, &seen.collect::<Vec<_>>(), edge, width)
+}
+
+/// That the interval is wider than asked for, and what would help.
+pub fn wide(width: f64, needed: Option<u64>) -> String {
+    let wide = format!("the interval is wider than {} of the value", percent(width));
+    match needed {
+        Some(needed) if needed <= MOST => {
+            format!("{wide}: about {needed} trials would make it narrower (--most {needed})")
+        }
+        Some(needed) => format!("{wide}: that would take about {needed} trials"),
+        None => format!("{wide}; --most allows more trials"),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn law_the_trials_that_help_are_told_as_an_option_while_it_takes_them() {
+        assert!(wide(0.05, Some(720_000)).ends_with("(--most 720000)"));
+        assert!(wide(0.05, Some(720_000_000)).ends_with("take about 720000000 trials"));
+    }
+
+    #[test]
+    fn analytic_starts_that_were_not_seen_are_told_where_they_keep_an_interval_wide() {
+        use standstill_analysis::bracket::Side;
+
+        let limits: Limits = "rms <= 1 deg".parse().expect("limits");
+        // Of 60,000 up to 0.00615 % may lack an answer: 0.498 deg² of the 0.52 between 1 and 1.52.
+        let judged = [Judged {
+            value: 0.014,
+            trials: 60_000,
+            measures: vec![Estimate { value: 1.0, low: 0.99, high: 1.52_f64.sqrt() }],
+            without_answer: Some(Estimate { value: 0.0, low: 0.0, high: 6.15e-5 }),
+        }];
+        let told = |narrow: bool| {
+            let edge = Edge {
+                side: Side::Largest,
+                value: 0.014,
+                interval: (0.010, 0.0146),
+                narrow,
+                stretches: Vec::new(),
+                trials: 60_000,
+            };
+            Unanswered::of(&limits, &judged, &edge).map(|told| told.to_string())
+        };
+        let text = told(false).expect("told");
+        assert!(text.contains("decide this interval: none of 60000 starts lacked one"), "{text}");
+        assert_eq!(told(true), None);
+    }
 
     #[test]
     fn analytic_what_decides_is_told() {

@@ -3,10 +3,10 @@
 use standstill_analysis::limit::{Limit, Measure};
 use standstill_analysis::tune::{Judged, Question as Asked, Tuned};
 use standstill_campaign::Estimate;
-use standstill_quantity::Scale;
+use standstill_quantity::{Scale, listed};
 use standstill_report::page::Tone;
 
-use crate::commands::require::{Unanswered, shown};
+use crate::commands::require::{Unanswered, percent, shown};
 use crate::summary::decimals_of;
 use crate::table::{Column, Table};
 
@@ -115,6 +115,15 @@ pub fn details(asked: &Asked<'_>, tuned: &Tuned) -> Vec<String> {
         asked.seed.wrapping_add(2),
         with_unit(minimise, &apart)
     )];
+    let relative = asked.relative.contains(&Measure::Rms);
+    if let Some(unseen) = tuned.unseen().filter(|_| relative || minimise == Measure::Rms) {
+        details.push(format!(
+            "the difference of rms counts the starts seen: up to {} more than at the start may lack an answer unseen, each \
+             counted as 90°, which would make the rms {}°; more --trials bring that down",
+            percent(unseen.share),
+            listed(&[unseen.rms_deg], "").trim_end()
+        ));
+    }
     if !asked.goal.limits.0.is_empty() {
         let holds = match tuned.limits {
             v if v.surely => "surely",

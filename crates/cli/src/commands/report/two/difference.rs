@@ -1,5 +1,6 @@
 //! By how much two runs differ, with 95 % intervals.
 
+pub use standstill_campaign::difference as independent;
 use standstill_campaign::{Estimate, binomial_interval};
 
 /// Of pairs of trials with the same random numbers: in how many something happened in one alone.
@@ -16,16 +17,6 @@ impl Rates {
         let rate = |count| binomial_interval(count, self.pairs);
         independent([rate(self.only_a), rate(self.only_b)])
     }
-}
-
-/// `b` less `a`, its interval recovered from those of the two (Zou and Donner 2008, doi:10.1002/sim.3095): exact for normal
-/// estimates, and of two that were never seen what is known of them.
-pub fn independent([a, b]: [Estimate; 2]) -> Estimate {
-    let value = b.value - a.value;
-    let length = |x: f64, y: f64| (x * x + y * y).sqrt();
-    let low = value - length(b.value - b.low, a.high - a.value);
-    let high = value + length(b.high - b.value, a.value - a.low);
-    Estimate { value, low, high }
 }
 
 /// The rms of the second errors less that of the first, over pairs: with r the rms, the difference of the means of b²/(2 r_b)

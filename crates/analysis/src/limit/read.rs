@@ -1,0 +1,142 @@
+//! Limits and measures as they are written.
+
+use std::fmt;
+use std::str::FromStr;
+
+use standstill_quantity::unit::{Ampere, Degree, Second, Share};
+use standstill_scenario::quoted;
+
+use super::{Limit, Limits, Measure, NAMES, Subject};
+use crate::event::bound;
+
+/// Every measure, for messages.
+const MEASURES: &str =
+    "rms, p95, p99, P(|e| > 2 deg), wrong_poles, undetermined, failed, moved, duration or peak_current";
+
+/// A text that is no limit.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LimitError {
+    text: String,
+    wrong: Wrong,
+}
+
+#[derive(Clone, Debug, PartialEq, Eq)]
+enum Wrong {
+    /// It has no `<=`.
+    Sides,
+    /// What stands before the `<=` is no measure.
+    Measure(MeasureError),
+    /// The bound that was found, and what the measure needs.
+    Bound(String, &'static str),
+}
+
+impl fmt::Display for LimitError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = &self.text;
+        match &self.wrong {
+            Wrong::Sides => write!(
+                f,
+                "`{text}` is no limit: needed a measure, `<=` and its bound, such as `rms <= 1 deg`, several joined by \
+                 commas; the measures are {MEASURES}"
+            ),
+            Wrong::Measure(error) => write!(f, "`{text}` is no limit: {error}"),
+            Wrong::Bound(found, needed) => write!(f, "`{text}` is no limit: found {found}, needed {needed}"),
+        }
+    }
+}
+
+impl std::error::Error for LimitError {}
+
+/// A text that is no measure.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct MeasureError {
+    text: String,
+    /// The bound of a probability, where that alone is wrong.
+    bound: Option<String>,
+}
+
+impl fmt::Display for MeasureError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let text = &self.text;
+        if let Some(found) = &self.bound {
+            let needed = "an error from 0 deg to less than 180 deg, such as `P(|e| > 2 deg)`";
+            return write!(f, "`{text}` is no measure: found {found}, needed {needed}");
+        }
+        let known = NAMES.iter().map(|(name, _)| *name).chain(["P(|e| > X)"]);
+        write!(f, "{} is no measure: needed {MEASURES}", quoted(text, known))
+    }
+}
+
+impl std::error::Error for MeasureError {}
+
+impl FromStr for Measure {
+    type Err = MeasureError;
+
+    fn from_str(text: &str) -> Result<Self, MeasureError> {
+        let text = text.trim();
+        let error = |bound| MeasureError { text: text.to_owned(), bound };
+        if let Some((_, measure)) = NAMES.iter().find(|(name, _)| *name == text) {
+            return Ok(*measure);
+        }
+        let inside = text.strip_prefix("P(").and_then(|rest| rest.strip_suffix(')')?.split_once('>'));
+        let (_, least) = inside.filter(|(what, _)| what.trim() == "|e|").ok_or_else(|| error(None))?;
+        bound::<Degree>(least.trim(), 0.0..180.0).map(Self::Beyond).map_err(|found| error(Some(found)))
+    }
+}
+
+/// What bounds are allowed, for messages.
+const ANGLES: &str = "an angle above 0 deg, such as `1 deg`";
+const SHARES: &str = "a share above 0 % and up to 100 % with its sign, such as `5 %`";
+const TIMES: &str = "a time above 0 s, such as `20 ms`";
+const CURRENTS: &str = "a current above 0 A, such as `8 A` or `800 mA`";
+
+impl Measure {
+    /// A bound of this measure; else what was found, and what is allowed.
+    fn bound(self, text: &str) -> Result<f64, (String, &'static str)> {
+        let least = f64::MIN_POSITIVE;
+        let (found, needed) = match self {
+            Self::Rms | Self::P95 | Self::P99 | Self::Moved => (bound::<Degree>(text, least..), ANGLES),
+            Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
+                (bound::<Share>(text, least..=1.0), SHARES)
+            }
+            Self::Duration => (bound::<Second>(text, least..), TIMES),
+            Self::PeakCurrent => (bound::<Ampere>(text, least..), CURRENTS),
+        };
+        found.map_err(|found| (found, needed))
+    }
+}
+
+/// Limits joined by commas, each with the text of its bound as `of` reads it.
+fn each<T>(
+    text: &str,
+    of: impl Fn(Measure, &str) -> Result<T, (String, &'static str)>,
+) -> Result<Vec<T>, LimitError> {
+    let limit = |part: &str| {
+        let error = |wrong| LimitError { text: part.trim().to_owned(), wrong };
+        let halves = part.split_once("<=").or_else(|| part.split_once('≤'));
+        let (measure, bound) = halves.ok_or_else(|| error(Wrong::Sides))?;
+        let measure = measure.parse().map_err(|wrong| error(Wrong::Measure(wrong)))?;
+        of(measure, bound.trim()).map_err(|(found, needed)| error(Wrong::Bound(found, needed)))
+    };
+    text.split(',').map(limit).collect()
+}
+
+impl FromStr for Limits {
+    type Err = LimitError;
+
+    fn from_str(text: &str) -> Result<Self, LimitError> {
+        each(text, |measure, bound| Ok(Limit { measure, most: measure.bound(bound)? })).map(Self)
+    }
+}
+
+impl FromStr for Subject {
+    type Err = LimitError;
+
+    fn from_str(text: &str) -> Result<Self, LimitError> {
+        let most = |measure: Measure, bound: &str| match bound {
+            "start" => Ok((measure, None)),
+            _ => Ok((measure, Some(measure.bound(bound)?))),
+        };
+        each(text, most).map(Self)
+    }
+}
