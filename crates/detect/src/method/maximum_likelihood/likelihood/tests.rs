@@ -235,9 +235,9 @@ fn law_what_rings_counts_once_and_enough() {
         }
         let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
         let found = fit(&curves, &MODEL, from(28e-3)).expect("determined");
-        for k in 0..3 {
-            let share = peak / TRUE[k].inductance;
-            squares += ((found.slope[k] - TRUE[k].slope) * share).powi(2);
+        for (k, line) in TRUE.iter().enumerate() {
+            let share = peak / line.inductance;
+            squares += ((found.slope[k] - line.slope) * share).powi(2);
             stated += found.slope_variance[k] * share * share + found.misfit / (peak * peak);
             left += (found.variance - found.misfit) / f64::from(3 * trials);
         }
