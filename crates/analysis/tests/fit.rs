@@ -77,6 +77,25 @@ fn cross_intervals_hold_where_a_converter_is_coarser_than_the_noise() {
     held(&scope::ngspice(), &scope, 2, &["L_d", "L_q", "angle"]);
 }
 
+/// Of more than 50,000 rows each second is used, or each third; what is found is right all the same.
+#[test]
+fn cross_a_long_record_is_thinned_and_its_motor_found() {
+    let (pulses, whole) = (scope::ngspice(), Scope::of(2.5));
+    let rows = pulses.text(&whole, 1).lines().count() - 1;
+    let scope = Scope { interval: whole.interval * rows as f64 / 101_000.0, ..whole };
+    let fit = held(&pulses, &scope, 1, &["L_d", "L_q", "angle"]).remove(0);
+    assert_eq!(fit.every, 3, "{rows}");
+    let used: usize = fit.traces.iter().map(|trace| trace.time.len()).sum();
+    // Ends of pieces are kept beside each third row. Times are written in nanoseconds.
+    assert!((30_000..36_000).contains(&used), "{used}");
+    for trace in &fit.traces {
+        let apart: Vec<f64> =
+            trace.time.windows(2).map(|pair| (pair[1] - pair[0]) / scope.interval).collect();
+        let (last, others) = apart.split_last().expect("rows");
+        assert!(*last < 3.1 && others.iter().all(|rows| (rows - 3.0).abs() < 0.1), "{apart:?}");
+    }
+}
+
 #[test]
 fn cross_readings_that_are_cut_off_are_no_currents() {
     // Pulses across b and c reach 2.3 A.

@@ -5,6 +5,7 @@ use standstill_detect::{
     Method, MethodName, Nameplate, PolarityRule, SequentialSettings, Settings, Signature,
 };
 use standstill_interface::{Angle, Outcome, PoleEvidence};
+use standstill_inverter::OpenLeg;
 use standstill_plant::built_in;
 use standstill_scenario::{ErrorSet, Scenario, Specimen};
 use standstill_sim::{Ended, NoProbe, RotorState, run};
@@ -124,5 +125,59 @@ fn law_noise_alone_scatters_the_evidence_by_about_one_deviation() {
         // One for the evidence, and what an estimate of the noise from so few readings makes of its mean.
         let expected = (1.0 + mean * mean / (2.0 * known_from)).sqrt();
         assert!((0.6..1.25).contains(&(deviation / expected)), "{method}: {mean} {deviation} {expected}");
+    }
+}
+
+/// What maximum likelihood sees of the poles where terminals ring, and why some stay open: medians as shares of the inductance.
+#[test]
+fn regress_ringing_leaves_few_poles_open() {
+    let trials = 100;
+    println!(
+        "terminals  difference  deviation by residuals, by least deviation  open  open without the latter"
+    );
+    for (nano, most_open) in [(0.0, 0), (0.3, 0), (1.0, 35)] {
+        let mut scenario = scenario(MethodName::MaximumLikelihood, "paper-5k5", ErrorSet::Default);
+        let (winding, capacitance) = (&built_in("paper-5k5").expect("built in").winding, nano * 1e-9);
+        let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
+        if capacitance > 0.0 {
+            let bridge = &mut scenario.drive.bridge;
+            (bridge.terminal_capacitance, bridge.open_leg) = (capacitance, OpenLeg::Diodes);
+            bridge.terminal_resistance = (1.5 * inductance / capacitance).sqrt() / 5.0;
+        }
+        let Method::MaximumLikelihood(settings) = &scenario.detector else { panic!("as asked") };
+        // Of each component of a sum over three lines.
+        let floor = settings.pulses.pole_floor * 1.5_f64.sqrt();
+        let told = |scenario: &Scenario<Method<f64>>| -> Vec<[f64; 2]> {
+            let told = |(outcome, north): &(Outcome<f64>, Angle<f64>)| {
+                let needed = outcome.findings().pole_evidence.expect("a signature").needed;
+                [outcome.evidence_for(*north).expect("a signature"), needed]
+            };
+            outcomes(scenario, trials, false).iter().map(told).collect()
+        };
+        let with = told(&scenario);
+        if let Method::MaximumLikelihood(settings) = &mut scenario.detector {
+            settings.pulses.pole_floor = 1e-9;
+        }
+        let without = told(&scenario);
+        assert!(with.iter().all(|[evidence, needed]| evidence > &-needed), "a wrong pole: {with:?}");
+        let middle = |of: &dyn Fn(f64, f64) -> f64| {
+            let mut all: Vec<f64> = with.iter().zip(&without).map(|([a, _], [b, _])| of(*a, *b)).collect();
+            all.sort_by(f64::total_cmp);
+            all[all.len() / 2]
+        };
+        // 1/evidence² is the sum of the squares of what is wrong over the square of the difference.
+        let difference = |with: f64, without: f64| floor / (with.powi(-2) - without.powi(-2)).sqrt();
+        let seen = middle(&difference);
+        let residual = middle(&|with, without| difference(with, without) / without);
+        let open = |of: &[[f64; 2]]| of.iter().filter(|[evidence, needed]| evidence < needed).count();
+        println!(
+            "{nano:6.1} nF {:10.2} % {:10.2} %, {:.2} % {:10} {:10} of {trials}",
+            100.0 * seen,
+            100.0 * residual,
+            100.0 * floor,
+            open(&with),
+            open(&without)
+        );
+        assert!(open(&with) <= most_open, "{nano} nF: {} of {trials} poles stay open", open(&with));
     }
 }

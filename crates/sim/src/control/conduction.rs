@@ -100,7 +100,7 @@ impl<'a> Control<'a> {
             return Ok(());
         }
         if bank.machine.legs.elastance.is_some() {
-            return self.settle_terminals(bank, None);
+            return self.settle_terminals(bank);
         }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
@@ -141,8 +141,7 @@ impl<'a> Control<'a> {
             }
             let legs = &bank.machine.legs;
             if legs.elastance.is_some() {
-                let ended = (legs.direction(self.lane, which) != 0.0).then_some(which);
-                return self.settle_terminals(bank, ended);
+                return self.settle_terminals(bank);
             }
             let ends: [bool; 3] = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
             self.make_zero(bank, ends);

@@ -9,7 +9,6 @@ use super::run::Control;
 use crate::lanes::bank::Bank;
 use crate::ledger::Ledger;
 use crate::physics::plane::Plane;
-use crate::physics::terminals::met_by_ringing;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
@@ -135,14 +134,13 @@ fn powers<'a, V: Wide>(control: &Control<'a>, bank: &Bank<'a, V>, here: &Here<V>
     // through what the winding resists it with.
     let drop = |k: usize| (one(&legs[k].resistance) * current[k] - one(&legs[k].offset)) * current[k];
     let i = One::of(bank, here, lane).current;
-    let axes = bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(lane), axis.y.get(lane)));
-    let conducting = std::array::from_fn(|k| one(&legs[k].direction) != 0.0);
-    let met = met_by_ringing(&axes, &conducting, control.case.inverter.bridge.terminal_resistance);
+    let ringing = control.case.inverter.bridge.terminal_resistance;
+    let floating = (0..3).filter(|k| one(&legs[*k].direction) == 0.0).map(|k| current[k] * current[k]);
     let mut powers = Ledger {
         source: source * source_current,
         source_loss,
         device_loss: (0..3).map(drop).sum(),
-        copper_loss: 1.5 * (motor.resistance * i.dot(i) + i.dot(i.through(met))),
+        copper_loss: 1.5 * motor.resistance * i.dot(i) + ringing * floating.sum::<f64>(),
         ..Ledger::default()
     };
     if let Some(eddy) = motor.magnetics.eddy(lag(here, lane)) {

@@ -9,7 +9,6 @@ use crate::case::RunError;
 use crate::lanes::bank::Bank;
 use crate::physics::bounds::BLOCKED;
 use crate::physics::plane::Plane;
-use crate::physics::terminals::met_by_ringing;
 use crate::step::ends::POTENTIAL_DEEP;
 
 /// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
@@ -64,16 +63,10 @@ impl<'a> Control<'a> {
 
     /// What conducts, from the gates and from potentials and currents as they are. A switch that comes on takes its terminal's
     /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
-    /// the upper one, flows through a device; all others charge their terminals. Of a leg whose mode has `ended` the current is
-    /// what ends it, and how it changes decides.
-    pub(super) fn settle_terminals<V: Wide>(
-        &mut self,
-        bank: &mut Bank<'a, V>,
-        ended: Option<usize>,
-    ) -> Result<(), RunError> {
+    /// the upper one, flows through a device; all others charge their terminals.
+    pub(super) fn settle_terminals<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
         let (lane, time) = (self.lane, self.time(bank));
         self.found = time;
-        let least = NO_CURRENT * self.case.motor.rated_current;
         let current = self.currents(bank);
         if !current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
@@ -87,33 +80,46 @@ impl<'a> Control<'a> {
         });
         let bridge = self.case.inverter.bridge;
         let kind = bridge.devices.kind;
+        // A leg's current, with what its terminal takes to follow the link, decides; where there is none, how it changes. A way that a
+        // current does not flow yet would end before it began, over and over up to the next edge.
         let mode = |k: usize, slope: f64| {
             let [low, high] = bands[k];
+            let carried = |direction: f64| current[k] + self.following(bank, direction, k);
+            if high - low <= ONE_BOUND * link {
+                // The same whichever way its current flows.
+                return if carried(1.0) < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
+            }
+            let none = bank.bounds.slack[k].get(lane);
             let way = |direction: f64| {
-                let carried = current[k] + self.following(bank, direction, k);
-                if ended == Some(k) || carried.abs() <= least { slope } else { carried }
+                let carried = carried(direction);
+                if carried.abs() <= none { slope } else { carried }
             };
-            let one = high - low <= ONE_BOUND * link;
-            if way(1.0) > 0.0 && (one || held[k] <= low + near) || one && way(1.0) == 0.0 {
+            if way(1.0) > 0.0 && held[k] <= low + near {
                 kind.outflow(gates[k])
-            } else if way(-1.0) < 0.0 && (one || held[k] >= high - near) {
+            } else if way(-1.0) < 0.0 && held[k] >= high - near {
                 kind.inflow(gates[k])
             } else {
                 Conduction::Blocked
             }
         };
+        let potential_in = |k: usize, mode: Conduction| {
+            bridge.devices.clamp(mode).map_or(held[k], |clamp| clamp.potential(link, current[k]))
+        };
         // What becomes of legs that carry a current does not depend on how currents change, but these depend on it: a current that
-        // has found a device meets no resistance of what rings any more.
-        let floats = std::array::from_fn(|k| mode(k, 0.0) == Conduction::Blocked);
-        let slopes = self.slopes(bank, held, floats);
+        // has found a device meets that, and no resistance of what rings any more.
+        let behind = std::array::from_fn(|k| {
+            let mode = mode(k, 0.0);
+            let met = if mode == Conduction::Blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
+            potential_in(k, mode) - met
+        });
+        let slopes = self.slopes(bank, behind);
         // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
-        let damped = bridge.terminal_resistance > 0.0;
+        let (damped, least) = (bridge.terminal_resistance > 0.0, NO_CURRENT * self.case.motor.rated_current);
         let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
         let modes: Modes = std::array::from_fn(|k| mode(k, slope(k)));
         for k in 0..3 {
             let [_, high] = bands[k];
-            let to =
-                bridge.devices.clamp(modes[k]).map_or(held[k], |clamp| clamp.potential(link, current[k]));
+            let to = potential_in(k, modes[k]);
             let upper = match gates[k] {
                 Gate::High => true,
                 Gate::Low => false,
@@ -125,14 +131,12 @@ impl<'a> Control<'a> {
         Ok(())
     }
 
-    /// How fast the phases' currents rise in A/s with these terminal potentials in V, where these terminals float.
-    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3], floats: [bool; 3]) -> [f64; 3] {
+    /// How fast the phases' currents rise in A/s with these potentials in V at the winding.
+    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> [f64; 3] {
         let one = One::of(bank, &bank.here, self.lane);
         let axes =
             bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
-        let ringing = self.case.inverter.bridge.terminal_resistance;
-        let met = met_by_ringing(&axes, &floats.map(|floats| !floats), ringing);
-        let mut voltage = one.current * -self.case.motor.resistance - one.current.through(met);
+        let mut voltage = one.current * -self.case.motor.resistance;
         for (axis, potential) in axes.iter().zip(potential) {
             voltage = voltage + *axis * (potential * (2.0 / 3.0));
         }

@@ -8,7 +8,7 @@ use standstill_numeric::{Heading, Lane, Mask, Symmetric, Wide};
 
 use super::gates::{LegGates, On};
 use super::plane::Plane;
-use super::terminals::met_by_ringing;
+use super::terminals::of_legs;
 
 /// The legs: their devices, their gates, and which way their currents flow.
 #[derive(Clone, Debug)]
@@ -27,7 +27,10 @@ pub struct Legs<V: Wide> {
     /// 1 over the capacitance of each terminal in 1/F, where terminals have any. A leg in which no device conducts then carries
     /// the current that charges it; no leg is blocked.
     pub elastance: Option<V>,
-    /// The resistance in Ω that this current meets.
+    /// The resistance in Ω that this current meets, where one phase against the two others resists so much. Each terminal has it for
+    /// itself, so that what is met changes nowhere suddenly: a device begins to conduct, or ends, where its leg's current is zero, and
+    /// with it the drop of that leg. The same in all directions, as a winding resists what rings in all of them, would jump there, and
+    /// neither mode could last.
     ringing: V,
     /// Leg by leg.
     pub gates: [LegGates<V>; 3],
@@ -269,21 +272,17 @@ impl<V: Wide> Legs<V> {
             let (axis, all) = (self.axes[k], &mut terminals);
             all.rail = all.rail + axis * (leg.rail * (2.0 / 3.0));
             all.offset = all.offset + axis * (leg.offset * (2.0 / 3.0));
-            let across = axis * (leg.resistance * (2.0 / 3.0));
-            all.resistance.xx = all.resistance.xx + across.x * axis.x;
-            all.resistance.xy = all.resistance.xy + across.x * axis.y;
-            all.resistance.yy = all.resistance.yy + across.y * axis.y;
             if !capacitive {
                 let blocked = V::only(!(idle | *flows), one);
                 all.blocked = all.blocked + axis * blocked;
                 all.none_blocked = all.none_blocked - blocked;
             }
         }
+        let mut met = [a.resistance, b.resistance, c.resistance];
         if capacitive {
-            let met = met_by_ringing(&self.axes, &flows, self.ringing);
-            let all = &mut terminals.resistance;
-            *all = Symmetric::new(all.xx + met.xx, all.xy + met.xy, all.yy + met.yy);
+            met = three!(k => V::choose(flows[k], met[k], self.ringing));
         }
+        terminals.resistance = of_legs(&self.axes, &met, terminals.resistance);
         Conducting { leg: [a, b, c], flows, idle, on: [on_a, on_b, on_c], terminals }
     }
 

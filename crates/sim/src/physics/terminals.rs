@@ -8,22 +8,18 @@ use standstill_numeric::{Symmetric, Wide};
 use super::legs::{Conducting, Legs};
 use super::plane::Plane;
 
-/// What the currents of terminals meet in Ω in which no device conducts, where `ringing` is what one phase against the two others
-/// resists: each such terminal has a resistance of its own, so that what is met changes nowhere suddenly. A device begins to
-/// conduct, or ends, where its leg's current is zero, and with it the drop of that leg. The same in all directions, as a winding
-/// resists what rings in all of them, would jump there, and neither mode could last.
+/// What resistances of the three legs in Ω, or elastances of their terminals in 1/F, are to the winding: `Σ ⅔ w a ⊗ a` over their
+/// axes a, on top of what is there `beside` them.
 #[inline(always)]
-pub fn met_by_ringing<V: Wide>(axes: &[Plane<V>; 3], flows: &[V::Mask; 3], ringing: V) -> Symmetric<V> {
-    let zero = V::of(0.0);
-    let each = ringing * (2.0 / 3.0);
-    let mut met = Symmetric::new(zero, zero, zero);
-    for (axis, flows) in axes.iter().zip(flows) {
-        let across = *axis * V::choose(*flows, zero, each);
-        met.xx = met.xx + across.x * axis.x;
-        met.xy = met.xy + across.x * axis.y;
-        met.yy = met.yy + across.y * axis.y;
+pub fn of_legs<V: Wide>(axes: &[Plane<V>; 3], each: &[V; 3], beside: Symmetric<V>) -> Symmetric<V> {
+    let mut sum = beside;
+    for (axis, each) in axes.iter().zip(each) {
+        let across = *axis * (*each * (2.0 / 3.0));
+        sum.xx = sum.xx + across.x * axis.x;
+        sum.xy = sum.xy + across.x * axis.y;
+        sum.yy = sum.yy + across.y * axis.y;
     }
-    met
+    sum
 }
 
 impl<V: Wide> Legs<V> {
@@ -48,16 +44,10 @@ impl<V: Wide> Legs<V> {
     #[inline(always)]
     pub fn charging(&self, legs: &Conducting<V>) -> Symmetric<V> {
         let zero = V::of(0.0);
-        let mut sum = Symmetric::new(zero, zero, zero);
-        let Some(elastance) = self.elastance else { return sum };
-        for k in 0..3 {
-            let axis = self.axes[k];
-            let across = axis * (V::choose(legs.flows[k], zero, elastance) * (2.0 / 3.0));
-            sum.xx = sum.xx + across.x * axis.x;
-            sum.xy = sum.xy + across.x * axis.y;
-            sum.yy = sum.yy + across.y * axis.y;
-        }
-        sum
+        let none = Symmetric::new(zero, zero, zero);
+        let Some(elastance) = self.elastance else { return none };
+        let each = three!(k => V::choose(legs.flows[k], zero, elastance));
+        of_legs(&self.axes, &each, none)
     }
 
     /// What a charge in A·s, in the run's plane, does to the potentials of legs in which no device conducts, in V; of the others

@@ -34,7 +34,8 @@ pub(crate) struct Fit<T> {
     pub slope: [T; 3],
     /// Covariance of the inductances in H².
     pub inductance_covariance: [[T; 3]; 3],
-    /// Variances of the slopes in H²/A².
+    /// Variances of the slopes in H²/A² by the part of the residuals that is noise: what `misfit` does to them averages out less, and
+    /// is for who reads a pole to add, once.
     pub slope_variance: [T; 3],
     /// Mean square of the residuals in A², corrected for what was fitted.
     pub variance: T,
@@ -138,7 +139,7 @@ pub(crate) fn fit<T: Real>(
         inductance: at.map(|line| line.inductance),
         slope: at.map(|line| line.slope),
         inductance_covariance,
-        slope_variance: inverse.slope.map(|entry| entry * variance * units[1] * units[1]),
+        slope_variance: inverse.slope.map(|entry| entry * (variance - misfit) * units[1] * units[1]),
         variance,
         misfit,
         lag_slope: inverse.lag.map(|gain| gain * units[0] / units[2]),

@@ -5,7 +5,7 @@ use standstill_inverter::AXES;
 use standstill_numeric::Heading;
 
 use super::*;
-use crate::physics::terminals::met_by_ringing;
+use crate::physics::terminals::of_legs;
 
 /// Of each terminal in 1/F.
 const ELASTANCE: f64 = 1e9;
@@ -37,16 +37,13 @@ fn law_currents_and_potentials_never_swing_farther_than_is_said() {
         let gamma = Symmetric::new(40.0 + 60.0 * part(0.37), 0.0, 25.0 + 10.0 * part(0.71))
             .unpark_by(heading.sin, heading.cos);
         let impedance = (1.5 * ELASTANCE / gamma.xx).sqrt();
-        let met = met_by_ringing(&axes, &conducting, impedance / 2.0 * part(0.43));
         let own = if number % 3 == 0 { 1.0 } else { 0.0 };
-        let resistance = Symmetric::new(met.xx + own, met.xy, met.yy + own);
-        let (mut charging, zero) = (Symmetric::new(0.0, 0.0, 0.0), Plane::new(0.0, 0.0));
-        for (axis, _) in axes.iter().zip(conducting).filter(|(_, conducting)| !conducting) {
-            let across = *axis * (2.0 / 3.0 * ELASTANCE);
-            charging.xx += across.x * axis.x;
-            charging.xy += across.x * axis.y;
-            charging.yy += across.y * axis.y;
-        }
+        let zero = Plane::new(0.0, 0.0);
+        let floating = |each: f64, own: f64| {
+            let each = conducting.map(|conducting| if conducting { 0.0 } else { each });
+            of_legs(&axes, &each, Symmetric::new(own, 0.0, own))
+        };
+        let (resistance, charging) = (floating(impedance / 2.0 * part(0.43), own), floating(ELASTANCE, 0.0));
         let slope = |[current, voltage]: Now| {
             let rise = (voltage - current.through(resistance)).through(gamma);
             [rise, zero - current.through(charging)]

@@ -214,6 +214,46 @@ fn law_what_the_model_does_not_explain_is_seen() {
     assert!((0.6..1.05).contains(&(found.misfit / expected)), "{} {expected}", found.misfit);
 }
 
+/// A wave that the model does not explain is in the pole's deviation once: what is left of the residuals is noise, and both together
+/// are no less than what the wave does.
+#[test]
+fn law_what_rings_counts_once_and_enough() {
+    let mut noise = Noise::new(13);
+    let (trials, deviation, wave) = (200, 0.01, 0.03);
+    let (mut squares, mut stated, mut left) = (0.0, 0.0, 0.0);
+    let peak = MODEL.on * MODEL.pulse / TRUE[1].inductance;
+    for _ in 0..trials {
+        let mut all: Vec<[Vec<f64>; 2]> = TRUE.iter().map(|p| [curve(p, false), curve(p, true)]).collect();
+        // From 7 to 20 samples a period, the same after each pulse: it decays.
+        let turn = 0.6 + 0.15 * noise.gauss().clamp(-2.0, 2.0);
+        for curve in all.iter_mut().flatten() {
+            let phase = 3.0 * noise.gauss();
+            for (k, current) in curve.iter_mut().enumerate() {
+                let ringing = wave * (k as f64 * turn + phase).sin() * (-(k as f64 % 20.0) / 15.0).exp();
+                *current += deviation * noise.gauss() + ringing;
+            }
+        }
+        let curves: Curves<'_, f64> = core::array::from_fn(|k| [&all[k][0][..], &all[k][1][..]]);
+        let found = fit(&curves, &MODEL, from(28e-3)).expect("determined");
+        for (k, line) in TRUE.iter().enumerate() {
+            let share = peak / line.inductance;
+            squares += ((found.slope[k] - line.slope) * share).powi(2);
+            stated += found.slope_variance[k] * share * share + found.misfit / (peak * peak);
+            left += (found.variance - found.misfit) / f64::from(3 * trials);
+        }
+    }
+    assert!(squares < stated, "{squares} {stated}");
+    // Noise, what is subtracted by chance, and what a wave has that its neighbours do not share.
+    assert!(left < 3.0 * deviation * deviation, "{left}");
+    let clean = fit_with(&mut Noise::new(3), deviation, 0.0, 28e-3).expect("determined");
+    let ringing = fit_with(&mut Noise::new(3), deviation, 0.05, 28e-3).expect("determined");
+    for k in 0..3 {
+        let grown = ringing.slope_variance[k] / clean.slope_variance[k];
+        let counted_twice = ringing.variance / clean.variance;
+        assert!(grown < 0.5 * counted_twice, "{grown} {counted_twice}");
+    }
+}
+
 #[test]
 fn law_curves_without_information_have_no_fit() {
     let nothing = [0.0_f64; 52];

@@ -9,6 +9,8 @@ use standstill_sim::{
     referee, run,
 };
 
+mod mosfets;
+#[path = "../script/mod.rs"]
 mod script;
 
 use Leg::{Duty, High, Low, Off};
@@ -135,7 +137,8 @@ fn analytic_what_rings_decays_with_the_resistance_that_it_meets() {
         let swung = 0.5 * capacitance * (LINK / 2.0).powi(2) * (1.0 - (-2.0 * decay * long).exp());
         // A hair is lost as the terminals that are switched on are charged: that is the devices'.
         assert!((ledger.copper_loss / swung - 1.0).abs() < 1e-5, "{ledger:?} {swung}");
-        assert!((ledger.imbalance() / swung).abs() < 3e-5, "{ledger:?}");
+        // What is left are steps' errors: a millionth of what the rails give and take back.
+        assert!((ledger.imbalance() / swung).abs() < 5e-5, "{ledger:?}");
     }
 }
 
