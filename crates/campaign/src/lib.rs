@@ -30,8 +30,6 @@ pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityEr
 // What the sister crates need of each other.
 #[doc(hidden)]
 pub use compare::{Entry, mean_energy, told};
-#[doc(hidden)]
-pub use statistics::clustered_interval;
 
 /// The examples of the README run too.
 #[cfg(doctest)]

@@ -110,6 +110,14 @@ pub enum Command {
     Motors(Motors),
 }
 
+/// Whether what is there may go.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct Force {
+    /// Replace the results of another run in that folder; without it, they stay, and nothing is run
+    #[arg(long)]
+    pub force: bool,
+}
+
 #[derive(Debug, Args)]
 pub struct Reproduce {
     #[command(flatten)]
@@ -117,6 +125,8 @@ pub struct Reproduce {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Trials of the Monte Carlo run [key: trials; without a scenario: 10000]
     #[arg(long, value_parser = whole::<u64>(1..=MOST_ROWS), allow_hyphen_values = true)]
     pub trials: Option<u64>,
@@ -163,6 +173,8 @@ pub struct Trace {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Format of the files of the waveform and the events
     #[arg(long, value_enum, default_value_t = FormatName::Csv)]
     pub format: FormatName,
@@ -213,6 +225,8 @@ pub struct Compare {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/compare")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Leave out the Cramér–Rao limits, which for injections take longer than the trials
     #[arg(long)]
     pub no_limit: bool,

@@ -6,6 +6,7 @@
 )]
 
 mod arguments;
+mod asked;
 mod columns;
 mod commands;
 mod doubts;

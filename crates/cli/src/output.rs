@@ -10,6 +10,7 @@ use std::sync::{Mutex, PoisonError};
 
 use tempfile::TempDir;
 
+use crate::asked::{Asked, NOTE};
 use crate::error::Error;
 
 /// Hidden folders for files in the making begin with this, then the number of their process.
@@ -62,9 +63,19 @@ pub struct Output {
     staging: Option<TempDir>,
     unfinished: Unfinished,
     names: Vec<String>,
+    asked: Option<Asked>,
 }
 
 impl Output {
+    /// The same for what a command was asked, beside whose files a note says so: files of another question stay unless it may
+    /// replace them.
+    pub fn answering(asked: Asked, target: &Path, names: &[&str]) -> Result<Self, Error> {
+        asked.guard(target, names)?;
+        let mut output = Self::create(target, names)?;
+        output.asked = Some(asked);
+        Ok(output)
+    }
+
     /// Makes the folder if need be and checks that files of these names can be put into it.
     pub fn create(target: &Path, names: &[&str]) -> Result<Self, Error> {
         // The nearest thing that exists must be a folder: whatever is made below it can be removed again.
@@ -95,7 +106,13 @@ impl Output {
             Ok(staging) => {
                 staging.path().clone_into(&mut unfinished.staging);
                 *UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner) = Some(unfinished.clone());
-                Ok(Self { target: target.to_owned(), staging: Some(staging), unfinished, names: Vec::new() })
+                Ok(Self {
+                    target: target.to_owned(),
+                    staging: Some(staging),
+                    unfinished,
+                    names: Vec::new(),
+                    asked: None,
+                })
             }
             Err(error) => {
                 unfinished.remove();
@@ -132,13 +149,17 @@ impl Output {
 
     /// Moves all files into place; returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
+        if let Some(asked) = self.asked.take() {
+            self.file(NOTE, &asked.note(&self.target))?;
+        }
         for name in &self.names {
             let path = self.target.join(name);
             fs::rename(self.staged(name), &path).map_err(Error::writing(&path))?;
         }
         // So that a power cut finds the files under their names. Not every system can do that for a folder.
         let _ = File::open(&self.target).and_then(|folder| folder.sync_all());
-        Ok(std::mem::take(&mut self.names))
+        let names = std::mem::take(&mut self.names);
+        Ok(names.into_iter().filter(|name| name != NOTE).collect())
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use standstill_campaign::{Estimate, Summary};
+use standstill_campaign::{Estimate, Summary, binomial_interval};
 use standstill_quantity::{magnitude, number as rounded};
 use standstill_report::page::Tone;
 
@@ -39,14 +39,74 @@ pub fn digits(share: f64) -> usize {
     magnitude(100.0 * share).map_or(2, |magnitude| usize::try_from(1 - magnitude).unwrap_or(0).max(2))
 }
 
+/// Decimals of a value for people, who read its error off the last digit: two digits of half its interval's width where they begin
+/// with less than 3.55, else one (Particle Data Group, Review of Particle Physics, introduction, 5.3). Of what has no interval, or
+/// one without width, three digits of its own.
+pub fn sure_decimals(all: [f64; 3]) -> usize {
+    let half = (all[2] - all[1]).abs() / 2.0;
+    let most = decimals_of(all);
+    // It begins with less than 3.55 where dividing by that loses a place.
+    if magnitude(half / 3.55) < magnitude(half) || half == 0.0 || half.is_nan() {
+        most
+    } else {
+        most.saturating_sub(1)
+    }
+}
+
+/// Decimals of a share of so many starts in per cent: no more than its interval has, and none that one start more or less would not
+/// change.
+fn share_decimals(of: &Estimate, starts: u64) -> usize {
+    let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
+    one.min(sure_decimals([of.value, of.low, of.high].map(|share| 100.0 * share)))
+}
+
 /// A count among others, as a probability in per cent; of none, what it is at most.
 pub fn share(count: u64, probability: &Estimate) -> String {
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
         format!("0 (< {:.*} %)", digits(high), 100.0 * high)
     } else {
-        format!("{count} ({:.*} %)", digits(value), 100.0 * value)
+        #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of starts")]
+        let decimals = share_decimals(probability, (count as f64 / value).round() as u64);
+        format!("{count} ({:.decimals$} %)", 100.0 * value)
     }
+}
+
+/// A share of so many starts in per cent, in no more digits than that many tell.
+pub fn share_of(share: f64, starts: u64) -> String {
+    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of starts")]
+    let count = ((share * starts as f64).round().max(0.0) as u64).min(starts);
+    let decimals = share_decimals(&binomial_interval(count, starts), starts);
+    format!("{:.decimals$}", 100.0 * share)
+}
+
+/// The share of starts that were answered rightly in per cent, with its interval.
+pub fn right_interval(s: &Summary) -> String {
+    let known = binomial_interval(s.found.saturating_sub(s.wrong_poles), s.trials);
+    let decimals = share_decimals(&known, s.trials);
+    let [value, low, high] = [known.value, known.low, known.high].map(|share| fixed(100.0 * share, decimals));
+    format!("{value} [{low}, {high}]")
+}
+
+/// A value in no more digits than its interval has, without it; a dash for what is not known.
+pub fn sure(e: &Estimate) -> String {
+    if e.value.is_nan() {
+        "–".to_owned()
+    } else if e.low.is_nan() || e.high.is_nan() {
+        // Too few for an interval: too few for a third digit.
+        standstill_report::figure::rounded(e.value, 2)
+    } else {
+        fixed(e.value, sure_decimals([e.value, e.low, e.high]))
+    }
+}
+
+/// The same with the interval, where there is one.
+pub fn bracketed(e: &Estimate) -> String {
+    if [e.value, e.low, e.high].iter().any(|x| x.is_nan()) {
+        return sure(e);
+    }
+    let decimals = sure_decimals([e.value, e.low, e.high]);
+    format!("{} [{}, {}]", sure(e), fixed(e.low, decimals), fixed(e.high, decimals))
 }
 
 /// The share of starts that were answered rightly: an angle, and the right pole.
@@ -142,8 +202,6 @@ pub fn fixed(value: f64, decimals: usize) -> String {
 
 #[cfg(test)]
 mod tests {
-    use standstill_campaign::binomial_interval;
-
     use super::*;
 
     #[test]
@@ -170,7 +228,18 @@ mod tests {
             angle(&Estimate { value: 0.15, low: 0.149_95, high: 0.150_05 }),
             "0.150000 [0.149950, 0.150050]"
         );
-        assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50.00 %)");
+        // Of four starts one is 25 %, and the interval reaches from 7 to 93 %.
+        assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50 %)");
+        assert_eq!(share(25, &binomial_interval(25, 2000)), "25 (1.2 %)");
+        assert_eq!((share_of(1.0, 100), share_of(0.9985, 2000)), ("100".to_owned(), "99.85".to_owned()));
+        assert_eq!((share_of(0.37, 100), share_of(0.5, 1_000_000)), ("37".to_owned(), "50.00".to_owned()));
+        assert_eq!(share(300, &binomial_interval(300, 300)), "300 (100.0 %)");
+        let e = |value, low, high| bracketed(&Estimate { value, low, high });
+        assert_eq!(e(0.751_7, 0.661, 0.889), "0.75 [0.66, 0.89]");
+        assert_eq!(
+            (e(f64::NAN, f64::NAN, f64::NAN), e(1.25, f64::NAN, f64::NAN)),
+            ("–".into(), "1.2".into())
+        );
     }
 
     #[test]

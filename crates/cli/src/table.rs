@@ -1,4 +1,5 @@
-//! Tables as wide as the terminal: prose is broken, then columns that matter less are left out, then rows are stacked.
+//! Tables as wide as the terminal: prose is broken, then intervals and columns that matter less are left out, then rows are
+//! stacked.
 
 use std::fmt::Write as _;
 
@@ -19,6 +20,7 @@ pub struct Column {
     title: String,
     kind: Kind,
     rank: u8,
+    interval: u8,
     judged: bool,
 }
 
@@ -31,7 +33,7 @@ enum Kind {
 
 impl Column {
     fn new(title: impl Into<String>, kind: Kind) -> Self {
-        Self { title: title.into(), kind, rank: 0, judged: false }
+        Self { title: title.into(), kind, rank: 0, interval: 0, judged: false }
     }
 
     /// Words that are not broken.
@@ -53,6 +55,13 @@ impl Column {
     #[must_use]
     pub fn rank(self, rank: u8) -> Self {
         Self { rank, ..self }
+    }
+
+    /// One whose cells are values with intervals in brackets, `0.84 [0.79, 0.89]`: where there is no room the intervals are left
+    /// out, in the order of columns of that rank.
+    #[must_use]
+    pub fn interval(self, rank: u8) -> Self {
+        Self { interval: rank, ..self }
     }
 
     /// The one that shows the row's tone as its colour.
@@ -116,30 +125,58 @@ impl Table {
         }
         let head = self.headed.then_some(0);
         let mut shown: Vec<usize> = all.into_iter().filter(|place| Some(*place) != head).collect();
-        let mut dropped = Vec::new();
+        let (mut dropped, mut brief) = (Vec::new(), Vec::new());
+        let mut table = self.clone();
         loop {
-            if let Some(layout) = self.layout(&shown, width) {
-                return self.drawn(&layout, head, colours) + &self.left_out(&mut dropped, width);
+            if let Some(layout) = table.layout(&shown, width) {
+                return table.drawn(&layout, head, colours) + &self.left_out(&mut dropped, &mut brief, width);
             }
-            let rank = |place: &usize| self.columns[*place].rank;
-            let Some(place) = shown.iter().copied().filter(|place| rank(place) > 0).max_by_key(rank) else {
+            // What goes next: an interval, or a column.
+            let columns = &self.columns;
+            let interval = |place: &usize| if brief.contains(place) { 0 } else { columns[*place].interval };
+            let gives = |place: &usize| interval(place).max(columns[*place].rank);
+            let Some(place) = shown.iter().copied().filter(|place| gives(place) > 0).max_by_key(gives) else {
                 return self.stacked(width, colours);
             };
-            shown.retain(|other| *other != place);
-            dropped.push(place);
+            if interval(&place) >= columns[place].rank {
+                // Those of one rank go together.
+                let alike: Vec<usize> = shown
+                    .iter()
+                    .copied()
+                    .filter(|k| columns[*k].interval == columns[place].interval)
+                    .collect();
+                for (_, row) in &mut table.rows {
+                    for k in &alike {
+                        let end = row[*k].find(" [").unwrap_or(row[*k].len());
+                        row[*k].truncate(end);
+                    }
+                }
+                brief.extend(alike);
+            } else {
+                shown.retain(|other| *other != place);
+                dropped.push(place);
+            }
         }
     }
 
-    fn left_out(&self, dropped: &mut [usize], width: usize) -> String {
-        if dropped.is_empty() {
+    fn left_out(&self, dropped: &mut [usize], brief: &mut Vec<usize>, width: usize) -> String {
+        brief.retain(|place| !dropped.contains(place));
+        if dropped.is_empty() && brief.is_empty() {
             return String::new();
         }
         dropped.sort_unstable();
-        let titles: Vec<&str> = dropped.iter().map(|place| self.columns[*place].title.as_str()).collect();
+        brief.sort_unstable();
+        let titles = |places: &[usize]| {
+            places.iter().map(|place| self.columns[*place].title.as_str()).collect::<Vec<_>>().join(", ")
+        };
+        let mut what = titles(dropped);
+        if !brief.is_empty() {
+            let gap = if what.is_empty() { "" } else { " and " };
+            what = format!("{what}{gap}the intervals of {}", titles(brief));
+        }
         let all: Vec<usize> = (0..self.columns.len()).collect();
         let needed = self.least(&all).iter().map(|width| width + AROUND).sum::<usize>();
-        let said =
-            format!("No room for {}: COLUMNS={needed} or a wider terminal shows them.", titles.join(", "));
+        let said = format!("No room for {what}: COLUMNS={needed} or a wider terminal shows them.");
         wrapped(&said, width).join("\n") + "\n"
     }
 

@@ -9,7 +9,7 @@ use standstill_campaign::store::Shard;
 use standstill_report::table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::{MOST_ROWS, trial, whole};
+use super::{Force, MOST_ROWS, trial, whole};
 use crate::error::Error;
 
 /// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are
@@ -215,6 +215,8 @@ pub struct Explain {
     /// Folder for table, figures and page; made if it does not exist [default: `explain` in the run's folder; with --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub force: Force,
     /// Print JSON; files are written only with --out
     #[arg(long)]
     pub json: bool,

@@ -7,9 +7,9 @@ use standstill_plant::MapValues;
 #[cfg(feature = "program")]
 use standstill_scenario::{ErrorSet, Rotor};
 
+use super::{Force, Temperatures, amperes, map_values, ohms, scenario, whole};
 #[cfg(feature = "program")]
 use super::{Keys, Seed, choice};
-use super::{Temperatures, amperes, map_values, ohms, scenario, whole};
 
 #[cfg(feature = "program")]
 #[derive(Debug, Args)]
@@ -33,9 +33,12 @@ pub struct Fmu {
     /// Version of FMI: 2, which every tool imports, or 3, with a clock for the PWM period
     #[arg(long, value_name = "V", value_parser = ["2", "3"], default_value = "2")]
     pub fmi: String,
-    /// File to write; replaced if it is there
+    /// File to write
     #[arg(short, long, value_name = "FILE")]
     pub out: PathBuf,
+    /// Replace another FMU of that name; without it, it stays
+    #[arg(long)]
+    pub force: bool,
     /// The shared library that goes into it [default: the one beside the program]
     #[arg(long, value_name = "FILE")]
     pub binary: Option<PathBuf>,
@@ -77,6 +80,8 @@ pub struct Magnetics {
     #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
     pub out: PathBuf,
     #[command(flatten)]
+    pub force: Force,
+    #[command(flatten)]
     pub temperature: Temperatures,
     /// Print JSON and write no figure
     #[arg(long)]
@@ -99,6 +104,8 @@ pub struct Fit {
     /// Folder for the files; made if it does not exist
     #[arg(long, value_name = "DIR", default_value = "standstill-out/fit")]
     pub out: PathBuf,
+    #[command(flatten)]
+    pub force: Force,
     /// Print the content of fit.json instead of text
     #[arg(long)]
     pub json: bool,

@@ -7,15 +7,17 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
-use standstill_campaign::{Bound, Campaign, Entry, Occurrence, Statistics, mean_energy, told};
+use standstill_campaign::{Bound, Campaign, Entry, Estimate, Occurrence, Statistics, mean_energy, told};
 use standstill_detect::MethodName;
 use standstill_quantity::{decimals, number as rounded};
+use standstill_report::figure::rounded as rounded_to;
 use standstill_report::page::Tone;
 use standstill_sim::RunError;
 
 use self::cells::{Cell, Comparison};
 use crate::Report;
 use crate::arguments::Compare;
+use crate::asked::Asked;
 use crate::columns;
 use crate::commands::reproduce::file_list;
 use crate::doubts;
@@ -24,6 +26,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
+use crate::summary::{bracketed, sure_decimals};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 
@@ -47,6 +50,8 @@ struct Row {
     rms_high_deg: Option<f64>,
     bias_deg: Option<f64>,
     p95_deg: Option<f64>,
+    #[serde(skip)]
+    p95_ends_deg: [f64; 2],
     max_deg: Option<f64>,
     wrong_poles: u64,
     /// Upper end of the 95 % interval of their probability.
@@ -87,6 +92,7 @@ impl Row {
             rms_high_deg: finite(s.rms_deg.high),
             bias_deg: finite(s.bias_deg.value),
             p95_deg: finite(s.p95_deg.value),
+            p95_ends_deg: [s.p95_deg.low, s.p95_deg.high],
             max_deg: finite(s.max_deg),
             wrong_poles: s.wrong_poles,
             wrong_poles_at_most: s.wrong_pole_probability.high,
@@ -111,6 +117,13 @@ impl Row {
         let number = |value: Option<f64>, digits: usize| {
             value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
         };
+        let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        let rms = [self.rms_deg, self.rms_low_deg, self.rms_high_deg].map(known);
+        let efficiency = rms.map(|end| known(self.efficiency) * rms[0] / end);
+        let [value, low, high] = rms;
+        let rms = Estimate { value, low, high };
+        let [low, high] = self.p95_ends_deg;
+        let p95 = Estimate { value: known(self.p95_deg), low, high };
         vec![
             if before.is_some_and(|row| row.method == self.method) {
                 String::new()
@@ -120,8 +133,8 @@ impl Row {
             self.rotor.to_owned(),
             self.errors.to_owned(),
             self.trials.to_string(),
-            number(self.rms_deg, 3),
-            number(self.p95_deg, 3),
+            bracketed(&rms),
+            bracketed(&p95),
             number(self.max_deg, 2),
             self.wrong_poles.to_string(),
             self.undetermined.to_string(),
@@ -130,8 +143,9 @@ impl Row {
             number(Some(self.peak_current), digits[0]),
             number(self.energy, digits[1]),
             number(Some(self.moved_deg), 2),
-            number(self.bound_deg, 3),
-            number(self.efficiency, 3),
+            self.bound_deg.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3)),
+            // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
+            number(self.efficiency, sure_decimals(efficiency)),
         ]
     }
 }
@@ -144,8 +158,8 @@ fn columns() -> [Column; 16] {
         Column::word("rotor"),
         Column::word("errors"),
         number("trials", 7),
-        number("rms °", 0),
-        number("p95 °", 2),
+        number("rms °", 0).interval(9),
+        number("p95 °", 2).interval(10),
         number("max °", 6),
         number("wrong", 0).judged(),
         number("undet.", 1),
@@ -212,7 +226,15 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     if let Some(cell) = cells.first() {
         doubts::warn(&cell.scenario);
     }
-    let output = if options.json { None } else { Some(Output::create(&options.out, &FILES)?) };
+    let asked = || {
+        let each: Vec<_> = cells
+            .iter()
+            .map(|cell| (&cell.method, cell.rotor, cell.errors, cell.trials, &cell.scenario))
+            .collect();
+        let said = format!("{}, seed {seed}", motor.name);
+        Asked::new("compare", said, &(options.no_limit, each), options.force.force)
+    };
+    let output = if options.json { None } else { Some(Output::answering(asked(), &options.out, &FILES)?) };
     let entries = entries(&cells, !options.no_limit, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
     let rows: Vec<Row> = entries.iter().map(Row::new).collect();

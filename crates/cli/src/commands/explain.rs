@@ -16,11 +16,12 @@ use standstill_scenario::{Document, FileError, Plan, Record, Single};
 use standstill_sim::{NoProbe, Trace, run as simulate};
 
 use self::choose::Chosen;
-use super::question::{Answer, Made, typed};
+use super::question::{Answer, Made, setting, typed};
 use super::report::setup::Setup;
 use super::report::{Run, say_extension};
 use crate::Report;
 use crate::arguments::Explain as Options;
+use crate::asked::Asked;
 use crate::columns;
 use crate::error::Error;
 use crate::figures;
@@ -63,8 +64,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let plan = plan(&run, options)?;
     let chosen = choose::choose(&run, options)?;
     let folder = options.out.clone().or_else(|| (!options.json).then(|| options.folder.join("explain")));
+    let trials: Vec<String> = chosen.iter().map(|chosen| chosen.trial.to_string()).collect();
+    let said = format!("{} {}", if trials.len() == 1 { "trial" } else { "trials" }, trials.join(", "));
+    let asked = Asked::new("explain", said, &(&run.summary.run, &chosen), options.force.force);
     if let Some(folder) = &folder {
-        drop(Output::create(folder, &["explain.csv", "explain.json", "explain.html"])?);
+        drop(Output::answering(asked.clone(), folder, &["explain.csv", "explain.json", "explain.html"])?);
     }
     let mut runs = 0;
     for chosen in &chosen {
@@ -90,7 +94,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let setup =
         Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied, others: Vec::new() };
-    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command })
+    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command, asked: Some(asked) })
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.
@@ -122,16 +126,11 @@ fn tell(plan: &Plan, chosen: Chosen, watched: &Watched) -> Result<Told, Halt<Err
             Halt::Failed(error) => failed(error),
         })?;
     let single = plan.single(chosen.point, chosen.trial).map_err(failed)?;
+    let file = plan.file_at(chosen.point).map_err(failed)?;
     let (record, trace) = watch(&single).map_err(|error| Halt::Failed(error.into()))?;
     let scenario = &single.scenario;
-    let title = format!(
-        "{}, {}, trial {}, rotor at {:.2}°",
-        scenario.motor.name,
-        plan.file().detector.name(),
-        chosen.trial,
-        record.start_angle_deg()
-    );
-    let figure = figures::detection(&trace, &title, super::found(&record));
+    let title = format!("trial {}, rotor at {:.2}°", chosen.trial, record.start_angle_deg());
+    let figure = figures::detection(&trace, &title, &setting(&file, scenario), super::found(&record));
     Ok(Told { chosen, single, explained, figure })
 }
 

@@ -13,6 +13,7 @@ use standstill_scenario::Document;
 use super::reproduce::file_list;
 use crate::Report;
 use crate::arguments::{Fit as Options, Keys};
+use crate::asked::Asked;
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
@@ -113,7 +114,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     distinct(options)?;
     let records = options.traces.iter().map(|path| read(path)).collect::<Result<Vec<_>, _>>()?;
     let start = start(options, &records)?;
-    let mut output = Output::create(&options.out, &FILES)?;
+    let traces: Vec<String> = options.traces.iter().map(|path| path.display().to_string()).collect();
+    let said = traces.join(", ");
+    let asked =
+        Asked::new("fit", said, &(&records, &start, &options.motor, &options.set), options.force.force);
+    let mut output = Output::answering(asked, &options.out, &FILES)?;
     let spinner = progress::spinner("fitting");
     let fitted = fit(&records, &start, &|| {
         spinner.inc(1);

@@ -11,6 +11,7 @@ use standstill_scenario::Document;
 
 use crate::Report;
 use crate::arguments::{Fmu, FmuPart};
+use crate::commands::run::results::of_another_run;
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::Output;
@@ -60,6 +61,10 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     })?;
     replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &library).map_err(Error::writing(&options.out))?;
+    // Equal questions give equal bytes.
+    if !options.force && std::fs::read(&options.out).is_ok_and(|there| there != content) {
+        return Err(of_another_run(options.out.clone(), "this FMU is another one"));
+    }
     let mut output = Output::create(folder, &[&name]).map_err(|error| match error {
         // The file that was asked for, and not its folder.
         Error::Write(_, error) => Error::Write(options.out.clone(), error),

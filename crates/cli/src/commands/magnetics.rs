@@ -12,6 +12,7 @@ use standstill_plant::{
 
 use crate::Report;
 use crate::arguments::Magnetics;
+use crate::asked::Asked;
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt;
@@ -133,7 +134,8 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     if options.json {
         return Ok(Report { text: format!("{:#}\n", json::of(&subject, &survey)), code: 0 });
     }
-    let mut output = Output::create(&options.out, &["magnetics.svg", "magnetics.png"])?;
+    let asked = Asked::new("magnetics", subject.name.clone(), &survey, options.force.force);
+    let mut output = Output::answering(asked, &options.out, &["magnetics.svg", "magnetics.png"])?;
     let figure = figures::magnetics(&survey, &subject.name);
     output.file("magnetics.svg", figure.svg()?.as_bytes())?;
     output.file("magnetics.png", &figure.png()?)?;

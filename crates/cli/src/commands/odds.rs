@@ -160,7 +160,7 @@ fn answer(
         figures.push(("odds".to_owned(), figures::odds(odds, event, setting.clone()), caption.to_owned()));
     }
     if let Some(tape) = &anatomy.typical {
-        let (figure, caption) = typical(trials, tape)?;
+        let (figure, caption) = typical(trials, tape, event, &setting)?;
         figures.push(("typical".to_owned(), figure, caption));
     }
     Ok(Answer {
@@ -192,7 +192,7 @@ fn sector_json(sector: &Sector) -> serde_json::Value {
 }
 
 /// The waveforms of a start with the event.
-fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> {
+fn typical(trials: &Trials<'_>, tape: &Tape, event: Event, setting: &str) -> Result<(Figure, String), Error> {
     let scenario = trials.plan().scenario_taped(0, trials.scenario(), tape)?;
     let case = scenario.case_taped(tape);
     let run = simulate(&case, &mut scenario.detector_for(&case)?, false, &mut NoProbe);
@@ -203,9 +203,10 @@ fn typical(trials: &Trials<'_>, tape: &Tape) -> Result<(Figure, String), Error> 
         (Some(angle), Some(error)) => format!("found {angle:.2}°, error {error:+.2}°"),
         _ => format!("{}: {}", record.verdict().name(), record.reason()),
     };
-    let title = format!("a start with the event, rotor at {:.1}°", record.true_angle_deg());
+    let title = format!("a typical start with {event}, rotor at {:.1}°", record.true_angle_deg());
+    let conditions = format!("{setting}; {outcome}");
     Ok((
-        figures::detection(&trace, &title, super::found(&record)),
+        figures::detection(&trace, &title, &conditions, super::found(&record)),
         format!("Of the likeliest sector the start nearest to its means: {outcome}."),
     ))
 }

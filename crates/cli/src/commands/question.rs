@@ -23,6 +23,7 @@ use super::report::setup::{self, Setup};
 use super::reproduce::file_list;
 use crate::Report;
 use crate::arguments::Question;
+use crate::asked::Asked;
 use crate::doubts;
 use crate::error::Error;
 use crate::interrupt::INTERRUPTED;
@@ -191,6 +192,8 @@ pub struct Answer {
 pub struct Made<'a> {
     pub setup: Setup<'a>,
     pub command: String,
+    /// What the note beside the files says, where their JSON does not say it itself.
+    pub asked: Option<Asked>,
 }
 
 /// This process's command line as one can type it again; none of another program's.
@@ -234,6 +237,7 @@ impl Answer {
                 others: Vec::new(),
             },
             command: setup::command(self.name, &asked.options),
+            asked: None,
         };
         let report = self.written(folder, question.json, &made)?;
         // Only now that the files are in place.
@@ -252,9 +256,13 @@ impl Answer {
         let mut files = String::new();
         if let Some(folder) = folder {
             let names = self.names();
-            let mut output = Output::create(&folder, &names.iter().map(String::as_str).collect::<Vec<_>>())?;
-            output.file(&names[0], &self.csv)?;
-            output.file(&names[1], json.as_bytes())?;
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            let mut output = match &made.asked {
+                Some(asked) => Output::answering(asked.clone(), &folder, &names)?,
+                None => Output::create(&folder, &names)?,
+            };
+            output.file(names[0], &self.csv)?;
+            output.file(names[1], json.as_bytes())?;
             for (name, figure, _) in &self.figures {
                 output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
                 output.file(&format!("{name}.png"), &figure.png()?)?;
@@ -270,7 +278,7 @@ impl Answer {
             self.page.sections.extend([made.setup.section(), made.setup.reproduce(&made.command)]);
             self.page.footer = format!("Standstill {}", env!("CARGO_PKG_VERSION"));
             let html = self.page.html().map_err(Error::Page)?;
-            output.file(&names[2], html.as_bytes())?;
+            output.file(names[2], html.as_bytes())?;
             files = format!("\n{}", file_list(&folder, &output.finish()?));
         }
         let text = if as_json { json } else { self.text + &files };

@@ -9,7 +9,7 @@ mod verdict;
 
 use std::path::{Path, PathBuf};
 
-pub use self::study::setting;
+pub use self::study::{conditions, setting};
 
 use standstill_campaign::store::{Journal, Rows, Shard};
 use standstill_report::figure::Figure;

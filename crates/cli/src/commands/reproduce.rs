@@ -18,8 +18,8 @@ use standstill_sim::{Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::Reproduce;
+use crate::asked::Asked;
 use crate::columns::{self, trial_columns, trial_values};
-use crate::commands::run::results::{SUMMARY, SummaryFile};
 use crate::error::Error;
 use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
@@ -47,15 +47,10 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
     let document = scenario::document(&options.source, Shipped::Paper, shorthands)?;
     let study = Study::new(&document)?;
     let Study { file, scenario, .. } = &study;
-    if SummaryFile::read(&options.out).is_ok() {
-        return Err(Error::Results {
-            path: options.out.join(SUMMARY),
-            found: "the results of a run".to_owned(),
-            needed: "another --out".to_owned(),
-        });
-    }
+    let said = format!("{}, seed {}, {} trials", study.setting, scenario.seed, file.trials);
+    let asked = Asked::new("reproduce", said, &(file.limit, scenario), options.force.force);
     let stop = interrupt::flag();
-    let mut output = Output::create(&options.out, &FILES)?;
+    let mut output = Output::answering(asked, &options.out, &FILES)?;
     let mut text = study.heading();
 
     let findings = paper::audit();

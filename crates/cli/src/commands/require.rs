@@ -3,7 +3,7 @@
 mod tradeoff;
 mod unanswered;
 
-pub use tradeoff::Point;
+pub use tradeoff::{EVERYWHERE, Point};
 pub use unanswered::{Unanswered, percent};
 
 use serde::Serialize;

@@ -5,7 +5,7 @@ pub mod specimen;
 mod verify;
 
 use serde_json::json;
-use standstill_detect::{Method, MethodName};
+use standstill_detect::MethodName;
 use standstill_interface::Abc;
 use standstill_report::table::{Columns, Format, Writer};
 use standstill_scenario::{Plan, ScenarioFile};
@@ -14,7 +14,9 @@ use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
 
 use crate::Report;
 use crate::arguments::{Source, Trace as Options};
+use crate::asked::Asked;
 use crate::columns::{self, traces::TraceTable};
+use crate::commands::question::{Identity, setting};
 use crate::doubts;
 use crate::error::Error;
 use crate::figures;
@@ -83,7 +85,13 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
     names.extend(["result.json", "waveform.svg", "waveform.png"]);
     names.extend(options.verify.then_some("verify.csv"));
-    let output = if in_memory { None } else { Some(Output::create(&options.out, &names)?) };
+    let asked = || {
+        let said = format!("{}, {}", setting(plan.file(), scenario), trial_of(options));
+        // The same trial in another format, or with its numerical error, is no other one.
+        let of = (Identity::new(&plan, [])?, options.point, options.trial);
+        Ok::<_, Error>(Asked::new("trace", said, &of, options.force.force))
+    };
+    let output = if in_memory { None } else { Some(Output::answering(asked()?, &options.out, &names)?) };
 
     let case = single.case();
     // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
@@ -118,7 +126,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         output.file("verify.csv", error.csv().as_bytes())?;
     }
     output.file("result.json", json.as_bytes())?;
-    let figure = figures::detection(&trace, &title(options, &file, &record, scenario), super::found(&record));
+    let about = title(&file, &record, options);
+    let figure = figures::detection(&trace, &about, &setting(&file, scenario), super::found(&record));
     output.file("waveform.svg", figure.svg()?.as_bytes())?;
     output.file("waveform.png", &figure.png()?)?;
     let files = output.finish()?;
@@ -157,20 +166,19 @@ fn write(output: &mut Output, options: &Options, trace: &Trace, format: Format) 
     Ok(())
 }
 
-/// What the figure shows. The method is named where it is not the one of the paper that is taken by itself.
-fn title(
-    options: &Options,
-    file: &ScenarioFile,
-    record: &Record,
-    scenario: &Scenario<Method<f64>>,
-) -> String {
+/// What the figure shows.
+fn title(file: &ScenarioFile, record: &Record, options: &Options) -> String {
     let angle = match file.rotor.angle {
         Some(angle) => angle.value().to_string(),
         None => format!("{:.3}", record.start_angle_deg()),
     };
-    let named = options.method.is_some() || options.source.scenario.is_some();
-    let method = if named { format!(", {}", file.detector.name()) } else { String::new() };
-    format!("{} at θ = {angle}°{method}", scenario.motor.name)
+    format!("{}, rotor at {angle}°", trial_of(options))
+}
+
+/// Which trial is asked for.
+fn trial_of(options: &Options) -> String {
+    let point = if options.point > 0 { format!(" of point {}", options.point) } else { String::new() };
+    format!("trial {}{point}", options.trial)
 }
 
 /// How it ended.

@@ -57,17 +57,30 @@ fn limit(entry: &Entry) -> f64 {
 /// Cramér–Rao limit of its samples. In one panel, or in one for each state of the rotor where there would be more
 /// conditions than styles.
 pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
-    let values = entries
+    // A method of which no start found an axis, whatever the conditions, has nothing to draw.
+    let has_axis = |method: &str| {
+        entries.iter().any(|entry| entry.method == method && entry.summary.rms_deg.value.is_finite())
+    };
+    let mut without: Vec<&str> =
+        entries.iter().map(|entry| entry.method.as_str()).filter(|method| !has_axis(method)).collect();
+    without.dedup();
+    let subtitle = if without.is_empty() {
+        subtitle
+    } else {
+        format!("{subtitle}; not drawn, because no start found an axis: {}", without.join(", "))
+    };
+    let drawn: Vec<&Entry> = entries.iter().filter(|entry| has_axis(&entry.method)).collect();
+    let values = drawn
         .iter()
         .flat_map(|entry| [log(entry.summary.rms_deg.value), log(entry.summary.p95_deg.value), limit(entry)]);
     let (low, high) = values
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let ends = if low <= high { (low, high) } else { (-2.0, 1.0) };
-    let mut groups: Vec<Vec<&Entry>> = vec![entries.iter().collect()];
+    let mut groups: Vec<Vec<&Entry>> = vec![drawn.clone()];
     if conditions(&groups[0]).len() > STYLES.len() {
         groups.clear();
-        for entry in entries {
+        for entry in drawn {
             match groups.iter_mut().find(|group| group[0].rotor == entry.rotor) {
                 Some(group) => group.push(entry),
                 None => groups.push(vec![entry]),

@@ -88,8 +88,8 @@ impl Window<'_> {
 }
 
 /// A whole detection, and close-ups: of the first pulse that carries current, and of the first on each other line. The
-/// estimate is an angle in rad.
-pub fn detection(trace: &Trace, title: &str, estimate: Option<f64>) -> Figure {
+/// conditions are motor, method and errors; the estimate is an angle in rad.
+pub fn detection(trace: &Trace, title: &str, conditions: &str, estimate: Option<f64>) -> Figure {
     let end = trace.snapshots.last().map_or(1e-3, |s| s.time);
     let whole = Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
     let time = || whole.axis("time");
@@ -115,9 +115,9 @@ pub fn detection(trace: &Trace, title: &str, estimate: Option<f64>) -> Figure {
     }
     Figure {
         title: format!("One detection: {title}"),
-        subtitle: Some(
-            "above: from start to end; below: the first pulse, and the first of each other line".to_owned(),
-        ),
+        subtitle: Some(format!(
+            "{conditions}; above: from start to end; below: the first pulse, and the first of each other line"
+        )),
         width: WIDTH,
         height: 1000 + 230 * u32::try_from(seen.len().saturating_sub(1)).unwrap_or(0),
         panels,
@@ -149,32 +149,39 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
     )
 }
 
-/// Detections with several settings, laid over one another: each phase's current, how far the rotor moved, and close up the first
-/// pulse of each, all from its own gate edge on, with what the drives read.
+/// Of the longest and the shortest of several detections, above which each has a time axis of its own.
+const UNLIKE: f64 = 4.0;
+
+/// Detections with several settings: a panel for the currents of each, on one scale; then, laid over one another, how far the rotor
+/// moved if it did, and close up the first pulse of each, all from its own gate edge on, with what the drives read.
 pub fn overlaid(runs: &[(String, Trace)], title: &str, subtitle: &str) -> Figure {
-    let end = runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time).fold(0.0, f64::max);
-    let window = |trace| Window { trace, from: 0.0, to: end, origin: 0.0, unit: 1e-3 };
-    let over = |label: &str, value: &dyn Fn(&Trace, &Snapshot) -> f64| {
-        let axis =
-            runs.first().map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace).axis("time"));
-        runs.iter().enumerate().fold(Panel::new(axis, Axis::new(label)), |panel, (k, (name, trace))| {
-            panel.with(curve(name, window(trace).points(|s| value(trace, s)), Style::nth(k)))
-        })
-    };
-    let mut panels: Vec<Panel> = Phase::ALL
-        .into_iter()
-        .enumerate()
-        .map(|(k, phase)| over(&format!("i_{} (A)", phase.letter()), &move |_, s| s.current[k]))
-        .collect();
+    let ends = || runs.iter().filter_map(|(_, trace)| trace.snapshots.last()).map(|s| s.time);
+    let (longest, shortest) = (ends().fold(0.0, f64::max), ends().fold(f64::INFINITY, f64::min));
+    let window = |trace, to| Window { trace, from: 0.0, to, origin: 0.0, unit: 1e-3 };
+    let all = runs.iter().flat_map(|(_, trace)| &trace.snapshots).flat_map(|s| s.current);
+    let (least, most) = all.fold((0.0f64, 0.0f64), |(low, high), i| (low.min(i), high.max(i)));
+    let margin = 0.06 * (most - least).max(1e-9);
+    let mut panels = Vec::new();
+    for (name, trace) in runs {
+        let end = trace.snapshots.last().map_or(longest, |s| s.time);
+        let whole = window(trace, if longest > UNLIKE * shortest { end } else { longest });
+        let mut panel = whole.currents(whole.axis("time")).titled(name);
+        panel.y = panel.y.range(least - margin, most + margin);
+        (panel.weight, panel.legend) = (1.0, panels.is_empty());
+        panels.push(panel);
+    }
     let moved = |trace: &Trace, s: &Snapshot| (s.angle - trace.snapshots[0].angle).to_degrees();
     if runs.iter().any(|(_, trace)| trace.snapshots.iter().any(|s| moved(trace, s).abs() > 1e-3)) {
-        panels.push(over("rotor moved (°)", &moved));
+        let axis = runs
+            .first()
+            .map_or_else(|| Axis::new("time (ms)"), |(_, trace)| window(trace, longest).axis("time"));
+        let panel = Panel::new(axis, Axis::new("rotor moved (°)"));
+        panels.push(runs.iter().enumerate().fold(panel, |panel, (k, (name, trace))| {
+            panel.with(curve(name, window(trace, longest).points(|s| moved(trace, s)), Style::nth(k)))
+        }));
     }
-    panels.extend(first_pulses(runs));
-    for panel in panels.iter_mut().skip(1) {
-        panel.legend = false;
-    }
-    let height = 160 + 210 * u32::try_from(panels.len()).unwrap_or(3);
+    panels.extend(first_pulses(runs).map(|panel| Panel { weight: 1.6, ..panel }));
+    let height = 200 + 190 * u32::try_from(panels.len()).unwrap_or(3);
     Figure { title: title.to_owned(), subtitle: Some(subtitle.to_owned()), width: WIDTH, height, panels }
 }
 

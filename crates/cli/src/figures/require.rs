@@ -4,11 +4,11 @@ use standstill_analysis::bracket::Found;
 use standstill_analysis::limit::Limits;
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
-use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
+use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, cell_edges};
 use standstill_scenario as file;
 
 use super::WIDTH;
-use crate::commands::require::Point;
+use crate::commands::require::{EVERYWHERE, Point};
 
 /// A value that was judged: what each limit's measure is.
 pub struct Judged {
@@ -32,11 +32,21 @@ fn axis(key: &str, values: impl Iterator<Item = f64>) -> (Axis, Scale) {
     let label = if scale.unit.is_empty() { key.to_owned() } else { format!("{key} ({})", scale.unit) };
     let axis = Axis::new(label);
     let log = values.iter().all(|value| *value > 0.0);
+    let axis =
+        if values.iter().all(|value| scale.number(*value).fract() == 0.0) { axis.whole() } else { axis };
     (if log { axis.log10() } else { axis }, scale)
+}
+
+/// Of each value what was judged with the most trials: looks with fewer were superseded by it.
+fn latest(judged: &[Judged]) -> Vec<&Judged> {
+    let superseded =
+        |of: &&Judged| judged.iter().any(|other| other.value == of.value && other.trials > of.trials);
+    judged.iter().filter(|of| !superseded(of)).collect()
 }
 
 /// Measures over their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
+    let judged = latest(judged);
     let (x, scale) = axis(key, judged.iter().map(|judged| judged.value));
     let mut panel = Panel::new(x, Axis::new("measure / limit").log10());
     for (k, limit) in limits.0.iter().enumerate() {
@@ -56,8 +66,8 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
     }
     panel = panel.with(Layer::level("limit", 1.0));
     if let Found::Edge(edge) = found {
-        panel = panel.with(Layer::instant("", scale.number(edge.interval.0)));
-        panel = panel.with(Layer::instant("", scale.number(edge.interval.1)));
+        let [from, to] = [edge.interval.0, edge.interval.1].map(|end| scale.number(end));
+        panel = panel.with(Layer::instant("95 % interval from", from)).with(Layer::instant("to", to));
     }
     Figure {
         title: format!("What {key} must be"),
@@ -70,7 +80,12 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
 
 /// One key over the other.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
-    let (x, first) = axis(keys[0], points.iter().map(|point| point.first));
+    let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first));
+    let places: Vec<f64> = points.iter().map(|point| first.number(point.first)).collect();
+    let edges = cell_edges(&places, x.scale);
+    if let [low, .., high] = edges[..] {
+        x = x.range(low, high);
+    }
     let ends = points.iter().flat_map(|point| [point.second, point.low, point.high]).flatten();
     let (y, second) = axis(keys[1], ends);
     let curve =
@@ -79,7 +94,19 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
         let [value, low, high] = [point.second?, point.low?, point.high?].map(|value| second.number(value));
         Some((first.number(point.first), value, low, high))
     });
-    let panel = Panel::new(x, y).with(Layer::line(limits, Style::Blue, curve)).with(Layer::error_bars(
+    // The curve ends where there is no edge: that is an answer too.
+    let met = |point: &Point| point.second.is_none() && point.answer == EVERYWHERE;
+    let never =
+        points.iter().zip(edges.windows(2)).filter(|(point, _)| point.second.is_none() && !met(point));
+    let spans: Vec<(f64, f64)> = never.map(|(_, edges)| (edges[0], edges[1])).collect();
+    let mut panel = Panel::new(x, y);
+    if !spans.is_empty() {
+        panel = panel.with(Layer::Hatched { label: Some(format!("no {} meets it", keys[1])), spans });
+    }
+    for at in points.iter().zip(&places).filter(|(point, _)| met(point)).map(|(_, at)| *at) {
+        panel = panel.with(Layer::instant(&format!("every {} meets it", keys[1]), at));
+    }
+    let panel = panel.with(Layer::line(limits, Style::Blue, curve)).with(Layer::error_bars(
         limits,
         Style::Blue,
         bars,
@@ -116,5 +143,36 @@ mod tests {
         // 0.4 % of a limit of 1 %.
         assert!((ends[0].1 - 0.4).abs() < 1e-12, "{ends:?}");
         assert_eq!(label.as_deref(), Some("wrong_poles <= 1 %: none seen"));
+    }
+
+    #[test]
+    fn regress_a_look_with_few_trials_is_superseded_by_one_with_more() {
+        let judged = |value, trials| Judged { trials, without_answer: None, value, measures: Vec::new() };
+        let all = [judged(0.01, 100), judged(0.02, 100), judged(0.01, 3000), judged(0.01, 800)];
+        let kept: Vec<(f64, u64)> = latest(&all).into_iter().map(|kept| (kept.value, kept.trials)).collect();
+        assert_eq!(kept, [(0.02, 100), (0.01, 3000)]);
+    }
+
+    #[test]
+    fn regress_a_trade_off_says_where_no_value_meets_the_limits() {
+        let point =
+            |first, second: Option<f64>, answer| Point { first, second, low: second, high: second, answer };
+        let all = [
+            point(0.01, None, EVERYWHERE),
+            point(0.02, Some(0.005), "edge"),
+            point(0.04, Some(0.002), "edge"),
+            point(0.08, None, "no value meets it"),
+        ];
+        let keys = ["sensors.noise", "sensors.gain_error"];
+        let figure = tradeoff(keys, &all, "rms <= 1 deg", String::new());
+        let panel = &figure.panels[0];
+        let Layer::Hatched { label, spans } = &panel.layers[0] else { panic!("strips") };
+        assert_eq!(label.as_deref(), Some("no sensors.gain_error meets it"));
+        // Around 80 mA, to which the axis reaches.
+        assert!(spans.len() == 1 && spans[0].0 < 80.0 && 80.0 < spans[0].1, "{spans:?}");
+        assert!(panel.x.range.is_some_and(|(low, high)| low < 10.0 && high > 80.0));
+        let met =
+            panel.layers.iter().filter(|layer| matches!(layer, Layer::VerticalRule { x, .. } if *x == 10.0));
+        assert_eq!(met.count(), 1);
     }
 }

@@ -66,3 +66,23 @@ fn law_numbers_stand_below_each_other() {
         .within(80, false);
     assert_eq!(text, " a      b\n──────────\n x    1.5\n y  -22.5\n");
 }
+
+#[test]
+fn law_intervals_go_before_columns_of_a_lower_rank_and_values_stay() {
+    let table = Table::new([
+        Column::word("method"),
+        Column::number("rms °").interval(3),
+        Column::number("largest °").rank(2),
+        Column::number("ms").rank(4),
+    ])
+    .rows([["a", "0.84 [0.79, 0.89]", "5.5", "25"].map(str::to_owned).to_vec()]);
+    let at = |width| table.within(width, false);
+    assert!(at(80).contains("0.84 [0.79, 0.89]") && at(80).contains("25") && !at(80).contains("No room"));
+    let first = at(38);
+    assert!(first.contains("0.84 [0.79, 0.89]") && first.contains("No room for ms"), "{first}");
+    let second = at(26);
+    assert!(second.contains("0.84") && !second.contains("0.79") && second.contains("5.5"), "{second}");
+    assert!(second.replace('\n', " ").contains("No room for ms and the intervals of rms °"), "{second}");
+    // Stacked cells have them again.
+    assert!(at(12).contains("[0.79"), "{}", at(12));
+}

@@ -108,7 +108,7 @@ fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
         let output = standstill(&["report", a, b, "--out", "both"], path);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let rows = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
-        let rms: Vec<String> = rows.lines().nth(1).expect("rms").split(',').map(str::to_owned).collect();
+        let rms: Vec<String> = rows.lines().nth(2).expect("rms").split(',').map(str::to_owned).collect();
         let text = String::from_utf8(output.stdout).expect("text");
         // Lines are as wide as a terminal.
         (text.split_whitespace().collect::<Vec<_>>().join(" "), rms)
@@ -152,4 +152,55 @@ fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     assert!(mistake(&["report", "a", "f"], path).contains("axes with other points"));
     let (text, _) = compared("f", "g");
     assert!(text.contains("at 3 points") || text.contains("of 3 points"), "{text}");
+}
+
+/// The root mean square of the errors of a run's first trials.
+fn rms_of_first(count: usize, trials: &std::path::Path) -> f64 {
+    let text = fs::read_to_string(trials).expect("trials.csv");
+    let mut lines = text.lines().filter(|line| !line.starts_with('#'));
+    let place = lines.next().expect("a header").split(',').position(|name| name == "axis_error_deg");
+    let error = |line: &str| line.split(',').nth(place.expect("its column"))?.parse::<f64>().ok();
+    let errors: Vec<f64> = lines.take(count).filter_map(error).collect();
+    (errors.iter().map(|error| error * error).sum::<f64>() / errors.len() as f64).sqrt()
+}
+
+#[test]
+fn regress_runs_of_other_lengths_are_compared_on_the_trials_that_both_have() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    for (out, more) in [
+        ("a", &["--trials", "400"][..]),
+        ("b", &["--trials", "300", "-s", "sensors.noise=12 mA"]),
+        ("c", &["--trials", "300", "--seed", "2"]),
+    ] {
+        assert!(standstill(&[&["run", "s.toml", "--out", out], more].concat(), path).status.success());
+    }
+    let compared = |b: &str| {
+        let output = standstill(&["report", "a", b, "--out", "both"], path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let text = String::from_utf8(output.stdout).expect("text");
+        let table = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
+        let rows = table.lines().skip(1).map(|line| line.split(',').map(str::to_owned).collect());
+        (text.split_whitespace().collect::<Vec<_>>().join(" "), rows.collect::<Vec<Vec<String>>>())
+    };
+    let (text, rows) = compared("b");
+    assert!(text.contains("A has 400 trials, B 300: every figure is of the trials that both have"), "{text}");
+    assert!(text.contains("paired") && text.contains("300 pairs"), "{text}");
+    let counts = [2, 5, 11].map(|k: usize| rows[0][k].parse::<f64>().ok());
+    assert_eq!((rows[0][1].as_str(), counts), ("trials", [Some(400.0), Some(300.0), Some(300.0)]));
+    let number = |k: usize| rows[1][k].parse::<f64>().expect("a number");
+    // A's figure is that of its first 300, so that the difference is that of the figures beside it.
+    let first = rms_of_first(300, &path.join("a/trials.csv"));
+    assert!((number(2) / first - 1.0).abs() < 1e-9, "{} {first}", number(2));
+    assert!((rms_of_first(400, &path.join("a/trials.csv")) / first - 1.0).abs() > 1e-4);
+    assert!((number(5) - number(2) - number(8)).abs() < 1e-9);
+    // Of other seeds each has its own, and it says so.
+    let (text, rows) = compared("c");
+    assert!(text.contains("A has 400 trials, B 300: each figure is of its own run's"), "{text}");
+    assert!(text.contains("unpaired: differences of independent runs: their seeds are 1 and 2"), "{text}");
+    assert_eq!((rows[0][11].as_str(), rows[1][11].as_str()), ("", ""));
+    let summary = fs::read_to_string(path.join("a/summary.json")).expect("summary.json");
+    let summary: Value = serde_json::from_str(&summary).expect("JSON");
+    assert_eq!(summary["summary"]["rms_deg"]["value"].as_f64(), rows[1][2].parse().ok());
 }

@@ -15,6 +15,9 @@ fn a_trace_becomes_a_motor_that_loads() {
     let output = standstill(&["fit", TRACE, "--motor", "paper-5k5", "--out", "f", "--json"], at);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     assert_eq!(names(&at.join("f")), ["fit.json", "fit.png", "fit.svg", "motor.toml"]);
+    // Another fit does not take its place without leave.
+    let message = mistake(&["fit", TRACE, "--motor", "gearless-hoist", "--out", "f"], at);
+    assert!(message.contains("f/motor.toml: found the results of another run"), "{message}");
     let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
     let kept: Value =
         serde_json::from_str(&fs::read_to_string(at.join("f/fit.json")).expect("written")).expect("JSON");

@@ -15,8 +15,15 @@ fn law_an_fmu_is_one_file_or_none() {
     assert!(said.contains("drive of paper-5k5, FMI 2.0, 6 inputs, 22 outputs"), "{said}");
     assert_eq!(names(&path.join("deep")), ["drive.fmu"]);
     assert!(fs::read(path.join("deep/drive.fmu")).expect("there").starts_with(b"PK"));
-    let again =
-        standstill(&["fmu", "paper-5k5", "--part", "motor", "--fmi", "3", "-o", "deep/drive.fmu"], path);
+    // The same again changes nothing; another one needs leave.
+    let before = fs::read(path.join("deep/drive.fmu")).expect("there");
+    let same = standstill(&["fmu", "paper-5k5", "--errors", "field", "-o", "deep/drive.fmu"], path);
+    assert!(same.status.success(), "{}", String::from_utf8_lossy(&same.stderr));
+    let other = ["fmu", "paper-5k5", "--part", "motor", "--fmi", "3", "-o", "deep/drive.fmu"];
+    let message = mistake(&other, path);
+    assert!(message.contains("deep/drive.fmu: found the results of another run"), "{message}");
+    assert_eq!(fs::read(path.join("deep/drive.fmu")).expect("there"), before);
+    let again = standstill(&[&other[..], &["--force"]].concat(), path);
     let said = String::from_utf8_lossy(&again.stdout).into_owned();
     assert!(said.contains("motor of paper-5k5, FMI 3.0, 3 inputs, 6 outputs"), "{said}");
     fs::write(path.join("notes.fmu"), "notes").expect("written");

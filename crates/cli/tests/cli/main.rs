@@ -22,6 +22,7 @@ mod nameplates;
 mod pages;
 mod printed;
 mod questions;
+mod replaced;
 mod scenarios;
 mod terminal;
 mod wording;
@@ -61,10 +62,12 @@ fn mistake(arguments: &[&str], folder: &Path) -> String {
     message
 }
 
+/// Without the note of what was asked.
 fn names(folder: &Path) -> Vec<String> {
     let mut names: Vec<String> = fs::read_dir(folder)
         .expect("a folder")
         .map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned())
+        .filter(|name| name != ".standstill-asked.json")
         .collect();
     names.sort();
     names

@@ -67,7 +67,7 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
         fs::write(at.join("m.toml"), sheet(*plate)).expect("written");
         let commands: [&[&str]; 7] = [
             &["check", "m.toml"],
-            &["magnetics", "m.toml", "--out", "m"],
+            &["magnetics", "m.toml", "--out", "m", "--force"],
             &["motors", "m.toml"],
             &[
                 "compare",
@@ -78,6 +78,7 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
                 "--trials",
                 "20",
                 "--no-limit",
+                "--force",
             ],
             &["bounds", "-s", "motor=m.toml", "--angles", "4"],
             &[
@@ -116,8 +117,11 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
         }
     }
     // More room shows more.
-    let wide =
-        with(&[("COLUMNS", "200")], &["compare", "--method", "bipolar", "--trials", "20", "--no-limit"], at);
+    let wide = with(
+        &[("COLUMNS", "200")],
+        &["compare", "--method", "bipolar", "--trials", "20", "--no-limit", "--force"],
+        at,
+    );
     let wide = String::from_utf8(wide.stdout).expect("text");
     assert!(wide.contains("limit °") && wide.contains(" J ") && !wide.contains("No room"), "{wide}");
     assert!(columns(&wide) > 100);

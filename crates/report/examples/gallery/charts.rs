@@ -174,7 +174,7 @@ fn maps() -> Chart {
             values: dead.iter().flat_map(|dead| noise.iter().map(|noise| value(*noise, *dead))).collect(),
             colour,
             blank: "no answer".to_owned(),
-            numbers: true,
+            digits: 3,
         })
     };
     let lost =
@@ -223,7 +223,7 @@ fn names() -> Chart {
         .concat(),
         colour: Axis::new("rms error of the axis θ_e (°)").range(0.01, 10.0).log10(),
         blank: "no answer".to_owned(),
-        numbers: true,
+        digits: 3,
     });
     chart("names", "Methods and errors", "2,000 trials each", 420, vec![panel])
 }
@@ -320,7 +320,7 @@ fn extremes() -> Chart {
         values: vec![f64::NAN],
         colour: Axis::new("nothing"),
         blank: "no answer".to_owned(),
-        numbers: true,
+        digits: 3,
     });
     chart("extremes", "Extremes", "", 900, vec![narrow, wide, empty])
 }

@@ -16,7 +16,7 @@ const METHODS: [&str; 9] = [
 ];
 
 /// Wilson's interval, which is near enough to the exact one for a picture.
-fn binomial(count: u64, total: u64, _points: u64) -> Interval {
+fn binomial(count: u64, total: u64) -> Interval {
     let (k, n) = (count as f64, total as f64);
     let (p, z) = (k / n, 1.96);
     let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
@@ -69,7 +69,7 @@ fn cloud(trials: u32, scale: f64, odds: f64) -> ErrorCloud {
 
 fn study(title: &str, axes: Vec<StudyAxis>, points: Vec<StudyPoint>, cloud: Option<ErrorCloud>) -> Study {
     let subtitle = Some("paper's motor, default errors, locked rotor".into());
-    Study { title: title.into(), subtitle, axes, points, design: Design::Grid, cloud, binomial }
+    Study { title: title.into(), subtitle, axes, points, design: Design::Grid, cloud, best: None, binomial }
 }
 
 /// Methods over noise and dead time, full factorial.

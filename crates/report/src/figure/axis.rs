@@ -35,6 +35,8 @@ pub enum Ticks {
     /// At multiples of this step, such as 60 on an axis in degrees; fewer if they would not fit. A logarithmic
     /// axis has no constant step and is marked as with [`Ticks::Auto`].
     Step(f64),
+    /// As with [`Ticks::Auto`], but at whole numbers only: of things that are counted.
+    Whole,
     /// At these values, with these words. Words that do not fit are set on several lines or upright, shortened,
     /// and at last left out.
     Named(Vec<(f64, String)>),
@@ -64,6 +66,13 @@ impl Axis {
     #[must_use]
     pub fn range(mut self, first: f64, last: f64) -> Self {
         self.range = Some((first, last));
+        self
+    }
+
+    /// The axis marked at whole numbers.
+    #[must_use]
+    pub fn whole(mut self) -> Self {
+        self.ticks = Ticks::Whole;
         self
     }
 
@@ -210,7 +219,8 @@ pub(super) fn ticks(ticks: &Ticks, range: (f64, f64), most: f64, densest: f64) -
             let step = nice_step(span / most.max(1.0));
             let finer = nice_step(0.4 * step);
             let count = |step| multiples(range, step).1 - multiples(range, step).0 + 1.0;
-            if count(step) < 3.0 && count(finer) <= densest { finer } else { step }
+            let step = if count(step) < 3.0 && count(finer) <= densest { finer } else { step };
+            if *ticks == Ticks::Whole { step.max(1.0) } else { step }
         }
     };
     let (first, last) = multiples(range, step);
@@ -276,6 +286,13 @@ mod tests {
         assert_eq!(texts(&Ticks::Auto, (-3.0, 2.0)), ["−3", "−2", "−1", "0", "1", "2"]);
         assert_eq!(texts(&Ticks::Step(60.0), (0.0, 180.0)), ["0", "60", "120", "180"]);
         assert_eq!(texts(&Ticks::Auto, (0.0, 4e-5)), ["0", "1·10⁻⁵", "2·10⁻⁵", "3·10⁻⁵", "4·10⁻⁵"]);
+    }
+
+    #[test]
+    fn law_what_is_counted_is_marked_at_whole_numbers() {
+        assert_eq!(texts(&Ticks::Auto, (0.9, 3.1)), ["1.0", "1.5", "2.0", "2.5", "3.0"]);
+        assert_eq!(texts(&Ticks::Whole, (0.9, 3.1)), ["1", "2", "3"]);
+        assert_eq!(texts(&Ticks::Whole, (0.0, 40.0)), texts(&Ticks::Auto, (0.0, 40.0)));
     }
 
     #[test]

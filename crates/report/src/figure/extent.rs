@@ -3,7 +3,7 @@
 use super::axis::{around_on, usable};
 use super::{AxisScale, Layer, Panel};
 
-/// Calls `each` with `(x, y)` of all data of a layer that have a place in the panel; rules are not data.
+/// Calls `each` with `(x, y)` of all data of a layer that have a place in the panel; rules and strips are not data.
 fn each_datum(panel: &Panel, layer: &Layer, mut each: impl FnMut(f64, f64)) {
     let mut datum = |x: f64, y: f64| {
         if panel.x.scale.has(x) && panel.y.scale.has(y) {
@@ -50,7 +50,7 @@ fn each_datum(panel: &Panel, layer: &Layer, mut each: impl FnMut(f64, f64)) {
                 }
             }
         }
-        Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => (),
+        Layer::Hatched { .. } | Layer::HorizontalRule { .. } | Layer::VerticalRule { .. } => (),
     }
 }
 

@@ -77,6 +77,10 @@ fn draw_panel(canvas: &mut dyn Canvas, panel: &Panel, place: &PanelLayout) {
     let rows = place.above.iter().map(|note| note.row + 1).max().unwrap_or(0);
     let top = area.top - 4.0 - rows as f64 * SMALL_LINE - legend::height(&place.legend);
     legend::draw(canvas, &place.legend, (area.left, top));
+    for (index, line) in place.title.iter().rev().enumerate() {
+        let at = (area.left, top - (index as f64 + 0.5) * LABEL_LINE);
+        canvas.lines(line, at, plain(LABEL, Align::Start));
+    }
 }
 
 /// Lines of a label that read from bottom to top, the first with its left edge and all with their middle at a place.

@@ -112,7 +112,7 @@ pub(super) fn draw(
     (x_edges, y_edges): (&[f64], &[f64]),
     values: &[f64],
     axis: &Axis,
-    numbers: bool,
+    digits: usize,
 ) {
     let scale = Scale { range: range(values, axis), pixels: (0.0, 1.0), spread: axis.scale };
     // Cells on whole pixels have sharp edges and leave no seams.
@@ -150,12 +150,12 @@ pub(super) fn draw(
     let written: Vec<_> = cells
         .iter()
         .filter(|cell| cell.1.is_finite())
-        .map(|&(area, v)| (area, v, number::significant(v)))
+        .map(|&(area, v)| (area, v, number::rounded(v, digits)))
         .collect();
     let fits = |(area, _, text): &(Rect, f64, String)| {
         area.height() >= NUMBER + 3.0 && area.width() >= text::width(text, NUMBER) + 4.0
     };
-    if numbers && cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
+    if digits > 0 && cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
         for (area, value, text) in written {
             let colour = ink_on(ground(value));
             let set = Type { size: NUMBER, colour, align: Align::Middle, upwards: false };

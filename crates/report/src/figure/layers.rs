@@ -5,7 +5,7 @@ use super::canvas::{Canvas, Point, Rect};
 use super::colour::Colour;
 use super::reduce::{clip_line, clip_polygon, dash, hatching, length, runs, thin};
 use super::style::{
-    FRAME, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE, fill,
+    FRAME, HATCH, LINE_WIDTH, MARKER_RADIUS, Marker, QUIET, RING_RADIUS, RULE_DASHES, Style, WHITE, fill,
 };
 use super::{Lane, Layer, heat};
 use std::collections::HashMap;
@@ -47,13 +47,22 @@ pub(super) fn draw(canvas: &mut dyn Canvas, plot: &Plot, layer: &Layer) {
         Layer::Hollow { points, style, .. } => {
             error_bars(canvas, plot, points, *style, |canvas, at| draw_ring(canvas, *style, at));
         }
+        Layer::Hatched { spans, .. } => {
+            for &(from, to) in spans {
+                let [from, to] = [from, to].map(|x| plot.x.end_at(x).clamp(area.left, area.right));
+                // Written so that an end that is no number has no strip.
+                if from < to {
+                    canvas.strokes(&hatching(Rect { left: from, right: to, ..area }, -1.0, 7.0), HATCH, 0.6);
+                }
+            }
+        }
         Layer::UpperLimits { points, style, .. } => {
             for &(x, y) in points.iter().filter(|(x, y)| plot.x.shows(*x) && plot.y.shows(*y)) {
                 draw_upper_limit(canvas, *style, plot.point((x, y)), area.bottom);
             }
         }
-        Layer::Heat { x_edges, y_edges, values, colour, numbers, .. } => {
-            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, *numbers);
+        Layer::Heat { x_edges, y_edges, values, colour, digits, .. } => {
+            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, *digits);
         }
         Layer::HorizontalRule { y, .. } if plot.y.shows(*y) => {
             let at = plot.y.at(*y);

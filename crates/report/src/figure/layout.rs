@@ -40,6 +40,7 @@ pub(super) struct PanelLayout {
     pub y_ticks: Vec<Tick>,
     /// Texts of ticks and the label of the horizontal axis are left to the panel below.
     pub shares_x: bool,
+    pub title: Vec<String>,
     pub x_label: Vec<String>,
     pub y_label: Vec<String>,
     pub legend: Vec<Placed>,
@@ -97,7 +98,7 @@ pub(super) fn layout(figure: &Figure) -> Layout {
 
 fn above(panel: &PanelLayout) -> f64 {
     let rows = panel.above.iter().map(|note| note.row + 1).max().unwrap_or(0);
-    let legend = legend::height(&panel.legend);
+    let legend = panel.title.len() as f64 * LABEL_LINE + legend::height(&panel.legend);
     legend + rows as f64 * SMALL_LINE + if rows > 0 || legend > 0.0 { 4.0 } else { SMALL / 2.0 }
 }
 
@@ -164,6 +165,7 @@ fn place(figure: &Figure, shown: &[(f64, f64)], heights: &[f64]) -> Vec<PanelLay
             x_ticks: ticks::horizontal(panel, &x, tallest(figure)),
             y_ticks,
             shares_x: figure.panels.get(index + 1).is_some_and(|next| next.x == panel.x),
+            title: wrap(&panel.title, LABEL, right - left),
             x_label: wrap(&panel.x.label, LABEL, right - left),
             y_label,
             legend: legend::place(panel, right - left),

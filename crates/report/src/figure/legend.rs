@@ -67,6 +67,7 @@ pub(super) fn entries(panel: &Panel) -> Vec<Entry> {
             Layer::Band { label: Some(label), style, .. } => add(label, Key::Band(*style)),
             Layer::ErrorBars { label: Some(label), style, .. } => add(label, Key::Bar(*style)),
             Layer::UpperLimits { label: Some(label), style, .. } => add(label, Key::UpperLimit(*style)),
+            Layer::Hatched { label: Some(label), .. } => add(label, Key::Blank),
             Layer::Heat { .. } => heat::blanks(layer).into_iter().for_each(|blank| add(blank, Key::Blank)),
             Layer::Lanes { categories, .. } => {
                 categories.iter().enumerate().for_each(|(index, name)| add(name, Key::Fill(index % FILLS)));

@@ -30,7 +30,8 @@ mod ticks;
 
 pub use axis::{Axis, AxisScale, Ticks};
 pub use heat::cell_edges;
-pub use number::significant;
+pub(crate) use number::digits;
+pub use number::{rounded, significant};
 pub use style::Style;
 
 /// A whole figure: a title and panels stacked from top to bottom.
@@ -51,6 +52,8 @@ pub struct Figure {
 /// One pair of axes and what is drawn in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Panel {
+    /// What sets it apart from the other panels, above its legend. May be empty.
+    pub title: String,
     /// Horizontal axis.
     pub x: Axis,
     /// Vertical axis. A [`Layer::Lanes`] replaces its range and ticks by the names of the lanes.
@@ -124,6 +127,13 @@ pub enum Layer {
         /// Colour.
         style: Style,
     },
+    /// Hatched strips from bottom to top: nothing there is to be chosen. They are no data.
+    Hatched {
+        /// Legend entry, which is there without strips too: it explains rings as well.
+        label: Option<String>,
+        /// `(from, to)` on the horizontal axis; an end that is infinite is that of the panel.
+        spans: Vec<(f64, f64)>,
+    },
     /// A bar with an arrow pointing down from it: all that is known is that the value lies below.
     UpperLimits {
         /// Legend entry.
@@ -151,9 +161,9 @@ pub enum Layer {
         colour: Axis,
         /// What a cell without a value means.
         blank: String,
-        /// Whether to write the values into the cells with [`significant`]; that is done for at most 100 cells, if
-        /// all have the room.
-        numbers: bool,
+        /// With how many digits to write the values into the cells, all alike as [`rounded`] does; 0: not. It is done for
+        /// at most 100 cells, if all have the room.
+        digits: usize,
     },
     /// A thin dashed line across the panel, for a limit.
     HorizontalRule {
@@ -256,9 +266,15 @@ impl std::fmt::Display for FigureError {
 impl std::error::Error for FigureError {}
 
 impl Panel {
-    /// A panel of weight 1 with a legend and no layers yet.
+    /// A panel of weight 1 with a legend and no title and no layers yet.
     pub fn new(x: Axis, y: Axis) -> Self {
-        Self { x, y, layers: Vec::new(), weight: 1.0, legend: true }
+        Self { title: String::new(), x, y, layers: Vec::new(), weight: 1.0, legend: true }
+    }
+
+    /// The panel under a title of its own.
+    #[must_use]
+    pub fn titled(self, title: impl Into<String>) -> Self {
+        Self { title: title.into(), ..self }
     }
 
     /// Whether it has something to show besides rules.

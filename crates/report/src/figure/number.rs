@@ -8,15 +8,13 @@ pub fn significant(value: f64) -> String {
     digits(value, 3)
 }
 
+/// A number with so many significant digits, zeros at the end too, so that several stand with the same digits.
+pub fn rounded(value: f64, count: usize) -> String {
+    written(value, i32::try_from(count.clamp(1, 15)).unwrap_or(3), str::to_owned)
+}
+
 /// As [`significant`], with at most so many digits.
-pub(super) fn digits(value: f64, most: i32) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    // Formatting rounds first, so that 0.9999 has the exponent of 1.
-    let rounded = format!("{value:.*e}", usize::try_from(most - 1).unwrap_or(0));
-    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
-    let exponent: i32 = exponent.parse().unwrap_or(0);
+pub(crate) fn digits(value: f64, most: i32) -> String {
     let trim = |text: &str| {
         if text.contains('.') {
             text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -24,6 +22,17 @@ pub(super) fn digits(value: f64, most: i32) -> String {
             text.to_owned()
         }
     };
+    written(value, most, trim)
+}
+
+fn written(value: f64, most: i32, trim: impl Fn(&str) -> String) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    // Formatting rounds first, so that 0.9999 has the exponent of 1.
+    let rounded = format!("{value:.*e}", usize::try_from(most - 1).unwrap_or(0));
+    let (mantissa, exponent) = rounded.split_once('e').unwrap_or((&rounded, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
     let text = if (-4..most.max(5)).contains(&exponent) {
         let decimals = usize::try_from(most - 1 - exponent).unwrap_or(0);
         // Five digits are a number, not its first three.
@@ -60,5 +69,12 @@ mod tests {
         ] {
             assert_eq!(significant(value), text);
         }
+    }
+
+    #[test]
+    fn law_rounded_numbers_keep_their_last_zeros() {
+        let said = [0.76, 0.752, 1.4, 0.999_9, 12.04, 123.4].map(|value| rounded(value, 3));
+        assert_eq!(said, ["0.760", "0.752", "1.40", "1.00", "12.0", "123"]);
+        assert_eq!([0.76, 0.752, 14.4, 0.0].map(|value| rounded(value, 2)), ["0.76", "0.75", "14", "0.0"]);
     }
 }

@@ -29,6 +29,10 @@ const BELOW: f64 = 52.0;
 /// Pixels between panels that share their horizontal axis, and between others, which have one each.
 const CLOSE: f64 = 20.0;
 const APART: f64 = 62.0;
+/// Over so many whole numbers automatic marks are whole too.
+const FEW: f64 = 10.0;
+/// What a panel's own title takes of the distance to the panel above.
+const TITLED: f64 = 14.0;
 /// A title that the page sets above the chart.
 const TITLES: f64 = 40.0;
 
@@ -55,7 +59,8 @@ pub(crate) struct Legend {
 /// The entries of all panels that have some.
 pub(crate) fn legends(figure: &Figure) -> Vec<Legend> {
     let of = |(panel, own): (usize, &Panel)| {
-        let title = markup::quantity(&own.y.label).0.to_owned();
+        let shown = markup::quantity(&own.y.label).0.to_owned();
+        let title = if own.title.is_empty() { shown } else { own.title.clone() };
         Legend { panel, title, entries: legend::entries(own) }
     };
     figure.panels.iter().enumerate().map(of).filter(|legend| !legend.entries.is_empty()).collect()
@@ -92,6 +97,13 @@ pub(crate) fn chart(figure: &Figure) -> (Chart, Value) {
                 traces::add(&mut chart, &place, layer);
             }
             chart.frame(&x, &y);
+            if !panel.title.is_empty() {
+                let over = json!({
+                    "xref": format!("{x} domain"), "yref": format!("{y} domain"), "x": 0, "y": 1, "xanchor": "left",
+                    "yanchor": "bottom",
+                });
+                chart.note(&panel.title, over);
+            }
             if !extent::has_data(panel) {
                 let middle =
                     json!({"xref": format!("{x} domain"), "yref": format!("{y} domain"), "x": 0.5, "y": 0.5});
@@ -138,6 +150,7 @@ fn read_together(layer: &Layer) -> bool {
             | Layer::ErrorBars { .. }
             | Layer::Hollow { .. }
             | Layer::UpperLimits { .. }
+            | Layer::Hatched { .. }
             | Layer::Heat { .. }
     )
 }
@@ -157,8 +170,11 @@ fn domains(panels: &[Panel], height: f64) -> Vec<(f64, f64)> {
     let weight = |panel: &Panel| {
         if panel.weight.is_finite() && panel.weight > 0.0 { panel.weight } else { 1.0 }
     };
-    let gaps: Vec<f64> =
-        panels.windows(2).map(|pair| if pair[0].x == pair[1].x { CLOSE } else { APART }).collect();
+    let gap = |pair: &[Panel]| {
+        let titled = if pair[1].title.is_empty() { 0.0 } else { TITLED };
+        titled + if pair[0].x == pair[1].x { CLOSE } else { APART }
+    };
+    let gaps: Vec<f64> = panels.windows(2).map(gap).collect();
     // Many panels in a low figure: the gaps take at most half of it.
     let squeeze = (0.5 * height / gaps.iter().sum::<f64>().max(1.0)).min(1.0);
     let total: f64 = panels.iter().map(weight).sum();
@@ -208,6 +224,10 @@ fn axis(axis: &Axis, (first, last): (f64, f64), room: f64) -> Value {
         Ticks::Step(step) if step.is_finite() && *step > 0.0 && axis.scale == AxisScale::Linear => {
             value["tick0"] = json!(0);
             value["dtick"] = json!(step);
+        }
+        Ticks::Whole if axis.scale == AxisScale::Linear && last - first < FEW => {
+            value["tick0"] = json!(0);
+            value["dtick"] = json!(1);
         }
         Ticks::Named(names) => {
             value["tickmode"] = json!("array");

@@ -37,13 +37,14 @@ pub(super) fn horizontal(panel: &Panel, x: &Scale, tall: f64) -> Horizontal {
         return names(ticks(&panel.x.ticks, x.range, 1.0, 1.0), x, tall);
     }
     if panel.x.scale == AxisScale::Log10 {
-        return flat(log_ticks(x.range, |ticks| {
+        let found = log_ticks(x.range, |ticks| {
             let room = |pair: &[Tick]| {
                 (x.at(pair[1].at) - x.at(pair[0].at)).abs()
                     >= 0.5 * (text_width(&pair[0]) + text_width(&pair[1])) + APART
             };
             ticks.windows(2).all(room)
-        }));
+        });
+        return flat(counted(&panel.x, found));
     }
     let room = x.pixels.1 - x.pixels.0;
     let mut most = (room / 75.0).clamp(1.0, 12.0);
@@ -57,6 +58,12 @@ pub(super) fn horizontal(panel: &Panel, x: &Scale, tall: f64) -> Horizontal {
         most = (most * 0.8).max(1.0);
         densest *= 0.8;
     }
+}
+
+/// Of an axis of whole numbers those ticks alone.
+fn counted(axis: &Axis, mut ticks: Vec<Tick>) -> Vec<Tick> {
+    ticks.retain(|tick| axis.ticks != Ticks::Whole || (tick.at - tick.at.round()).abs() < 1e-9);
+    ticks
 }
 
 /// The least distance of two ticks in pixels, that of the ends for a single one.
@@ -135,9 +142,10 @@ pub(super) fn along(axis: &Axis, range: (f64, f64), height: f64, wide: f64) -> V
         return named;
     }
     if axis.scale == AxisScale::Log10 {
-        return log_ticks(range, |ticks| {
+        let found = log_ticks(range, |ticks| {
             ticks.windows(2).all(|pair| (scale.at(pair[1].at) - scale.at(pair[0].at)).abs() >= 21.0)
         });
+        return counted(axis, found);
     }
     ticks(&axis.ticks, range, (height / 38.0).clamp(2.0, 12.0), (height / 22.0).max(1.0))
 }

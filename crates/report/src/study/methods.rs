@@ -2,18 +2,20 @@
 
 use super::odds::{KINDS, never, with_odds};
 use super::place::{error_axis, place};
+use super::slices::with;
 use super::sweep::probability_axis;
-use super::{Caption, Pooled, Study};
+use super::{Caption, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-/// Methods side by side, pooled over all other axes: above the rms error with its interval, and the 95th percentile where
+/// Methods side by side, where nothing else is varied: above the rms error with its interval, and the 95th percentile where
 /// it is known, below the probabilities of a wrong pole, an undetermined pole and a failure.
 ///
 /// One column a method, so that both panels share the names.
 pub(super) fn methods(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, true);
-    let found: Vec<Pooled> = place.values.iter().map(|value| study.at(&[(axis, value)])).collect();
-    let at = |shift: f64| place.at.iter().map(move |x| x + shift).zip(&found);
+    let found: Vec<&StudyPoint> =
+        place.values.iter().filter_map(|value| with(study, &vec![(axis, value.clone())]).next()).collect();
+    let at = |shift: f64| place.at.iter().map(move |x| x + shift).zip(found.iter().copied());
     let values = found.iter().flat_map(|p| [p.rms_deg.value, p.p95_deg.value]);
     let errors = match error_axis("error of the axis (°)", values) {
         axis if axis.range.is_none() => axis,
@@ -29,11 +31,11 @@ pub(super) fn methods(caption: &Caption, study: &Study, axis: usize) -> Figure {
         let p95 = at(0.08).map(|(x, p)| p.p95_deg.bar(x));
         upper = upper.with(Layer::error_bars("95th percentile of |e|", Style::Vermilion, p95));
     }
-    let never = never(found.iter());
+    let never = never(found.iter().copied());
     let mut lower = Panel::new(place.axis.clone(), probability_axis("probability"));
     for (index, kind) in KINDS.iter().enumerate() {
         let found = at(0.2 * (index as f64 - 1.0));
-        lower = with_odds(lower, found, kind, Style::nth(index), (kind.0, &never), false);
+        lower = with_odds(lower, study, found, kind, Style::nth(index), (kind.0, &never), false);
     }
-    caption.figure(&study.remark_on_others(&[axis]), 720, vec![upper, lower])
+    caption.figure(&[], 720, vec![upper, lower])
 }

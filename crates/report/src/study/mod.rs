@@ -12,13 +12,14 @@ mod methods;
 mod odds;
 mod periodic;
 mod place;
-mod pool;
 mod scatter;
+mod slices;
 mod sweep;
 
 pub use angle::error_over_angle;
 pub use cloud::{ErrorCloud, Thinned};
-pub use pool::{Pooled, pool};
+
+use std::collections::BTreeMap;
 
 use crate::figure::{Figure, Panel};
 use distribution::distribution;
@@ -120,8 +121,10 @@ pub struct Study {
     pub design: Design,
     /// Single trials of all points together, where they were collected.
     pub cloud: Option<ErrorCloud>,
-    /// The exact interval of a probability from a count in a total over so many points of the same random numbers.
-    pub binomial: fn(u64, u64, u64) -> Interval,
+    /// Index of the best point: figures over some axes show the others as they are there. Without, the first.
+    pub best: Option<usize>,
+    /// The exact interval of a probability from a count in a total.
+    pub binomial: fn(u64, u64) -> Interval,
 }
 
 /// What is written over a figure: the title, and the conditions.
@@ -159,7 +162,7 @@ const FAILING: f64 = 0.01;
 /// What legends say of such points.
 const NO_ANSWER: &str = "more than 1 % without a right answer";
 /// Most pairs of axes that get a heat map.
-const MOST_PAIRS: usize = 6;
+const MOST_PAIRS: usize = 3;
 /// Most axes that get their own figures.
 const MOST_AXES: usize = 12;
 
@@ -186,6 +189,11 @@ impl StudyAxis {
 }
 
 impl StudyPoint {
+    /// Trials that named a pole.
+    fn named(&self) -> u64 {
+        self.trials.saturating_sub(self.undetermined + self.failed)
+    }
+
     /// Whether more than one start in a hundred has no right answer.
     fn fails(&self) -> bool {
         (self.wrong_poles + self.undetermined + self.failed) as f64 > FAILING * self.trials as f64
@@ -195,27 +203,11 @@ impl StudyPoint {
 impl Study {
     /// The indices of the axes that have more than one value.
     fn varied(&self) -> Vec<usize> {
-        (0..self.axes.len()).filter(|axis| pool::values(self, *axis).len() > 1).collect()
+        (0..self.axes.len()).filter(|axis| slices::values(self, *axis).len() > 1).collect()
     }
 
     fn caption(&self, what: &str) -> Caption {
         Caption::of(what, &self.title, self.subtitle.clone())
-    }
-
-    /// What the points with these values say together.
-    fn at(&self, wanted: &[(usize, &Coordinate)]) -> Pooled {
-        pool(self, &pool::at(self, wanted))
-    }
-
-    /// Whether starts at all the points with these values are answered rightly, but for one in a hundred at most.
-    fn answers(&self, wanted: &[(usize, &Coordinate)]) -> bool {
-        !pool::at(self, wanted).into_iter().any(StudyPoint::fails)
-    }
-
-    /// Over which axes a figure pools that shows these.
-    fn remark_on_others(&self, shown: &[usize]) -> Vec<String> {
-        let others = self.varied().into_iter().filter(|axis| !shown.contains(axis));
-        place::remark(&others.map(|axis| self.axes[axis].name().to_owned()).collect::<Vec<_>>())
     }
 }
 
@@ -225,8 +217,8 @@ impl Study {
 /// |---|---|
 /// | a cloud of one point | `error_over_angle`, `distribution` |
 /// | an axis of a grid | `sweep_KEY`, `wrong_poles_KEY` |
-/// | two and more | `heat_KEY_KEY` for up to six pairs, those first whose axes change the rms error most |
-/// | an axis of methods | `methods` in place of its `sweep_KEY` and `wrong_poles_KEY`, the former only where nothing else is varied |
+/// | two and more | `heat_KEY_KEY` for up to three pairs, those first whose axes change the rms error most |
+/// | methods and nothing else | `methods` in place of these |
 /// | a scattered design | `scatter` in place of sweeps and maps |
 pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     let mut all = Vec::new();
@@ -242,9 +234,11 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
         add("error_over_angle".into(), over_angle);
         add("distribution".into(), distribution(&study.caption("Distribution of the error"), cloud));
     }
-    let method = varied.iter().copied().find(|axis| study.axes[*axis].is_method());
-    if let Some(axis) = method {
+    if let [axis] = varied[..]
+        && study.axes[axis].is_method()
+    {
         add("methods".into(), methods(&study.caption("Methods compared"), study, axis));
+        return all;
     }
     if study.design == Design::Scattered {
         if !varied.is_empty() {
@@ -254,14 +248,10 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     }
     for &axis in varied.iter().take(MOST_AXES) {
         let (name, stem) = (study.axes[axis].name(), study.axes[axis].stem());
-        if Some(axis) != method || varied.len() > 1 {
-            let caption = study.caption(&format!("Error over {name}"));
-            add(format!("sweep_{stem}"), sweep(&caption, study, axis));
-        }
-        if Some(axis) != method {
-            let caption = study.caption(&format!("Wrong poles over {name}"));
-            add(format!("wrong_poles_{stem}"), odds(&caption, study, axis));
-        }
+        let caption = study.caption(&format!("Error over {name}"));
+        add(format!("sweep_{stem}"), sweep(&caption, study, axis));
+        let caption = study.caption(&format!("Wrong poles over {name}"));
+        add(format!("wrong_poles_{stem}"), odds(&caption, study, axis));
     }
     for (x, y) in pairs(study, &varied) {
         let (a, b) = (&study.axes[x], &study.axes[y]);
@@ -274,12 +264,15 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
 /// The pairs of axes that change the rms error most.
 fn pairs(study: &Study, varied: &[usize]) -> Vec<(usize, usize)> {
     let effect = |axis: usize| {
-        let rms = pool::values(study, axis).into_iter().filter_map(|value| {
-            let rms = study.at(&[(axis, &value)]).rms_deg.value;
-            (rms > 0.0).then(|| rms.ln())
-        });
-        let (low, high) = rms.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));
-        (high - low).max(0.0)
+        // The range along each line of points that differ in this axis alone.
+        let mut lines: BTreeMap<String, (f64, f64)> = BTreeMap::new();
+        for point in study.points.iter().filter(|point| point.rms_deg.value > 0.0) {
+            let others = point.coordinates.iter().enumerate().filter(|(other, _)| *other != axis);
+            let rms = point.rms_deg.value.ln();
+            let line = lines.entry(format!("{:?}", others.collect::<Vec<_>>())).or_insert((rms, rms));
+            *line = (line.0.min(rms), line.1.max(rms));
+        }
+        lines.values().map(|(low, high)| high - low).sum::<f64>() / lines.len().max(1) as f64
     };
     let effects: Vec<(usize, f64)> = varied.iter().map(|&axis| (axis, effect(axis))).collect();
     let mut pairs: Vec<(usize, usize, f64)> = Vec::new();

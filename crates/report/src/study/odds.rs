@@ -1,56 +1,118 @@
 //! Wrong poles, undetermined poles and failures over one axis.
 
-use super::place::{found, place, series};
+use super::place::place;
+use super::slices::{Part, Slices, along, slices};
 use super::sweep::{probability_axis, with_bars};
-use super::{Caption, Interval, Pooled, Study};
-use crate::figure::{Figure, Layer, Panel, Style};
+use super::{Caption, Interval, Study, StudyPoint};
+use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// How a detection can go wrong, and where that is counted.
-pub(super) type Kind = (&'static str, fn(&Pooled) -> u64, fn(&Pooled) -> Interval);
+pub(super) type Kind = (&'static str, fn(&StudyPoint) -> u64);
 
-pub(super) const KINDS: [Kind; 3] = [
-    ("wrong pole", |p| p.wrong_poles, |p| p.wrong_pole),
-    ("undetermined", |p| p.undetermined, |p| p.undetermined_probability),
-    ("failed", |p| p.failed, |p| p.failed_probability),
-];
+pub(super) const KINDS: [Kind; 3] =
+    [("wrong pole", |p| p.wrong_poles), ("undetermined", |p| p.undetermined), ("failed", |p| p.failed)];
 
 /// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; where none was
 /// seen, an arrow at the upper limit. Undetermined poles and failures have panels of their own if there were any.
 ///
-/// Other axes with few values become series, the rest is pooled. Several series stand a little beside their values,
-/// since their intervals and arrows would hide each other.
+/// Other axes are shown as [`slices`] says. Several curves stand a little beside their values, since their intervals and arrows
+/// would hide each other.
 pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
-    let (series, mut remarks) = series(study, &[axis]);
-    let found = found(study, axis, &place, &series);
-    let never = never(found.iter().flatten());
+    let Slices { parts, mut remarks } = slices(study, &[axis], true);
+    let found: Vec<_> = parts.iter().map(|part| along(study, axis, &place.values, &part.series)).collect();
+    let all = || found.iter().flatten().flatten().flatten().copied();
+    let never = never(all());
     let mut panels: Vec<Panel> = Vec::new();
     for (index, kind) in KINDS.iter().enumerate() {
-        let (name, count, _) = *kind;
-        if index == 0 && found.iter().flatten().all(|pooled| pooled.named() == 0) {
+        let (name, count) = *kind;
+        if index == 0 && all().all(|point| point.named() == 0) {
             remarks.push("no pole was named".to_owned());
             continue;
         }
-        if index > 0 && found.iter().flatten().all(|pooled| count(pooled) == 0) {
+        // Of several panels those in which something was seen are worth their room.
+        let seen = |curves: &Vec<Vec<Option<&StudyPoint>>>| {
+            curves.iter().flatten().flatten().any(|point| count(point) > 0)
+        };
+        if (index > 0 || parts.len() > 1) && !found.iter().any(seen) {
             remarks.push(format!("{name}: none"));
             continue;
         }
-        let mut panel = Panel::new(place.axis.clone(), probability_axis(name));
-        for (series, found) in series.iter().zip(&found) {
-            let found = place.shifted(series.shift).into_iter().zip(found);
-            panel = with_odds(panel, found, kind, series.style, (&series.label, &never), !place.named);
+        let y = one_scale(study, kind, all(), parts.len());
+        for (Part { title, series }, found) in parts.iter().zip(&found) {
+            if parts.len() > 1 && !seen(found) {
+                remarks.push(format!("{name}: none with {title}"));
+                continue;
+            }
+            let title = if title.is_empty() { String::new() } else { format!("{name}: {title}") };
+            let mut panel = Panel::new(place.axis.clone(), y.clone()).titled(title);
+            for (series, found) in series.iter().zip(found) {
+                let found = place.shifted(series.shift).into_iter().zip(found.iter().copied());
+                let found = found.filter_map(|(x, point)| Some((x, point?)));
+                panel =
+                    with_odds(panel, study, found, kind, series.style, (&series.label, &never), !place.named);
+            }
+            // What the first panel explains need not be explained again.
+            let known = panels.first().map(labels).unwrap_or_default();
+            panel.legend = labels(&panel).iter().any(|label| !known.contains(label));
+            panels.push(panel);
         }
-        // The series of the first panel are those of all.
-        panel.legend = true;
+    }
+    if panels.is_empty() && all().any(|point| point.named() > 0) {
+        // Nothing was seen at all: how rare it is at least, is an answer too.
+        let first = &found[0];
+        let mut panel = Panel::new(place.axis.clone(), probability_axis(KINDS[0].0)).titled(&parts[0].title);
+        for (series, found) in parts[0].series.iter().zip(first) {
+            let found = place.shifted(series.shift).into_iter().zip(found.iter().copied());
+            let found = found.filter_map(|(x, point)| Some((x, point?)));
+            let label = (series.label.as_str(), never.as_str());
+            panel = with_odds(panel, study, found, &KINDS[0], series.style, label, !place.named);
+        }
         panels.push(panel);
     }
-    let height = [420, 640, 860][panels.len().clamp(1, 3) - 1];
+    let height = 200 + 220 * u32::try_from(panels.len().max(1)).unwrap_or(1);
     caption.figure(&remarks, height, panels)
 }
 
-/// The legend of an upper limit: with the number of trials if that is the same everywhere.
-pub(super) fn never<'a>(all: impl Iterator<Item = &'a Pooled>) -> String {
-    let mut trials: Vec<u64> = all.map(|pooled| pooled.trials).filter(|trials| *trials > 0).collect();
+/// The axis of a kind's panels, with one range where there are several.
+fn one_scale<'a>(
+    study: &Study,
+    &(name, count): &Kind,
+    all: impl Iterator<Item = &'a StudyPoint>,
+    panels: usize,
+) -> Axis {
+    let axis = probability_axis(name);
+    let ends = all.filter(|point| point.trials > 0).map(|point| {
+        let Interval { value, low, high } = (study.binomial)(count(point), point.trials);
+        (
+            if count(point) == 0 {
+                high
+            } else if low > 0.0 {
+                low
+            } else {
+                value
+            },
+            high,
+        )
+    });
+    let ends = ends.fold((f64::INFINITY, 0.0f64), |(low, high), (a, b)| (low.min(a), high.max(b)));
+    if panels < 2 || ends.1 <= 0.0 { axis } else { axis.range(100.0 * ends.0 / 1.5, 150.0 * ends.1) }
+}
+
+/// The entries of a panel's legend.
+fn labels(panel: &Panel) -> Vec<String> {
+    let of = |layer: &Layer| match layer {
+        Layer::Line { label, .. } | Layer::ErrorBars { label, .. } | Layer::UpperLimits { label, .. } => {
+            label.clone()
+        }
+        _ => None,
+    };
+    panel.layers.iter().filter_map(of).collect()
+}
+
+/// The legend of an upper limit: with the number of trials of a point if that is the same everywhere.
+pub(super) fn never<'a>(all: impl Iterator<Item = &'a StudyPoint>) -> String {
+    let mut trials: Vec<u64> = all.map(|point| point.trials).filter(|trials| *trials > 0).collect();
     trials.sort_unstable();
     trials.dedup();
     match trials[..] {
@@ -62,20 +124,21 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a Pooled>) -> String {
 /// Adds probabilities in per cent, those of zero counts as upper limits.
 pub(super) fn with_odds<'a>(
     mut panel: Panel,
-    found: impl Iterator<Item = (f64, &'a Pooled)>,
-    &(name, count, probability): &Kind,
+    study: &Study,
+    found: impl Iterator<Item = (f64, &'a StudyPoint)>,
+    &(name, count): &Kind,
     style: Style,
     (label, never): (&str, &str),
     line: bool,
 ) -> Panel {
     let (mut bars, mut limits) = (Vec::new(), Vec::new());
-    for (x, pooled) in found.filter(|(_, pooled)| pooled.trials > 0) {
+    for (x, point) in found.filter(|(_, point)| point.trials > 0) {
         // Where no pole was named, none could be wrong.
-        if name == KINDS[0].0 && pooled.named() == 0 {
+        if name == KINDS[0].0 && point.named() == 0 {
             continue;
         }
-        let Interval { value, low, high } = probability(pooled);
-        if count(pooled) == 0 {
+        let Interval { value, low, high } = (study.binomial)(count(point), point.trials);
+        if count(point) == 0 {
             limits.push((x, 100.0 * high));
             // The line has a gap there.
             bars.push((x, f64::NAN, f64::NAN, f64::NAN));

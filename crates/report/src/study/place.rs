@@ -1,12 +1,15 @@
-//! How an axis of a study becomes one of a figure, and which other axes become series.
+//! How an axis of a study becomes one of a figure.
 
-use super::{Coordinate, Pooled, Study, pool};
-use crate::figure::{Axis, AxisScale, Style, Ticks, cell_edges, significant};
+use super::slices::values;
+use super::{Coordinate, Study};
+use crate::figure::{Axis, AxisScale, Ticks, cell_edges, digits};
 
-/// Most series that one panel can tell apart.
-pub(super) const MOST_SERIES: usize = 6;
 /// Above so many values, round numbers are better ticks than the values.
 const MOST_TICKS: usize = 12;
+/// Of values that were set, which have no error.
+const DIGITS: i32 = 4;
+/// Room beside the first and the last value, as a share of what is between them.
+const MARGIN: f64 = 0.05;
 
 /// The values of an axis, and where they are.
 pub(super) struct Place {
@@ -28,22 +31,24 @@ impl Place {
         let log = self.axis.scale == AxisScale::Log10;
         let even = |at: &f64| if log { at.ln() } else { *at };
         let gaps = self.at.windows(2).map(|pair| even(&pair[1]) - even(&pair[0]));
-        let gap = gaps.fold(f64::INFINITY, f64::min);
-        let by = if gap.is_finite() { 0.3 * shift * gap } else { 0.0 };
+        // Of few values too, all stay within the panel.
+        let whole = self.at.last().zip(self.at.first()).map_or(0.0, |(last, first)| even(last) - even(first));
+        let gap = gaps.fold(whole / 6.0, f64::min);
+        let by = 0.3 * shift * gap;
         self.at.iter().map(|at| if log { at * by.exp() } else { at + by }).collect()
     }
 }
 
 pub(super) fn text(value: &Coordinate) -> String {
     match value {
-        Coordinate::Number(number) => significant(*number),
+        Coordinate::Number(number) => digits(*number, DIGITS),
         Coordinate::Name(name) => name.clone(),
     }
 }
 
 /// The places of an axis' values. `cells` need room of their own: values in very uneven distances become names.
 pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
-    let values = pool::values(study, axis);
+    let values = values(study, axis);
     let described = &study.axes[axis];
     let numbers: Vec<f64> = values
         .iter()
@@ -70,82 +75,20 @@ pub(super) fn place(study: &Study, axis: usize, cells: bool) -> Place {
     let mut axis = Axis { scale, ..Axis::new(described.title()) };
     if let (true, Some(first), Some(last)) = (cells, edges.first(), edges.last()) {
         axis = axis.range(*first, *last);
+    } else if let [first, .., last] = numbers[..] {
+        // So far, whether or not there is something to draw at the ends.
+        let (low, high) = (even(first), even(last));
+        let more = MARGIN * (high - low);
+        let back = |place: f64| if logarithmic { place.exp() } else { place };
+        axis = axis.range(back(low - more), back(high + more));
     }
     // What was measured is what is marked.
     if numbers.len() <= MOST_TICKS {
-        axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, significant(*at))).collect());
+        axis.ticks = Ticks::Named(numbers.iter().map(|at| (*at, digits(*at, DIGITS))).collect());
+    } else if numbers.iter().all(|at| at.fract() == 0.0) {
+        axis.ticks = Ticks::Whole;
     }
     Place { axis, values, at: numbers, named: false, edges }
-}
-
-/// Values of other axes that share a panel with their own style.
-#[derive(Clone, Debug)]
-pub(super) struct Series {
-    /// Empty for the only one.
-    pub label: String,
-    pub fixed: Vec<(usize, Coordinate)>,
-    pub style: Style,
-    /// Where in the room of a name, from −0.5 to 0.5.
-    pub shift: f64,
-}
-
-/// The series that go over an axis, and a remark on the axes that are pooled.
-pub(super) fn series(study: &Study, over: &[usize]) -> (Vec<Series>, Vec<String>) {
-    let mut combinations: Vec<Vec<(usize, Coordinate)>> = vec![Vec::new()];
-    let mut pooled = Vec::new();
-    // Names come first: they are what readers compare.
-    let mut others: Vec<usize> = study.varied().into_iter().filter(|axis| !over.contains(axis)).collect();
-    others.sort_by_key(|axis| matches!(pool::values(study, *axis).first(), Some(Coordinate::Number(_))));
-    for axis in others {
-        let values = pool::values(study, axis);
-        let names = values.iter().all(|value| matches!(value, Coordinate::Name(_)));
-        let few = if names { MOST_SERIES } else { 3 };
-        if values.len() <= few && combinations.len() * values.len() <= MOST_SERIES {
-            let longer = |known: &Vec<_>, value: &Coordinate| [&known[..], &[(axis, value.clone())]].concat();
-            combinations = combinations
-                .iter()
-                .flat_map(|known| values.iter().map(|value| longer(known, value)))
-                .collect();
-        } else {
-            pooled.push(study.axes[axis].name().to_owned());
-        }
-    }
-    let count = combinations.len() as f64;
-    let series = combinations.into_iter().enumerate().map(|(index, fixed)| Series {
-        label: fixed
-            .iter()
-            .map(|(axis, value)| described(study, *axis, value))
-            .collect::<Vec<_>>()
-            .join(", "),
-        fixed,
-        style: Style::nth(index),
-        shift: 0.7 * ((index as f64 + 0.5) / count - 0.5),
-    });
-    (series.collect(), remark(&pooled))
-}
-
-/// What each series has at each value of an axis.
-pub(super) fn found(study: &Study, axis: usize, place: &Place, series: &[Series]) -> Vec<Vec<Pooled>> {
-    let at = |series: &Series, value| {
-        let fixed = series.fixed.iter().map(|(axis, value)| (*axis, value));
-        study.at(&[(axis, value)].into_iter().chain(fixed).collect::<Vec<_>>())
-    };
-    series.iter().map(|series| place.values.iter().map(|value| at(series, value)).collect()).collect()
-}
-
-/// A name speaks for itself, a number does not.
-fn described(study: &Study, axis: usize, value: &Coordinate) -> String {
-    match value {
-        Coordinate::Name(name) => name.clone(),
-        Coordinate::Number(number) => {
-            let axis = &study.axes[axis];
-            format!("{} {} {}", axis.name(), significant(*number), axis.unit).trim_end().to_owned()
-        }
-    }
-}
-
-pub(super) fn remark(pooled: &[String]) -> Vec<String> {
-    if pooled.is_empty() { Vec::new() } else { vec![format!("pooled over {}", pooled.join(", "))] }
 }
 
 /// An axis of errors over these values: logarithmic where they span more than a factor of five, otherwise from zero.

@@ -1,7 +1,8 @@
 //! Errors of a scattered design.
 
 use super::place::error_axis;
-use super::{Caption, Coordinate, NO_ANSWER, Study, pool};
+use super::slices::{values, with};
+use super::{Caption, Coordinate, NO_ANSWER, Study};
 use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
 
 /// Most panels of one figure.
@@ -18,7 +19,7 @@ pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
         .iter()
         .copied()
         .filter(|axis| !is_numeric(axis))
-        .map(|axis| (axis, pool::values(study, axis)))
+        .map(|axis| (axis, values(study, axis)))
         .find(|(_, values)| values.len() < Style::ALL.len())
         .map_or_else(
             || vec![(None, "one point".to_owned())],
@@ -39,13 +40,16 @@ pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
         let logarithmic =
             described.logarithmic && study.points.iter().map(numbers).all(|number| number > 0.0);
         let scale = if logarithmic { AxisScale::Log10 } else { AxisScale::Linear };
-        let x = Axis { scale, ..Axis::new(described.title()) };
+        let mut x = Axis { scale, ..Axis::new(described.title()) };
+        if study.points.iter().map(numbers).all(|number| number.fract() == 0.0) {
+            x = x.whole();
+        }
         let errors = study.points.iter().map(|point| point.rms_deg.value);
         let mut panel = Panel::new(x, error_axis("rms error (°)", errors));
         panel.legend = panels.is_empty();
         for (index, (fixed, label)) in series.iter().enumerate() {
-            let wanted: Vec<_> = fixed.iter().map(|(axis, value)| (*axis, value)).collect();
-            let of = |fails: bool| pool::at(study, &wanted).into_iter().filter(move |p| p.fails() == fails);
+            let wanted: Vec<_> = fixed.iter().cloned().collect();
+            let of = |fails: bool| with(study, &wanted).filter(move |p| p.fails() == fails);
             let place = |p: &super::StudyPoint| (numbers(p), p.rms_deg.value);
             panel = panel.with(Layer::points(label, Style::nth(index), of(false).map(place)));
             // Their error is that of the starts that had an answer: no point to choose.

@@ -1,94 +1,141 @@
 //! Errors over one axis.
 
-use super::place::{Place, Series, error_axis, found, place, series};
-use super::{Caption, Coordinate, Interval, NO_ANSWER, Pooled, Study};
+use super::place::{Place, error_axis, place};
+use super::slices::{Part, Series, Slices, along, slices};
+use super::{Caption, Interval, NO_ANSWER, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-type Value = fn(&Pooled) -> Interval;
+type Value = fn(&StudyPoint) -> Interval;
 type Bars = Vec<(f64, f64, f64, f64)>;
-/// A value with its interval, and whether more than 1 % of the starts there have no right answer.
-type Point = ((f64, f64, f64, f64), bool);
+/// The points of a curve at the values of an axis.
+type Curve<'a> = Vec<Option<&'a StudyPoint>>;
 
 /// Rms error and 95th percentile over an axis of the study, with their intervals.
 ///
-/// Other axes with few values become series, as long as these are six at most; the rest is pooled, which leaves only
-/// the rms error. The errors' axis is logarithmic where they span more than a factor of five. Where more than 1 % of starts
-/// have no right answer, the error is of the others alone, or there is none: such values of the axis are shaded, such points
-/// hollow, and no line joins them.
+/// Other axes are shown as [`slices`] says; several panels have the rms error alone, on one scale. The errors' axis is
+/// logarithmic where they span more than a factor of five. Where more than 1 % of starts have no right answer, the error is of
+/// the others alone, or there is none: such points are hollow, no line joins them, and values of the axis at which all curves have
+/// them are hatched.
 pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
-    let (series, remarks) = series(study, &[axis]);
-    let found = found(study, axis, &place, &series);
-    let bars = |series: &Series, of: &[Pooled], value: Value| -> Vec<Point> {
-        let shift = if place.named { series.shift } else { 0.0 };
-        let fails = |at: &Coordinate| {
-            let fixed = series.fixed.iter().map(|(axis, value)| (*axis, value));
-            !study.answers(&[(axis, at)].into_iter().chain(fixed).collect::<Vec<_>>())
-        };
-        let bars = place.at.iter().zip(of).map(|(x, p)| value(p).bar(x + shift));
-        bars.zip(&place.values).map(|(bar, at)| (bar, fails(at))).collect()
+    let Slices { parts, remarks } = slices(study, &[axis], true);
+    let found: Vec<Vec<Curve<'_>>> =
+        parts.iter().map(|part| along(study, axis, &place.values, &part.series)).collect();
+    let all = |value: Value| {
+        let points = found.iter().flatten().flatten().flatten();
+        points.flat_map(|point| [value(point).value, value(point).high]).collect::<Vec<f64>>()
     };
     let (rms, p95): (Value, Value) = (|p| p.rms_deg, |p| p.p95_deg);
-    let all = |value: Value| {
-        found.iter().flatten().flat_map(move |p| [value(p).value, value(p).high]).collect::<Vec<_>>()
-    };
     let has_p95 = all(p95).iter().any(|value| value.is_finite());
     let lines = !place.named;
-    let failing = failing(study, axis, &place);
-    let which = if series.len() > 1 { "; shaded: in one series at least" } else { "" };
-    let x = || place.axis.clone();
     let mut panels = Vec::new();
-    if let ([one], [only]) = (&series[..], &found[..]) {
-        let values = [all(rms), all(p95)].concat();
-        let mut panel = shaded(x(), "error of the axis (°)", &values, &place, (&failing, which));
-        panel = with_hollow(panel, "rms", &bars(one, only, rms), Style::Blue, lines);
-        if has_p95 {
-            let bars = bars(one, only, p95);
-            panel = with_hollow(panel, "95th percentile of |e|", &bars, Style::Vermilion, lines);
-        }
-        panels.push(panel);
-    } else {
-        let kinds = [("rms error of the axis (°)", rms), ("95th percentile of |e| (°)", p95)];
-        for (label, value) in kinds.into_iter().take(1 + usize::from(has_p95)) {
-            let mut panel = shaded(x(), label, &all(value), &place, (&failing, which));
-            for (series, found) in series.iter().zip(&found) {
-                panel = with_hollow(panel, &series.label, &bars(series, found, value), series.style, lines);
+    if let ([Part { series, .. }], [curves]) = (&parts[..], &found[..]) {
+        if let [curve] = &curves[..] {
+            let y = error_axis("error of the axis (°)", [all(rms), all(p95)].concat().into_iter());
+            let mut panel = hatched(Panel::new(place.axis.clone(), y), &place, curves, &found);
+            panel = with_hollow(panel, "rms", &place.at, (curve, rms), Style::Blue, lines);
+            if has_p95 {
+                let named = "95th percentile of |e|";
+                panel = with_hollow(panel, named, &place.at, (curve, p95), Style::Vermilion, lines);
             }
-            panel.legend = panels.is_empty();
+            panels.push(panel);
+        } else {
+            let kinds = [("rms error of the axis (°)", rms), ("95th percentile of |e| (°)", p95)];
+            for (label, value) in kinds.into_iter().take(1 + usize::from(has_p95)) {
+                let y = error_axis(label, all(value).into_iter());
+                let panel = Panel::new(place.axis.clone(), y);
+                panels.push(with_curves(panel, &place, series, (curves, &found), value));
+                panels.last_mut().expect("it was pushed").legend = panels.len() == 1;
+            }
+        }
+    } else {
+        let first = &parts[0].series;
+        let y = one_scale(error_axis("rms error (°)", all(rms).into_iter()), &all(rms));
+        for (part, curves) in parts.iter().zip(&found) {
+            let y = y.clone();
+            let panel = Panel::new(place.axis.clone(), y).titled(&part.title);
+            let mut panel = with_curves(panel, &place, &part.series, (curves, &found), rms);
+            // Curves of the same names are explained once.
+            let same =
+                part.series.iter().map(|series| &series.label).eq(first.iter().map(|series| &series.label));
+            panel.legend = !same || panels.is_empty();
             panels.push(panel);
         }
     }
-    caption.figure(&remarks, if panels.len() == 1 { 480 } else { 760 }, panels)
+    let height = match panels.len() {
+        1 => 480,
+        2 => 760,
+        many => 140 + 260 * u32::try_from(many).unwrap_or(1),
+    };
+    caption.figure(&remarks, height, panels)
 }
 
-/// At which values of an axis more than 1 % of the starts of a point have no right answer.
-fn failing(study: &Study, axis: usize, place: &Place) -> Vec<bool> {
-    place.values.iter().map(|value| !study.answers(&[(axis, value)])).collect()
-}
-
-/// A panel for these errors, shaded over its whole height where starts fail: so far the axis reaches, error or none.
-fn shaded(x: Axis, label: &str, errors: &[f64], place: &Place, (failing, which): (&[bool], &str)) -> Panel {
-    let mut y = error_axis(label, errors.iter().copied());
-    let known = errors.iter().copied().filter(|error| *error > 0.0 && error.is_finite());
-    let (low, high) = known.fold((f64::INFINITY, 0.0f64), |(low, high), e| (low.min(e), high.max(e)));
-    if high <= 0.0 || !failing.contains(&true) {
-        return Panel::new(x, y);
+/// Several curves, with the places hatched at which all of them fail.
+fn with_curves(
+    panel: Panel,
+    place: &Place,
+    series: &[Series],
+    (curves, figure): (&[Curve<'_>], &[Vec<Curve<'_>>]),
+    value: Value,
+) -> Panel {
+    let mut panel = hatched(panel, place, curves, figure);
+    for (series, curve) in series.iter().zip(curves) {
+        let at = place.shifted(series.shift);
+        panel = with_hollow(panel, &series.label, &at, (curve, value), series.style, !place.named);
     }
-    let (bottom, top) = y.range.unwrap_or((low / 1.5, 1.5 * high));
-    y = y.range(bottom, top);
-    let cells = place.edges.windows(2).zip(failing).flat_map(|(edges, fails)| {
-        let edge = |x: f64| if *fails { (x, bottom, top) } else { (x, f64::NAN, f64::NAN) };
-        [edge(edges[0]), edge(edges[1])]
-    });
-    Panel::new(x, y).with(Layer::band(&format!("hollow: {NO_ANSWER}{which}"), Style::Black, cells))
+    panel
 }
 
-/// The same of points of which some fail: those are hollow, and gaps of the line.
-fn with_hollow(panel: Panel, label: &str, points: &[Point], style: Style, line: bool) -> Panel {
-    let kept = |(bar, fails): &Point| if *fails { (bar.0, f64::NAN, f64::NAN, f64::NAN) } else { *bar };
-    let panel = with_bars(panel, label, points.iter().map(kept).collect(), style, line);
-    let hollow = points.iter().filter(|(bar, fails)| *fails && bar.1.is_finite()).map(|(bar, _)| *bar);
-    let hollow: Bars = hollow.collect();
+/// An axis with a range of its own, so that all panels have the same.
+fn one_scale(axis: Axis, values: &[f64]) -> Axis {
+    let known = values.iter().copied().filter(|value| *value > 0.0 && value.is_finite());
+    let (low, high) =
+        known.fold((f64::INFINITY, 0.0f64), |(low, high), value| (low.min(value), high.max(value)));
+    if axis.range.is_some() || high <= 0.0 { axis } else { axis.range(low / 1.3, 1.3 * high) }
+}
+
+/// The panel with strips where more than 1 % of starts have no right answer, whatever the curve. Where some have anywhere in the
+/// figure, the legend says what strips and rings are.
+fn hatched(panel: Panel, place: &Place, curves: &[Curve<'_>], figure: &[Vec<Curve<'_>>]) -> Panel {
+    if !figure.iter().flatten().flatten().flatten().any(|point| point.fails()) {
+        return panel;
+    }
+    let all = |k: &usize| {
+        let mut there = curves.iter().filter_map(|curve| curve[*k]).peekable();
+        there.peek().is_some() && there.all(StudyPoint::fails)
+    };
+    let last = place.values.len() - 1;
+    let span = |k: usize| {
+        let from = if k == 0 { f64::NEG_INFINITY } else { place.edges[k] };
+        (from, if k == last { f64::INFINITY } else { place.edges[k + 1] })
+    };
+    let spans: Vec<(f64, f64)> = (0..=last).filter(all).map(span).collect();
+    let label = if curves.len() > 1 {
+        format!("hollow: {NO_ANSWER}; hatched: at all curves")
+    } else {
+        format!("hatched: {NO_ANSWER}")
+    };
+    panel.with(Layer::Hatched { label: Some(label), spans })
+}
+
+/// A curve of which points that fail are hollow, and gaps of the line.
+fn with_hollow(
+    panel: Panel,
+    label: &str,
+    at: &[f64],
+    (curve, value): (&Curve<'_>, Value),
+    style: Style,
+    line: bool,
+) -> Panel {
+    let bars = |hollow: bool| -> Bars {
+        let bar = |(x, point): (&f64, Option<&StudyPoint>)| match point {
+            Some(point) if point.fails() == hollow => value(point).bar(*x),
+            _ => (*x, f64::NAN, f64::NAN, f64::NAN),
+        };
+        at.iter().zip(curve.iter().copied()).map(bar).collect()
+    };
+    let panel = with_bars(panel, label, bars(false), style, line);
+    let hollow: Bars = bars(true).into_iter().filter(|bar| bar.1.is_finite()).collect();
     if hollow.is_empty() { panel } else { panel.with(Layer::hollow(label, style, hollow)) }
 }
 

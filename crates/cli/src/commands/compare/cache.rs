@@ -13,6 +13,7 @@ use standstill_campaign::{Bound, NUMERICS};
 use standstill_detect::Method;
 use standstill_scenario::Scenario;
 
+use crate::asked::digest;
 use crate::host;
 
 /// A limit as it is kept. Not all of its numbers are finite, and JSON has no others: they are kept as their bits.
@@ -52,6 +53,7 @@ pub fn limit<E>(
     compute: impl FnOnce() -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E>,
 ) -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E> {
     let place = folder().zip(identity(scenario, angles)).map(|(folder, of)| {
+        // Only a file's name: what stands in it decides.
         let name = format!("{:016x}.json", digest(&of));
         (folder.join(name), of)
     });
@@ -93,13 +95,6 @@ fn bound([scheme, all, hybrid_deg, hybrid_all_deg]: [Option<u64>; 4]) -> Bound {
         hybrid_deg: number(hybrid_deg),
         hybrid_all_deg: number(hybrid_all_deg),
     }
-}
-
-/// Fowler, Noll and Vo's hash: only a file's name, what stands in it decides.
-fn digest(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ use super::study::setting;
 use super::verdict::verdict;
 use super::{Run, setup};
 use crate::commands::run::quoted;
-use crate::commands::run::results::PointSummary;
-use crate::summary::{number, right, with_interval};
+use crate::commands::run::results::{PointSummary, SummaryFile};
+use crate::summary::{digits, number, right, share_of, with_interval};
 use crate::units::Shown;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
@@ -61,7 +61,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
 fn facts(run: &Run) -> Vec<(String, String)> {
     let (file, identity) = (&run.file, &run.summary.run);
     let mut facts = vec![
-        ("Trials", run.summary.summary.trials.to_string()),
+        ("Trials", trials(&run.summary)),
         ("Seed", identity.seed.to_string()),
         ("Program", format!("Standstill {}", identity.version)),
         ("Folder", run.folder.display().to_string()),
@@ -74,6 +74,17 @@ fn facts(run: &Run) -> Vec<(String, String)> {
     let axes: Vec<String> = file.axes.keys().cloned().collect();
     let facts = facts.into_iter().map(|(name, value)| (name.to_owned(), value));
     setup::heading(file, &axes).into_iter().chain(facts).collect()
+}
+
+/// How many trials there are, of a sweep at each point.
+fn trials(summary: &SummaryFile) -> String {
+    let all = summary.summary.trials;
+    let each = || summary.points.iter().map(|point| point.summary.trials);
+    match (each().min(), each().max()) {
+        (Some(least), Some(most)) if least == most => format!("{least} at each point, {all} in all"),
+        (Some(least), Some(most)) => format!("{least} to {most} at a point, {all} in all"),
+        _ => all.to_string(),
+    }
 }
 
 /// What is not known.
@@ -206,13 +217,17 @@ fn points(points: &[PointSummary]) -> Table {
         values
             .chain([
                 s.trials.to_string(),
-                number(100.0 * right(s), 2),
+                share_of(right(s), s.trials),
                 rms,
                 low,
                 high,
                 p95,
                 if s.found == 0 { String::new() } else { s.wrong_poles.to_string() },
-                if s.found == 0 { String::new() } else { number(100.0 * s.wrong_pole_probability.high, 4) },
+                if s.found == 0 {
+                    String::new()
+                } else {
+                    number(100.0 * s.wrong_pole_probability.high, digits(s.wrong_pole_probability.high))
+                },
                 s.undetermined.to_string(),
                 (s.failed + s.errors).to_string(),
             ])
@@ -236,7 +251,10 @@ fn caption(name: &str, figure: &Figure) -> String {
         }
         Some("error") => "Wrong poles are marked at the edge.",
         Some("distribution") => "Wrong poles are not in it: they are counted by themselves.",
-        Some("heat") => "Other axes are pooled.",
+        Some("heat") => {
+            "Rms error at each point. Hatched cells are not to be chosen, whatever the error of the starts that had an answer."
+        }
+        Some("sweep") => "Each mark is a point of the sweep with its 95 % interval.",
         _ => "Bars are 95 % intervals. What never happened is shown as its upper limit.",
     };
     text.to_owned()

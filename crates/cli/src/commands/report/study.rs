@@ -1,11 +1,12 @@
 //! From the results of a run to what its figures are drawn from.
 
-use standstill_campaign::{Estimate, Summary, clustered_interval};
+use standstill_campaign::{Estimate, Summary, binomial_interval};
 use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
 use standstill_scenario::{AxisSpec, DesignKind, ScenarioFile};
 
 use super::Run;
 use crate::commands::run::results::PointSummary;
+use crate::summary::rank;
 use crate::units::Shown;
 
 /// A positive axis that spans more than this is read on a logarithmic scale.
@@ -15,6 +16,8 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     let points = &run.summary.points;
     let shown = Shown::of(points);
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
+    let of = run.summary.points.iter().enumerate();
+    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary));
     let points = if points.is_empty() {
         vec![point(Vec::new(), &run.summary.summary)]
     } else {
@@ -40,19 +43,25 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
             DesignKind::LatinHypercube | DesignKind::Sobol => Design::Scattered,
         },
         cloud: Some(cloud),
-        binomial: |count, total, points| interval(&clustered_interval(count, total, points)),
+        best: best.map(|(index, _)| index),
+        binomial: |count, total| interval(&binomial_interval(count, total)),
     }
 }
 
 /// What was run, in a line. What is an axis is not repeated.
 pub fn setting(file: &ScenarioFile) -> String {
-    let fixed = |key: &str, text: String| (!file.axes.contains_key(key)).then_some(text);
+    conditions(file, |key| file.axes.contains_key(key))
+}
+
+/// The same without the keys that are varied.
+pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> String {
+    let fixed = |key: &str, text: String| (!is_varied(key)).then_some(text);
     let parts = [
         fixed("motor", file.motor.name()),
         fixed("detector.method", file.detector.name().to_owned()),
         fixed("errors", format!("{} errors", file.errors.0.name())),
         fixed("rotor.state", format!("rotor {}", file.rotor.state.0.name())),
-        Some(format!("seed {}", file.seed)),
+        fixed("seed", format!("seed {}", file.seed)),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }

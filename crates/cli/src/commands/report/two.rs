@@ -1,11 +1,12 @@
 //! `standstill report A B`: two finished runs side by side.
 //!
 //! A trial's angle, drive and sensors follow from the seed and its number alone. Where two runs share the seed, they are
-//! compared trial by trial: what the random numbers do to both alike makes no difference.
+//! compared trial by trial, over the trials that both have: what the random numbers do to both alike makes no difference.
 
 mod difference;
 mod row;
 mod shown;
+mod trials;
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,12 +14,12 @@ use std::path::Path;
 
 use standstill_campaign::Summary;
 use standstill_report::page::Tone;
-use standstill_report::table::{Column, Kind, Value};
 use toml::Value as Toml;
 
 use self::difference::{Rates, independent, paired_rms};
 use self::row::{RMS, Row};
 use self::shown::{figure, page};
+use self::trials::{Trial, of_run, summary};
 use super::Run;
 use super::page::NOTHING;
 use super::study::setting;
@@ -29,31 +30,23 @@ use crate::commands::reproduce::file_list;
 use crate::commands::require::shown as shown_value;
 use crate::error::Error;
 use crate::output::Output;
-use crate::summary::{GOOD, right};
+use crate::summary::{GOOD, right, sure_decimals};
 use crate::table::{self, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
 
 const FILES: [&str; 4] = ["comparison.csv", "comparison.html", "comparison.svg", "comparison.png"];
 
-/// A trial as far as it is compared.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Trial {
-    start_deg: f64,
-    /// Of the axis.
-    error_deg: Option<f64>,
-    /// Wrong pole, undetermined, no angle at all.
-    cases: [bool; 3],
-}
-
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
 /// Both runs.
 struct Two<'a> {
     runs: [&'a Run; 2],
-    /// Names of the points that they share, with the summaries of each.
-    points: Vec<(String, [&'a Summary; 2])>,
-    /// Trials of each point of each run; none where they cannot be compared one by one, and why.
+    /// Names of the points that they share, with the summaries of what is compared of each.
+    points: Vec<(String, [Summary; 2])>,
+    /// How many trials each has of each point.
+    counts: Vec<[u64; 2]>,
+    /// Trials of each point of each run, those that both have; none where they cannot be compared one by one, and why.
     trials: Result<[Vec<Vec<Trial>>; 2], String>,
 }
 
@@ -73,20 +66,27 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
     let table = Table::new([
         table::Column::prose(""),
         table::Column::prose(""),
-        table::Column::number("A"),
-        table::Column::number("B"),
+        table::Column::number("A").interval(1),
+        table::Column::number("B").interval(1),
         table::Column::number("B less A"),
         table::Column::word(""),
     ])
     .headed()
-    .rows(rows.iter().map(Row::cells))
+    .rows(rows.iter().enumerate().map(|(k, row)| {
+        let mut cells = row.cells();
+        // A point is named where another one begins.
+        if k.checked_sub(1).is_some_and(|before| rows[before].point == row.point) {
+            cells[0].clear();
+        }
+        cells
+    }))
     .text();
     let differ =
         Table::new([table::Column::prose("setting"), table::Column::prose("A"), table::Column::prose("B")])
             .rows(settings.iter().map(|row| row.to_vec()))
             .text();
     let (tone, headline) = headline(&rows, &two.points);
-    let figure = figure(&rows, &two.points, &names);
+    let figure = figure(&rows, &two.points, &names, &two.conditions());
     let mut text = about.iter().map(|line| paragraph("", line)).collect::<String>();
     let _ = write!(text, "\n{}", paragraph("", &headline));
     for note in &notes {
@@ -113,8 +113,8 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
 impl<'a> Two<'a> {
     fn of(runs: [&'a Run; 2]) -> Result<Self, Error> {
         let [a, b] = runs.map(|run| &run.summary);
-        let points = if a.points.is_empty() && b.points.is_empty() {
-            vec![("all starts".to_owned(), [&a.summary, &b.summary])]
+        let mut points = if a.points.is_empty() && b.points.is_empty() {
+            vec![("all starts".to_owned(), [a.summary.clone(), b.summary.clone()])]
         } else if a.points.len() == b.points.len()
             && a.points.iter().zip(&b.points).all(|(a, b)| a.values == b.values)
         {
@@ -127,7 +127,8 @@ impl<'a> Two<'a> {
                 .collect::<Vec<_>>()
                 .join(", ")
             };
-            a.points.iter().zip(&b.points).map(|(a, b)| (name(a), [&a.summary, &b.summary])).collect()
+            let both = a.points.iter().zip(&b.points);
+            both.map(|(a, b)| (name(a), [a.summary.clone(), b.summary.clone()])).collect()
         } else {
             return Err(Error::Results {
                 path: runs[1].folder.clone(),
@@ -138,8 +139,28 @@ impl<'a> Two<'a> {
                 ),
             });
         };
-        let trials = Self::trials(runs);
-        Ok(Self { runs, points, trials })
+        let counts: Vec<[u64; 2]> =
+            points.iter().map(|(_, both)| [0, 1].map(|run| both[run].trials)).collect();
+        let mut trials = Self::trials(runs);
+        if let Ok([a, b]) = &mut trials {
+            // The figures beside a difference are those of the trials that it is of.
+            for (((_, both), a), b) in points.iter_mut().zip(a).zip(b) {
+                let common = a.len().min(b.len());
+                for (own, all) in both.iter_mut().zip([a, b]) {
+                    if all.len() > common {
+                        all.truncate(common);
+                        *own = summary(all, own.limit_deg);
+                    }
+                }
+            }
+        }
+        Ok(Self { runs, points, counts, trials })
+    }
+
+    /// What both were made under, in a line.
+    fn conditions(&self) -> String {
+        let [a, b] = self.runs.map(|run| setting(&run.file));
+        if a == b { a } else { format!("A: {a}; B: {b}") }
     }
 
     /// The trials of both, if they can be compared one by one.
@@ -148,7 +169,7 @@ impl<'a> Two<'a> {
         if a.seed != b.seed {
             return Err(format!("their seeds are {} and {}", a.seed, b.seed));
         }
-        let read = |run: &Run| trials(run).map_err(|error| error.to_string());
+        let read = |run: &Run| of_run(run).map_err(|error| error.to_string());
         let both = [read(runs[0])?, read(runs[1])?];
         let [a, b] = &both;
         let same =
@@ -166,7 +187,12 @@ impl<'a> Two<'a> {
             let pairs: Option<Vec<(Trial, Trial)>> = self.trials.as_ref().ok().and_then(|[a, b]| {
                 Some(a.get(number)?.iter().copied().zip(b.get(number)?.iter().copied()).collect())
             });
-            let rms = summaries.map(|summary| summary.rms_deg);
+            rows.push(Row::trials(
+                point,
+                self.counts[number],
+                pairs.as_ref().map(|pairs| pairs.len() as u64),
+            ));
+            let rms = [&summaries[0], &summaries[1]].map(|summary| summary.rms_deg);
             let errors = |pairs: &Vec<(Trial, Trial)>| -> Vec<(f64, f64)> {
                 pairs.iter().filter_map(|(a, b)| Some((a.error_deg?, b.error_deg?))).collect()
             };
@@ -180,6 +206,7 @@ impl<'a> Two<'a> {
                     _ => s.failed_probability,
                 };
                 // Of a run that named no pole, nothing is known of wrong ones.
+                let summaries = [&summaries[0], &summaries[1]];
                 let asked = summaries.map(|s| case > 0 || s.found > 0);
                 let mut rates = summaries.map(of);
                 for (rate, asked) in rates.iter_mut().zip(asked) {
@@ -204,11 +231,23 @@ impl<'a> Two<'a> {
             Ok([a, b]) => {
                 let pairs: usize = a.iter().zip(b).map(|(a, b)| a.len().min(b.len())).sum();
                 format!(
-                    "[95 % interval]; differences trial by trial over the same random numbers, {pairs} pairs"
+                    "[95 % interval]; paired: differences trial by trial over the same random numbers, {pairs} pairs"
                 )
             }
-            Err(why) => format!("[95 % interval]; differences of independent runs: {why}"),
+            Err(why) => format!("[95 % interval]; unpaired: differences of independent runs: {why}"),
         }];
+        let unlike = self.counts.iter().filter(|[a, b]| a != b).count();
+        if unlike > 0 {
+            let of = match &self.counts[..] {
+                [[a, b]] => format!("A has {a} trials, B {b}"),
+                all => format!("A and B have other numbers of trials at {unlike} of {} points", all.len()),
+            };
+            notes.push(if self.trials.is_ok() {
+                format!("{of}: every figure is of the trials that both have, by seed and number")
+            } else {
+                format!("{of}: each figure is of its own run's")
+            });
+        }
         let [a, b] = self.runs.map(|run| &run.summary.run);
         if a.version != b.version || a.numerics != b.numerics {
             notes.push(format!(
@@ -262,43 +301,11 @@ fn flatten(before: &str, value: &Toml, into: &mut BTreeMap<String, String>) {
     }
 }
 
-/// All trials of a run, point by point.
-fn trials(run: &Run) -> Result<Vec<Vec<Trial>>, Error> {
-    let columns = [
-        ("trial", Kind::Whole),
-        ("start_angle_deg", Kind::Number),
-        ("axis_error_deg", Kind::Number),
-        ("outcome", Kind::Text),
-        ("pole_correct", Kind::Flag),
-    ]
-    .map(|(name, kind)| Column::new(name, kind));
-    let (reader, []) = run.columns([])?;
-    let mut points: Vec<Vec<Trial>> = Vec::new();
-    let number = |value: &Value<'_>| if let Value::Number(number) = value { Some(*number) } else { None };
-    let read = reader.values(&columns, |row| {
-        // Each point begins with trial 0.
-        if points.is_empty() || row[0] == Value::Whole(0) {
-            points.push(Vec::new());
-        }
-        let outcome = if let Value::Text(outcome) = &row[3] { outcome.as_ref() } else { "" };
-        let trial = Trial {
-            start_deg: number(&row[1]).unwrap_or(f64::NAN),
-            error_deg: number(&row[2]),
-            cases: [row[4] == Value::Flag(false), outcome == "undetermined", outcome == "failed"],
-        };
-        if let Some(point) = points.last_mut() {
-            point.push(trial);
-        }
-    });
-    read.map_err(Error::Table)?;
-    Ok(points)
-}
-
 /// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
-fn headline(rows: &[Row], points: &[(String, [&Summary; 2])]) -> (Tone, String) {
+fn headline(rows: &[Row], points: &[(String, [Summary; 2])]) -> (Tone, String) {
     let apart = difference(rows, points.len());
-    let shares = |run: usize| points.iter().map(move |(_, both)| right(both[run]));
-    if shares(0).chain(shares(1)).all(|share| share >= GOOD) {
+    let shares = |run: usize| points.iter().map(move |(_, both)| (right(&both[run]), both[run].trials));
+    if shares(0).chain(shares(1)).all(|(share, _)| share >= GOOD) {
         return (Tone::Neutral, apart);
     }
     let by = if points.len() > 1 { ", by point" } else { "" };
@@ -309,19 +316,20 @@ fn headline(rows: &[Row], points: &[(String, [&Summary; 2])]) -> (Tone, String) 
 fn difference(rows: &[Row], points: usize) -> String {
     let rms: Vec<&Row> = rows.iter().filter(|row| row.is_rms()).collect();
     if let [one] = rms[..] {
+        let cells = one.cells();
+        let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();
         if one.a.is_nan() || one.b.is_nan() {
-            let said = |rms: f64| if rms.is_nan() { "no axis".to_owned() } else { format!("rms {rms:.3}°") };
-            return format!("{} at A, {} at B", said(one.a), said(one.b));
+            let said = |of: usize| match value(of) {
+                none if none == "–" => "no axis".to_owned(),
+                value => format!("rms {value}°"),
+            };
+            return format!("{} at A, {} at B", said(0), said(1));
         }
-        return format!(
-            "{}: rms {:.3}° at A, {:.3}° at B, {:+.3}° [{:+.3}, {:+.3}]",
-            one.verdict(),
-            one.a,
-            one.b,
-            one.difference,
-            one.difference_low,
-            one.difference_high
-        );
+        let [a, b] = [value(0), value(1)];
+        let apart = [one.difference, one.difference_low, one.difference_high];
+        let decimals = sure_decimals(apart);
+        let [value, low, high] = apart.map(|x| format!("{x:+.decimals$}"));
+        return format!("{}: rms {a}° at A, {b}° at B, {value}° [{low}, {high}]", one.verdict());
     }
     let count = |verdict: &str| rms.iter().filter(|row| row.verdict() == verdict).count();
     format!(

@@ -4,26 +4,34 @@ use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{FAILING, GOOD, digits, number, rank, right};
+use crate::summary::{FAILING, GOOD, bracketed, digits, rank, right, share_of, sure};
 use crate::units::Shown;
 
 /// More starts than this without an answer are worth a warning.
 const OFTEN: f64 = 0.01;
 
-fn percent(share: f64) -> String {
-    format!("{:.*} %", digits(share), 100.0 * share)
+/// What a share is at most.
+fn percent(limit: f64) -> String {
+    format!("{:.*} %", digits(limit), 100.0 * limit)
 }
 
-/// The least and the largest share of several, leaving out what is none.
-pub fn range(shares: impl Iterator<Item = f64>) -> Option<String> {
-    let known = shares.filter(|share| share.is_finite());
-    let (low, high) = known
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), share| (low.min(share), high.max(share)));
-    match (low.is_finite(), low < high) {
-        (false, _) => None,
-        (true, true) => Some(format!("{} to {}", percent(low), percent(high))),
-        (true, false) => Some(percent(low)),
-    }
+/// A share of so many starts.
+fn counted(share: f64, starts: u64) -> String {
+    format!("{} %", share_of(share, starts))
+}
+
+/// The least and the largest of several shares of so many starts each, leaving out what is none.
+pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
+    let known: Vec<(f64, u64)> = shares.filter(|(share, _)| share.is_finite()).collect();
+    let low = known.iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+    let high = known.iter().max_by(|a, b| a.0.total_cmp(&b.0))?;
+    let [low, high] = [low, high].map(|(share, starts)| counted(*share, *starts));
+    Some(if low == high { low } else { format!("{low} to {high}") })
+}
+
+/// The rms error in degrees, in no more digits than its interval has.
+fn rms(s: &Summary) -> String {
+    format!("{}° rms", sure(&s.rms_deg))
 }
 
 /// The tone, the headline and the details.
@@ -84,12 +92,8 @@ fn of_run(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         1 => Some(format!("1 wrong pole in {} {starts}", s.found)),
         many => Some(format!("{many} wrong poles in {} {starts}", s.found)),
     };
-    let rms = if s.axes == 0 {
-        "no axis found".to_owned()
-    } else {
-        format!("{}° rms", number(s.rms_deg.value, 3))
-    };
-    let answered = Some(format!("{} answered rightly", percent(right(s))));
+    let rms = if s.axes == 0 { "no axis found".to_owned() } else { rms(s) };
+    let answered = Some(format!("{} answered rightly", counted(right(s), s.trials)));
     let parts = [silence(s), poles, answered, Some(rms)];
     let mut details = Vec::new();
     if s.found > 0 {
@@ -100,10 +104,10 @@ fn of_run(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         "Starts without an answer: {} undetermined, {} failed ({} together)",
         s.undetermined,
         s.failed,
-        percent(silent)
+        counted(silent, s.trials)
     ));
     if s.beyond_limit.value.is_finite() {
-        let beyond = percent(s.beyond_limit.value);
+        let beyond = counted(s.beyond_limit.value, s.found);
         details.push(format!("The error exceeds {}° in {beyond} of starts with an angle", s.limit_deg));
     }
     if unsure && s.wrong_poles == 0 {
@@ -124,7 +128,8 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     } else {
         Tone::Neutral
     };
-    let answered = range(each().map(right)).map(|range| format!("{range} answered rightly, by point"));
+    let answered = range(each().map(|s| (right(s), s.trials)))
+        .map(|range| format!("{range} answered rightly, by point"));
     let poles = match each().filter(|s| s.wrong_poles > 0).count() {
         _ if named().count() == 0 => None,
         _ if summary.run.pole_note.is_some() => Some("poles not judged".to_owned()),
@@ -138,7 +143,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let best = points.iter().min_by(by);
     let rms = best.map(|best| match best.summary.axes {
         0 => "no axis found".to_owned(),
-        _ => format!("best point {}° rms", number(best.summary.rms_deg.value, 3)),
+        _ => format!("best point {}", rms(&best.summary)),
     });
     let mut details = Vec::new();
     let limits = || named().map(|s| s.wrong_pole_probability.high);
@@ -149,10 +154,10 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         ));
     }
     let without = |s: &Summary| 1.0 - s.found as f64 / s.trials as f64;
-    if let Some(range) = range(each().map(without)) {
+    if let Some(range) = range(each().map(|s| (without(s), s.trials))) {
         details.push(format!("Starts without an answer: {range}, by point"));
     }
-    if let Some(range) = range(each().map(|s| s.beyond_limit.value)) {
+    if let Some(range) = range(each().map(|s| (s.beyond_limit.value, s.found))) {
         details
             .push(format!("The error exceeds {}° in {range} of starts with an angle, by point", s.limit_deg));
     }
@@ -164,9 +169,9 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         let s = &point.summary;
         let rms = match s.axes {
             0 => "no start found an axis".to_owned(),
-            axes => format!("{}° rms over {axes} axes", number(s.rms_deg.value, 3)),
+            axes => format!("rms {} ° over {axes} axes", bracketed(&s.rms_deg)),
         };
-        format!("{} right, {rms}, at {}", percent(right(s)), describe(point, &shown))
+        format!("{} right, {rms}, at {}", counted(right(s), s.trials), describe(point, &shown))
     };
     if let (Some(best), Some(worst)) = (best, points.iter().max_by(by)) {
         let name = if 1.0 - right(&best.summary) > FAILING {
@@ -179,7 +184,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     }
     let most = points.iter().max_by(|a, b| without(&a.summary).total_cmp(&without(&b.summary)));
     if let Some(point) = most.filter(|point| without(&point.summary) > 0.0) {
-        let share = percent(without(&point.summary));
+        let share = counted(without(&point.summary), point.summary.trials);
         details.push(format!("Most starts without an answer: {share} at {}", describe(point, &shown)));
     }
     details.push("Trials of the same number share their random numbers at all points; what is said of several points together is as sure as one point's trials make it".to_owned());
@@ -231,8 +236,9 @@ mod tests {
 
     #[test]
     fn law_a_range_leaves_out_what_is_none() {
-        assert_eq!(range([0.5, f64::NAN, 0.0].into_iter()).as_deref(), Some("0.00 % to 50.00 %"));
-        assert_eq!(range([0.5, f64::NAN].into_iter()).as_deref(), Some("50.00 %"));
-        assert_eq!(range([f64::NAN].into_iter()), None);
+        let of = |all: &[(f64, u64)]| range(all.iter().copied());
+        assert_eq!(of(&[(0.5, 1000), (f64::NAN, 9), (0.0, 100)]).as_deref(), Some("0 % to 50.0 %"));
+        assert_eq!(of(&[(0.5, 100), (f64::NAN, 9)]).as_deref(), Some("50 %"));
+        assert_eq!(of(&[(f64::NAN, 9)]), None);
     }
 }

@@ -22,6 +22,9 @@ use crate::table::{Column, Table};
 const VALUES: usize = 9;
 const WIDTH: f64 = 0.1;
 
+/// What is said where all values of the second key do.
+pub const EVERYWHERE: &str = "every value meets it";
+
 /// A point of the curve: a value of the first key, and what the second must be.
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
@@ -65,9 +68,7 @@ pub fn run(
 fn point(first: f64, found: &Found) -> Point {
     match found {
         Found::Nowhere => Point { first, second: None, low: None, high: None, answer: "no value meets it" },
-        Found::Everywhere => {
-            Point { first, second: None, low: None, high: None, answer: "every value meets it" }
-        }
+        Found::Everywhere => Point { first, second: None, low: None, high: None, answer: EVERYWHERE },
         Found::Edge(edge) => Point {
             first,
             second: Some(edge.value),

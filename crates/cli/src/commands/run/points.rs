@@ -4,7 +4,7 @@ use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
 use super::results::PointSummary;
-use crate::summary::{self, interval, share};
+use crate::summary::{self, bracketed, share};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
@@ -36,9 +36,9 @@ pub fn text(points: &[PointSummary]) -> String {
     };
     let results = [
         number("trials", 8),
-        number("right %", 0),
+        number("right %", 0).interval(10),
         number("rms °", 0),
-        number("p95 °", 7),
+        number("p95 °", 7).interval(9),
         count("wrong poles", 1, |s| s.wrong_poles).judged(),
         count("undetermined", 3, |s| s.undetermined),
         count("failed", 2, |s| s.failed),
@@ -51,9 +51,9 @@ pub fn text(points: &[PointSummary]) -> String {
         let cells = values
             .chain([
                 s.trials.to_string(),
-                format!("{:.2}", 100.0 * summary::right(s)),
-                interval(&s.rms_deg, 1.0, 3),
-                summary::number(s.p95_deg.value, 3),
+                summary::right_interval(s),
+                bracketed(&s.rms_deg),
+                bracketed(&s.p95_deg),
                 share(s.wrong_poles, &s.wrong_pole_probability),
                 share(s.undetermined, &s.undetermined_probability),
                 share(s.failed, &s.failed_probability),

@@ -1,13 +1,15 @@
-//! One trial with several settings, laid over one another.
+//! One trial with several settings, side by side.
 
 use serde_json::json;
 use standstill_report::page::{Block, Chart, Page, Section};
 
-use super::{ended, plan};
+use super::{ended, plan, trial_of};
 use crate::Report;
 use crate::arguments::{FormatName, Keys, Source, Trace as Options};
+use crate::asked::Asked;
 use crate::commands::explain::watch;
-use crate::commands::question::{setting, typed_of};
+use crate::commands::question::{Identity, typed_of};
+use crate::commands::report::conditions;
 use crate::commands::report::setup::Setup;
 use crate::commands::reproduce::file_list;
 use crate::error::Error;
@@ -79,7 +81,8 @@ fn list(text: &str) -> Option<Vec<String>> {
     Some(members.filter(|member| !member.is_empty()).collect())
 }
 
-pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
+/// What cannot be shown side by side is refused.
+fn check(options: &Options, settings: &[Setting]) -> Result<(), Error> {
     if settings.len() > MOST {
         return Err(Error::Arguments(format!(
             "-s with lists: {} settings, needed at most {MOST}, which one picture can tell apart",
@@ -102,8 +105,14 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     if options.verify {
         return Err(Error::Arguments("--verify: needed a single setting, not lists".to_owned()));
     }
-    // What figure and page speak of: the first, and what is varied.
-    let (mut singles, mut spoken) = (Vec::new(), None);
+    Ok(())
+}
+
+pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
+    check(options, settings)?;
+    let keys = varied(settings);
+    // What figure and page speak of: what is the same in all.
+    let (mut singles, mut spoken, mut identities) = (Vec::new(), None, Vec::new());
     // What is wrong with any of them shows before the first.
     for (name, set) in settings {
         let source = Source {
@@ -112,11 +121,16 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         };
         let plan = plan(options, &source)?;
         let single = plan.single(options.point, options.trial)?;
-        spoken.get_or_insert_with(|| setting(plan.file(), &single.scenario));
+        let known = || conditions(plan.file(), |key| keys.iter().any(|varied| varied == key));
+        spoken.get_or_insert_with(known);
+        identities.push(Identity::new(&plan, [])?);
         singles.push((name, single, plan.text()?));
     }
     let names = ["result.json", "overlay.svg", "overlay.png", "overlay.html"];
-    let mut output = Output::create(&options.out, &names)?;
+    let spoken = spoken.unwrap_or_default();
+    let said = format!("{spoken}, {} with several values of {}", trial_of(options), keys.join(" and "));
+    let asked = Asked::new("trace", said, &(identities, options.point, options.trial), options.force.force);
+    let mut output = Output::answering(asked, &options.out, &names)?;
     let (mut traces, mut rows, mut results) = (Vec::new(), Vec::new(), Vec::new());
     let mut code = 0;
     for (name, single, text) in &singles {
@@ -143,10 +157,7 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
         }));
         traces.push((for_reading(name), trace));
     }
-    let title = format!("Trial {} with several settings", options.trial);
-    let keys = varied(settings);
-    let spoken = spoken.unwrap_or_default();
-    let spoken = format!("{spoken}; varied: {}", keys.join(", "));
+    let title = format!("Trial {} with several values of {}", options.trial, keys.join(" and "));
     let figure = figures::overlaid(&traces, &title, &spoken);
     let table = Table::new([
         Column::prose("setting"),

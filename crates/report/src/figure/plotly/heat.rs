@@ -3,7 +3,7 @@
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
 use super::super::heat::{MOST_NUMBERS, range};
-use super::super::number::{digits, significant};
+use super::super::number::{digits, rounded};
 use super::super::style::{FRAME, GRID, HATCH, WHITE};
 use super::super::text::wrap;
 use super::super::{AxisScale, Ticks, ticks};
@@ -75,7 +75,7 @@ pub(super) fn add(
     (x_edges, y_edges): (&[f64], &[f64]),
     (values, blank): (&[f64], &str),
     axis: &Axis,
-    with_numbers: bool,
+    in_cells: usize,
 ) {
     let columns = Cells::new(x_edges, &place.panel.x, |edge| place.x_end(edge));
     let rows = Cells::new(y_edges, &place.panel.y, |edge| place.y_end(edge));
@@ -134,8 +134,9 @@ pub(super) fn add(
     });
     chart.data.push(trace);
     blanks(chart, place, &columns, &rows, &cells, blank);
-    if with_numbers && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
-        written(chart, place, &columns, &rows, &cells, |value| ink_on(ground(value)).hex());
+    if in_cells > 0 && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
+        let text = |value| (rounded(value, in_cells), ink_on(ground(value)).hex());
+        written(chart, place, &columns, &rows, &cells, text);
     }
 }
 
@@ -147,7 +148,7 @@ fn written(
     columns: &Cells,
     rows: &Cells,
     cells: &[Vec<f64>],
-    ink: impl Fn(f64) -> String,
+    said: impl Fn(f64) -> (String, String),
 ) {
     let middle =
         |scale: AxisScale, pair: &[f64]| scale.value(0.5 * (scale.even(pair[0]) + scale.even(pair[1])));
@@ -156,8 +157,9 @@ fn written(
         for (wide, value) in columns.edges.windows(2).zip(values).filter(|(_, value)| value.is_finite()) {
             x.push(middle(place.panel.x.scale, wide));
             y.push(middle(place.panel.y.scale, tall));
-            text.push(significant(*value));
-            inks.push(ink(*value));
+            let (number, ink) = said(*value);
+            text.push(number);
+            inks.push(ink);
             areas.push(numbers([wide[0], wide[1], tall[0], tall[1]].into_iter()));
         }
     }
@@ -217,22 +219,35 @@ fn blanks(
     cells: &[Vec<f64>],
     meaning: &str,
 ) {
-    let (mut x, mut y) = (Vec::new(), Vec::new());
+    let mut areas = Vec::new();
     for (row, values) in cells.iter().enumerate() {
-        let [bottom, top] = [rows.edges[row], rows.edges[row + 1]].map(number);
         let mut start = 0;
         for run in values.chunk_by(|a, b| a.is_finite() == b.is_finite()) {
             let end = start + run.len();
             if !run[0].is_finite() {
-                let [left, right] = [columns.edges[start], columns.edges[end]].map(number);
-                x.extend([&left, &right, &right, &left, &left, &Value::Null].map(Value::clone));
-                y.extend([&bottom, &bottom, &top, &top, &bottom, &Value::Null].map(Value::clone));
+                areas.push([columns.edges[start], columns.edges[end], rows.edges[row], rows.edges[row + 1]]);
             }
             start = end;
         }
     }
-    if x.is_empty() {
+    hatched(chart, place, &areas, Some(meaning), &WHITE.css());
+}
+
+/// Hatched rectangles from left to right and from bottom to top, on this ground.
+pub(super) fn hatched(
+    chart: &mut Chart,
+    place: &Place,
+    areas: &[[f64; 4]],
+    meaning: Option<&str>,
+    ground: &str,
+) {
+    if areas.is_empty() {
         return;
+    }
+    let (mut x, mut y) = (Vec::new(), Vec::new());
+    for [left, right, bottom, top] in areas.iter().map(|area| area.map(number)) {
+        x.extend([&left, &right, &right, &left, &left, &Value::Null].map(Value::clone));
+        y.extend([&bottom, &bottom, &top, &top, &bottom, &Value::Null].map(Value::clone));
     }
     let trace = json!({
         "type": "scatter",
@@ -241,10 +256,10 @@ fn blanks(
         "y": y,
         "line": {"color": GRID.css(), "width": 0.5},
         "fill": "toself",
-        "fillcolor": WHITE.css(),
-        "fillpattern": {"shape": "/", "size": 6, "solidity": 0.15, "fgcolor": HATCH.css(), "bgcolor": WHITE.css()},
+        "fillcolor": ground,
+        "fillpattern": {"shape": "/", "size": 6, "solidity": 0.15, "fgcolor": HATCH.css(), "bgcolor": ground},
         "hoverinfo": "skip",
         "showlegend": false,
     });
-    place.push(chart, Some(meaning), trace);
+    place.push(chart, meaning, trace);
 }

@@ -56,8 +56,18 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         Layer::UpperLimits { label, points, style } => {
             upper_limits(chart, place, label.as_deref(), points, *style);
         }
-        Layer::Heat { x_edges, y_edges, values, colour, numbers, blank } => {
-            heat::add(chart, place, (x_edges, y_edges), (values, blank), colour, *numbers);
+        Layer::Heat { x_edges, y_edges, values, colour, digits, blank } => {
+            heat::add(chart, place, (x_edges, y_edges), (values, blank), colour, *digits);
+        }
+        Layer::Hatched { label, spans } => {
+            let ends = |(from, to): &(f64, f64)| {
+                let (first, last) = place.x_range;
+                [from, to].map(|x| place.x_end(*x).clamp(first, last))
+            };
+            let (low, high) = place.y_range;
+            let strips = spans.iter().map(ends).filter(|[from, to]| from < to);
+            let strips: Vec<_> = strips.map(|[from, to]| [from, to, low, high]).collect();
+            heat::hatched(chart, place, &strips, label.as_deref(), "rgba(0,0,0,0)");
         }
         Layer::HorizontalRule { label, y } => horizontal_rule(chart, place, label.as_deref(), *y),
         Layer::VerticalRule { label, x } => vertical_rule(chart, place, label.as_deref(), *x),

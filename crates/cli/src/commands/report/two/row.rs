@@ -3,8 +3,13 @@
 use serde::{Serialize, Serializer};
 use standstill_campaign::Estimate;
 
+use crate::summary::bracketed;
+
 /// The measure in degrees; the others are shares.
 pub const RMS: &str = "rms";
+
+/// How many there are.
+const TRIALS: &str = "trials";
 
 /// A number; one that could not be computed leaves its field empty.
 #[expect(clippy::trivially_copy_pass_by_ref, reason = "as serde calls it")]
@@ -63,6 +68,13 @@ impl Row {
         }
     }
 
+    /// How many trials each run has at a point, and how many of them are compared one by one.
+    pub fn trials(point: &str, [a, b]: [u64; 2], pairs: Option<u64>) -> Self {
+        let count = |n: u64| Estimate { value: n as f64, low: f64::NAN, high: f64::NAN };
+        let none = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
+        Self::new(point, TRIALS, [count(a), count(b)], none, pairs)
+    }
+
     /// In degrees or per cent.
     pub fn factor(&self) -> f64 {
         if self.is_rms() { 1.0 } else { 100.0 }
@@ -73,16 +85,14 @@ impl Row {
     }
 
     pub fn cells(&self) -> Vec<String> {
-        let digits = if self.is_rms() { 3 } else { 2 };
+        if self.measure == TRIALS {
+            let pairs = self.pairs.map_or_else(|| "unpaired".to_owned(), |pairs| format!("{pairs} pairs"));
+            let [a, b] = [self.a, self.b].map(|count| count.to_string());
+            return vec![self.point.clone(), TRIALS.to_owned(), a, b, pairs, String::new()];
+        }
         let interval = |value: f64, low: f64, high: f64| {
             let [value, low, high] = [value, low, high].map(|x| self.factor() * x);
-            if value.is_nan() {
-                "–".to_owned()
-            } else if low.is_nan() || high.is_nan() {
-                format!("{value:.digits$}")
-            } else {
-                format!("{value:.digits$} [{low:.digits$}, {high:.digits$}]")
-            }
+            bracketed(&Estimate { value, low, high })
         };
         vec![
             self.point.clone(),
@@ -123,13 +133,13 @@ mod tests {
         let row = Row::new("all starts", RMS, [nan, one], nan, Some(0));
         let csv = String::from_utf8(columns::csv([&row]).expect("written")).expect("text");
         assert_eq!(csv.lines().nth(1), Some("all starts,rms,,,,1.25,,,,,,0"));
-        assert_eq!(row.cells()[2..], ["–", "1.250", "–", "cannot be compared"]);
+        assert_eq!(row.cells()[2..], ["–", "1.2", "–", "cannot be compared"]);
         let mut none = Statistics::default().summary();
         (none.trials, none.failed) = (8, 8);
         let one = Summary { found: 6, failed: 2, ..none.clone() };
-        let (tone, said) = headline(&[row], &[("all starts".to_owned(), [&none, &one])]);
+        let (tone, said) = headline(&[row], &[("all starts".to_owned(), [none, one])]);
         assert_eq!(tone, Tone::Warning);
-        let expected = "Answered rightly: 0.00 % at A, 75.00 % at B; no axis at A, rms 1.250° at B";
+        let expected = "Answered rightly: 0 % at A, 75 % at B; no axis at A, rms 1.2° at B";
         assert_eq!(said, expected);
     }
 }

@@ -7,7 +7,12 @@ use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, T
 use super::{CASES, Row};
 
 /// Above the rms error of both, then the difference, below what went wrong.
-pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String; 2]) -> Figure {
+pub fn figure(
+    rows: &[Row],
+    points: &[(String, [Summary; 2])],
+    names: &[String; 2],
+    conditions: &str,
+) -> Figure {
     /// More names than this would stand on one another.
     const NAMED: usize = 6;
     let names = [format!("A: {}", names[0]), format!("B: {}", names[1])];
@@ -16,7 +21,7 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
     let x = || match points {
         [(name, _)] => Axis::categories("", [name.clone()]),
         few if few.len() <= NAMED => Axis::categories("", few.iter().map(|(name, _)| name.clone())),
-        _ => Axis::new("point, in the order of the table"),
+        _ => Axis::new("point, in the order of the table").whole(),
     };
     let both = |panel: Panel, rows: &[&Row]| {
         let at = |shift: f64, of: fn(&Row) -> [f64; 3]| {
@@ -56,7 +61,7 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
         panels.push(apart);
     }
     if single {
-        let rest: Vec<&Row> = rows.iter().filter(|row| !row.is_rms()).collect();
+        let rest: Vec<&Row> = rows.iter().filter(|row| CASES.contains(&row.measure)).collect();
         let panel = Panel::new(Axis::categories("", CASES.map(str::to_owned)), Axis::new("starts (%)"));
         panels.push(both(panel, &rest));
     } else {
@@ -71,7 +76,8 @@ pub fn figure(rows: &[Row], points: &[(String, [&Summary; 2])], names: &[String;
     // Of five panels at most.
     #[allow(clippy::cast_possible_truncation)]
     let height = 120 + 230 * panels.len() as u32;
-    Figure { title: "Two runs".to_owned(), subtitle: None, width: 860, height, panels }
+    let title = "Two runs compared, with 95 % intervals".to_owned();
+    Figure { title, subtitle: Some(conditions.to_owned()), width: 860, height, panels }
 }
 
 pub fn page(

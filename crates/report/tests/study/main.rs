@@ -1,8 +1,10 @@
-//! Figures of studies: what is pooled, what is kept of the trials, and which figures there are.
+//! Figures of studies: which points they show, what is kept of the trials, and which figures there are.
+
+mod points;
 
 use standstill_report::figure::{Axis, AxisScale, Figure, Layer, Panel, cell_edges};
 use standstill_report::study::{
-    Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint, Thinned, figures, pool,
+    Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint, Thinned, figures,
 };
 
 fn interval(value: f64, half: f64) -> Interval {
@@ -37,7 +39,8 @@ fn study(keys: &[&str], points: Vec<StudyPoint>) -> Study {
         points,
         design: Design::Grid,
         cloud: None,
-        binomial: |count, total, points| interval(count as f64 / total as f64, 0.01 * points as f64),
+        best: None,
+        binomial: |count, total| interval(count as f64 / total as f64, 0.01),
     }
 }
 
@@ -59,36 +62,13 @@ fn grid() -> Study {
 }
 
 #[test]
-fn analytic_pooled_points_count_alike_and_are_known_as_one() {
-    let study = study(
-        &["x"],
-        vec![
-            point(vec![number(1.0)], interval(3.0, 0.3), 100, 1),
-            point(vec![number(2.0)], interval(4.0, 0.4), 300, 2),
-        ],
-    );
-    let pooled = pool(&study, &study.points.iter().collect::<Vec<_>>());
-    let square: f64 = (9.0 + 16.0) / 2.0;
-    assert!((pooled.rms_deg.value - square.sqrt()).abs() < 1e-12);
-    let halves = 0.5 * (3.3f64.powi(2) - 9.0) + 0.5 * (4.4f64.powi(2) - 16.0);
-    assert!((pooled.rms_deg.high - (square + halves).sqrt()).abs() < 1e-12);
-    assert_eq!((pooled.trials, pooled.wrong_poles), (400, 3));
-    assert_eq!(pooled.wrong_pole.value, 3.0 / 400.0);
-    assert_eq!(pooled.wrong_pole, (study.binomial)(3, 400, 2));
-    assert!(pooled.p95_deg.value.is_nan());
-    // One point stays as it is, none is unknown.
-    assert_eq!(pool(&study, &[&study.points[0]]).rms_deg, study.points[0].rms_deg);
-    assert!(pool(&study, &[]).rms_deg.value.is_nan());
-}
-
-#[test]
 fn law_figures_follow_from_the_axes() {
     let names = |study: &Study| figures(study).into_iter().map(|(name, _)| name).collect::<Vec<_>>();
     assert_eq!(
         names(&grid()),
         [
-            "methods",
             "sweep_method",
+            "wrong_poles_method",
             "sweep_noise",
             "wrong_poles_noise",
             "sweep_dead_time",
@@ -99,7 +79,10 @@ fn law_figures_follow_from_the_axes() {
         ]
     );
     let scattered = Study { design: Design::Scattered, ..grid() };
-    assert_eq!(names(&scattered), ["methods", "scatter"]);
+    assert_eq!(names(&scattered), ["scatter"]);
+    let alone = |p: &&StudyPoint| p.coordinates[1] == number(0.1) && p.coordinates[2] == number(1.0);
+    let alone = Study { points: grid().points.iter().filter(alone).cloned().collect(), ..grid() };
+    assert_eq!(names(&alone), ["methods"]);
     let mut cloud = ErrorCloud::new();
     let run = |cloud: &ErrorCloud| Study { cloud: Some(cloud.clone()), ..study(&[], vec![]) };
     // No start found an axis: nothing to draw.
@@ -110,7 +93,7 @@ fn law_figures_follow_from_the_axes() {
 }
 
 #[test]
-fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
+fn law_a_sweep_reaches_the_points_that_fail_and_hatches_them() {
     let failed = |x: f64, share: u64, rms: Interval| {
         let mut point = point(vec![number(x)], rms, 100, 0);
         (point.failed, point.axes) = (share, 100 - share);
@@ -124,11 +107,10 @@ fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
     let all = figures(&points(Interval::UNKNOWN));
     let find = |name: &str| all.iter().find(|(other, _)| other == name).map(|(_, figure)| figure);
     let sweep = find("sweep_x").expect("a sweep");
-    let Layer::Band { points: band, label, .. } = &sweep.panels[0].layers[0] else { panic!("a band") };
+    let Layer::Hatched { spans, label } = &sweep.panels[0].layers[0] else { panic!("strips") };
     assert!(label.as_ref().is_some_and(|label| label.contains("more than 1 %")));
-    let shaded: Vec<f64> = band.iter().filter(|p| p.1.is_finite()).map(|p| p.0).collect();
-    // Half way to the neighbours, and as far beyond the last; 1 of 100 is not more than 1 %.
-    assert_eq!(shaded, [2.5, 3.5, 3.5, 4.5]);
+    // Half way to the neighbours, and to the end beyond the last; 1 of 100 is not more than 1 %.
+    assert_eq!(spans, &[(2.5, 3.5), (3.5, f64::INFINITY)]);
     // The one with 2 % is a ring, which no line reaches; the one without any answer has no mark.
     let line = sweep.panels[0].layers.iter().find_map(|layer| match layer {
         Layer::Line { points, .. } => Some(points.iter().map(|p| p.1.is_finite()).collect::<Vec<_>>()),
@@ -147,11 +129,8 @@ fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
     let marks: Vec<_> = marks.iter().map(|(hollow, points)| (*hollow, at(points))).collect();
     // Of the rms; the percentile has the same.
     assert_eq!(marks[..2], [(false, vec![1.0, 2.0]), (true, vec![3.0])]);
-    let (svg, ends) = (sweep.svg().expect("drawn"), sweep.panels[0].y.range);
-    assert!(
-        svg.contains(">4<") && ends.is_some_and(|(low, high)| (band[4].1, band[4].2) == (low, high)),
-        "{svg}"
-    );
+    let svg = sweep.svg().expect("drawn");
+    assert!(svg.contains(">4<"), "{svg}");
     // Where no pole was named, none is said to be right.
     let odds = find("wrong_poles_x").expect("odds");
     let limits = odds.panels[0].layers.iter().find_map(|layer| match layer {
@@ -159,10 +138,10 @@ fn law_a_sweep_reaches_the_points_that_fail_and_shades_them() {
         _ => None,
     });
     assert_eq!(limits, Some(vec![1.0, 2.0, 3.0]));
-    // Nothing fails: nothing is shaded. Nothing is found: no figure of errors, none of wrong poles.
+    // Nothing fails: nothing is hatched. Nothing is found: no figure of errors, none of wrong poles.
     let fine = study(&["x"], (1..4).map(|x| failed(f64::from(x), 0, some)).collect());
     let layers = |study: &Study| figures(study)[0].1.panels[0].layers.clone();
-    assert!(!layers(&fine).iter().any(|layer| matches!(layer, Layer::Band { .. })));
+    assert!(!layers(&fine).iter().any(|layer| matches!(layer, Layer::Hatched { .. })));
     let none = study(&["x"], (1..4).map(|x| failed(f64::from(x), 100, Interval::UNKNOWN)).collect());
     let all = figures(&none);
     assert_eq!(all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["wrong_poles_x"]);
@@ -182,7 +161,6 @@ fn law_equal_studies_give_equal_files() {
 #[test]
 fn law_missing_combinations_are_cells_without_value() {
     let mut study = grid();
-    study.points.remove(0);
     study.points.retain(|p| p.coordinates[1] != number(1.0) || p.coordinates[2] != number(1.0));
     let (_, map) = figures(&study).into_iter().find(|(name, _)| name == "heat_noise_dead_time").unwrap();
     let Layer::Heat { values, x_edges, .. } = &map.panels[0].layers[0] else { panic!("a heat map") };
@@ -381,7 +359,7 @@ fn law_awkward_maps_and_logarithms_are_drawn() {
         values,
         colour: Axis::new("value").log10(),
         blank: String::new(),
-        numbers: true,
+        digits: 3,
     };
     let log = || Panel::new(Axis::new("x").log10().range(-1.0, 1.0), Axis::new("y").log10());
     let panels = vec![

@@ -1,0 +1,114 @@
+//! What the results in a folder answer: those of another question are replaced only where that is asked for.
+//!
+//! Runs and the answers of `odds`, `budget`, `require` and `tune` say in their JSON of what they are. The files of the other
+//! commands are tables and figures that have no place for it: a note beside them does.
+
+use std::collections::BTreeMap;
+use std::fmt::Debug;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use standstill_campaign::NUMERICS;
+
+use crate::commands::run::results::of_another_run;
+use crate::error::Error;
+
+/// The note's file, hidden from lists of results.
+pub const NOTE: &str = ".standstill-asked.json";
+
+/// What a command was asked.
+#[derive(Clone, Debug)]
+pub struct Asked {
+    command: &'static str,
+    question: Question,
+    force: bool,
+}
+
+/// As it is kept: in words, and as a digest of all that the results depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+struct Question {
+    said: String,
+    digest: String,
+}
+
+impl Asked {
+    /// What a command makes `of` these values, in words for people; `force` replaces the results of another question.
+    pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
+        let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
+        Self { command, question: Question { said, digest: format!("{:016x}", digest(&all)) }, force }
+    }
+
+    /// Refuses to replace files of these names in a folder unless they are of this very question, or that is asked for.
+    ///
+    /// # Errors
+    /// What is in the way.
+    pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
+        let Some(there) = names.iter().find(|name| folder.join(name).is_file()) else { return Ok(()) };
+        if self.force {
+            return Ok(());
+        }
+        let difference = match kept(folder).remove(self.command) {
+            Some(question) if question.digest == self.question.digest => return Ok(()),
+            Some(question) if question.said == self.question.said => {
+                format!("of {} too, but with other settings, files or another program", question.said)
+            }
+            Some(question) => format!("of {} there and of {} here", question.said, self.question.said),
+            None => format!("nothing says that they are of `standstill {}`", self.command),
+        };
+        Err(of_another_run(folder.join(there), &difference))
+    }
+
+    /// The note of a folder with this question in it.
+    pub fn note(&self, folder: &Path) -> Vec<u8> {
+        let mut all = kept(folder);
+        all.insert(self.command.to_owned(), self.question.clone());
+        // Of strings alone: there is nothing that could fail.
+        serde_json::to_vec_pretty(&all).unwrap_or_default()
+    }
+}
+
+/// What a folder's note says of each command; nothing where there is none.
+fn kept(folder: &Path) -> BTreeMap<String, Question> {
+    let text = std::fs::read(folder.join(NOTE)).unwrap_or_default();
+    serde_json::from_slice(&text).unwrap_or_default()
+}
+
+/// Fowler, Noll and Vo's hash.
+pub fn digest(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_results_are_replaced_by_the_same_question_or_with_leave() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let asked = |command, of: f64, force| Asked::new(command, format!("motor {of}"), &of, force);
+        let first = asked("compare", 1.0, false);
+        // Nothing there, or nothing of these names.
+        assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
+        std::fs::write(folder.path().join("a.csv"), "1").expect("written");
+        assert!(first.guard(folder.path(), &["b.csv"]).is_ok());
+        // A file of which nobody knows.
+        let said = first.guard(folder.path(), &["a.csv"]).expect_err("in the way").to_string();
+        assert!(
+            said.contains("a.csv: found the results of another run") && said.contains("--force"),
+            "{said}"
+        );
+        std::fs::write(folder.path().join(NOTE), first.note(folder.path())).expect("written");
+        assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
+        let said =
+            asked("compare", 2.0, false).guard(folder.path(), &["a.csv"]).expect_err("other").to_string();
+        assert!(said.contains("of motor 1 there and of motor 2 here"), "{said}");
+        assert!(asked("compare", 2.0, true).guard(folder.path(), &["a.csv"]).is_ok());
+        // Another command's note says nothing of this one's, and stays.
+        let other = asked("magnetics", 1.0, false);
+        assert!(other.guard(folder.path(), &["a.csv"]).is_err());
+        std::fs::write(folder.path().join(NOTE), other.note(folder.path())).expect("written");
+        assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
+    }
+}

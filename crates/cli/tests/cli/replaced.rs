@@ -1,0 +1,74 @@
+//! Results of another run, trace, comparison or fit stay unless `--force` says that they may go.
+
+use std::fs;
+use std::path::Path;
+
+use super::answers::SCENARIO;
+use super::{folder, mistake, names, standstill};
+
+/// All files of a folder with their bytes.
+fn kept(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let read = |name: String| (name.clone(), fs::read(folder.join(&name)).expect("a file"));
+    names(folder).into_iter().map(read).collect()
+}
+
+#[test]
+fn law_no_command_replaces_the_results_of_another_question_without_leave() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let ran = standstill(&["run", "s.toml", "--trials", "200", "--out", "r"], path);
+    assert!(ran.status.success());
+    let compare: &[&str] = &[
+        "compare",
+        "--method",
+        "bipolar",
+        "--rotor",
+        "locked",
+        "--errors",
+        "none",
+        "--no-limit",
+        "--trials",
+    ];
+    // The first question, another one, and the folder of both.
+    let cases: [([&[&str]; 3], &str); 6] = [
+        ([compare, &["4"], &["5"]], "c"),
+        ([&["trace", "s.toml", "--trial"], &["1"], &["2"]], "t"),
+        (
+            [
+                &["trace", "s.toml", "-s"],
+                &["detector.pulse=[60 us, 80 us]"],
+                &["detector.pulse=[60 us, 90 us]"],
+            ],
+            "l",
+        ),
+        ([&["magnetics"], &["paper-5k5"], &["surface-magnet"]], "m"),
+        ([&["reproduce", "--trials"], &["20"], &["30"]], "p"),
+        ([&["explain", "r", "--trial"], &["1"], &["2"]], "e"),
+    ];
+    for ([command, first, other], out) in cases {
+        let ask = |what: &[&str], more: &[&str]| {
+            let all = [command, what, &["--out", out], more].concat();
+            let output = standstill(&all, path);
+            assert!(output.status.success(), "{all:?}: {}", String::from_utf8_lossy(&output.stderr));
+        };
+        ask(first, &[]);
+        let before = kept(&path.join(out));
+        // The same may be asked again.
+        ask(first, &[]);
+        assert_eq!(kept(&path.join(out)), before, "{command:?}");
+        let message = mistake(&[command, other, &["--out", out]].concat(), path);
+        assert!(
+            message.contains("found the results of another run") && message.contains("--force"),
+            "{message}"
+        );
+        assert_eq!(kept(&path.join(out)), before, "{command:?}: nothing was touched");
+        ask(other, &["--force"]);
+        assert_ne!(kept(&path.join(out)), before, "{command:?}");
+    }
+    // Files of which nobody knows what they are stay too: those of a run, say.
+    let before = kept(&path.join("r"));
+    let message = mistake(&["reproduce", "--trials", "20", "--out", "r"], path);
+    assert!(message.contains("nothing says that they are of `standstill reproduce`"), "{message}");
+    assert_eq!(kept(&path.join("r")), before);
+}
