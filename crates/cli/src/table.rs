@@ -1,4 +1,4 @@
-//! Tables as wide as the terminal: prose is broken, then columns that matter less are left out, then rows are stacked.
+//! Tables as wide as the terminal: prose is broken, then brackets and columns that matter less are left out, then rows are stacked.
 
 use std::fmt::Write as _;
 
@@ -19,6 +19,7 @@ pub struct Column {
     title: String,
     kind: Kind,
     rank: u8,
+    bracket: u8,
     judged: bool,
 }
 
@@ -31,7 +32,7 @@ enum Kind {
 
 impl Column {
     fn new(title: impl Into<String>, kind: Kind) -> Self {
-        Self { title: title.into(), kind, rank: 0, judged: false }
+        Self { title: title.into(), kind, rank: 0, bracket: 0, judged: false }
     }
 
     /// Words that are not broken.
@@ -53,6 +54,13 @@ impl Column {
     #[must_use]
     pub fn rank(self, rank: u8) -> Self {
         Self { rank, ..self }
+    }
+
+    /// One whose cells lose the bracket at their end, an interval or a share, where there is no room: in the same order as columns
+    /// are left out.
+    #[must_use]
+    pub fn bracket(self, rank: u8) -> Self {
+        Self { bracket: rank, ..self }
     }
 
     /// The one that shows the row's tone as its colour.
@@ -116,30 +124,58 @@ impl Table {
         }
         let head = self.headed.then_some(0);
         let mut shown: Vec<usize> = all.into_iter().filter(|place| Some(*place) != head).collect();
-        let mut dropped = Vec::new();
+        let (mut table, mut dropped, mut cut) = (self.clone(), Vec::new(), Vec::new());
         loop {
-            if let Some(layout) = self.layout(&shown, width) {
-                return self.drawn(&layout, head, colours) + &self.left_out(&mut dropped, width);
+            if let Some(layout) = table.layout(&shown, width) {
+                return table.drawn(&layout, head, colours) + &self.left_out(dropped, cut, width);
             }
-            let rank = |place: &usize| self.columns[*place].rank;
-            let Some(place) = shown.iter().copied().filter(|place| rank(place) > 0).max_by_key(rank) else {
-                return self.stacked(width, colours);
+            let columns = &table.columns;
+            let by = |rank: fn(&Column) -> u8| {
+                let ranked = shown.iter().map(|place| (rank(&columns[*place]), *place));
+                ranked.filter(|(rank, _)| *rank > 0).max()
             };
-            shown.retain(|other| *other != place);
-            dropped.push(place);
+            match (by(|column| column.bracket), by(|column| column.rank)) {
+                (Some((bracket, place)), rank) if rank.is_none_or(|(rank, _)| bracket >= rank) => {
+                    table.cut(place);
+                    cut.push(place);
+                }
+                (_, Some((_, place))) => {
+                    shown.retain(|other| *other != place);
+                    cut.retain(|other| *other != place);
+                    dropped.push(place);
+                }
+                _ => return self.stacked(width, colours),
+            }
         }
     }
 
-    fn left_out(&self, dropped: &mut [usize], width: usize) -> String {
-        if dropped.is_empty() {
+    /// Without the brackets of a column.
+    fn cut(&mut self, place: usize) {
+        self.columns[place].bracket = 0;
+        for (_, row) in &mut self.rows {
+            let cell = &mut row[place];
+            cell.truncate(cell.find(['(', '[']).map_or(cell.len(), |at| cell[..at].trim_end().len()));
+        }
+    }
+
+    fn left_out(&self, mut dropped: Vec<usize>, mut cut: Vec<usize>, width: usize) -> String {
+        if dropped.is_empty() && cut.is_empty() {
             return String::new();
         }
-        dropped.sort_unstable();
-        let titles: Vec<&str> = dropped.iter().map(|place| self.columns[*place].title.as_str()).collect();
+        let titles = |places: &mut Vec<usize>| {
+            places.sort_unstable();
+            let titles: Vec<&str> = places.iter().map(|place| self.columns[*place].title.as_str()).collect();
+            titles.join(", ")
+        };
+        let columns = titles(&mut dropped);
+        let between = if columns.is_empty() || cut.is_empty() { "" } else { ", and " };
+        let brackets =
+            if cut.is_empty() { String::new() } else { format!("the brackets of {}", titles(&mut cut)) };
         let all: Vec<usize> = (0..self.columns.len()).collect();
         let needed = self.least(&all).iter().map(|width| width + AROUND).sum::<usize>();
-        let said =
-            format!("No room for {}: COLUMNS={needed} or a wider terminal shows them.", titles.join(", "));
+        let said = format!(
+            "No room for {columns}{between}{brackets}: COLUMNS={needed} or a wider terminal shows them."
+        );
         wrapped(&said, width).join("\n") + "\n"
     }
 
