@@ -1,5 +1,4 @@
-//! Tables as wide as the terminal: prose is broken, then intervals and columns that matter less are left out, then rows are
-//! stacked.
+//! Tables as wide as the terminal: prose is broken, then brackets and columns that matter less are left out, then rows are stacked.
 
 use std::fmt::Write as _;
 
@@ -20,7 +19,7 @@ pub struct Column {
     title: String,
     kind: Kind,
     rank: u8,
-    interval: u8,
+    bracket: u8,
     judged: bool,
 }
 
@@ -33,7 +32,7 @@ enum Kind {
 
 impl Column {
     fn new(title: impl Into<String>, kind: Kind) -> Self {
-        Self { title: title.into(), kind, rank: 0, interval: 0, judged: false }
+        Self { title: title.into(), kind, rank: 0, bracket: 0, judged: false }
     }
 
     /// Words that are not broken.
@@ -57,11 +56,11 @@ impl Column {
         Self { rank, ..self }
     }
 
-    /// One whose cells are values with intervals in brackets, `0.84 [0.79, 0.89]`: where there is no room the intervals are left
-    /// out, in the order of columns of that rank.
+    /// One whose cells lose the bracket at their end, an interval or a share, where there is no room: in the same order as columns
+    /// are left out.
     #[must_use]
-    pub fn interval(self, rank: u8) -> Self {
-        Self { interval: rank, ..self }
+    pub fn bracket(self, rank: u8) -> Self {
+        Self { bracket: rank, ..self }
     }
 
     /// The one that shows the row's tone as its colour.
@@ -125,58 +124,63 @@ impl Table {
         }
         let head = self.headed.then_some(0);
         let mut shown: Vec<usize> = all.into_iter().filter(|place| Some(*place) != head).collect();
-        let (mut dropped, mut brief) = (Vec::new(), Vec::new());
-        let mut table = self.clone();
+        let (mut table, mut dropped, mut cut) = (self.clone(), Vec::new(), Vec::new());
         loop {
             if let Some(layout) = table.layout(&shown, width) {
-                return table.drawn(&layout, head, colours) + &self.left_out(&mut dropped, &mut brief, width);
+                return table.drawn(&layout, head, colours) + &self.left_out(dropped, cut, width);
             }
-            // What goes next: an interval, or a column.
-            let columns = &self.columns;
-            let interval = |place: &usize| if brief.contains(place) { 0 } else { columns[*place].interval };
-            let gives = |place: &usize| interval(place).max(columns[*place].rank);
-            let Some(place) = shown.iter().copied().filter(|place| gives(place) > 0).max_by_key(gives) else {
-                return self.stacked(width, colours);
+            let columns = &table.columns;
+            let by = |rank: fn(&Column) -> u8| {
+                let ranked = shown.iter().map(|place| (rank(&columns[*place]), *place));
+                ranked.filter(|(rank, _)| *rank > 0).max()
             };
-            if interval(&place) >= columns[place].rank {
-                // Those of one rank go together.
-                let alike: Vec<usize> = shown
-                    .iter()
-                    .copied()
-                    .filter(|k| columns[*k].interval == columns[place].interval)
-                    .collect();
-                for (_, row) in &mut table.rows {
-                    for k in &alike {
-                        let end = row[*k].find(" [").unwrap_or(row[*k].len());
-                        row[*k].truncate(end);
+            match (by(|column| column.bracket), by(|column| column.rank)) {
+                (Some((bracket, _)), rank) if rank.is_none_or(|(rank, _)| bracket >= rank) => {
+                    // Those of one rank go together.
+                    let alike = |place: &usize| table.columns[*place].bracket == bracket;
+                    let alike: Vec<usize> = shown.iter().copied().filter(alike).collect();
+                    for place in alike {
+                        table.cut(place);
+                        cut.push(place);
                     }
                 }
-                brief.extend(alike);
-            } else {
-                shown.retain(|other| *other != place);
-                dropped.push(place);
+                (_, Some((_, place))) => {
+                    shown.retain(|other| *other != place);
+                    cut.retain(|other| *other != place);
+                    dropped.push(place);
+                }
+                _ => return self.stacked(width, colours),
             }
         }
     }
 
-    fn left_out(&self, dropped: &mut [usize], brief: &mut Vec<usize>, width: usize) -> String {
-        brief.retain(|place| !dropped.contains(place));
-        if dropped.is_empty() && brief.is_empty() {
+    /// Without the brackets of a column.
+    fn cut(&mut self, place: usize) {
+        self.columns[place].bracket = 0;
+        for (_, row) in &mut self.rows {
+            let cell = &mut row[place];
+            cell.truncate(cell.find(['(', '[']).map_or(cell.len(), |at| cell[..at].trim_end().len()));
+        }
+    }
+
+    fn left_out(&self, mut dropped: Vec<usize>, mut cut: Vec<usize>, width: usize) -> String {
+        if dropped.is_empty() && cut.is_empty() {
             return String::new();
         }
-        dropped.sort_unstable();
-        brief.sort_unstable();
-        let titles = |places: &[usize]| {
-            places.iter().map(|place| self.columns[*place].title.as_str()).collect::<Vec<_>>().join(", ")
+        let titles = |places: &mut Vec<usize>| {
+            places.sort_unstable();
+            let titles: Vec<&str> = places.iter().map(|place| self.columns[*place].title.as_str()).collect();
+            titles.join(", ")
         };
-        let mut what = titles(dropped);
-        if !brief.is_empty() {
-            let gap = if what.is_empty() { "" } else { " and " };
-            what = format!("{what}{gap}the intervals of {}", titles(brief));
-        }
+        let columns = titles(&mut dropped);
+        let between = if columns.is_empty() || cut.is_empty() { "" } else { ", and " };
+        let brackets =
+            if cut.is_empty() { String::new() } else { format!("the brackets of {}", titles(&mut cut)) };
         let all: Vec<usize> = (0..self.columns.len()).collect();
         let needed = self.least(&all).iter().map(|width| width + AROUND).sum::<usize>();
-        let said = format!("No room for {what}: COLUMNS={needed} or a wider terminal shows them.");
+        let said = format!(
+            "No room for {columns}{between}{brackets}: COLUMNS={needed} or a wider terminal shows them."
+        );
         wrapped(&said, width).join("\n") + "\n"
     }
 

@@ -26,5 +26,5 @@ mod units;
 mod variables;
 
 pub use archive::{Binary, pack};
-pub use model::{Model, ModelError, Part, RESOLVER, Version};
+pub use model::{Model, ModelError, Part, Version};
 pub use variables::{Kind, Role, Variable};

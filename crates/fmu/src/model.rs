@@ -19,8 +19,8 @@ pub enum Part {
     Motor,
 }
 
-/// Key of the resolver's error, which an FMU has not.
-pub const RESOLVER: &str = "sensors.resolver_error";
+/// Key of the resolver's error, which an FMU does not have.
+pub(crate) const RESOLVER: &str = "sensors.resolver_error";
 
 impl Part {
     /// Its name: that of the binary, and of the scenario among the resources.
@@ -40,13 +40,11 @@ impl Part {
         }
     }
 
-    /// Whether a key of a scenario says something of it. The resolver stands for "measured angle" in traces alone: an FMU has the true
-    /// one.
+    /// Whether a key of a scenario says something of it.
     pub fn has_use_for(self, key: &str) -> bool {
-        key != RESOLVER
-            && self.keys().iter().any(|known| {
-                key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
-            })
+        self.keys()
+            .iter()
+            .any(|known| key.strip_prefix(known).is_some_and(|rest| rest.is_empty() || rest.starts_with('.')))
     }
 
     /// The file among the resources that has the scenario.
@@ -121,7 +119,7 @@ impl Model {
     /// ```
     ///
     /// # Errors
-    /// A scenario that cannot be, one that has axes or tolerances, and a seed beyond 32 bits.
+    /// A scenario that cannot be, one that has axes or tolerances, a drive with an error of the resolver, and a seed beyond 32 bits.
     pub fn new(document: &Document, part: Part) -> Result<Self, ModelError> {
         let packed = document.packed()?;
         let mut document = document.clone();
@@ -133,6 +131,13 @@ impl Model {
         if part == Part::Drive && scenario.drive.dead_time > longest {
             let found = readable(scenario.drive.dead_time.seconds(), "s");
             return Err(document.refuse("inverter.dead_time", &found, &needed).into());
+        }
+        // The resolver stands for the measured angle in traces alone. Sets of errors have one for them; who names it wants its effect.
+        let resolver = document.get(RESOLVER).filter(|_| scenario.sensors.resolver.error > 0.0);
+        if let (Part::Drive, Some(value)) = (part, resolver) {
+            let found = format!("{value} in an FMU, which has no resolver");
+            let needed = "0 or no such key; its `true.angle` is without error";
+            return Err(document.refuse(RESOLVER, &found, needed).into());
         }
         if i32::try_from(file.seed).is_err() {
             let seed = file.seed;

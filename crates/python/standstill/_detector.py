@@ -71,7 +71,8 @@ class Detector(Protocol):
     """A detector: a class without arguments, of which each trial gets an object of its own.
 
     ``step`` gets the readings of its last command, a row for each sample: time in s from the begin of the command, the
-    currents of phases a, b, c in A, and the DC link in V. The first call gets none. It returns a :class:`Drive`, or how
+    currents of phases a, b, c in A (NaN where no sensor sees one), the DC link in V, and 1 where a value was clipped by its
+    converter, else 0. The first call gets none. It returns a :class:`Drive`, or how
     the detection ends: :class:`Found`, :class:`Axis` or :class:`Failed`.
     """
 

@@ -1,6 +1,7 @@
 """Detectors written in Python."""
 
 import math
+import sys
 import time
 
 import numpy as np
@@ -71,6 +72,73 @@ def test_law_what_it_raises_comes_out_with_the_trial():
     with pytest.raises(Own, match="no idea") as error:
         st.run("trials = 40", detector=Raises, threads=1)
     assert error.value.trial == 7
+    if sys.version_info >= (3, 11):
+        assert error.value.__notes__ == ["in trial 7"]
+
+
+class Watches:
+    """Gives one command and keeps what it reads."""
+
+    def __init__(self, command, seen, end=st.Failed("seen")):
+        self.command, self.seen, self.end, self.begun = command, seen, end, False
+
+    def step(self, readings):
+        if not self.begun:
+            self.begun = True
+            assert readings.shape == (0, 6)
+            return self.command
+        self.seen.append(readings.copy())
+        return self.end
+
+
+def readings(command, text=""):
+    """What one command reads, in trial 0."""
+    seen = []
+    st.run(f"trials = 1\n{text}", detector=lambda: Watches(command, seen))
+    return seen[0]
+
+
+def test_law_samples_stand_where_they_were_asked_for():
+    read = readings(st.Drive([st.Stage(LINES[0], PULSE), st.Stage(OFF, REST)], first=20e-6, interval=25e-6, count=3))
+    assert read[:, 0] == pytest.approx([20e-6, 45e-6, 70e-6])
+    a, b, c = read[:, 1], read[:, 2], read[:, 3]
+    assert (np.diff(a) > 0.3).all() and (np.abs(a + b) < 0.2).all() and (np.abs(c) < 0.2).all()
+    assert read[:, 4] == pytest.approx([550.0] * 3, rel=0.02) and (read[:, 5] == 0.0).all()
+
+
+def test_law_a_second_stage_follows_the_first():
+    one = readings(st.Drive([st.Stage(LINES[0], 2 * PULSE)], first=1.9 * PULSE))
+    two = readings(st.Drive([st.Stage(LINES[0], PULSE), st.Stage(OFF, PULSE)], first=1.9 * PULSE))
+    assert one[0, 1] > 2.0 and abs(two[0, 1]) < 0.5
+
+
+def test_law_a_duty_is_the_share_of_the_upper_switch():
+    of = {duty: readings(st.Drive([st.Stage((duty, 0.5, 0.5), 5e-4)], first=5e-4))[0, 1] for duty in (0.3, 0.5, 0.7)}
+    assert of[0.3] < -1.0 and abs(of[0.5]) < 0.3 and 1.0 < of[0.7] < 8.0, of
+    assert of[0.3] == pytest.approx(-of[0.7], rel=0.2)
+
+
+def test_law_what_no_sensor_sees_is_nan_and_what_is_beyond_the_range_is_marked():
+    up = st.Drive([st.Stage(("high", "low", "high"), PULSE), st.Stage(OFF, REST)], first=PULSE - 5e-6)
+    read = readings(up, "[sensors]\narrangement = 'low-side-shunts'\n")[0]
+    # Only the leg whose lower switch conducts has a current in its shunt.
+    assert np.isnan(read[[1, 3]]).all() and read[2] < -1.0 and read[5] == 0.0
+    pulse = st.Drive([st.Stage(LINES[0], PULSE), st.Stage(OFF, REST)], first=PULSE - 5e-6)
+    read = readings(pulse, "[sensors]\nrange = '1 A'\n")[0]
+    assert read[5] == 1.0 and read[1] == pytest.approx(1.0, abs=0.1) and not np.isnan(read[1:4]).any()
+
+
+def test_law_an_angle_that_it_names_is_judged():
+    def results(end):
+        return st.run("trials = 4\nrotor.angle = 70", detector=lambda: Watches(st.Drive([st.Stage(OFF, 1e-3)]), [], end))
+
+    right, wrong, axis = results(st.Found(71.0)), results(st.Found(251.0)), results(st.Axis(-109.0, "no pole"))
+    assert set(right["outcome"]) == set(wrong["outcome"]) == {"found"} and set(axis["outcome"]) == {"undetermined"}
+    assert right["error_deg"] == pytest.approx([1.0] * 4) and wrong["error_deg"] == pytest.approx([-179.0] * 4)
+    assert all(of["axis_error_deg"] == pytest.approx([1.0] * 4) for of in (right, wrong, axis))
+    assert [of.summary["wrong_poles"] for of in (right, wrong, axis)] == [0, 4, 0]
+    assert (right["pole_correct"] == 1.0).all() and (wrong["pole_correct"] == 0.0).all()
+    assert set(axis["reason"]) == {"no pole"} and set(right["reason"]) == {""}
 
 
 @pytest.mark.parametrize(

@@ -205,6 +205,49 @@ def test_law_progress_is_told_and_what_it_raises_ends_the_run() -> None:
     with pytest.raises(RuntimeError, match="enough"):
         st.run('trials = 4000000\n[detector]\nmethod = "bipolar"', progress=enough)
     assert time.perf_counter() - begun < 5.0
+    # Nothing goes on computing behind it.
+    time.sleep(1.0)
+    before = time.process_time()
+    time.sleep(1.0)
+    assert time.process_time() - before < 0.3
+
+
+def test_law_files_are_written_only_where_they_are_asked_for(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = '[detector]\nmethod = "bipolar"'
+    st.run(text, trials=20)
+    st.trace(text)
+    st.odds(text, event="|e| > 0.2 deg", progress=False)
+    st.compare(method="bipolar", errors="default", rotor="locked", trials=5)
+    st.magnetics("paper-5k5")
+    assert list(tmp_path.iterdir()) == []
+    st.run(text, trials=20, out="run")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
+
+
+def test_law_a_run_goes_on_and_ends_early_as_by_the_command_line(tmp_path: Path) -> None:
+    text = 'trials = 12000\n[detector]\nmethod = "bipolar"'
+
+    def some(done: int, of: int) -> None:
+        if 0 < done:
+            raise RuntimeError("enough")
+
+    with pytest.raises(RuntimeError):
+        st.run(text, out=tmp_path / "a", progress=some)
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["run.journal"]
+    with pytest.raises(st.Error, match="resume"):
+        st.run(text, out=tmp_path / "a")
+    assert len(st.run(text, out=tmp_path / "a", resume=True)) == 12_000
+    st.run(text, out=tmp_path / "b")
+    assert (tmp_path / "a/trials.csv").read_bytes() == (tmp_path / "b/trials.csv").read_bytes()
+    early = st.run(text, stop_at={"rms": "5%"})
+    assert 100 < early.summary["trials"] == len(early) < 12_000
+
+
+def test_law_a_column_that_is_not_there_is_named(results: st.Results) -> None:
+    with pytest.raises(KeyError, match="no column `angle`; there are sensors.noise, errors, trial"):
+        results["angle"]
+    assert "angle" not in results and "trial" in results
 
 
 def test_law_a_trace_is_fitted_as_by_the_command_line(tmp_path: Path) -> None:
@@ -270,6 +313,11 @@ def test_law_a_key_by_any_way_is_the_same_scenario() -> None:
     assert len(st.run(axes).points) == 2
     with pytest.raises(TypeError, match="no value of a scenario"):
         st.scenario(text, seed=object())
+    # What is set last counts, and a scenario that others are made from stays as it is.
+    base = st.scenario(text, trials=5)
+    assert st.run(st.scenario(base, trials=7)).summary["trials"] == 7 and st.run(base).summary["trials"] == 5
+    wide = st.scenario(base, tolerances={"motor.winding.resistance": {"normal": "20 %"}})
+    assert st.run(wide).run["scenario"] != st.run(base).run["scenario"]
 
 
 if __name__ == "__main__":

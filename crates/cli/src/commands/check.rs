@@ -103,8 +103,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
 fn columns() -> [Column; 7] {
     [
         Column::word("method"),
-        Column::number("p95 °, locked"),
-        Column::number("free").rank(3),
+        Column::number("p95 ° locked"),
+        Column::number("p95 ° free").rank(3),
         Column::number("ms").rank(1),
         Column::number("peak A").rank(2),
         Column::number("moved °").rank(1),

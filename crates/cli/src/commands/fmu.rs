@@ -3,7 +3,7 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use standstill_fmu::{Binary, Model, Part, RESOLVER, Version, pack};
+use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
 use standstill_plant::read_at_most;
 use standstill_quantity::listed;
@@ -98,11 +98,6 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
 /// something by it.
 fn no_idle_keys(document: &Document, part: Part, given: &[String]) -> Result<(), Error> {
     let Some(key) = given.iter().find(|key| !part.has_use_for(key)) else { return Ok(()) };
-    if key == RESOLVER {
-        let angle = if part == Part::Drive { "; its `true.angle` is without error" } else { "" };
-        let needed = format!("a key of what is in it{angle}");
-        return Err(document.refuse(key, "in an FMU, which has no resolver", &needed).into());
-    }
     let known: Vec<String> = part.keys().iter().map(|key| format!("`{key}`")).collect();
     let (found, why) = match part {
         Part::Drive => ("in an FMU, which the importing tool runs", "the algorithm is that tool's"),

@@ -37,6 +37,7 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("axes.toml"), "[axes]\n\"sensors.noise\" = [0.01, 0.02]\n").expect("written");
+    fs::write(path.join("resolver.toml"), "[sensors]\nresolver_error = \"0.3 deg\"\n").expect("written");
     let cases: [(&[&str], &str); 20] = [
         (&["fmu", "nothing", "-o", "x.fmu"], "`nothing`"),
         (&["fmu", "axes.toml", "-o", "x.fmu"], "`axes`"),
@@ -73,11 +74,11 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
         ),
         (
             &["fmu", "paper-5k5", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
-            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of what is in it; its `true.angle`",
+            "set on the command line: `sensors.resolver_error`: found 2 in an FMU, which has no resolver, needed 0 or no such key; its `true.angle` is without error",
         ),
         (
-            &["fmu", "paper-5k5", "--part", "motor", "-s", "sensors.resolver_error=2", "-o", "x.fmu"],
-            "`sensors.resolver_error`: found in an FMU, which has no resolver, needed a key of what is in it",
+            &["fmu", "resolver.toml", "-o", "x.fmu"],
+            "resolver.toml: line 2: `sensors.resolver_error`: found \"0.3 deg\" in an FMU, which has no resolver, needed 0 or no such key",
         ),
         (
             &["fmu", "paper-5k5", "-o", "axes.toml"],
@@ -93,7 +94,12 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     for (arguments, says) in cases {
         let message = mistake(arguments, path);
         assert!(message.contains(says), "{arguments:?}: {message}");
-        assert_eq!(names(path), ["axes.toml"], "{arguments:?}");
+        assert_eq!(names(path), ["axes.toml", "resolver.toml"], "{arguments:?}");
         assert!(fs::read(path.join("axes.toml")).expect("there").starts_with(b"[axes]"), "{arguments:?}");
+    }
+    // Without error there is nothing to miss, and a motor alone has none of the drive's sensors.
+    for more in [["-s", "sensors.resolver_error=0"], ["--part", "motor"]] {
+        let output = standstill(&[&["fmu", "resolver.toml", "-o", "x.fmu"][..], &more].concat(), path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }

@@ -60,6 +60,30 @@ fn regress_the_share_of_right_answers_stays_on_narrow_terminals() {
 }
 
 #[test]
+fn regress_what_happened_at_a_point_of_two_axes_is_counted_in_eighty_columns() {
+    let folder = folder();
+    let axes = ["--vary", "sensors.noise=10mA,205mA,400mA", "--vary", "errors=default,harsh"];
+    let method = ["-s", "detector.method=line-inductance-fast", "--trials", "100"];
+    let arguments = [&["sweep", "paper-5k5"][..], &method, &axes].concat();
+    let output = with(&[("COLUMNS", "80")], &arguments, folder.path());
+    let text = String::from_utf8(output.stdout).expect("text");
+    let table = tables(&text).next().expect("a table");
+    let (head, rows) = table.split_once("──").expect("titles");
+    assert!(["rms", "undetermined", "failed"].iter().all(|title| head.contains(title)), "{text}");
+    // Numbers without their shares: of a hundred starts with much noise most fail, and of the others some stay undetermined.
+    let noisy: Vec<Vec<&str>> = rows.lines().map(|row| row.split_whitespace().collect()).collect();
+    for set in ["default", "harsh"] {
+        let row = noisy.iter().find(|row| row.starts_with(&["205", set])).expect("its row");
+        let failed: u32 = row[row.len() - 1].parse().expect("a count");
+        assert!((80..100).contains(&failed), "{text}");
+    }
+    assert!(
+        text.replace('\n', " ").contains("No room for trials, p95 °, wrong poles, and the brackets of"),
+        "{text}"
+    );
+}
+
+#[test]
 fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
     let folder = folder();
     let at = folder.path();

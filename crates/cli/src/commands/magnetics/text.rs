@@ -139,7 +139,6 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
         header.extend(["± L_dd", "± L_dq", "± L_qq"]);
     }
     let columns = header.into_iter().enumerate().map(|(k, title)| match k {
-        0 => Column::word(title),
         // What errors they have, then what follows from the others.
         8.. => Column::number(title).rank(2),
         5 => Column::number(title).rank(1),

@@ -66,8 +66,8 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
     let table = Table::new([
         table::Column::prose(""),
         table::Column::prose(""),
-        table::Column::number("A").interval(1),
-        table::Column::number("B").interval(1),
+        table::Column::number("A").bracket(1),
+        table::Column::number("B").bracket(1),
         table::Column::number("B less A"),
         table::Column::word(""),
     ])

@@ -29,16 +29,16 @@ pub fn text(points: &[PointSummary]) -> String {
     }
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
-    // What did not happen at any point goes before what did: `right %` alone says as much.
+    // What did not happen at any point goes before what did: `right %` alone says as much. What did goes without its share first.
     let count = |title: &str, rank: u8, of: fn(&Summary) -> u64| {
         let none = order.iter().all(|point| of(&point.summary) == 0);
-        number(title, if none { rank + 3 } else { rank })
+        number(title, if none { rank + 5 } else { rank }).bracket(5)
     };
     let results = [
-        number("trials", 8),
-        number("right %", 0).interval(10),
-        number("rms °", 0),
-        number("p95 °", 7).interval(9),
+        number("trials", 10),
+        number("right %", 0).bracket(8),
+        number("rms °", 0).bracket(4),
+        number("p95 °", 9).bracket(9),
         count("wrong poles", 1, |s| s.wrong_poles).judged(),
         count("undetermined", 3, |s| s.undetermined),
         count("failed", 2, |s| s.failed),
