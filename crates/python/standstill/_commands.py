@@ -83,13 +83,15 @@ def run(
     format: str = "csv",
     rows: str = "all",
     resume: bool = False,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> Results:
     """A scenario's trials, at each point of its axes.
 
     With ``out`` the files of ``standstill run`` are written there, in ``format`` "csv", "parquet", "npz" or "mat", and an
-    interrupted run goes on with ``resume=True``. ``rows="none"`` keeps only statistics. ``progress`` is False for no bar
+    interrupted run goes on with ``resume=True``; those of another run are replaced with ``force=True``, as everywhere.
+    ``rows="none"`` keeps only statistics. ``progress`` is False for no bar
     on the terminal, or a function of how many trials of how many are done. ``detector`` is a class, see ``docs/python.md``,
     or the path of a library.
 
@@ -105,7 +107,7 @@ def run(
     source = _scenario(scenario)
     options: dict[str, Any] = {"trials": trials, "seed": seed, "stop_at": stop_at, "threads": threads}
     if callable(detector):
-        refused = {"out": out is not None, "rows": rows != "all", "resume": resume, "stop_at": stop_at is not None}
+        refused = {"out": out is not None, "rows": rows != "all", "resume": resume, "force": force, "stop_at": stop_at is not None}
         for name, given in refused.items():
             if given:
                 raise _standstill.Error(f"{name}: found with a detector written in Python, whose results are in memory alone")
@@ -117,7 +119,7 @@ def run(
             raise TypeError(f"detector: found {detector!r}, needed a class whose objects have `step`, or the path of a library")
         source = _scenario(source, **{"detector.library": os.path.abspath(detector)})
     words = ["run", *source.words()]
-    options |= {"format": format, "rows": rows, "resume": resume}
+    options |= {"format": format, "rows": rows, "resume": resume, "force": force}
     return _carried_out(words, source.given, out, progress, options)
 
 
@@ -135,6 +137,7 @@ def sweep(
     format: str = "csv",
     rows: str = "all",
     resume: bool = False,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> Results:
@@ -147,7 +150,7 @@ def sweep(
     """
     words, given = _words("sweep", scenario)
     options: dict[str, Any] = {"vary": vary, "design": design, "points": points, "trials": trials, "seed": seed, "stop_at": stop_at}
-    options |= {"format": format, "rows": rows, "resume": resume, "threads": threads}
+    options |= {"format": format, "rows": rows, "resume": resume, "force": force, "threads": threads}
     return _carried_out(words, given, out, progress, options)
 
 
@@ -230,6 +233,7 @@ def trace(
     verify: bool = False,
     out: Pathlike | None = None,
     format: str = "csv",
+    force: bool = False,
 ) -> Trace:
     """One trial of a scenario, every waveform of it: see :class:`Trace`. With ``out`` the files of ``standstill trace`` are
     written too.
@@ -241,7 +245,7 @@ def trace(
     """
     words, given = _words("trace", scenario)
     options = {"point": point, "trial": trial, "angle": angle, "method": method, "motor": motor, "errors": errors}
-    options |= {"rotor": rotor, "seed": seed, "verify": verify, "format": format}
+    options |= {"rotor": rotor, "seed": seed, "verify": verify, "format": format, "force": force}
     words += ["--out", os.fspath("." if out is None else out), *_options(options)]
     _, text, tables = _standstill.command(words, given, out is not None)
     return Trace(dict[str, Table](tables), json.loads(text))
@@ -356,6 +360,7 @@ def fit(
     motor: str | None = None,
     set: Mapping[str, Any] | None = None,
     out: Pathlike,
+    force: bool = False,
     progress: Progress = None,
 ) -> dict[str, Any]:
     """A motor from scope traces of pulses at standstill; its data sheet is written to the folder ``out``.
@@ -369,7 +374,7 @@ def fit(
     standstill.Error: cannot read scope.csv: No such file or directory (os error 2)
     """
     words = ["fit", "--json", *_paths(traces)]
-    words += _options({"motor": motor, "set": set, "out": out})
+    words += _options({"motor": motor, "set": set, "out": out, "force": force})
     answer: dict[str, Any] = json.loads(_standstill.command(words, None, True, progress)[1])
     return answer
 
@@ -381,6 +386,7 @@ def budget(
     pairs: int | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
@@ -391,7 +397,7 @@ def budget(
     >>> answer["method"]
     'bipolar'
     """
-    answer: dict[str, Any] = _answer("budget", scenario, progress, pairs=pairs, seed=seed, out=out, threads=threads)
+    answer: dict[str, Any] = _answer("budget", scenario, progress, pairs=pairs, seed=seed, out=out, force=force, threads=threads)
     return answer
 
 
@@ -405,6 +411,7 @@ def require(
     most: int | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
@@ -416,7 +423,7 @@ def require(
     >>> answer["answer"], answer["low"] < answer["value"] < answer["high"] < 0.1
     ('at most', True)
     """
-    options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out}
+    options = {"key": key, "limit": limit, "between": between, "most": most, "seed": seed, "out": out, "force": force}
     answer: dict[str, Any] = _answer("require", scenario, progress, **options, threads=threads)
     return answer
 
@@ -428,6 +435,7 @@ def odds(
     event: str,
     seed: int | None = None,
     out: Pathlike | None = None,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
@@ -438,7 +446,7 @@ def odds(
     >>> 0.0 < answer["low"] <= answer["probability"] <= answer["high"] < 0.5
     True
     """
-    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, threads=threads)
+    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, force=force, threads=threads)
     return answer
 
 
@@ -454,6 +462,7 @@ def tune(
     starts: int | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
+    force: bool = False,
     threads: int | None = None,
     progress: Progress = None,
 ) -> dict[str, Any]:
@@ -465,7 +474,7 @@ def tune(
     (1000, True)
     """
     options: dict[str, Any] = {"vary": vary, "minimise": minimise, "subject_to": subject_to, "against": against, "trials": trials}
-    options |= {"starts": starts, "seed": seed, "out": out, "threads": threads}
+    options |= {"starts": starts, "seed": seed, "out": out, "force": force, "threads": threads}
     answer: dict[str, Any] = _answer("tune", scenario, progress, **options)
     return answer
 
@@ -480,6 +489,7 @@ def explain(
     point: int | None = None,
     files: Pathlike | None = None,
     out: Pathlike | None = None,
+    force: bool = False,
     progress: Progress = None,
 ) -> dict[str, Any]:
     """Why trials of a finished run ended as they did: what they drew, and each again without one of its errors.
@@ -491,7 +501,7 @@ def explain(
     >>> answer["trials"][0]["trial"] == int(results["trial"][abs(results["axis_error_deg"]).argmax()])
     True
     """
-    options = {"trial": trial, "worst": worst, "wrong_poles": wrong_poles, "point": point, "files": files, "out": out}
+    options = {"trial": trial, "worst": worst, "wrong_poles": wrong_poles, "point": point, "files": files, "out": out, "force": force}
     words = ["explain", "--json", os.fspath(folder), *_options(options)]
     answer: dict[str, Any] = json.loads(_standstill.command(words, None, out is not None, progress)[1])
     return answer

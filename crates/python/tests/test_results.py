@@ -225,6 +225,25 @@ def test_law_files_are_written_only_where_they_are_asked_for(tmp_path: Path, mon
     assert sorted(path.name for path in tmp_path.iterdir()) == ["run"]
 
 
+def test_law_results_of_another_question_are_replaced_with_force_alone(tmp_path: Path) -> None:
+    of = '[detector]\nmethod = "{}"'.format
+
+    def run(method: str, **more: bool) -> object:
+        return st.run(of(method), trials=50, out=tmp_path / "run", **more)
+
+    def trace(method: str, **more: bool) -> object:
+        return st.trace(of(method), trial=3, out=tmp_path / "trace", **more)
+
+    def budget(method: str, **more: bool) -> object:
+        return st.budget(of(method), pairs=100, out=tmp_path / "budget", **more)
+
+    for carry_out in (run, trace, budget):
+        carry_out("bipolar")
+        with pytest.raises(st.Error, match="--force"):
+            carry_out("line-inductance-fast")
+        carry_out("line-inductance-fast", force=True)
+
+
 def test_law_a_run_goes_on_and_ends_early_as_by_the_command_line(tmp_path: Path) -> None:
     text = 'trials = 12000\n[detector]\nmethod = "bipolar"'
 

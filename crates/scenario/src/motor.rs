@@ -157,6 +157,7 @@ impl MotorSpec {
             Self::Named(name) => name.clone(),
             Self::Table(table) => match (table.get("name"), table.get("base")) {
                 (Some(Value::String(name)), _) => name.clone(),
+                (_, Some(Value::String(base))) if table.len() == 1 => base.clone(),
                 (_, Some(Value::String(base))) => format!("{base}, changed"),
                 _ => "a motor of its own".to_owned(),
             },
@@ -302,5 +303,18 @@ fn in_place(table: &Table, files: &Files) -> Result<DataSheet, FileError> {
     match DataSheet::read(&file, sheet) {
         Ok(sheet) => sheet.map(|sheet| sheet.with_files(files)).map_err(FileError::Motor),
         Err(TableError { key, message }) => Err(FileError::serde(&format!("motor.{key}"), &message)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_only_what_differs_from_its_base_is_changed() {
+        let name = |sheet: &str| MotorSpec::Table(sheet.parse().expect("a table")).name();
+        assert_eq!(name(r#"base = "gimbal""#), "gimbal");
+        assert_eq!(name("base = \"gimbal\"\nwinding.resistance = \"9 Ω\""), "gimbal, changed");
+        assert_eq!(name("base = \"gimbal\"\nname = \"mine\""), "mine");
     }
 }

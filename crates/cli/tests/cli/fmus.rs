@@ -99,7 +99,8 @@ fn law_what_cannot_be_exported_is_named_and_nothing_is_written() {
     }
     // Without error there is nothing to miss, and a motor alone has none of the drive's sensors.
     for more in [["-s", "sensors.resolver_error=0"], ["--part", "motor"]] {
-        let output = standstill(&[&["fmu", "resolver.toml", "-o", "x.fmu"][..], &more].concat(), path);
+        let output =
+            standstill(&[&["fmu", "resolver.toml", "-o", "x.fmu", "--force"][..], &more].concat(), path);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     }
 }
