@@ -141,7 +141,7 @@ fn law_a_trace_is_the_campaigns_trial_to_the_last_bit() {
     let mut gains = Vec::new();
     for (point, trial) in [(0, 0), (1, 17), (2, 17), (3, 39)] {
         let [p, n] = [point, trial].map(|number: usize| number.to_string());
-        let text = succeed(&["trace", "s.toml", "--point", &p, "--trial", &n, "--out", "t"], at);
+        let text = succeed(&["trace", "s.toml", "--point", &p, "--trial", &n, "--out", "t", "--force"], at);
         let result = json(&at.join("t/result.json"));
         let row = &rows[40 * point + trial];
         let cell = |name: &str| &row[header.iter().position(|column| column == name).expect("a column")];
