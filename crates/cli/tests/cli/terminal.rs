@@ -70,11 +70,11 @@ fn regress_what_happened_at_a_point_of_two_axes_is_counted_in_eighty_columns() {
     let table = tables(&text).next().expect("a table");
     let (head, rows) = table.split_once("──").expect("titles");
     assert!(["rms", "undetermined", "failed"].iter().all(|title| head.contains(title)), "{text}");
-    // Numbers without their shares: of a hundred starts with much noise most fail, and of the others some stay undetermined.
+    // Of a hundred starts with much noise most fail, and of the others some stay undetermined; a share may stand behind.
     let noisy: Vec<Vec<&str>> = rows.lines().map(|row| row.split_whitespace().collect()).collect();
     for set in ["default", "harsh"] {
         let row = noisy.iter().find(|row| row.starts_with(&["205", set])).expect("its row");
-        let failed: u32 = row[row.len() - 1].parse().expect("a count");
+        let failed: u32 = row.iter().rev().find_map(|cell| cell.parse().ok()).expect("a count");
         assert!((80..100).contains(&failed), "{text}");
     }
     assert!(
