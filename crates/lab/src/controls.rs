@@ -79,7 +79,7 @@ mod tests {
             of("inverter.ripple_frequency").range.as_deref().expect("a range").starts_with("from 0.1 Hz")
         );
         assert_eq!(of("detector.pulse").range.as_deref(), Some("from 1 µs to 10 ms"));
-        assert_eq!(of("rotor.angle").range, None);
+        assert_eq!(of("rotor.angle").range.as_deref(), Some("from -360 deg to 360 deg, electrical"));
         assert_eq!((of("sensors.noise").unit.as_str(), of("sensors.noise").kind), ("A", "number"));
         assert!(of("errors").choices.iter().any(|(name, _)| name == "field"));
         let stated = controls.iter().filter(|control| control.kind == "number" && control.range.is_some());
