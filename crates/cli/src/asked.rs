@@ -5,10 +5,11 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Debug;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use standstill_campaign::NUMERICS;
+use standstill_plant::Digest;
 
 use crate::commands::run::results::of_another_run;
 use crate::error::Error;
@@ -29,13 +30,19 @@ pub struct Asked {
 struct Question {
     said: String,
     digest: String,
+    /// The files that answer it, and what each was when it was written: another command may have replaced one since.
+    files: BTreeMap<String, String>,
 }
 
 impl Asked {
     /// What a command makes `of` these values, in words for people; `force` replaces the results of another question.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
-        Self { command, question: Question { said, digest: format!("{:016x}", digest(&all)) }, force }
+        Self {
+            command,
+            question: Question { said, digest: format!("{:016x}", digest(&all)), files: BTreeMap::new() },
+            force,
+        }
     }
 
     /// Refuses to replace files of these names in a folder unless they are of this very question, or that is asked for.
@@ -43,28 +50,43 @@ impl Asked {
     /// # Errors
     /// What is in the way.
     pub fn guard(&self, folder: &Path, names: &[&str]) -> Result<(), Error> {
-        let Some(there) = names.iter().find(|name| folder.join(name).is_file()) else { return Ok(()) };
-        if self.force {
-            return Ok(());
-        }
+        let there: Vec<&str> = names.iter().copied().filter(|name| folder.join(name).is_file()).collect();
+        let Some(mut first) = there.first().copied().filter(|_| !self.force) else { return Ok(()) };
         let difference = match kept(folder).remove(self.command) {
-            Some(question) if question.digest == self.question.digest => return Ok(()),
+            Some(question) if question.digest == self.question.digest => {
+                let own = |name: &&str| question.files.get(*name) == content(&folder.join(name)).as_ref();
+                let Some(other) = there.iter().find(|name| !own(name)) else { return Ok(()) };
+                first = other;
+                "it was written by something else since".to_owned()
+            }
             Some(question) if question.said == self.question.said => {
                 format!("of {} too, but with other settings, files or another program", question.said)
             }
             Some(question) => format!("of {} there and of {} here", question.said, self.question.said),
             None => format!("nothing says that they are of `standstill {}`", self.command),
         };
-        Err(of_another_run(folder.join(there), &difference))
+        Err(of_another_run(folder.join(first), &difference))
     }
 
-    /// The note of a folder with this question in it.
-    pub fn note(&self, folder: &Path) -> Vec<u8> {
+    /// The note of a folder with this question in it, and these files, which are still where `staged` says.
+    pub fn note(&self, folder: &Path, names: &[String], staged: impl Fn(&str) -> PathBuf) -> Vec<u8> {
         let mut all = kept(folder);
-        all.insert(self.command.to_owned(), self.question.clone());
+        let mut question = self.question.clone();
+        // The same question may have other files there, of another format.
+        if let Some(same) = all.remove(self.command).filter(|same| same.digest == question.digest) {
+            question.files = same.files;
+        }
+        let new = names.iter().filter_map(|name| Some((name.clone(), content(&staged(name))?)));
+        question.files.extend(new);
+        all.insert(self.command.to_owned(), question);
         // Of strings alone: there is nothing that could fail.
         serde_json::to_vec_pretty(&all).unwrap_or_default()
     }
+}
+
+/// What a file is: its size and its checksum.
+fn content(path: &Path) -> Option<String> {
+    Some(Digest::of(&std::fs::read(path).ok()?).to_string())
 }
 
 /// What a folder's note says of each command; nothing where there is none.
@@ -99,7 +121,12 @@ mod tests {
             said.contains("a.csv: found the results of another run") && said.contains("--force"),
             "{said}"
         );
-        std::fs::write(folder.path().join(NOTE), first.note(folder.path())).expect("written");
+        let note = |asked: &Asked, names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            let note = asked.note(folder.path(), &names, |name| folder.path().join(name));
+            std::fs::write(folder.path().join(NOTE), note).expect("written");
+        };
+        note(&first, &["a.csv"]);
         assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
         let said =
             asked("compare", 2.0, false).guard(folder.path(), &["a.csv"]).expect_err("other").to_string();
@@ -108,7 +135,16 @@ mod tests {
         // Another command's note says nothing of this one's, and stays.
         let other = asked("magnetics", 1.0, false);
         assert!(other.guard(folder.path(), &["a.csv"]).is_err());
-        std::fs::write(folder.path().join(NOTE), other.note(folder.path())).expect("written");
+        note(&other, &["m.svg"]);
         assert!(first.guard(folder.path(), &["a.csv"]).is_ok());
+        // The same question in another format has both files.
+        std::fs::write(folder.path().join("a.npz"), "1").expect("written");
+        note(&first, &["a.npz"]);
+        assert!(first.guard(folder.path(), &["a.csv", "a.npz"]).is_ok());
+        // A note does not vouch for what somebody else has put there since.
+        std::fs::write(folder.path().join("a.csv"), "2").expect("written");
+        let said = first.guard(folder.path(), &["a.csv"]).expect_err("not its own").to_string();
+        assert!(said.contains("written by something else since"), "{said}");
+        assert!(first.guard(folder.path(), &["a.npz"]).is_ok());
     }
 }

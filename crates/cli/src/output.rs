@@ -150,7 +150,8 @@ impl Output {
     /// Moves all files into place; returns their names.
     pub fn finish(mut self) -> Result<Vec<String>, Error> {
         if let Some(asked) = self.asked.take() {
-            self.file(NOTE, &asked.note(&self.target))?;
+            let note = asked.note(&self.target, &self.names, |name| self.staged(name));
+            self.file(NOTE, &note)?;
         }
         for name in &self.names {
             let path = self.target.join(name);

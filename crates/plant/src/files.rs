@@ -37,6 +37,13 @@ pub struct Digest {
     pub crc32: u32,
 }
 
+impl Digest {
+    /// Of a file's content.
+    pub fn of(bytes: &[u8]) -> Self {
+        Self { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
+    }
+}
+
 impl fmt::Display for Digest {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} bytes, CRC-32 {:08x}", self.bytes, self.crc32)
@@ -165,7 +172,7 @@ impl Files {
         read.iter()
             .map(|(path, bytes)| {
                 let name = path.strip_prefix(&folder).unwrap_or(path).display().to_string();
-                (name, Digest { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) })
+                (name, Digest::of(bytes))
             })
             .collect()
     }

@@ -92,8 +92,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let varied = run.file.axes.keys().cloned().collect();
     let folder_of_run = super::run::quoted(&options.folder.to_string_lossy());
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
-    let setup =
-        Setup { place: &place, text: &run.summary.run.scenario, fence: None, varied, others: Vec::new() };
+    let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
+    let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
     answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command, asked: Some(asked) })
 }
 

@@ -232,6 +232,7 @@ impl Answer {
             setup: Setup {
                 place: &place,
                 text: &asked.of.scenario,
+                files: &asked.of.files,
                 fence: None,
                 varied: Vec::new(),
                 others: Vec::new(),

@@ -4,6 +4,7 @@ use std::fs;
 use std::path::Path;
 
 use super::answers::SCENARIO;
+use super::nameplates::sheet;
 use super::{folder, mistake, names, standstill};
 
 /// All files of a folder with their bytes.
@@ -71,4 +72,36 @@ fn law_no_command_replaces_the_results_of_another_question_without_leave() {
     let message = mistake(&["reproduce", "--trials", "20", "--out", "r"], path);
     assert!(message.contains("nothing says that they are of `standstill reproduce`"), "{message}");
     assert_eq!(kept(&path.join("r")), before);
+}
+
+#[test]
+fn regress_what_another_command_put_there_is_not_a_reproductions_own() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let reproduce = ["reproduce", "--trials", "20", "--out", "p"];
+    assert!(standstill(&reproduce, path).status.success());
+    let run = standstill(&["run", "s.toml", "--trials", "50", "--out", "p", "--force"], path);
+    assert!(run.status.success(), "{}", String::from_utf8_lossy(&run.stderr));
+    let before = kept(&path.join("p"));
+    let message = mistake(&reproduce, path);
+    assert!(message.contains("written by something else since"), "{message}");
+    assert_eq!(kept(&path.join("p")), before);
+}
+
+#[test]
+fn regress_a_report_shows_no_data_sheet_that_its_run_did_not_read() {
+    let folder = folder();
+    let path = folder.path();
+    let sheet = |l_d: &str| sheet(["3", "0.9 Ω", l_d, "12 mH", "0.3 Wb", "8 A", "550 V", "6 %"]);
+    fs::write(path.join("m.toml"), sheet("9.2 mH")).expect("written");
+    assert!(standstill(&["run", "m.toml", "--trials", "50", "--out", "r"], path).status.success());
+    let page = || {
+        let output = standstill(&["report", "r"], path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        fs::read_to_string(path.join("r/report/report.html")).expect("a page")
+    };
+    assert!(page().contains("Data sheet") && !page().contains("files have changed since"));
+    fs::write(path.join("m.toml"), sheet("9.3 mH")).expect("written");
+    assert!(!page().contains("Data sheet") && page().contains("files have changed since: m.toml was"));
 }

@@ -35,13 +35,14 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
             curves.iter().flatten().flatten().any(|point| count(point) > 0)
         };
         if (index > 0 || parts.len() > 1) && !found.iter().any(seen) {
-            remarks.push(format!("{name}: none"));
+            remarks.push(format!("{name}: {}", none(study, all())));
             continue;
         }
         let y = one_scale(study, kind, all(), parts.len());
         for (Part { title, series }, found) in parts.iter().zip(&found) {
             if parts.len() > 1 && !seen(found) {
-                remarks.push(format!("{name}: none with {title}"));
+                let points = found.iter().flatten().flatten().copied();
+                remarks.push(format!("{name}: {} with {title}", none(study, points)));
                 continue;
             }
             let title = if title.is_empty() { String::new() } else { format!("{name}: {title}") };
@@ -119,6 +120,15 @@ pub(super) fn never<'a>(all: impl Iterator<Item = &'a StudyPoint>) -> String {
         [one] => format!("none in {one}: upper limit"),
         _ => "none: upper limit".to_owned(),
     }
+}
+
+/// What is said of a kind that was not seen, where it has no panel: how likely it can be at most at the point with the fewest trials.
+fn none<'a>(study: &Study, points: impl Iterator<Item = &'a StudyPoint>) -> String {
+    let fewest = points.map(|point| point.trials).filter(|trials| *trials > 0).min();
+    fewest.map_or_else(
+        || "none".to_owned(),
+        |trials| format!("none, at most {:.2} % a point", 100.0 * (study.binomial)(0, trials).high),
+    )
 }
 
 /// Adds probabilities in per cent, those of zero counts as upper limits.

@@ -37,6 +37,7 @@ pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let setup = setup::Setup {
         place: Path::new("scenario"),
         text: &summary.run.scenario,
+        files: &summary.run.files,
         fence: run.fence.as_deref(),
         varied: run.file.axes.keys().cloned().collect(),
         others: Vec::new(),

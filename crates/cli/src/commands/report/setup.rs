@@ -1,6 +1,6 @@
 //! What was simulated: motor, drive and sensors with the values that the scenario makes of them.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use indexmap::IndexMap;
@@ -15,6 +15,8 @@ pub struct Setup<'a> {
     /// Where its files are looked for: beside this path.
     pub place: &'a Path,
     pub text: &'a str,
+    /// The files that it read and what each was, by path.
+    pub files: &'a BTreeMap<String, String>,
     /// The folder that no file of it may be outside of.
     pub fence: Option<&'a Path>,
     /// Keys that have several values.
@@ -84,6 +86,9 @@ impl Setup<'_> {
                 ))];
             }
         };
+        if let Some(other) = plans.first().and_then(|plan| self.other_file(plan)) {
+            return vec![Block::Text(format!("Not shown, because files have changed since: {other}"))];
+        }
         let mut facts = together(
             plans.iter().flat_map(|plan| compared(plan.points()).into_iter().map(|point| facts(plan, point))),
         );
@@ -109,13 +114,20 @@ impl Setup<'_> {
         blocks
     }
 
+    /// A file that is another one than the results were made with.
+    fn other_file(&self, plan: &Plan) -> Option<String> {
+        let here = plan.files();
+        self.files.iter().find_map(|(path, there)| {
+            let here =
+                here.get(path).map_or_else(|| "is not read".to_owned(), |digest| format!("is {digest}"));
+            (here != format!("is {there}")).then(|| format!("{path} was {there}, and here it {here}"))
+        })
+    }
+
     /// The commands that make the same results, and the scenario.
     pub fn reproduce(&self, commands: &str) -> Section {
-        let files = if self.text.contains("has the CRC-32") {
-            ", with the motor's own files where it names them"
-        } else {
-            ""
-        };
+        let files =
+            if self.files.is_empty() { "" } else { ", with the motor's own files where it names them" };
         let said = format!(
             "The same program version writes the same bytes on any machine and any number of threads. Save the scenario as scenario.toml{files}."
         );

@@ -1,5 +1,7 @@
 //! One trial with several settings, side by side.
 
+use std::collections::BTreeMap;
+
 use serde_json::json;
 use standstill_report::page::{Block, Chart, Page, Section};
 
@@ -172,7 +174,10 @@ pub fn run(options: &Options, settings: &[Setting]) -> Result<Report, Error> {
     output.file("overlay.png", &figure.png()?)?;
     let place = options.source.scenario.clone().unwrap_or_default().with_file_name("scenario");
     let others = singles[1..].iter().map(|(.., text)| text.as_str()).collect();
-    let setup = Setup { place: &place, text: &singles[0].2, fence: None, varied: keys, others };
+    // They have just been read.
+    let files = BTreeMap::new();
+    let setup =
+        Setup { place: &place, text: &singles[0].2, files: &files, fence: None, varied: keys, others };
     let blocks = setup.heading().into_iter().collect::<Vec<_>>();
     let chart = Chart { id: "chart-overlay".to_owned(), figure, caption: "Drag to zoom.".to_owned() };
     let ended = Block::Code { caption: "How they ended".to_owned(), text: table.whole() };

@@ -101,7 +101,7 @@ impl Row {
             interval(self.b, self.b_low, self.b_high),
             interval(self.difference, self.difference_low, self.difference_high),
             // In few words, for a terminal's width.
-            self.verdict().replace("no difference seen", "none seen"),
+            self.verdict().replace("no difference seen", "unsure"),
         ]
     }
 
