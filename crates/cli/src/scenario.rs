@@ -236,7 +236,12 @@ fn library_from_here(library: &Path, document: &Document) -> String {
 
 /// Adds axes to a document.
 pub fn vary(document: &mut Document, axes: &Axes) -> Result<(), Error> {
-    for (key, values) in &axes.vary {
+    for (n, (key, values)) in axes.vary.iter().enumerate() {
+        if axes.vary[..n].iter().any(|(other, _)| other == key) {
+            return Err(Error::Arguments(format!(
+                "--vary: `{key}` is there twice; needed once, with all its values"
+            )));
+        }
         let axis = AxisSpec::parse(values)
             .map_err(|message| Error::Arguments(format!("--vary `{key}={values}`: {message}")))?;
         document.vary(key, &axis)?;

@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 
 pub use self::study::{conditions, setting};
 
-use standstill_campaign::store::{Journal, Rows, Shard};
+use standstill_campaign::store::{Identity, Journal, Rows, Shard};
 use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
 use standstill_report::table::{Format, Reader};
@@ -158,7 +158,7 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
         let found = if Journal::is_busy(&journal) {
             "a run that is under way".to_owned()
         } else {
-            format!("a run that is not finished{}", done(&journal).unwrap_or_default())
+            format!("a run that is not finished{}", done(&journal).map(|(_, done)| done).unwrap_or_default())
         };
         let folder = quoted(&folder.display().to_string());
         let needed = format!(
@@ -182,24 +182,30 @@ fn unfinished(folder: &Path) -> Result<(), Error> {
     }
 }
 
-/// Says that there is more than the results of this folder: trials that are to extend them.
+/// Says that there is more than the results of this folder: trials that are to extend them, or those of a run that takes their place.
 pub fn say_extension(folder: &Path) {
-    let journal = folder.join(Shard::WHOLE.file_name());
-    if let Some(done) = journal.exists().then(|| done(&journal)).flatten() {
-        tell(&format!(
-            "these results are being extended{done}: {} has the new trials, and `standstill run SCENARIO --trials N --resume --out {}` goes on",
-            journal.display(),
-            quoted(&folder.display().to_string())
-        ));
-    }
+    let path = folder.join(Shard::WHOLE.file_name());
+    let Some((coming, done)) = path.exists().then(|| done(&path)).flatten() else { return };
+    let extends = SummaryFile::read(folder).is_ok_and(|summary| summary.run.begins(&coming));
+    let (what, trials, more) = if extends {
+        ("extended", "the new trials", "--trials N --resume")
+    } else {
+        ("replaced by another run", "its trials", "--force --resume")
+    };
+    tell(&format!(
+        "these results are being {what}{done}: {} has {trials}, and `standstill run SCENARIO {more} --out {}` goes on",
+        path.display(),
+        quoted(&folder.display().to_string())
+    ));
 }
 
-/// How many trials a journal has.
-fn done(journal: &Path) -> Option<String> {
+/// Of which run a journal is, and how many of its trials it has.
+fn done(journal: &Path) -> Option<(Identity, String)> {
     let mut rows = Rows::open(journal).ok()?;
     while rows.block().ok()?.is_some() {}
     let all = rows.identity().rows();
-    Some(format!(", {} of {all} trials are done", all - rows.left()))
+    let done = format!(", {} of {all} trials are done", all - rows.left());
+    Some((rows.identity().clone(), done))
 }
 
 impl Run {

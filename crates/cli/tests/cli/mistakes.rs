@@ -73,6 +73,11 @@ const AXES: &[Case] = &[
     ),
     ("A logarithmic axis from zero", "", &["sweep", "s.toml", "--vary", "sensors.noise=0 mA:50 mA:6:log"]),
     ("An axis without a number of points", "", &["sweep", "s.toml", "--vary", "sensors.noise=0 mA:50 mA"]),
+    (
+        "An axis that is there twice",
+        "",
+        &["sweep", "s.toml", "--vary", "sensors.noise=5 mA,9 mA", "--vary", "sensors.noise=1 mA,2 mA"],
+    ),
     ("An axis whose key is misspelt", "", &["sweep", "s.toml", "--vary", "sensors.noize=0 mA:50 mA:6"]),
     (
         "An axis that leaves what is possible",

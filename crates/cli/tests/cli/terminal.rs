@@ -382,6 +382,11 @@ fn law_what_lies_beside_results_is_said() {
         assert!(output.status.success() && error.contains("these results are being extended"), "{error}");
         assert!(error.contains("of 400000 trials are done") && error.contains("--resume --out p"), "{error}");
     }
+    // Those of another run do not extend these results.
+    said(&["run", "s.toml", "-s", "errors=harsh", "--out", "h"], at);
+    fs::copy(at.join("p/run.journal"), at.join("h/run.journal")).expect("copied");
+    let error = String::from_utf8_lossy(&standstill(&["report", "h"], at).stderr).into_owned();
+    assert!(error.contains("being replaced by another run") && error.contains("--force --resume"), "{error}");
     // What is not read back is run again, and that is said.
     said(&["run", "s.toml", "--format", "npz", "--out", "n"], at);
     let output =
