@@ -136,7 +136,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     }
 
     let text = format!(
-        "{}{}{}{}\n{}",
+        "{}\n{}{}{}{}\n{}",
+        setting(&file, scenario),
         specimen::heading(&plan, &single),
         summary(&record, &watched),
         specimen::text(&case, &single.drawn),
