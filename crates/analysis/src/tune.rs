@@ -224,9 +224,9 @@ impl Question<'_> {
         let looks = search.looks;
         hear("start and best on fresh trials".to_owned());
         let of_start = own.tally(&[], seed(2), last, watch)?.ok_or(Halt::Stopped)?;
-
         let of_best = bench.tally(&chosen, seed(2), last, watch)?.ok_or(Halt::Stopped)?;
-        let differences = Measured(paired(&taken, &of_start, &of_best, self.seed));
+        let alike = nominal == chosen;
+        let differences = Measured(paired(&taken, [&of_start, &of_best], alike, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
         // As many trials as start and best have: what is compared is of the same random numbers.
         let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
