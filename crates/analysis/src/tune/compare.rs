@@ -1,6 +1,6 @@
 //! Whether one setting is better than another.
 
-use standstill_campaign::{Estimate, binomial_interval, difference};
+use standstill_campaign::{Estimate, paired_difference};
 use standstill_sim::{Purpose, Streams};
 
 use crate::limit::{Limits, Measure, Tally, rms};
@@ -37,10 +37,9 @@ pub fn paired(
 /// How much larger a share is the second time.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
-        let count = one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count();
-        binomial_interval(count as u64, one.len() as u64)
+        one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
     };
-    difference([alone(a, b), alone(b, a)])
+    paired_difference([alone(a, b), alone(b, a)], a.len() as u64)
 }
 
 fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
