@@ -139,14 +139,23 @@ impl Tuned {
 
     /// What the difference of the root mean squares leaves out, if that might turn it.
     pub fn unseen(&self) -> Option<Unseen> {
-        let rms = |judged: &Judged| judged.measured.get(Measure::Rms);
-        unseen(&rms(&self.start), &rms(&self.best), &self.differences.get(Measure::Undetermined))
+        left_out(&self.start.measured, &self.best.measured, &self.differences)
     }
 
-    /// Whether the best are surely better than the start in what was to be small, as far as that was seen: see [`Self::unseen`].
-    pub fn surely_better(&self, goal: &Goal) -> bool {
+    /// Whether the best are better than the start in what was to be small, as far as that was seen.
+    pub fn seems_better(&self, goal: &Goal) -> bool {
         self.is_found() && self.differences.get(goal.minimise).high < 0.0
     }
+
+    /// Whether they surely are: also with starts without an answer that may be and were not seen, see [`Self::unseen`].
+    pub fn surely_better(&self, goal: &Goal) -> bool {
+        self.seems_better(goal) && (goal.minimise != Measure::Rms || self.unseen().is_none())
+    }
+}
+
+/// See [`Tuned::unseen`].
+fn left_out(start: &Measured, best: &Measured, differences: &Measured) -> Option<Unseen> {
+    unseen(&start.get(Measure::Rms), &best.get(Measure::Rms), &differences.get(Measure::Undetermined))
 }
 
 /// Settings that go from the wide to the close descents, and from these to the choice.
@@ -224,26 +233,20 @@ impl Question<'_> {
         let looks = search.looks;
         hear("start and best on fresh trials".to_owned());
         let of_start = own.tally(&[], seed(2), last, watch)?.ok_or(Halt::Stopped)?;
-
         let of_best = bench.tally(&chosen, seed(2), last, watch)?.ok_or(Halt::Stopped)?;
-        let differences = Measured(paired(&taken, &of_start, &of_best, self.seed));
+        let alike = nominal == chosen;
+        let differences = Measured(paired(&taken, [&of_start, &of_best], alike, self.seed));
         let best = Judged { values: chosen, measured: measured(&taken, &of_best) };
         // As many trials as start and best have: what is compared is of the same random numbers.
         let points = front::judged(&bench, &taken, along, seed(2), last, watch)?;
         let mut front: Vec<Judged> = points.into_iter().chain([best.clone()]).collect();
-        let limits = self.kept(&best.measured, &differences);
+        let start = Judged { values: nominal, measured: measured(&taken, &of_start) };
+        let limits = self.kept(&start.measured, &best.measured, &differences);
         // What surely breaks a limit is no choice.
         let absolute = self.absolute();
         front.retain(|judged| limits.possibly && verdict(&absolute, &judged.measured).possibly);
         front::keep(&mut front, self);
-        Ok(Tuned {
-            start: Judged { values: nominal, measured: measured(&taken, &of_start) },
-            limits,
-            differences,
-            best,
-            front,
-            looks,
-        })
+        Ok(Tuned { start, best, differences, limits, front, looks })
     }
 
     /// Measures as the search takes them: where a limit is what the start reaches, the limit times what the settings have
@@ -268,14 +271,15 @@ impl Question<'_> {
     }
 
     /// Whether limits are kept, those that are what the start reaches by the difference to it.
-    fn kept(&self, best: &Measured, differences: &Measured) -> Verdict {
+    fn kept(&self, start: &Measured, best: &Measured, differences: &Measured) -> Verdict {
         let of_best = verdict(&self.absolute(), best);
         let no_worse = |of: fn(&Estimate) -> f64| {
             self.relative.iter().all(|measure| of(&differences.get(*measure)) <= 0.0)
         };
+        let may_turn = self.relative.contains(&Measure::Rms) && left_out(start, best, differences).is_some();
         Verdict {
             holds: of_best.holds && no_worse(|e| e.value),
-            surely: of_best.surely && no_worse(|e| e.high),
+            surely: of_best.surely && no_worse(|e| e.high) && !may_turn,
             possibly: of_best.possibly && no_worse(|e| e.low),
         }
     }

@@ -24,7 +24,10 @@ pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use campaign::{Campaign, CampaignError};
 pub use numerics::NUMERICS;
 pub use plan::Glance;
-pub use statistics::{Estimate, Occurrence, Statistics, Summary, binomial_interval, difference, student};
+pub use statistics::{
+    Estimate, Occurrence, Statistics, Summary, binomial_interval, independent_difference, paired_difference,
+    student,
+};
 pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};
 
 // What the sister crates need of each other.

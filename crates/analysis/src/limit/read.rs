@@ -22,6 +22,8 @@ pub struct LimitError {
 
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Wrong {
+    /// A comma has nothing before or after it.
+    Empty,
     /// It has no `<=`.
     Sides,
     /// What stands before the `<=` is no measure.
@@ -34,6 +36,11 @@ impl fmt::Display for LimitError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let text = &self.text;
         match &self.wrong {
+            Wrong::Empty => write!(
+                f,
+                "`{text}` has a comma with no limit before or after it: needed limits joined by single commas, such as \
+                 `rms <= 1 deg, wrong_poles <= 5 %`"
+            ),
             Wrong::Sides => write!(
                 f,
                 "`{text}` is no limit: needed a measure, `<=` and its bound, such as `rms <= 1 deg`, several joined by \
@@ -113,6 +120,9 @@ fn each<T>(
 ) -> Result<Vec<T>, LimitError> {
     let limit = |part: &str| {
         let error = |wrong| LimitError { text: part.trim().to_owned(), wrong };
+        if part.trim().is_empty() && text.contains(',') {
+            return Err(LimitError { text: text.trim().to_owned(), wrong: Wrong::Empty });
+        }
         let halves = part.split_once("<=").or_else(|| part.split_once('≤'));
         let (measure, bound) = halves.ok_or_else(|| error(Wrong::Sides))?;
         let measure = measure.parse().map_err(|wrong| error(Wrong::Measure(wrong)))?;

@@ -66,6 +66,17 @@ fn regress_a_bound_has_its_unit() {
 }
 
 #[test]
+fn regress_a_comma_without_a_limit_is_told_in_words() {
+    for text in ["rms <= 1 deg,", ", rms <= 1 deg", "rms <= 1 deg,, failed <= 5 %"] {
+        let message = text.parse::<Limits>().expect_err("no limits").to_string();
+        assert!(
+            message.starts_with(&format!("`{text}` has a comma with no limit before or after it: needed"))
+        );
+        assert_eq!(text.parse::<Subject>().expect_err("no limits").to_string(), message);
+    }
+}
+
+#[test]
 fn regress_a_share_has_its_sign_and_is_at_most_all() {
     for name in ["wrong_poles", "undetermined", "failed", "P(|e| > 2 deg)"] {
         for bound in ["5", "0.05", "100.1 %", "inf %", "nan %", "0 %", "-1 %", "%"] {

@@ -1,6 +1,6 @@
 //! Whether one setting is better than another.
 
-use standstill_campaign::{Estimate, binomial_interval, difference};
+use standstill_campaign::{Estimate, paired_difference};
 use standstill_sim::{Purpose, Streams};
 
 use crate::limit::{Limits, Measure, Tally, rms};
@@ -11,12 +11,16 @@ const SAMPLES: u64 = 400;
 /// What the second has more of each measure than the first, with 95 % intervals. What the random numbers do to both alike makes
 /// no difference. Of shares, which may be zero, the interval is that of the trials in which one alone had a case, known
 /// also where none was seen; of the others a bootstrap over trials, each of which both have had (B. Efron, "Bootstrap
-/// methods", 1979, doi:10.1214/aos/1176344552), which knows nothing of what was not seen: see [`unseen`].
-pub fn paired(taken: &Limits, first: &Tally, second: &Tally, seed: u64) -> Vec<(Measure, Estimate)> {
+/// methods", 1979, doi:10.1214/aos/1176344552), which knows nothing of what was not seen: see [`unseen`]. Only of the same
+/// settings (`alike`) is it known that nothing differs: others may differ in a trial that was not seen, as a threshold does
+/// that no trial has reached.
+pub fn paired(
+    taken: &Limits,
+    [first, second]: [&Tally; 2],
+    alike: bool,
+    seed: u64,
+) -> Vec<(Measure, Estimate)> {
     let pairs = first.values().iter().zip(second.values());
-    // Where every error is the same to the last bit, the settings are.
-    let measured = taken.0.iter().any(|limit| limit.measure.unit().is_some());
-    let alike = measured && first.values() == second.values();
     let of = |(limit, (a, b)): (&crate::limit::Limit, (&Vec<f64>, &Vec<f64>))| {
         let found = if alike {
             Estimate { value: 0.0, low: 0.0, high: 0.0 }
@@ -33,10 +37,9 @@ pub fn paired(taken: &Limits, first: &Tally, second: &Tally, seed: u64) -> Vec<(
 /// How much larger a share is the second time.
 fn shares(a: &[f64], b: &[f64]) -> Estimate {
     let alone = |one: &[f64], other: &[f64]| {
-        let count = one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count();
-        binomial_interval(count as u64, one.len() as u64)
+        one.iter().zip(other).filter(|(one, other)| **one > 0.0 && **other <= 0.0).count() as u64
     };
-    difference([alone(a, b), alone(b, a)])
+    paired_difference([alone(a, b), alone(b, a)], a.len() as u64)
 }
 
 fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {

@@ -13,6 +13,44 @@ fn analytic_clopper_pearson() {
     assert_eq!(binomial_interval(7, 7).high, 1.0);
 }
 
+#[test]
+fn law_intervals_of_paired_shares_hold_the_difference_as_often_as_they_say() {
+    use standstill_sim::{Purpose, Streams};
+
+    /// Differences for each pair of shares: 95 ± 0.35 %.
+    const OFTEN: u64 = 4000;
+    for (first, second) in [(0.45, 0.45), (0.3, 0.3), (0.4, 0.1), (0.1, 0.1), (0.01, 0.02)] {
+        for pairs in [200, 2000] {
+            let mut known: BTreeMap<[u64; 2], Estimate> = BTreeMap::new();
+            let mut held = 0;
+            for number in 0..OFTEN {
+                let mut draws = Streams::new(pairs, number).open(Purpose::Design);
+                let mut alone = [0, 0];
+                for _ in 0..pairs {
+                    let draw = draws.uniform();
+                    alone[0] += u64::from(draw < first);
+                    alone[1] += u64::from((first..first + second).contains(&draw));
+                }
+                let found = known.entry(alone).or_insert_with(|| paired_difference(alone, pairs));
+                held += u64::from((found.low..=found.high).contains(&(second - first)));
+            }
+            let share = held as f64 / OFTEN as f64;
+            assert!((0.93..=0.97).contains(&share), "{first} {second} of {pairs}: {share}");
+        }
+    }
+}
+
+#[test]
+fn law_paired_shares_at_their_ends_are_numbers() {
+    // Of none in n up to 3.69/n either way; of all, at most the whole.
+    let none = paired_difference([0, 0], 1000);
+    assert!(none.value == 0.0 && (none.high * 1000.0 - 3.68).abs() < 0.01 && none.low == -none.high);
+    let all = paired_difference([0, 50], 50);
+    assert!(all.value == 1.0 && all.high == 1.0 && all.low > 0.85, "{all:?}");
+    let each = paired_difference([1, 1], 2);
+    assert!(each.low >= -1.5 && each.high.is_finite() && each.low == -each.high, "{each:?}");
+}
+
 fn ramp(count: u32) -> Magnitudes {
     let mut ramp = Magnitudes::default();
     (0..count).for_each(|value| ramp.add(f64::from(value)));

@@ -140,7 +140,9 @@ fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
     let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
     // The default's pulse and rounds make 0.84°.
     assert!(rms("start") > 1.8 && rms("best") < 1.05 * 0.84, "{} to {}", rms("start"), rms("best"));
-    assert!(tuned["surely_better"] == true && tuned["limits_hold"]["likely"] == true);
+    // Of 1600 starts up to 0.23 % may lack an answer unseen, which make 4.3° of rms.
+    assert!(tuned["surely_better"] == false && tuned["unseen"].is_object());
+    assert_eq!(tuned["limits_hold"]["likely"], true);
     assert_eq!(tuned["start"]["settings"]["detector.pulse"], 40e-6);
     assert_eq!(tuned["settings"], tuned["best"]["settings"]);
     assert_eq!(tuned["judged_on_seed"], 3);

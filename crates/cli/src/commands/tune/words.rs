@@ -79,7 +79,7 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
     if !tuned.is_found() {
         return (Tone::Bad, format!("No settings found with which {limits}; nearest: {settings}"));
     }
-    if !tuned.surely_better(&asked.goal) && start_keeps {
+    if !tuned.seems_better(&asked.goal) && start_keeps {
         return (
             Tone::Neutral,
             format!(
@@ -87,10 +87,13 @@ pub fn headline(asked: &Asked<'_>, tuned: &Tuned) -> (Tone, String) {
             ),
         );
     }
-    (
-        if tuned.limits.surely || asked.goal.limits.0.is_empty() { Tone::Good } else { Tone::Warning },
-        format!("{settings}: {minimise} {best}, at the start {start}"),
-    )
+    let found = format!("{settings}: {minimise} {best}, at the start {start}");
+    if tuned.seems_better(&asked.goal) && !tuned.surely_better(&asked.goal) {
+        let open = "not surely better: starts without an answer that were not seen may turn it";
+        return (Tone::Warning, format!("{found}; {open}"));
+    }
+    let tone = if tuned.limits.surely || asked.goal.limits.0.is_empty() { Tone::Good } else { Tone::Warning };
+    (tone, found)
 }
 
 /// The limits as they are read, those of the start in few digits.
@@ -194,4 +197,51 @@ pub fn table(asked: &Asked<'_>, tuned: &Tuned) -> Table {
         Column::number("difference"),
     ])
     .rows(keys.chain(measures))
+}
+
+#[cfg(test)]
+mod tests {
+    use standstill_analysis::bracket::Verdict;
+    use standstill_analysis::limit::Limits;
+    use standstill_analysis::tune::{Effort, Goal, Measured};
+    use standstill_scenario::Document;
+
+    use super::*;
+
+    #[test]
+    fn law_the_headline_warns_where_unseen_starts_may_turn_it() {
+        let document = Document::parse(std::path::Path::new("s.toml"), "").expect("TOML");
+        let limits = Limits(Vec::new());
+        let effort = Effort::new(20_000, &limits);
+        let goal = Goal { minimise: Measure::Rms, limits };
+        let against = Measure::Duration;
+        let asked = Asked {
+            document: &document,
+            ranges: Vec::new(),
+            goal,
+            relative: Vec::new(),
+            against,
+            effort,
+            seed: 1,
+        };
+        let exactly = |value: f64| Estimate { value, low: value, high: value };
+        let judged =
+            |rms: f64| Judged { values: Vec::new(), measured: Measured(vec![(Measure::Rms, exactly(rms))]) };
+        let told = |more: f64| {
+            let differences = vec![(Measure::Rms, exactly(-0.1)), (Measure::Undetermined, exactly(more))];
+            let tuned = Tuned {
+                start: judged(0.8),
+                best: judged(0.7),
+                differences: Measured(differences),
+                limits: Verdict { holds: true, surely: true, possibly: true },
+                front: Vec::new(),
+                looks: Vec::new(),
+            };
+            headline(&asked, &tuned)
+        };
+        let (tone, text) = told(3.69 / 20_000.0);
+        assert!(tone == Tone::Warning && text.contains("not surely better"), "{text}");
+        let (tone, text) = told(0.0);
+        assert!(tone == Tone::Good && !text.contains("surely"), "{text}");
+    }
 }

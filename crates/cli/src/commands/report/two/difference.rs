@@ -1,7 +1,7 @@
 //! By how much two runs differ, with 95 % intervals.
 
-pub use standstill_campaign::difference as independent;
-use standstill_campaign::{Estimate, binomial_interval};
+pub use standstill_campaign::independent_difference as independent;
+use standstill_campaign::{Estimate, paired_difference};
 
 /// Of pairs of trials with the same random numbers: in how many something happened in one alone.
 #[derive(Clone, Copy, Debug)]
@@ -14,8 +14,7 @@ pub struct Rates {
 impl Rates {
     /// What B has more than A: pairs in which both or none had it say nothing.
     pub fn difference(self) -> Estimate {
-        let rate = |count| binomial_interval(count, self.pairs);
-        independent([rate(self.only_a), rate(self.only_b)])
+        paired_difference([self.only_a, self.only_b], self.pairs)
     }
 }
 
