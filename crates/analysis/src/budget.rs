@@ -62,7 +62,7 @@ pub struct Budget {
     pub over_angle: Vec<Part>,
 }
 
-/// What the method gets wrong at each angle on average over all draws.
+/// The method's own error: at each angle, the mean error over all draws.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Own {
     /// Rms in degrees of that alone.
@@ -117,8 +117,8 @@ pub const fn trials(pairs: u64, sources: usize) -> u64 {
 type Errors = Vec<Option<f64>>;
 
 impl Budget {
-    /// Of the scenario's sources. Angles are spread evenly over the turn, unless the scenario has one. It ends as soon as too few
-    /// pairs are left.
+    /// Shares the error out among the scenario's sources. Starts have angles spread evenly over the turn, unless the scenario states
+    /// one. The work ends as soon as too few pairs are left.
     ///
     /// # Errors
     /// A value drawn that cannot be; that it was stopped.

@@ -21,16 +21,16 @@ enum Of {
     /// Draws of a trial.
     Draws {
         purpose: Purpose,
-        /// Of a tolerance its key.
+        /// Names the key that a tolerance is of.
         name: String,
         /// Which of the purpose's draws.
         range: Range<usize>,
     },
-    /// What converters round, by the place of their codes: no data sheet tells an offset of less than a code.
+    /// Rounding by converters. Each start draws where the codes lie, since no data sheet states an offset of less than a code.
     Codes,
 }
 
-/// What makes a start.
+/// Everything that a start depends on.
 #[derive(Clone, Debug)]
 pub(super) struct Start {
     pub tape: Tape,
@@ -73,8 +73,8 @@ impl Source {
         self.of == Of::Codes
     }
 
-    /// What a scenario's trials draw with a spread that is not zero: sensors, drive, brake, tolerances of the motor. The
-    /// error of the resolver is none of a detection.
+    /// Lists the errors that trials draw with a spread above zero: of sensors, drive and brake, and the motor's tolerances. The
+    /// resolver's error is left out, because a detection does not depend on it.
     pub(crate) fn drawn(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
         let (sensors, drive) = (&scenario.sensors, &scenario.drive);

@@ -54,7 +54,7 @@ fn bootstrapped(measure: Measure, a: &[f64], b: &[f64], seed: u64) -> Estimate {
         let (mut x, mut y) = (Vec::with_capacity(a.len()), Vec::with_capacity(a.len()));
         for _ in 0..a.len() {
             // Below the number of trials.
-            #[allow(clippy::cast_possible_truncation)]
+            #[allow(clippy::cast_possible_truncation, reason = "an index into trials that are in memory")]
             let trial = draws.integer(last) as usize;
             x.push(a[trial]);
             y.push(b[trial]);
