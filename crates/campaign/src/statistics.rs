@@ -14,33 +14,16 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::student::student;
 use self::sum::Sum;
 use crate::store::Row;
+use standstill_numeric::rank;
+pub use standstill_quantity::Estimate;
 use standstill_scenario::{Record, Verdict};
-
-/// A value with its 95 % interval. An end that the sample is too small to give is not a number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// The estimate.
-    #[serde(deserialize_with = "or_nan")]
-    pub value: f64,
-    /// Lower end.
-    #[serde(deserialize_with = "or_nan")]
-    pub low: f64,
-    /// Upper end.
-    #[serde(deserialize_with = "or_nan")]
-    pub high: f64,
-}
-
-/// JSON has no word for what is not a number but `null`.
-fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
-}
 
 /// How often something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -192,7 +175,7 @@ pub struct Summary {
     /// 99th percentile.
     pub p99_deg: Estimate,
     /// Largest axis error in degrees.
-    #[serde(deserialize_with = "or_nan")]
+    #[serde(deserialize_with = "standstill_quantity::or_nan")]
     pub max_deg: f64,
     /// The probability that a further detection exceeds it, as far as the trials tell.
     pub beyond_max: Estimate,
@@ -211,7 +194,7 @@ pub struct Summary {
     /// Furthest that any rotor moved, in electrical degrees.
     pub max_moved_deg: f64,
     /// Mean duration of a detection in s.
-    #[serde(deserialize_with = "or_nan")]
+    #[serde(deserialize_with = "standstill_quantity::or_nan")]
     pub mean_duration_s: f64,
     /// Largest current in A.
     pub peak_current_a: f64,
@@ -357,18 +340,12 @@ impl Statistics {
 /// A quantile with its distribution-free interval: the order statistics that enclose it with 95 %.
 fn quantile(values: &Magnitudes, p: f64, points: u64) -> Estimate {
     let n = values.count();
-    let Some(last) = n.checked_sub(1) else {
-        return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-    };
     // With n values, as many as Bin(n, p) lie below the quantile.
     let own = n / points;
     let below = |q: f64| binomial::quantile(own, p, q);
     // Of as many independent values as a point has; each stands for one at every point.
-    let rank = |below: u64| below.saturating_mul(points);
-    // A share of a count is below it.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let middle = ((p * n as f64) as u64).min(last);
-    let ranks = [Some(middle), below(0.025).checked_sub(1).map(rank), Some(rank(below(0.975)))];
+    let of_all = |below: u64| below.saturating_mul(points);
+    let ranks = [rank(p, n), below(0.025).checked_sub(1).map(of_all), Some(of_all(below(0.975)))];
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
     Estimate { value, low, high }
 }
