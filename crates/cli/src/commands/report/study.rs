@@ -18,8 +18,8 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
     let of = run.summary.points.iter().enumerate();
     let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary));
-    let points = if points.is_empty() {
-        vec![point(Vec::new(), &run.summary.summary)]
+    let points = if let Some(whole) = run.summary.whole() {
+        vec![point(Vec::new(), whole)]
     } else {
         let place = |of: &PointSummary| {
             let values = shown.iter().map(|axis| match of.values.get(&axis.key) {
