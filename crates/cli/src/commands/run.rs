@@ -7,7 +7,6 @@ mod opening;
 mod points;
 pub mod results;
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
