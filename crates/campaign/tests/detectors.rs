@@ -107,3 +107,14 @@ fn law_field_errors_cost_pulses_both_ways_no_pole_and_at_most_their_default_erro
         assert!(field.rms_deg.value < 2.0 * default.rms_deg.value, "{method}: {field:?}");
     }
 }
+
+#[test]
+fn regress_what_edges_add_is_not_taken_for_too_little_current() {
+    // What an edge adds is as large as the first pulses that these raise in their line of most inductance.
+    for name in ["pm-reluctance", "reluctance-6k7"] {
+        let motor = built_in(name).expect("built in");
+        let s = on(&motor, MaximumLikelihoodAdaptive, ErrorSet::Field, 40);
+        assert!(s.reasons.keys().all(|reason| !reason.starts_with("too little current")), "{name}: {s:?}");
+        assert_eq!(s.wrong_poles, 0, "{name}: {s:?}");
+    }
+}
