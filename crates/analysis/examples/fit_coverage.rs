@@ -1,8 +1,9 @@
 //! Do the intervals of `standstill fit` hold? Pulses of ngspice (a linear motor) and SciPy (a saturated core), read by a
-//! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval.
+//! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval. The scope's samples are as
+//! far apart as the drive's timer counts (drive), so that all edges lie alike between two samples, or by a beat of its own (own).
 //!
 //! ```sh
-//! cargo run --release -p standstill-analysis --example fit_coverage [SEEDS] [NOISE IN STEPS]…
+//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive]
 //! ```
 
 #[path = "../tests/scope/mod.rs"]
@@ -12,13 +13,22 @@ use rayon::prelude::*;
 use scope::{Pulses, Scope, beside};
 
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let seeds: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(200);
-    let noises: Vec<f64> = arguments.filter_map(|text| text.parse().ok()).collect();
-    let noises = if noises.is_empty() { vec![0.5] } else { noises };
-    for noise in noises {
-        table("ngspice, linear", &scope::ngspice(), Scope { noise, ..Scope::of(2.5) }, seeds);
-        table("SciPy, saturated", &scope::scipy(), Scope { noise, ..Scope::of(8.0) }, seeds);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize| arguments.get(k).and_then(|text| text.parse::<f64>().ok());
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+    let seeds = number(0).unwrap_or(200.0) as u64;
+    let noise = number(1).unwrap_or(0.5);
+    let asked = |words: [&str; 2], word: &str| {
+        arguments.iter().any(|text| text == word) || !arguments.iter().any(|text| words.contains(&&text[..]))
+    };
+    for (name, range) in [("ngspice", 2.5), ("SciPy", 8.0)] {
+        for (beat, interval) in [("own", scope::OWN_BEAT), ("drive", scope::DRIVES_BEAT)] {
+            if asked(["ngspice", "SciPy"], name) && asked(["own", "drive"], beat) {
+                let pulses = if name == "ngspice" { scope::ngspice() } else { scope::scipy() };
+                let scope = Scope { noise, interval, ..Scope::of(range) };
+                table(&format!("{name}, {beat} beat"), &pulses, scope, seeds);
+            }
+        }
     }
 }
 
@@ -41,10 +51,10 @@ fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
             }
             let value =
                 beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
-            let half = (high - low) / 2.0;
+            let turned = value - found.value;
             told += 1;
-            inside += u32::from((value - truth).abs() <= half);
-            (sum, width) = (sum + value, width + half);
+            inside += u32::from((low + turned..=high + turned).contains(&truth));
+            (sum, width) = (sum + value, width + (high - low) / 2.0);
         }
         let n = f64::from(told.max(1));
         println!(

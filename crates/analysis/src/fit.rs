@@ -12,6 +12,7 @@
 //! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
 //! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
 
+mod between_rows;
 mod error;
 mod parameters;
 mod pieces;
@@ -23,6 +24,7 @@ mod result;
 mod sheet;
 mod solve;
 mod start;
+mod truncated;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -98,7 +100,8 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     if rows > record::MOST_ROWS {
         return Err(FitError::TooManyRows(rows));
     }
-    let mut pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
+    let mut pieces: Vec<Piece> =
+        records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
     // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
     let every = rows.div_ceil(MOST_USED);
     if every > 1 {

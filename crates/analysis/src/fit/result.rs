@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use nalgebra::DMatrix;
 use standstill_numeric::hypot;
 
+use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Plant};
 use super::pole::{Iron, with_iron};
@@ -246,6 +247,15 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     *angle -= tau * (*angle / tau).floor();
     let free = solved.free.clone();
     let frame = work.problem.frame.clone();
+    let Known { sum, spread, .. } = work.known(&solved.point, &free, &solved.scatter)?;
+    let between = work.between(&sum, &solved.point, free.len(), &spread.off).ok_or(FitError::NoPlant)?;
+    work.problem.free.clone_from(&free);
+    solved.point = work.problem.moved(&solved.point, &between.mean);
+    for parameter in free.iter().filter(|p| p.is_never_negative()) {
+        // Rounding.
+        let least = -parameter.get(&solved.point).min(0.0);
+        parameter.add(&mut solved.point, least, work.problem.channels);
+    }
     let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
     let channels = work.problem.channels;
@@ -259,27 +269,33 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             value = falls.map_or(0.0, |falls| falls[fall]);
             terms = fall_terms(fall, &free, &solved.point, &frame);
         }
-        let half = if place.is_some() {
-            let half = spread.half(&terms, parameter);
+        let mut off = if place.is_some() {
+            let off = between.interval(&terms);
             match (iron, parameter.fall()) {
-                (Iron::Seen(series), Some(fall)) => hypot(half, value - series[fall]),
-                _ => half,
+                (Iron::Seen(series), Some(fall)) => {
+                    off.map(|off| hypot(off, value - series[fall]).copysign(off))
+                }
+                _ => off,
             }
         } else {
-            parameter.plausible(&solved.point, work.reach, work.link)
+            let half = parameter.plausible(&solved.point, work.reach, work.link);
+            [-half, half]
         };
+        if parameter.is_never_negative() {
+            off[0] = off[0].max(-value);
+        }
         let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
         let value = value + one;
         parameters.push(Estimate {
             name: parameter.name(),
             unit,
             value: value / factor,
-            interval: Some([(value - half) / factor, (value + half) / factor]),
+            interval: Some(off.map(|off| (value + off) / factor)),
             identified: place.is_some(),
         });
     }
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
-    parameters.splice(after..after, last_gains(&spread, &free, &solved.point, channels));
+    parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
     let leans = leans(&spread, &free, &fixed, &parameters);
     let weak = work.weak(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
@@ -325,18 +341,18 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
 
 /// The gain of the last channel, which follows from the others', and that which all channels have in common, which nothing
 /// tells.
-fn last_gains(spread: &Spread, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
+fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
     let value = 1.0 + point.gain[last(channels)];
     // It follows from the others' only if all of them are told.
     let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
-    let half = if told { spread.half(&gains, Parameter::Gain(0)) } else { 0.03 };
+    let off = if told { between.interval(&gains) } else { [-0.03, 0.03] };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
-        interval: Some([value - half, value + half]),
+        interval: Some(off.map(|off| value + off)),
         identified: told,
     };
     let common =
