@@ -68,26 +68,27 @@ fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
 /// where each lies elsewhere, they bound it together, and a dead time is known in either case.
 #[test]
 fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
+    let mut count = [0; 2];
     for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
         for (interval, delay, dead_time) in
-            [(scope::DRIVES_BEAT, [0.40, 0.60], 0.25), (scope::OWN_BEAT, [0.05, 0.30], 0.40)]
+            [(scope::DRIVES_BEAT, 0.40..0.60, 0.25), (scope::OWN_BEAT, 0.05..0.30, 0.40)]
         {
             let scope = Scope { interval, ..Scope::of(range) };
-            let fit = held(&pulses, &scope, 2, &ALWAYS).remove(0);
-            let half = |name: &str| {
-                let [low, high] = fit
-                    .parameters
-                    .iter()
-                    .find(|one| one.name == name)
-                    .and_then(|one| one.interval)
-                    .expect("told");
-                (high - low) / 2.0 / interval
-            };
-            let (found, [low, high]) = (half("delay"), delay);
-            assert!((low..high).contains(&found), "{interval}: delay ± {found} intervals");
-            assert!(half("dead_time") < dead_time, "{interval}: dead time ± {} intervals", half("dead_time"));
+            for seed in 0..2 {
+                let fit = pulses.found(&scope, seed, &scope::start(Some(scope::like_it()), seed));
+                let half = |name: &str| {
+                    let found = fit.parameters.iter().find(|one| one.name == name && one.identified);
+                    let [low, high] = found.and_then(|one| one.interval).expect("told");
+                    (high - low) / 2.0 / interval
+                };
+                let found = [half("delay"), half("dead_time")];
+                assert!(delay.contains(&found[0]) && found[1] < dead_time, "{interval}: {found:?} intervals");
+                let [held, all] = inside(&pulses, &scope, &fit);
+                count = [count[0] + held, count[1] + all];
+            }
         }
     }
+    assert!(10 * count[0] >= 9 * count[1], "{count:?}");
 }
 
 #[test]
