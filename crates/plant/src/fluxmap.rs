@@ -27,7 +27,7 @@ use std::sync::Arc;
 
 use standstill_interface::Dq;
 
-use crate::import::{MapError, MapSamples};
+use standstill_files::{MapError, MapSamples};
 
 pub use beyond::{Continuation, FittedCore, PoleKnowledge, PoleSpread};
 use co_energy::CoEnergy;

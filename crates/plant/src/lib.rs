@@ -9,16 +9,14 @@
 //! * [`Rotor`]: inertia, friction, cogging and the play of its brake.
 //! * [`Survey`]: what the magnetics look like to a detection, above all which pole draws more current.
 //! * [`Motor`]: all of it, validated; [`DataSheet`]: the TOML it is read from, each number with its source.
-//! * [`Files`]: the one door through which data sheets and flux maps are read.
+//! * [`Files`]: the one door through which data sheets and flux maps are read, of `standstill-files`.
 //!
 //! "The paper" is Chen Cheng and Tao Ze'an, *On-Line Detection Method for Initial Rotor Position Angle of
 //! Permanent Magnet Synchronous Motor*, 2019 (article 1673-6540(2019)06-0102-04, in Chinese).
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod datasheet;
-mod files;
 mod fluxmap;
-mod import;
 mod library;
 mod magnetics;
 mod motor;
@@ -27,12 +25,10 @@ mod survey;
 mod thermal;
 mod winding;
 
-pub use datasheet::{DataSheet, Entry, MotorError, Source};
-pub use files::{Digest, Files};
+pub use datasheet::{DataSheet, Entry, MotorError};
 pub use fluxmap::{
     Continuation, FittedCore, FluxMap, InductanceErrors, MapAxes, MapReport, PoleKnowledge, PoleSpread,
 };
-pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use library::{built_in, built_in_names};
 pub use magnetics::{
     Algebraic, Cell, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, Hysteresis, IronBridge,
@@ -40,15 +36,13 @@ pub use magnetics::{
 };
 pub use motor::Motor;
 pub use rotor::{Friction, Rotor};
+pub use standstill_files::sheet::Source;
+pub use standstill_files::{Digest, Files, MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
 pub use survey::{OperatingPoint, PolarityPoint, PolaritySignature, Survey};
 pub use thermal::{Temperature, TemperatureError, Thermal};
 pub use winding::{Winding, rotor_angle_from_lines};
 
 // What the sister crates need of each other.
-#[doc(hidden)]
-pub use datasheet::{TableError, key_span, line_of, quoted, read_keyed};
-#[doc(hidden)]
-pub use files::read_at_most;
 #[doc(hidden)]
 pub use magnetics::{Circuits, Series};
 

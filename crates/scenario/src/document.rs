@@ -5,9 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use standstill_detect::{MethodName, SettingsError};
-use standstill_plant::{
-    Files, MotorError, TableError, TemperatureError, key_span, line_of, quoted, read_keyed,
-};
+use standstill_files::{Files, TableError, key_span, line_of, quoted, read_keyed};
+use standstill_plant::{MotorError, TemperatureError};
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;

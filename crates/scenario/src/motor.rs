@@ -6,7 +6,9 @@ use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
-use standstill_plant::{DataSheet, Files, MotorError, TableError, built_in_names};
+use standstill_files::TableError;
+use standstill_files::sheet::Sheet;
+use standstill_plant::{DataSheet, Files, MotorError, built_in_names};
 use toml::{Table, Value};
 
 use super::document::FileError;
@@ -64,7 +66,7 @@ impl JsonSchema for MotorSpec {
     }
 
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let mut sheet = DataSheet::json_schema(generator);
+        let mut sheet = Sheet::json_schema(generator);
         // With a base nothing else is needed.
         sheet.remove("required");
         if let Some(properties) =

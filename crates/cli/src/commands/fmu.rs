@@ -3,9 +3,9 @@
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
+use standstill_files::read_at_most;
 use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
-use standstill_plant::read_at_most;
 use standstill_quantity::listed;
 use standstill_scenario::Document;
 

@@ -2,25 +2,58 @@
 
 use std::fmt;
 
+use standstill_files::sheet::{BridgeTable, SaturationTable, Sourced};
 use standstill_interface::Dq;
 use standstill_numeric::sin_cos;
 use standstill_quantity::unit::One;
 use standstill_quantity::{Unit, listed};
 
-use super::{BridgeTable, DataSheet, MotorError, SaturationTable, Sourced, wrong};
+use super::{DataSheet, MotorError, nameplate, wrong};
 use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Winding};
 
 impl DataSheet {
     /// The motor, if the numbers make one.
     pub fn motor(&self) -> Result<Motor, MotorError> {
+        self.motor_of(None)
+    }
+
+    /// The motor of a sheet that differs from that of `known` in nothing but numbers of `[winding]` and `[rotor]`: where they
+    /// leave the core as it is, as those of a core with a `[saturation]` or a `[map]` do, that is not made and judged again.
+    ///
+    /// ```
+    /// use standstill_plant::{DataSheet, built_in};
+    /// use standstill_quantity::Quantity;
+    ///
+    /// let known = built_in("paper-5k5").ok_or("not built in")?;
+    /// let text = DataSheet::built_in_text("paper-5k5").ok_or("not built in")?;
+    /// let mut sheet = DataSheet::parse("paper-5k5", text)?;
+    /// sheet.tables_mut().winding.resistance.value = Quantity::si(1.3);
+    /// let other = sheet.motor_beside(&known)?;
+    /// assert_eq!(other, sheet.motor()?);
+    /// assert_eq!((other.resistance, known.resistance), (1.3, 1.2));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn motor_beside(&self, known: &Motor) -> Result<Motor, MotorError> {
+        self.motor_of(Some(known))
+    }
+
+    fn motor_of(&self, known: Option<&Motor>) -> Result<Motor, MotorError> {
         let check = Check { sheet: (&self.file, &self.text) };
-        let w = &self.winding;
+        let w = &self.tables.winding;
         let resistance = check.positive("winding.resistance", &w.resistance)?;
-        if let Some(power) = &self.rating.power {
+        if let Some(power) = &self.tables.rating.power {
             check.positive("rating.power", power)?;
         }
-        let (winding, magnet_flux, core) = match self.map().map_err(MotorError::Map)? {
-            Some((map, _)) => self.mapped(&check, map)?,
+        let known_map = known.and_then(|known| match known.magnetics.core() {
+            Core::Map(map) => Some(map.clone()),
+            _ => None,
+        });
+        let map = match known_map {
+            Some(map) => Some(map),
+            None => self.map().map_err(MotorError::Map)?.map(|(map, _)| map),
+        };
+        let (winding, magnet_flux, core) = match map {
+            Some(map) => self.mapped(&check, map)?,
             None => self.wound(&check)?,
         };
         if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
@@ -28,6 +61,37 @@ impl DataSheet {
                 "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
             return Err(check.value("winding.resistance", &w.resistance.value, needed));
         }
+        let rated_current = check.positive("rating.current", &self.tables.rating.current)?;
+        // A map is the one that is known already; to compare it number by number would take as long as a detection.
+        let same = known.filter(|known| matches!(core, Core::Map(_)) || *known.magnetics.core() == core);
+        let magnetics = match same {
+            Some(known) => known.magnetics.clone(),
+            None => self.circuit(&check, core, rated_current)?,
+        };
+        let motor = Motor {
+            name: self.tables.name.clone(),
+            pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
+            resistance,
+            rated_current,
+            dc_link: match &self.tables.rating.dc_link {
+                Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
+                None => None,
+            },
+            winding,
+            magnet_flux,
+            magnetics,
+            thermal: check.thermal(self.tables.thermal.as_ref())?,
+            rotor: check.rotor(&self.tables.rotor)?,
+        };
+        if same.is_none() {
+            check.core(&motor)?;
+        }
+        check.consistent(&motor)?;
+        Ok(motor)
+    }
+
+    /// Core, harmonics, eddy currents and hysteresis.
+    fn circuit(&self, check: &Check, core: Core, rated_current: f64) -> Result<MagneticCircuit, MotorError> {
         let circuit = MagneticCircuit::new(core).map_err(|_| {
             check.value(
                 "saturation",
@@ -35,34 +99,15 @@ impl DataSheet {
                 "an energy whose inductances stay positive",
             )
         })?;
-        let circuit = circuit.with_eddy_currents(check.eddy(self.eddy.as_ref())?);
-        let harmonics = check.harmonics(self.harmonics.as_ref(), &circuit)?;
-        let rated_current = check.positive("rating.current", &self.rating.current)?;
-        let hysteresis = check.hysteresis(self.hysteresis.as_ref(), rated_current)?;
-        let circuit = circuit.with_hysteresis(hysteresis);
-        let motor = Motor {
-            name: self.name.clone(),
-            pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
-            resistance,
-            rated_current,
-            dc_link: match &self.rating.dc_link {
-                Some(dc_link) => Some(check.positive("rating.dc_link", dc_link)?),
-                None => None,
-            },
-            winding,
-            magnet_flux,
-            magnetics: circuit.with_harmonics(harmonics),
-            thermal: check.thermal(self.thermal.as_ref())?,
-            rotor: check.rotor(&self.rotor)?,
-        };
-        check.core(&motor)?;
-        check.consistent(&motor)?;
-        Ok(motor)
+        let circuit = circuit.with_eddy_currents(check.eddy(self.tables.eddy.as_ref())?);
+        let harmonics = check.harmonics(self.tables.harmonics.as_ref(), &circuit)?;
+        let hysteresis = check.hysteresis(self.tables.hysteresis.as_ref(), rated_current)?;
+        Ok(circuit.with_hysteresis(hysteresis).with_harmonics(harmonics))
     }
 
     /// Winding, magnet flux and core as `[winding]`, `[saturation]` and `[bridge]` state them.
     fn wound(&self, check: &Check) -> Result<(Winding, f64, Core), MotorError> {
-        let w = &self.winding;
+        let w = &self.tables.winding;
         let missing = |key| {
             let needed = "given, unless a [map] tells it";
             move || check.value(key, &"missing", needed)
@@ -89,28 +134,30 @@ impl DataSheet {
 
     /// The same from a map; what `[winding]` states besides must agree with it.
     fn mapped(&self, check: &Check, map: FluxMap) -> Result<(Winding, f64, Core), MotorError> {
-        for (key, given) in [("saturation", self.saturation.is_some()), ("bridge", self.bridge.is_some())] {
+        for (key, given) in
+            [("saturation", self.tables.saturation.is_some()), ("bridge", self.tables.bridge.is_some())]
+        {
             if given {
                 return Err(check.value(key, &"given beside [map]", "left out: the map is the whole core"));
             }
         }
         let [[d_low, d_high], [q_low, q_high]] = map.range();
-        let rated = check.positive("rating.current", &self.rating.current)?;
+        let rated = check.positive("rating.current", &self.tables.rating.current)?;
         let least = MAP_REACH * rated;
         if (-d_low).min(d_high).min(-q_low).min(q_high) < least * (1.0 - 1e-6) {
-            let file = self.map.as_ref().map_or("", |table| table.file.name());
+            let file = self.tables.map.as_ref().map_or("", |table| table.file.name());
             let found = format!("{file} with i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A");
             let mut needed = format!(
                 "a map of at least ±{least:.4} A along d and q, {MAP_REACH} times rating.current: a polarity test goes there"
             );
-            let beyond = self.map.as_ref().is_some_and(|table| table.beyond.is_some());
+            let beyond = self.tables.map.as_ref().is_some_and(|table| table.beyond.is_some());
             if !beyond && d_high.max(-d_low) >= least && q_high.min(-q_low) >= least {
                 needed += "; or beyond = \"fitted\" in [map], which continues it along d, so that its poles are assumed";
             }
             return Err(check.value("map.file", &found, &needed));
         }
         let (winding, magnet_flux) = Winding::of_map(&map);
-        let w = &self.winding;
+        let w = &self.tables.winding;
         let stated = Winding {
             mean_inductance: w.mean_inductance.as_ref().map_or(winding.mean_inductance, |l| l.value.value()),
             saliency: w.saliency.as_ref().map_or(winding.saliency, |l| l.value.value()),
@@ -121,12 +168,12 @@ impl DataSheet {
     }
 
     fn core(&self, check: &Check, winding: &Winding, magnet_flux: f64) -> Result<Core, MotorError> {
-        if let Some(nameplate) = &self.nameplate {
+        if let Some(nameplate) = &self.tables.nameplate {
             let needed = "one whose inductances can fall as it says";
-            let core = nameplate.core(winding, magnet_flux);
+            let core = nameplate::core(nameplate, winding, magnet_flux);
             return core.ok_or_else(|| check.value("nameplate.saturation", &"given", needed));
         }
-        match (&self.saturation, &self.bridge) {
+        match (&self.tables.saturation, &self.tables.bridge) {
             (None, None) => Ok(Core::Linear(Linear::from_winding(winding, magnet_flux))),
             (None, Some(_)) => {
                 Err(check.value("bridge", &"given without [saturation]", "given with it, or not at all"))
@@ -183,9 +230,8 @@ impl Check<'_> {
     /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
     fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
         let core = motor.magnetics.core();
-        let Ok(rest) = core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let (rest, l) = (motor.magnetics.core_rest(), motor.magnetics.inductance());
         let flux = if matches!(core, Core::Map(map) if !map.has_magnet()) { 0.0 } else { rest.d };
-        let l = core.current_and_inverse_inductance(rest).1.inverse();
         let winding = &motor.winding;
         // A flux that matters beside what rated current makes: there are motors of milliwebers.
         let slack = 1e-3 * l.xx.max(l.yy) * motor.rated_current;
@@ -250,6 +296,10 @@ impl Check<'_> {
     /// The Hessian must be positive definite wherever a detection may take the core: to three times the rated
     /// current in any direction.
     fn core(&self, motor: &Motor) -> Result<(), MotorError> {
+        // Positive inductances are all that one without saturation needs.
+        if matches!(motor.magnetics.core(), Core::Linear(_)) {
+            return Ok(());
+        }
         for step in 0..48 {
             let (sin, cos) = sin_cos(f64::from(step) * std::f64::consts::TAU / 48.0);
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {

@@ -1,9 +1,9 @@
 //! A data sheet's numbers, ready to print.
 
+use standstill_files::sheet::{Sheet, Source, Sourced};
 use standstill_quantity::Unit;
 
-use super::nameplate::NameplateTable;
-use super::{DataSheet, Source, Sourced};
+use super::{DataSheet, nameplate};
 
 /// One number of a data sheet, ready to print.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,13 +30,22 @@ pub(super) fn entry<U: Unit>(table: &str, key: &str, from: &Sourced<U>) -> Entry
 impl DataSheet {
     /// Each number with its source, in the order of the file.
     pub fn entries(&self) -> Vec<Entry> {
-        let r = &self.rotor;
-        let mut entries = self.nameplate.as_ref().map_or_else(Vec::new, NameplateTable::entries);
-        if self.nameplate.is_none() {
+        let sheet = &self.tables;
+        let r = &sheet.rotor;
+        let mut entries = sheet.nameplate.as_ref().map_or_else(Vec::new, nameplate::entries);
+        if sheet.nameplate.is_none() {
             self.winding_entries(&mut entries);
         }
-        entries.extend(self.map.as_ref().map(|map| map.file.entry("map.file")));
-        if let Some(s) = &self.saturation {
+        entries.extend(sheet.map.as_ref().map(|map| {
+            let (source, reason) = map.file.source();
+            Entry {
+                key: "map.file".to_owned(),
+                value: map.file.name().to_owned(),
+                source,
+                reason: reason.to_owned(),
+            }
+        }));
+        if let Some(s) = &sheet.saturation {
             let exponents = [("s", &s.s), ("t", &s.t), ("u", &s.u), ("v", &s.v)];
             let factors = [
                 ("a_d0", &s.a_d0),
@@ -49,7 +58,7 @@ impl DataSheet {
                 .extend(factors.iter().chain(&exponents).map(|(key, from)| entry("saturation", key, from)));
             entries.push(entry("saturation", "i_f", &s.i_f));
         }
-        if let Some(b) = &self.bridge {
+        if let Some(b) = &sheet.bridge {
             let factors = [("a_b", &b.a_b), ("a_bp", &b.a_bp), ("k_q", &b.k_q), ("w", &b.w)];
             entries.extend(factors.iter().map(|(key, from)| entry("bridge", key, from)));
             entries.push(entry("bridge", "psi_n", &b.psi_n));
@@ -63,23 +72,23 @@ impl DataSheet {
         entries.extend(r.brake_backlash.as_ref().map(|from| entry("rotor", "brake_backlash", from)));
         entries.extend(r.cogging_torque.as_ref().map(|from| entry("rotor", "cogging_torque", from)));
         entries.extend(r.cogging_periods.as_ref().map(|from| entry("rotor", "cogging_periods", from)));
-        if let Some(h) = &self.harmonics {
+        if let Some(h) = &sheet.harmonics {
             entries.extend(h.inductance_4.as_ref().map(|from| entry("harmonics", "inductance_4", from)));
             entries.extend(h.asymmetry.as_ref().map(|from| entry("harmonics", "asymmetry", from)));
             entries.extend(h.flux_5.as_ref().map(|from| entry("harmonics", "flux_5", from)));
             entries.extend(h.flux_7.as_ref().map(|from| entry("harmonics", "flux_7", from)));
         }
-        if let Some(e) = &self.eddy {
+        if let Some(e) = &sheet.eddy {
             entries.push(entry("eddy", "time_constant", &e.time_constant));
             entries.push(entry("eddy", "d_depth", &e.d_depth));
             entries.push(entry("eddy", "q_depth", &e.q_depth));
         }
-        if let Some(h) = &self.hysteresis {
+        if let Some(h) = &sheet.hysteresis {
             entries.push(entry("hysteresis", "coercive_current", &h.coercive_current));
             entries.push(entry("hysteresis", "depth", &h.depth));
             entries.push(entry("hysteresis", "cells", &h.cells));
         }
-        if let Some(t) = &self.thermal {
+        if let Some(t) = &sheet.thermal {
             entries.push(entry("thermal", "reference", &t.reference));
             entries.push(entry("thermal", "winding_coefficient", &t.winding_coefficient));
             entries.push(entry("thermal", "magnet_coefficient", &t.magnet_coefficient));
@@ -89,7 +98,7 @@ impl DataSheet {
 
     /// Those of `[rating]` and `[winding]`.
     fn winding_entries(&self, entries: &mut Vec<Entry>) {
-        let Self { rating, winding: w, .. } = self;
+        let Sheet { rating, winding: w, .. } = &self.tables;
         entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
         entries.push(entry("rating", "current", &rating.current));
         entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));

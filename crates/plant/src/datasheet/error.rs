@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use super::keyed::TableError;
-use super::place::{key_span, line_of};
-use crate::MapError;
+use standstill_files::{MapError, TableError, key_span, line_of};
 
 /// A data sheet that is not a motor.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -48,19 +46,12 @@ impl fmt::Display for MotorError {
 
 impl std::error::Error for MotorError {}
 
-impl TableError {
-    /// The key that the table lacks, if that is what is wrong.
-    pub(super) fn lacks(&self) -> Option<&str> {
-        self.message.strip_prefix("missing field `")?.strip_suffix('`')
-    }
-
-    /// The same of a file with this text, with its line.
-    pub(super) fn of_file(&self, file: &str, text: &str) -> MotorError {
-        let Self { key, message } = self;
-        let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
-        let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
-        MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
-    }
+/// A table that is none, of a file with this text, with its line.
+pub(super) fn of_file(error: &TableError, file: &str, text: &str) -> MotorError {
+    let TableError { key, message } = error;
+    let line = key_span(text, key).map(|span| format!("line {}, ", line_of(text, span.start)));
+    let place = if key.is_empty() { String::new() } else { format!("`{key}`: ") };
+    MotorError::Format { file: file.to_owned(), message: line.unwrap_or_default() + &place + message }
 }
 
 /// A number that no motor has, of a sheet's file and text.

@@ -1,24 +1,17 @@
 //! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, hysteresis, temperature.
 
-use schemars::JsonSchema;
-use serde::Deserialize;
+use standstill_files::sheet::{
+    EddyTable, HarmonicsTable, HysteresisTable, RotorTable, Sourced, ThermalTable,
+};
 use standstill_numeric::Heading;
 use standstill_quantity::listed;
-use standstill_quantity::unit::{Ampere, One, Share};
+use standstill_quantity::unit::One;
 
+use super::MotorError;
 use super::check::Check;
-use super::{EddyTable, HarmonicsTable, MotorError, RotorTable, Sourced, ThermalTable};
 use crate::{
     Cogging, EddyBranch, Friction, Harmonics, Hysteresis, MOST_CELLS, MagneticCircuit, Rotor, Thermal,
 };
-
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub(super) struct HysteresisTable {
-    pub(super) coercive_current: Sourced<Ampere>,
-    pub(super) depth: Sourced<Share>,
-    pub(super) cells: Sourced<One>,
-}
 
 impl Check<'_> {
     pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {

@@ -12,8 +12,8 @@ use standstill_interface::Dq;
 
 use super::FluxMap;
 use super::grid::Grid;
-use crate::import::{MapError, Place};
 use crate::{Algebraic, Magnetics};
+use standstill_files::{MapError, Place};
 
 pub use fit::FittedCore;
 use fit::{Data, Point};

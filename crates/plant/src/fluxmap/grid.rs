@@ -8,7 +8,7 @@ use standstill_numeric::{Symmetric, atan2, sin};
 
 use self::axis::{bracket, distinct, nearest, one_sided, rounded};
 use super::MapAxes;
-use crate::import::{MapError, MapPoint, MapSamples, Place};
+use standstill_files::{MapError, MapPoint, MapSamples, Place};
 
 /// Fluxes over a rectangle of currents; the first index of a matrix is that of i_d.
 pub(super) struct Grid {

@@ -9,8 +9,8 @@ use standstill_numeric::Heading;
 
 use self::noise::add_noise;
 use super::*;
-use crate::import::{MapPoint, Place};
 use crate::{MagneticCircuit, Magnetics, built_in};
+use standstill_files::{MapPoint, Place};
 
 /// A map of a core, sampled on a grid.
 fn sampled(core: &impl Magnetics, d: &[f64], q: &[f64]) -> MapSamples {

@@ -16,7 +16,7 @@ fn sources(folder: &Path) -> Vec<PathBuf> {
 fn law_what_a_run_reads_is_read_through_one_door() {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
     let mut doors = Vec::new();
-    for folder in ["src", "../plant/src", "../campaign/src"].map(|folder| own.join(folder)) {
+    for folder in ["src", "../files/src", "../plant/src", "../campaign/src"].map(|folder| own.join(folder)) {
         for path in sources(&folder) {
             let text = std::fs::read_to_string(&path).expect("readable");
             let name = path.strip_prefix(&folder).expect("below").display().to_string();
@@ -29,7 +29,7 @@ fn law_what_a_run_reads_is_read_through_one_door() {
     }
     doors.sort();
     let known = ["files.rs", "store/journal.rs", "store/notes.rs", "store/survey.rs", "store/tally.rs"];
-    assert_eq!(doors, known, "read files through `standstill_plant::Files`");
+    assert_eq!(doors, known, "read files through `standstill_files::Files`");
 }
 
 #[test]

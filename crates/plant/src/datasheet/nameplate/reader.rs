@@ -1,12 +1,13 @@
 //! What a `[nameplate]` says, checked: all that is missing or wrong is named together.
 
+use standstill_files::sheet::{SharesTable, Sourced};
+use standstill_files::{in_words, key_span, line_of};
 use standstill_quantity::Unit;
 use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
 use toml::{Table, Value};
 
-use super::super::keyed::in_words;
-use super::super::{MotorError, Sourced, key_span, line_of, read_keyed};
-use super::SharesTable;
+use super::super::MotorError;
+use super::falls;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
 use crate::Algebraic;
 
@@ -96,7 +97,7 @@ impl Reader<'_> {
             return None;
         };
         let place = self.place(key.split('.').next().unwrap_or(key));
-        match read_keyed::<Sourced<U>>(with_source(value)) {
+        match Sourced::<U>::of(with_source(value)) {
             Ok(found) if fits(found.value.value()) => Some(found.value.value()),
             Ok(found) => {
                 self.problems.push(format!("{place}{key} is {}, but must be {needed}", found.value));
@@ -230,9 +231,9 @@ impl Reader<'_> {
         }
         if self.problems.is_empty()
             && let Some(Value::Table(shares)) = found.numbers.get("saturation")
-            && let Ok(shares) = read_keyed::<SharesTable>(Value::Table(shares.clone()))
+            && let Ok(shares) = SharesTable::read(shares.clone())
             && let Err(error) =
-                Algebraic::falling([l_d, l_q], found.magnet_flux, found.rated_current, shares.falls())
+                Algebraic::falling([l_d, l_q], found.magnet_flux, found.rated_current, falls(&shares))
         {
             let place = self.place("saturation");
             self.problems.push(format!("{place}{} must be {}", error.key, error.needed));

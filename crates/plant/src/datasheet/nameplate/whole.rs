@@ -1,8 +1,7 @@
 //! From a `[nameplate]` to the tables of any data sheet.
 
+use standstill_files::sheet::PLAIN;
 use toml::{Table, Value};
-
-use super::super::sourced::PLAIN;
 
 /// Tables that a sheet with a `[nameplate]` may have beside it.
 pub(super) const BESIDE: [&str; 5] = ["rotor", "harmonics", "eddy", "hysteresis", "thermal"];

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// whatever has become of the file meanwhile. Clones share what was read.
 ///
 /// ```
-/// use standstill_plant::Files;
+/// use standstill_files::Files;
 ///
 /// let folder = tempfile::tempdir()?;
 /// std::fs::write(folder.path().join("map.csv"), "i_d_A,i_q_A")?;
@@ -155,7 +155,7 @@ impl Files {
     /// What was read so far, by path.
     ///
     /// ```
-    /// use standstill_plant::Files;
+    /// use standstill_files::Files;
     ///
     /// let folder = tempfile::tempdir()?;
     /// let sheet = folder.path().join("motor.toml");

@@ -15,11 +15,7 @@ fn fillers() -> [Value; 4] {
 }
 
 /// The error of a table that lacks a key, with all others that it lacks. `read` says what is wrong with a table.
-pub(super) fn all(
-    first: &TableError,
-    table: Table,
-    read: impl Fn(&Table) -> Option<TableError>,
-) -> TableError {
+pub fn all(first: &TableError, table: Table, read: impl Fn(&Table) -> Option<TableError>) -> TableError {
     let mut tried = table;
     let (mut keys, mut tables) = (Vec::new(), Vec::new());
     // Paths of what was filled in. A table filled in is empty and lacks keys of its own: they are filled in too, but not named.

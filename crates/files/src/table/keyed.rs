@@ -23,7 +23,7 @@ pub struct TableError {
 /// Reads a value; an error names the key below it that is wrong.
 ///
 /// ```
-/// use standstill_plant::read_keyed;
+/// use standstill_files::read_keyed;
 /// use toml::Value;
 ///
 /// let value = "phases = [[1, 2], [3, true]]".parse::<toml::Table>()?;
@@ -37,6 +37,11 @@ pub fn read_keyed<T: DeserializeOwned>(value: Value) -> Result<T, TableError> {
 }
 
 impl TableError {
+    /// The key that the table lacks, if that is what is wrong.
+    pub(crate) fn lacks(&self) -> Option<&str> {
+        self.message.strip_prefix("missing field `")?.strip_suffix('`')
+    }
+
     /// The same, seen from one table further out, where it stands under this key.
     fn below(self, key: &str) -> Self {
         self.inside(&quoted(key))
@@ -91,12 +96,13 @@ fn unexpected(value: &Value) -> Option<Unexpected<'_>> {
 }
 
 /// A value in the words of messages.
-pub(super) fn in_words(value: &Value) -> String {
+pub fn in_words(value: &Value) -> String {
     unexpected(value)
         .map_or_else(|| format!("the date or time {value}"), |value| wording::found(value).into_owned())
 }
 
-struct Keyed(Value);
+/// A value as what is derived for a type reads it.
+pub(crate) struct Keyed(pub Value);
 
 impl Keyed {
     fn wrong(&self, expected: &dyn Expected) -> TableError {

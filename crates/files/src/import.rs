@@ -86,7 +86,8 @@ pub struct MapError {
 }
 
 impl MapError {
-    pub(crate) fn new(file: &str, place: Option<&dyn fmt::Display>, found: String, needed: String) -> Self {
+    /// Of what was found in this file, at this place, where something else is needed.
+    pub fn new(file: &str, place: Option<&dyn fmt::Display>, found: String, needed: String) -> Self {
         Self { file: file.to_owned(), place: place.map(ToString::to_string), found, needed }
     }
 }

@@ -8,7 +8,7 @@ use toml::de::{DeTable, DeValue};
 /// Where in a text of TOML the longest known part of a key's path stands, in bytes.
 ///
 /// ```
-/// use standstill_plant::key_span;
+/// use standstill_files::key_span;
 ///
 /// let text = "[winding]\nresistance = 1.2\n";
 /// assert_eq!(key_span(text, "winding.resistance"), Some(10..20));
@@ -56,7 +56,7 @@ pub fn key_span(text: &str, key: &str) -> Option<Range<usize>> {
 /// A part of a key's path as TOML writes it: in quotes where it is not of letters, digits, dashes and underscores alone.
 ///
 /// ```
-/// use standstill_plant::quoted;
+/// use standstill_files::quoted;
 ///
 /// assert_eq!((quoted("L_d").as_ref(), quoted("sensors.noise").as_ref()), ("L_d", "\"sensors.noise\""));
 /// ```

@@ -2,16 +2,99 @@
 
 use std::fmt;
 
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::de::{DeserializeSeed, Error, IntoDeserializer, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
-use standstill_quantity::Number;
+use standstill_quantity::{Number, Quantity, Unit};
 
-use super::Source;
+use crate::table::{Keyed, TableError};
+
+/// Where a number comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, JsonSchema)]
+#[serde(rename_all = "lowercase")]
+pub enum Source {
+    /// Printed in the source that the data sheet names.
+    Given,
+    /// Estimated from a measurement, as `standstill fit` does.
+    Measured,
+    /// Computed from what is printed there.
+    Inferred,
+    /// Neither: chosen, for the reason stated.
+    Assumed,
+}
+
+impl fmt::Display for Source {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Given => "given",
+            Self::Measured => "measured",
+            Self::Inferred => "inferred",
+            Self::Assumed => "assumed",
+        })
+    }
+}
+
+/// One number of a data sheet.
+#[derive(Clone, Debug)]
+pub struct Sourced<U> {
+    /// The number.
+    pub value: Quantity<U>,
+    /// Where it comes from.
+    pub source: Source,
+    /// Why it is what it is.
+    pub reason: String,
+}
+
+impl<U: Unit> Sourced<U> {
+    /// From a value of TOML: a plain number, a text with a unit, or a table with source and reason.
+    ///
+    /// # Errors
+    /// What was found and is needed, and the key below where it stands.
+    pub fn of(from: toml::Value) -> Result<Self, TableError> {
+        let (value, source, reason) = of_value(Number(U::DIMENSION), from)?;
+        Ok(Self { value: Quantity::si(value), source, reason })
+    }
+}
+
+impl<'de, U: Unit> Deserialize<'de> for Sourced<U> {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let (value, source, reason) = read(Number(U::DIMENSION), deserializer)?;
+        Ok(Self { value: Quantity::si(value), source, reason })
+    }
+}
+
+impl<U: Unit> JsonSchema for Sourced<U> {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        format!("Number in {}", U::SYMBOL).into()
+    }
+
+    /// A scenario may leave the source out.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let quantity = Quantity::<U>::json_schema(generator);
+        let source = Source::json_schema(generator);
+        json_schema!({
+            "anyOf": [quantity, {
+                "type": "object",
+                "properties": { "value": quantity, "source": source, "reason": { "type": "string" } },
+                "required": ["value", "source", "reason"],
+                "additionalProperties": false
+            }]
+        })
+    }
+}
 
 const FIELDS: &[&str] = &["value", "source", "reason"];
 
+fn of_value(number: Number, from: toml::Value) -> Result<(f64, Source, String), TableError> {
+    read(number, Keyed(from))
+}
+
 /// The number in SI, its source and the reason.
-pub fn read<'de, D: Deserializer<'de>>(number: Number, from: D) -> Result<(f64, Source, String), D::Error> {
+fn read<'de, D: Deserializer<'de>>(number: Number, from: D) -> Result<(f64, Source, String), D::Error> {
     from.deserialize_struct("Sourced", FIELDS, Table(number))
 }
 

@@ -1,0 +1,23 @@
+//! What a run reads: the one door through which files come in, flux maps of every format, and tables of TOML as typed values.
+//!
+//! Nothing here knows what a motor must be: `standstill-plant` makes motors of what stands in these tables and maps.
+//!
+//! * [`Files`]: the door. Each file is read once and noted with its [`Digest`].
+//! * [`MapSamples`]: a flux map as its file gives it (CSV, NumPy, MATLAB).
+//! * [`sheet`]: the tables of a motor's data sheet, each number with its source.
+//! * [`read_keyed`]: a table as a typed value; an error names the key that is wrong.
+#![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
+
+mod files;
+mod import;
+pub mod sheet;
+mod table;
+
+pub use files::{Digest, Files, read_at_most};
+pub use import::{MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};
+pub use table::{TableError, in_words, key_span, line_of, quoted, read_keyed};
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
