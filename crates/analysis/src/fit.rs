@@ -6,8 +6,9 @@
 //! ```
 //! The legs' requests of the records are replayed on plants with other parameters; their currents, through channels with
 //! gains, offsets and a delay, are held against the readings. The information of the readings (`fit/reading.rs`) is also that of
-//! the parameters: its inverse gives the 95 % intervals, and where an interval is wider than what is known of a parameter
-//! without measuring, the parameter is fixed at its start value and said not to be identified.
+//! the parameters: with the bounds of edges between two rows (`fit/between_rows.rs`) it gives the 95 % intervals, and where one is
+//! wider than what is known of a parameter without measuring, the parameter is fixed at its start value and said not to be
+//! identified.
 //!
 //! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
 //! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
@@ -25,6 +26,7 @@ mod sheet;
 mod solve;
 mod start;
 mod truncated;
+mod untold;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -40,8 +42,9 @@ use solve::{Problem, Sum};
 
 pub use error::FitError;
 pub use plant::Plant;
-pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
+pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
+pub use untold::{Lean, Weak};
 pub use wiring::Wiring;
 
 /// The start values of a fit.

@@ -36,8 +36,8 @@ pub struct Scope {
 /// Between two samples in s: as the drive's timer counts. Every edge lies at the same place between two samples.
 pub const DRIVES_BEAT: f64 = 1e-6;
 
-/// Between two samples in s, by a clock of its own: edges lie anywhere between samples.
-pub const OWN_BEAT: f64 = 1.037e-6;
+/// Between two samples in s, by another clock: edges lie at four places between samples, for pulses begin 337.51 samples apart.
+pub const FOUR_PLACES: f64 = 1.037e-6;
 
 impl Scope {
     /// Eight bits, half a step of noise, gains that differ by percents.
