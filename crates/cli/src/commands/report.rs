@@ -69,7 +69,8 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     let files = output.finish()?;
     remove_stale(&out, &files);
     if !options.json {
-        text += &format!("\n{}", file_list(&out, &files));
+        text += "\n";
+        text += &file_list(&out, &files);
     }
     Ok(Said { text, code: 0 })
 }
