@@ -93,7 +93,7 @@ impl<'a> Trials<'a> {
     pub fn records(&self, tapes: &[Tape]) -> Result<Vec<Record>, FileError> {
         let mut records: Vec<Option<Record>> = vec![None; tapes.len()];
         let set = |scenario: &mut Scenario<Method<f64>>| self.codes.set(scenario);
-        self.plan.trials_taped(self.point, &self.scenario, tapes, set, |place, record| {
+        self.plan.trials_taped(self.point, &self.scenario, tapes, &set, &mut |place, record| {
             records[place] = Some(record);
         })?;
         Ok(records.into_iter().flatten().collect())

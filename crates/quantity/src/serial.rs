@@ -67,23 +67,28 @@ impl<U: Unit> schemars::JsonSchema for Quantity<U> {
     }
 
     fn json_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
-        let number = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*";
-        let units: Vec<String> = U::DIMENSION.spellings().map(|unit| unit.replace('^', r"\^")).collect();
-        let unit = match &units[..] {
-            [] if U::DIMENSION.share => "%?".to_owned(),
-            [] => String::new(),
-            units => format!("([{}]?({}))?", prefix::spellings(), units.join("|")),
-        };
-        let what = match U::SYMBOL {
-            "" if U::DIMENSION.share => "a share: a number, or a text in per cent".to_owned(),
-            "" => "a number".to_owned(),
-            symbol => format!("a number in {symbol}, or a text with a unit"),
-        };
-        schemars::json_schema!({
-            "description": what,
-            "x-unit": U::SYMBOL,
-            "x-share": U::DIMENSION.share,
-            "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("{number}{unit}\\s*$") }]
-        })
+        schema(&U::DIMENSION)
     }
+}
+
+/// What JSON Schema says of a number of this dimension. Not generic, as [`Number`].
+fn schema(dimension: &Dimension) -> schemars::Schema {
+    let number = r"^\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?\s*";
+    let units: Vec<String> = dimension.spellings().map(|unit| unit.replace('^', r"\^")).collect();
+    let unit = match &units[..] {
+        [] if dimension.share => "%?".to_owned(),
+        [] => String::new(),
+        units => format!("([{}]?({}))?", prefix::spellings(), units.join("|")),
+    };
+    let what = match dimension.symbol {
+        "" if dimension.share => "a share: a number, or a text in per cent".to_owned(),
+        "" => "a number".to_owned(),
+        symbol => format!("a number in {symbol}, or a text with a unit"),
+    };
+    schemars::json_schema!({
+        "description": what,
+        "x-unit": dimension.symbol,
+        "x-share": dimension.share,
+        "anyOf": [{ "type": "number" }, { "type": "string", "pattern": format!("{number}{unit}\\s*$") }]
+    })
 }

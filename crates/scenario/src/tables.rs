@@ -273,7 +273,8 @@ impl ScenarioFile {
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
         let mut table = Self { axes: IndexMap::new(), ..self.clone() };
         table.detector.library_is_an_axis = self.axes.contains_key("detector.library");
-        let mut text = toml::to_string(&table).map_err(wrong)?;
+        // By way of values: what is derived for the tables is then compiled for them, and not for each way in which TOML writes a table.
+        let mut text = toml::to_string(&Value::try_from(table).map_err(wrong)?).map_err(wrong)?;
         if !self.axes.is_empty() {
             text += "\n[axes]\n";
         }

@@ -193,7 +193,6 @@ impl Source {
 
     fn silence(&self, tape: &mut Tape, longest: &Lengths) {
         let Of::Draws { purpose, name, range } = &self.of else { return };
-        let normals = tape.normals_named(*purpose, name);
         let draws = if of_samples(*purpose) {
             // Without it a detector may look more often; four times as often is more than any does.
             let place = SAMPLED.iter().position(|sampled| sampled == purpose).unwrap_or(0);
@@ -201,7 +200,6 @@ impl Source {
         } else {
             range.clone()
         };
-        normals.resize(normals.len().max(draws.end), 0.0);
-        normals[draws].fill(0.0);
+        tape.strip_named(*purpose, name).silence(draws);
     }
 }

@@ -119,12 +119,7 @@ pub(super) fn propose(
     let width = widths.0[kind as usize];
     let mut any = false;
     for strip in tape.strips().iter_mut().filter(|strip| kind.changes(strip.purpose)) {
-        let deviations = spread.strip(strip);
-        for (k, x) in strip.normals.iter_mut().enumerate() {
-            let step = (width * deviations.get(k).copied().unwrap_or(1.0)).min(1.0);
-            *x = (1.0 - step * step).sqrt() * *x + step * draws.normal();
-            any = true;
-        }
+        any |= strip.step(width, spread.strip(strip), draws);
     }
     any
 }

@@ -72,19 +72,22 @@ impl<U: Unit> JsonSchema for Sourced<U> {
         format!("Number in {}", U::SYMBOL).into()
     }
 
-    /// A scenario may leave the source out.
     fn json_schema(generator: &mut SchemaGenerator) -> Schema {
-        let quantity = Quantity::<U>::json_schema(generator);
-        let source = Source::json_schema(generator);
-        json_schema!({
-            "anyOf": [quantity, {
-                "type": "object",
-                "properties": { "value": quantity, "source": source, "reason": { "type": "string" } },
-                "required": ["value", "source", "reason"],
-                "additionalProperties": false
-            }]
-        })
+        schema(&Quantity::<U>::json_schema(generator), generator)
     }
+}
+
+/// A scenario may leave the source out.
+fn schema(quantity: &Schema, generator: &mut SchemaGenerator) -> Schema {
+    let source = Source::json_schema(generator);
+    json_schema!({
+        "anyOf": [quantity, {
+            "type": "object",
+            "properties": { "value": quantity, "source": source, "reason": { "type": "string" } },
+            "required": ["value", "source", "reason"],
+            "additionalProperties": false
+        }]
+    })
 }
 
 const FIELDS: &[&str] = &["value", "source", "reason"];

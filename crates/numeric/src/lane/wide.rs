@@ -40,6 +40,9 @@ pub trait Wide: Lane<Mask: Mask> + 'static {
     /// How many numbers stand side by side.
     const LANES: usize;
 
+    /// Whether it is one number alone. What is asked for behind this is compiled for one alone, and not for several as well.
+    const ALONE: bool = Self::LANES == 1;
+
     /// The number in a lane; panics beyond the last.
     fn get(&self, lane: usize) -> f64;
 

@@ -103,6 +103,7 @@ impl Plan {
 
     /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `change` has the
     /// last word on each trial's scenario, after what was drawn of it; the detector is made after it. `done` gets each record with the number of its tape.
+    /// Both stand behind pointers, so that detectors are taken through here by code that is compiled here.
     ///
     /// # Errors
     /// A value drawn that cannot be.
@@ -111,8 +112,8 @@ impl Plan {
         point: usize,
         scenario: &Scenario<Method<f64>>,
         tapes: &[Tape],
-        change: impl Fn(&mut Scenario<Method<f64>>),
-        mut done: impl FnMut(usize, Record),
+        change: &dyn Fn(&mut Scenario<Method<f64>>),
+        done: &mut dyn FnMut(usize, Record),
     ) -> Result<(), FileError> {
         if !self.has_tolerances() {
             let mut scenario = scenario.clone();

@@ -75,7 +75,7 @@ pub struct Control<'a> {
 }
 
 impl<'a> Control<'a> {
-    /// Puts a case into a lane of a bank of its kind, at rest.
+    /// Puts a case into a lane of a bank of its kind, at rest. Who watches and the ledger are for a machine alone.
     pub fn new<V: Wide>(
         case: Case<'a>,
         bank: &mut Bank<'a, V>,
@@ -116,7 +116,7 @@ impl<'a> Control<'a> {
         control.readings.clear();
         control.put(bank);
         control.set_up_motion(bank);
-        if ledger {
+        if V::ALONE && ledger {
             control.accounts = Some(Accounts::open(&control, bank));
         }
         control
@@ -330,7 +330,10 @@ impl<'a> Control<'a> {
         let lane = self.lane;
         let turned = bank.here.state.turned.get(lane);
         let end_angle = self.case.start_angle + turned;
-        let ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
+        let mut ledger = None;
+        if V::ALONE {
+            ledger = self.accounts.take().map(|accounts| accounts.close(self, bank));
+        }
         let duration = match error {
             Some(_) => Nanos::from_seconds(self.time(bank) * 1e-9),
             None => self.course.end,

@@ -28,11 +28,13 @@ impl<'a> Control<'a> {
                 floating.rise.map(|all| all.iter().map(|rise| rise.get(self.lane)).sum::<f64>() / link);
             ringing.glide(bank.begin.time.get(self.lane), h, rise);
         }
-        if let Some(mut accounts) = self.accounts.take() {
-            accounts.follow(self, bank);
-            self.accounts = Some(accounts);
+        if V::ALONE {
+            if let Some(mut accounts) = self.accounts.take() {
+                accounts.follow(self, bank);
+                self.accounts = Some(accounts);
+            }
+            self.watch(bank);
         }
-        self.watch(bank);
     }
 
     /// Hears the edges of the legs' potentials at a time in ns from which on nothing changes for a while.
@@ -96,7 +98,7 @@ impl<'a> Control<'a> {
     /// after.
     #[inline]
     pub(super) fn show_change<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        if self.probe.is_some() {
+        if V::ALONE && self.probe.is_some() {
             self.show_what_changed(bank);
         }
     }
@@ -143,7 +145,9 @@ impl<'a> Control<'a> {
                 part += 1.0;
             }
         }
-        self.watch_resting(bank, until);
+        if V::ALONE {
+            self.watch_resting(bank, until);
+        }
     }
 
     #[inline(never)]
@@ -165,7 +169,7 @@ impl<'a> Control<'a> {
     /// Shows the machine as it is to who watches.
     #[inline]
     pub(super) fn show_here<V: Wide>(&mut self, bank: &Bank<'a, V>) {
-        if self.probe.is_some() {
+        if V::ALONE && self.probe.is_some() {
             self.show_now(bank);
         }
     }

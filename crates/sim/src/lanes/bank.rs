@@ -209,7 +209,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let free_end = stop.least(here.time + bank.hint.least(bank.longest));
         let until =
             V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
-        let tried = if RARE && V::LANES == 1 && bank.refereed {
+        let tried = if RARE && V::ALONE && bank.refereed {
             Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
         } else {
             Tried::new::<RARE>(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)

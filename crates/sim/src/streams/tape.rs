@@ -1,8 +1,9 @@
 //! Draws that are given from outside.
 
 use std::cell::RefCell;
+use std::ops::Range;
 
-use super::{Purpose, Source};
+use super::{Draws, Purpose, Source};
 
 /// The draws of one trial as standard normals, purpose by purpose. Rare-event simulation and sensitivity analysis give
 /// them; a tape that is empty at first holds afterwards what the trial drew.
@@ -10,10 +11,17 @@ use super::{Purpose, Source};
 /// A uniform number is read from a normal as Φ(z), an angle as the direction of two normals. Draws that nobody reads
 /// stay as they are. Where a trial reads beyond the end, the tape grows by the draws that its own seed and number have
 /// there: new standard normals, independent of all others.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub struct Tape {
     source: Source,
     strips: RefCell<Vec<Strip>>,
+}
+
+// Not derived, which would be compiled wherever tapes are copied: thousands of draws, in crates that are not optimised.
+impl Clone for Tape {
+    fn clone(&self) -> Self {
+        Self { source: self.source, strips: self.strips.clone() }
+    }
 }
 
 /// The draws of one purpose.
@@ -27,6 +35,24 @@ pub struct Strip {
     pub normals: Vec<f64>,
     /// How many of them have been read at most since the tape was made or [`Tape::rewind`] was called.
     pub read: usize,
+}
+
+impl Strip {
+    /// Moves each draw x to √(1 − s²) x + s ξ with a draw ξ of its own: again a standard normal. The step s is `width` times the
+    /// draw's deviation, or `width` where none is given, and at most 1. Whether any draw was there to be moved.
+    pub fn step(&mut self, width: f64, deviations: &[f64], draws: &mut Draws) -> bool {
+        for (k, x) in self.normals.iter_mut().enumerate() {
+            let step = (width * deviations.get(k).copied().unwrap_or(1.0)).min(1.0);
+            *x = (1.0 - step * step).sqrt() * *x + step * draws.normal();
+        }
+        !self.normals.is_empty()
+    }
+
+    /// Puts these draws, which are there afterwards, to their mean.
+    pub fn silence(&mut self, draws: Range<usize>) {
+        self.normals.resize(self.normals.len().max(draws.end), 0.0);
+        self.normals[draws].fill(0.0);
+    }
 }
 
 impl Tape {
@@ -52,8 +78,13 @@ impl Tape {
 
     /// The draws of one purpose that have a name.
     pub fn normals_named(&mut self, purpose: Purpose, name: &str) -> &mut Vec<f64> {
+        &mut self.strip_named(purpose, name).normals
+    }
+
+    /// The same with how many of them were read.
+    pub fn strip_named(&mut self, purpose: Purpose, name: &str) -> &mut Strip {
         let number = self.strip(purpose, name);
-        &mut self.strips.get_mut()[number].normals
+        &mut self.strips.get_mut()[number]
     }
 
     /// All draws, to be changed. They stand in the order in which they were first asked for.
