@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # What `cargo test` leaves out because it needs more than Rust: Python, importers of FMUs, clusters (and whatever else
-# another language reads), and the commands with which the pages for them begin. Makes a virtual environment of its own, runs each part, and says what it could not find.
+# another language reads), the commands with which the pages for them begin, and the lab in a browser. Makes a virtual environment of its own, runs each part, and says what it could not find.
 #   scripts/test-all.sh            all parts
-#   scripts/test-all.sh python     one of them: c, python, fmu, cluster
+#   scripts/test-all.sh python     one of them: c, python, fmu, cluster, lab
+#   STRICT=1 scripts/test-all.sh lab   on an idle machine: the lab's times by the clock must be those that docs/lab.md promises
 set -uo pipefail
 cd "$(dirname "$0")/.."
-parts=${*:-c python fmu cluster}
+parts=${*:-c python fmu cluster lab}
 target=$(realpath -m "${CARGO_TARGET_DIR:-target}")
 venv=$target/venv
 left_out=()
@@ -98,6 +99,19 @@ c_part() {
     try page own-detector
 }
 
+# The lab in a headless Chromium, from its server and, where the target for WebAssembly is there, without one.
+lab_part() {
+    local chromium=${CHROMIUM:-/usr/bin/chromium}
+    if ! command -v npm >/dev/null || [ ! -x "$chromium" ]; then missing "npm and $chromium: the lab in a browser"; return; fi
+    (cd tests/pages && npm ci --silent) || { failed+=("npm ci in tests/pages"); return; }
+    try node tests/pages/lab.mjs "$STANDSTILL" "$target/pictures/lab"
+    if scripts/lab-static.sh "$target/site"; then
+        try node tests/pages/lab.mjs static "$target/site" "$target/pictures/static" "$STANDSTILL"
+    else
+        missing "the target wasm32-unknown-unknown: the lab without a server"
+    fi
+}
+
 case " $parts " in *" python "* | *" cluster "* | *" fmu "*)
     if ! environment; then
         missing "python3 with venv: the parts python, fmu and cluster"
@@ -121,6 +135,8 @@ case " $parts " in *" c "*)
     c_part
     ;;
 esac
+
+case " $parts " in *" lab "*) say "the lab"; lab_part ;; esac
 
 say "summary"
 for part in "${left_out[@]}"; do echo "left out: $part"; done

@@ -4,6 +4,7 @@
 //     node lab.mjs PROGRAM FOLDER          # PROGRAM: the path of `standstill`
 //     node lab.mjs static SITE FOLDER PROGRAM   # SITE: what scripts/lab-static.sh made; PROGRAM: whose numbers it must have
 //
+// With STRICT=1 the times by the clock must be those that docs/lab.md promises, which takes an idle machine.
 // Pictures go into FOLDER. Ends with code 1 and one line per objection. The browser is that of the environment variable
 // CHROMIUM, or /usr/bin/chromium. Not part of `cargo test`: it needs a browser.
 
@@ -23,6 +24,7 @@ if (!program || !folder) {
 }
 mkdirSync(folder, { recursive: true });
 const picture = name => join(folder, name);
+const isStrict = Boolean(process.env.STRICT);
 
 const desk = mkdtempSync(join(tmpdir(), 'lab-'));
 writeFileSync(join(desk, 'noisy.toml'), 'detector.method = "bipolar"\nsensors.noise = "40 mA"\n');
@@ -113,7 +115,7 @@ async function drag({ address, child }) {
   const cost = (shown + answered) / times.length;
   console.log(`processor time of a picture: ${cost.toFixed(1)} ms, of that ${(answered / times.length).toFixed(1)} ms of the lab`);
   expect(cost < 50, `a picture takes ${cost.toFixed(0)} ms of processor time`);
-  expect(times.length > 10 && median < 250, `hand to picture: ${times.map(time => time.toFixed(0))}`);
+  expect(times.length > 10 && median < (isStrict ? 50 : 250), `hand to picture: ${times.map(time => time.toFixed(0))}`);
   await page.click('#undo');
   expect((await state(page)).angle === null, 'a drag is not one step of undo');
   await page.click('#redo');
@@ -328,6 +330,8 @@ async function filling({ address }) {
   });
   console.log(`cloud: the first thousand after ${times[0].toFixed(0)} ms, ${times[2]} after ${times[1].toFixed(0)} ms`);
   expect(times[2] === 10000, `${times[2]} points`);
+  const isPromised = isStrict && !isStatic;
+  expect(!isPromised || (times[0] < 150 && times[1] < 500), `the cloud takes ${times[0].toFixed(0)} and ${times[1].toFixed(0)} ms`);
   await page.close();
 }
 

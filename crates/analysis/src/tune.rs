@@ -258,7 +258,12 @@ impl Question<'_> {
             let (own, of_start) = (estimate.value, start.get(*measure).value);
             let limit = self.goal.limits.0.iter().find(|limit| limit.measure == *measure);
             let share = if own == of_start { 1.0 } else { own / of_start };
-            let value = limit.map_or(own, |limit| limit.most * share);
+            // Of a start at zero no share can be told: what is zero too keeps it, all else does not.
+            let value = match limit {
+                Some(_) if share.is_infinite() => f64::INFINITY,
+                Some(limit) => limit.most * share,
+                None => own,
+            };
             *estimate = Estimate { value, low: value, high: value };
         }
         measured

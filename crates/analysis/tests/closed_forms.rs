@@ -23,7 +23,7 @@ fn odds<S: System<Error = Infallible>>(system: &S, seed: u64) -> Odds {
 
 #[test]
 fn analytic_intervals_hold_a_two_vector_test_in_95_of_100_answers() {
-    // `examples/coverage.rs` has 1,000 answers each; its output is in docs/odds.md.
+    // `examples/coverage.rs` has 1,000 answers each; its output is in docs/odds-coverage.txt.
     for truth in [1e-3, 1e-6, 1e-9] {
         let system = TwoVectors::of(truth);
         let answers: Vec<Odds> = (1..=50).into_par_iter().map(|seed| odds(&system, seed)).collect();

@@ -25,8 +25,8 @@ pub use campaign::{Campaign, CampaignError};
 pub use numerics::NUMERICS;
 pub use plan::Glance;
 pub use statistics::{
-    Estimate, Occurrence, Statistics, Summary, binomial_interval, independent_difference, paired_difference,
-    student,
+    Estimate, Occurrence, Statistics, Summary, binomial_interval, correlated_difference,
+    independent_difference, paired_difference, paired_rms, student,
 };
 pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};
 

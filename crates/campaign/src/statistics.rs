@@ -14,33 +14,16 @@ mod tests;
 
 use std::collections::BTreeMap;
 
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Serialize};
 
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::student::student;
 use self::sum::Sum;
 use crate::store::Row;
+use standstill_numeric::rank;
+pub use standstill_quantity::Estimate;
 use standstill_scenario::{Record, Verdict};
-
-/// A value with its 95 % interval. An end that the sample is too small to give is not a number.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Estimate {
-    /// The estimate.
-    #[serde(deserialize_with = "or_nan")]
-    pub value: f64,
-    /// Lower end.
-    #[serde(deserialize_with = "or_nan")]
-    pub low: f64,
-    /// Upper end.
-    #[serde(deserialize_with = "or_nan")]
-    pub high: f64,
-}
-
-/// JSON has no word for what is not a number but `null`.
-fn or_nan<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
-    Ok(Option::deserialize(deserializer)?.unwrap_or(f64::NAN))
-}
 
 /// How often something happened.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -114,7 +97,24 @@ fn middle_interval(count: u64, total: u64) -> Estimate {
     Estimate { low: (exact.low + low) / 2.0, high: (exact.high + high) / 2.0, ..exact }
 }
 
-fn correlated_difference([a, b]: [Estimate; 2], correlation: f64) -> Estimate {
+/// The rms of the second errors less that of the first, over pairs of the same random numbers: with r the rms, the difference of the
+/// means of b²/(2 r_b) and a²/(2 r_a) to first order, whose spread the pairs tell, and Student's t the rest.
+pub fn paired_rms(pairs: &[(f64, f64)]) -> Estimate {
+    let n = pairs.len() as f64;
+    let rms =
+        |of: fn(&(f64, f64)) -> f64| (pairs.iter().map(|pair| of(pair) * of(pair)).sum::<f64>() / n).sqrt();
+    let (a, b) = (rms(|pair| pair.0), rms(|pair| pair.1));
+    let part = |error: f64, rms: f64| if rms > 0.0 { error * error / (2.0 * rms) } else { 0.0 };
+    let parts: Vec<f64> = pairs.iter().map(|(x, y)| part(*y, b) - part(*x, a)).collect();
+    let mean = parts.iter().sum::<f64>() / n;
+    let variance = parts.iter().map(|part| (part - mean) * (part - mean)).sum::<f64>() / (n - 1.0);
+    let half = student(n - 1.0) * (variance / n).sqrt();
+    let value = b - a;
+    Estimate { value, low: value - half, high: value + half }
+}
+
+/// The second of two estimates less the first, where these have this correlation: see [`independent_difference`].
+pub fn correlated_difference([a, b]: [Estimate; 2], correlation: f64) -> Estimate {
     let length = |x: f64, y: f64| (x * x + y * y - 2.0 * correlation * x * y).max(0.0).sqrt();
     let value = b.value - a.value;
     let low = value - length(b.value - b.low, a.high - a.value);
@@ -122,25 +122,10 @@ fn correlated_difference([a, b]: [Estimate; 2], correlation: f64) -> Estimate {
     Estimate { value, low, high }
 }
 
-/// The interval of a probability whose trials are at several points of the same random numbers: as if only one point's were
-/// known.
-pub fn clustered_interval(count: u64, total: u64, points: u64) -> Estimate {
-    if points <= 1 {
-        return binomial_interval(count, total);
-    }
-    let own = (total / points).max(1);
-    // Rounded away from the middle, so that the interval is rather too wide.
-    let low = binomial_interval((count / points).min(own), own).low;
-    let high = binomial_interval(count.div_ceil(points).min(own), own).high;
-    Estimate { value: count as f64 / total as f64, low, high }
-}
-
 /// Collects records, in memory that does not grow with their number. Sums are exact: the order of the records changes no bit.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Statistics {
     limit_deg: f64,
-    /// See [`Statistics::of_points`].
-    points: u64,
     trials: u64,
     undetermined: u64,
     failed: u64,
@@ -192,7 +177,7 @@ pub struct Summary {
     /// 99th percentile.
     pub p99_deg: Estimate,
     /// Largest axis error in degrees.
-    #[serde(deserialize_with = "or_nan")]
+    #[serde(deserialize_with = "standstill_quantity::or_nan")]
     pub max_deg: f64,
     /// The probability that a further detection exceeds it, as far as the trials tell.
     pub beyond_max: Estimate,
@@ -211,7 +196,7 @@ pub struct Summary {
     /// Furthest that any rotor moved, in electrical degrees.
     pub max_moved_deg: f64,
     /// Mean duration of a detection in s.
-    #[serde(deserialize_with = "or_nan")]
+    #[serde(deserialize_with = "standstill_quantity::or_nan")]
     pub mean_duration_s: f64,
     /// Largest current in A.
     pub peak_current_a: f64,
@@ -225,7 +210,6 @@ impl Statistics {
     pub fn with_limit(limit_deg: f64) -> Self {
         Self {
             limit_deg,
-            points: 1,
             trials: 0,
             undetermined: 0,
             failed: 0,
@@ -239,13 +223,6 @@ impl Statistics {
             powers: [const { Sum::new() }; 4],
             magnitudes: Magnitudes::default(),
         }
-    }
-
-    /// Those of several points together. Trials of the same number share their random numbers at all points, so that they
-    /// may be as good as one: intervals are those of as many trials as a point has.
-    #[must_use]
-    pub fn of_points(self, points: u64) -> Self {
-        Self { points: points.max(1), ..self }
     }
 
     /// Adds a record.
@@ -286,18 +263,12 @@ impl Statistics {
         self.trials
     }
 
-    /// Root mean square of the axis error so far, in degrees.
-    pub fn running_rms(&self) -> f64 {
-        (self.powers[1].value() / self.magnitudes.count() as f64).sqrt()
-    }
-
     /// Mean and rms of the axis error in degrees.
     fn moments(&self) -> [Estimate; 2] {
         let n = self.magnitudes.count() as f64;
         let [mean, square, fourth, sixth] = self.powers.each_ref().map(|sum| sum.value() / n);
-        let known = n / self.points as f64;
-        let mean_half = student(known - 1.0) * ((square - mean * mean).max(0.0) / (known - 1.0)).sqrt();
-        let rms = root_mean_square([square, fourth, sixth], known);
+        let mean_half = student(n - 1.0) * ((square - mean * mean).max(0.0) / (n - 1.0)).sqrt();
+        let rms = root_mean_square([square, fourth, sixth], n);
         [Estimate { value: mean, low: mean - mean_half, high: mean + mean_half }, rms]
     }
 
@@ -308,11 +279,7 @@ impl Statistics {
 
     /// The probability of a wrong pole.
     pub fn wrong_pole_probability(&self) -> Estimate {
-        self.probability(self.wrong_poles, self.trials)
-    }
-
-    fn probability(&self, count: u64, total: u64) -> Estimate {
-        clustered_interval(count, total, self.points)
+        binomial_interval(self.wrong_poles, self.trials)
     }
 
     /// The summary of what was added.
@@ -320,12 +287,11 @@ impl Statistics {
         let axes = self.magnitudes.count();
         let found = self.trials - self.undetermined - self.failed - self.errors_of_simulation;
         let [bias_deg, rms_deg] = self.moments();
-        let probability = |count: u64| self.probability(count, self.trials);
+        let probability = |count: u64| binomial_interval(count, self.trials);
         let reasons = self.reasons.iter().map(|(reason, count)| {
             (reason.clone(), Occurrence { count: *count, probability: probability(*count) })
         });
-        let [p50_deg, p95_deg, p99_deg] =
-            [0.5, 0.95, 0.99].map(|p| quantile(&self.magnitudes, p, self.points));
+        let [p50_deg, p95_deg, p99_deg] = [0.5, 0.95, 0.99].map(|p| quantile(&self.magnitudes, p));
         Summary {
             trials: self.trials,
             found,
@@ -340,9 +306,9 @@ impl Statistics {
             p95_deg,
             p99_deg,
             max_deg: self.magnitudes.largest().unwrap_or(f64::NAN),
-            beyond_max: self.probability(0, axes),
+            beyond_max: binomial_interval(0, axes),
             limit_deg: self.limit_deg,
-            beyond_limit: self.probability(self.beyond_limit, found),
+            beyond_limit: binomial_interval(self.beyond_limit, found),
             wrong_poles: self.wrong_poles,
             wrong_pole_probability: self.wrong_pole_probability(),
             undetermined_probability: probability(self.undetermined),
@@ -355,20 +321,11 @@ impl Statistics {
 }
 
 /// A quantile with its distribution-free interval: the order statistics that enclose it with 95 %.
-fn quantile(values: &Magnitudes, p: f64, points: u64) -> Estimate {
+fn quantile(values: &Magnitudes, p: f64) -> Estimate {
     let n = values.count();
-    let Some(last) = n.checked_sub(1) else {
-        return Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-    };
     // With n values, as many as Bin(n, p) lie below the quantile.
-    let own = n / points;
-    let below = |q: f64| binomial::quantile(own, p, q);
-    // Of as many independent values as a point has; each stands for one at every point.
-    let rank = |below: u64| below.saturating_mul(points);
-    // A share of a count is below it.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let middle = ((p * n as f64) as u64).min(last);
-    let ranks = [Some(middle), below(0.025).checked_sub(1).map(rank), Some(rank(below(0.975)))];
+    let below = |q: f64| binomial::quantile(n, p, q);
+    let ranks = [rank(p, n), below(0.025).checked_sub(1), Some(below(0.975))];
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
     Estimate { value, low, high }
 }

@@ -38,11 +38,13 @@ impl Asked {
     /// What a command makes `of` these values, in words for people; `force` replaces the results of another question.
     pub fn new(command: &'static str, said: String, of: &dyn Debug, force: bool) -> Self {
         let all = format!("{} {NUMERICS} {said} {of:?}", env!("CARGO_PKG_VERSION"));
-        Self {
-            command,
-            question: Question { said, digest: format!("{:016x}", digest(&all)), files: BTreeMap::new() },
-            force,
-        }
+        Self { command, question: Question { said, digest: digest(&all), files: BTreeMap::new() }, force }
+    }
+
+    /// What a command says of something that may change: the same question, whatever has become of it.
+    pub fn place(command: &'static str, said: String, force: bool) -> Self {
+        let question = Question { digest: digest(&said), said, files: BTreeMap::new() };
+        Self { command, question, force }
     }
 
     /// Refuses to replace files of these names in a folder unless they are of this very question, or that is asked for.
@@ -95,11 +97,31 @@ fn kept(folder: &Path) -> BTreeMap<String, Question> {
     serde_json::from_slice(&text).unwrap_or_default()
 }
 
-/// Fowler, Noll and Vo's hash.
-pub fn digest(text: &str) -> u64 {
-    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
-        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
-    })
+/// What tells a text from others, as files are told from others.
+pub fn digest(text: &str) -> String {
+    Digest::of(text.as_bytes()).to_string()
+}
+
+/// Says of a file of some command's that it was changed by this program, if it was as that command wrote it.
+///
+/// # Errors
+/// A note that cannot be written.
+pub fn rewrite(folder: &Path, name: &str, content: &[u8]) -> Result<(), Error> {
+    let (path, mut all) = (folder.join(name), kept(folder));
+    let before = self::content(&path);
+    std::fs::write(&path, content).map_err(Error::writing(&path))?;
+    let known = all.values_mut().filter_map(|question| question.files.get_mut(name));
+    let mut changed = false;
+    for digest in known.filter(|digest| Some(&**digest) == before.as_ref()) {
+        *digest = Digest::of(content).to_string();
+        changed = true;
+    }
+    if changed {
+        let note = folder.join(NOTE);
+        std::fs::write(&note, serde_json::to_vec_pretty(&all).unwrap_or_default())
+            .map_err(Error::writing(&note))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use standstill_campaign::{Estimate, Summary, binomial_interval};
-use standstill_quantity::{magnitude, number as rounded};
+pub use standstill_quantity::fixed;
+use standstill_quantity::{at_most, magnitude, number as rounded};
 use standstill_report::page::Tone;
 
 use crate::terminal::{painted, paragraph};
@@ -13,58 +14,23 @@ pub fn number(value: f64, digits: usize) -> String {
     if value.is_nan() { "–".to_owned() } else { format!("{value:.digits$}") }
 }
 
-/// A value with its interval; a dash alone for what is not known.
-pub fn interval(estimate: &Estimate, factor: f64, digits: usize) -> String {
-    let Estimate { value, low, high } = *estimate;
-    if [value, low, high].iter().all(|x| x.is_nan()) {
-        return number(value, digits);
-    }
-    let [value, low, high] = [value, low, high].map(|x| number(x * factor, digits));
-    format!("{value} [{low}, {high}]")
-}
-
-/// An angle in degrees with its interval, in as many digits as that is narrow.
-pub fn angle(estimate: &Estimate) -> String {
-    interval(estimate, 1.0, digits(0.01 * (estimate.high - estimate.low) / 2.0).max(3))
-}
-
-/// A probability in per cent with its interval, in as many digits as its upper end needs: of a zero count, that is what is
-/// known.
+/// A probability in per cent with its interval.
 fn percent(probability: &Estimate) -> String {
-    interval(probability, 100.0, digits(probability.high).max(3))
-}
-
-/// Decimals for two significant digits of a share in per cent.
-pub fn digits(share: f64) -> usize {
-    magnitude(100.0 * share).map_or(2, |magnitude| usize::try_from(1 - magnitude).unwrap_or(0).max(2))
-}
-
-/// Decimals of a value for people, who read its error off the last digit: two digits of half its interval's width where they begin
-/// with less than 3.55, else one (Particle Data Group, Review of Particle Physics, introduction, 5.3). Of what has no interval, or
-/// one without width, three digits of its own.
-pub fn sure_decimals(all: [f64; 3]) -> usize {
-    let half = (all[2] - all[1]).abs() / 2.0;
-    let most = decimals_of(all);
-    // It begins with less than 3.55 where dividing by that loses a place.
-    if magnitude(half / 3.55) < magnitude(half) || half == 0.0 || half.is_nan() {
-        most
-    } else {
-        most.saturating_sub(1)
-    }
+    probability.times(100.0).to_string()
 }
 
 /// Decimals of a share of so many starts in per cent: no more than its interval has, and none that one start more or less would not
 /// change.
 fn share_decimals(of: &Estimate, starts: u64) -> usize {
     let one = magnitude(100.0 / starts as f64).map_or(0, |m| usize::try_from(-m).unwrap_or(0));
-    one.min(sure_decimals([of.value, of.low, of.high].map(|share| 100.0 * share)))
+    one.min(of.times(100.0).decimals())
 }
 
 /// A count among others, as a probability in per cent; of none, what it is at most.
 pub fn share(count: u64, probability: &Estimate) -> String {
     let Estimate { value, high, .. } = *probability;
     if count == 0 {
-        format!("0 (< {:.*} %)", digits(high), 100.0 * high)
+        format!("0 (< {} %)", at_most(high))
     } else {
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of starts")]
         let decimals = share_decimals(probability, (count as f64 / value).round() as u64);
@@ -86,27 +52,6 @@ pub fn right_interval(s: &Summary) -> String {
     let decimals = share_decimals(&known, s.trials);
     let [value, low, high] = [known.value, known.low, known.high].map(|share| fixed(100.0 * share, decimals));
     format!("{value} [{low}, {high}]")
-}
-
-/// A value in no more digits than its interval has, without it; a dash for what is not known.
-pub fn sure(e: &Estimate) -> String {
-    if e.value.is_nan() {
-        "–".to_owned()
-    } else if e.low.is_nan() || e.high.is_nan() {
-        // Too few for an interval: too few for a third digit.
-        standstill_report::figure::rounded(e.value, 2)
-    } else {
-        fixed(e.value, sure_decimals([e.value, e.low, e.high]))
-    }
-}
-
-/// The same with the interval, where there is one.
-pub fn bracketed(e: &Estimate) -> String {
-    if [e.value, e.low, e.high].iter().any(|x| x.is_nan()) {
-        return sure(e);
-    }
-    let decimals = sure_decimals([e.value, e.low, e.high]);
-    format!("{} [{}, {}]", sure(e), fixed(e.low, decimals), fixed(e.high, decimals))
 }
 
 /// The share of starts that were answered rightly: an angle, and the right pole.
@@ -134,28 +79,20 @@ pub fn text(s: &Summary) -> String {
     let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
     let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
     let largest = format!(
-        "{}°, exceeded by at most {:.2} % (97.5 % sure)",
+        "{}°, exceeded by at most {} % (97.5 % sure)",
         number(s.max_deg, 3),
-        // Rounded up: a bound must not look smaller than it is.
-        (1e4 * s.beyond_max.high).ceil() / 100.0
+        at_most(s.beyond_max.high)
     );
     let beyond = format!("P(|e| > {}°)", s.limit_deg);
     let poles = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Good };
     let mut lines = vec![
-        ("rms axis error", format!("{}° over {} axes", angle(&s.rms_deg), s.axes)),
-        ("mean axis error", format!("{}°", angle(&s.bias_deg))),
-        ("median", format!("{}°", angle(&s.p50_deg))),
-        ("95th percentile", format!("{}°", angle(&s.p95_deg))),
-        ("99th percentile", format!("{}°", angle(&s.p99_deg))),
+        ("rms axis error", format!("{}° over {} axes", s.rms_deg, s.axes)),
+        ("mean axis error", format!("{}°", s.bias_deg)),
+        ("median", format!("{}°", s.p50_deg)),
+        ("95th percentile", format!("{}°", s.p95_deg)),
+        ("99th percentile", format!("{}°", s.p99_deg)),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        (
-            beyond.as_str(),
-            format!(
-                "{} % of {} found",
-                interval(&s.beyond_limit, 100.0, digits(s.beyond_limit.high)),
-                s.found
-            ),
-        ),
+        (beyond.as_str(), format!("{} % of {} found", percent(&s.beyond_limit), s.found)),
         ("wrong poles", painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),
@@ -177,27 +114,14 @@ pub fn text(s: &Summary) -> String {
     text
 }
 
-/// Decimals of a value with the ends of its interval: two digits of half the interval's width. Of what has no interval, or one
-/// without width, three digits of its own.
+/// Decimals of a value with the ends of its interval.
 pub fn decimals_of([value, low, high]: [f64; 3]) -> usize {
-    let half = (high - low).abs() / 2.0;
-    let least = if half > 0.0 && half.is_finite() { half } else { 0.01 * value.abs() };
-    standstill_quantity::magnitude(least).map_or(0, |m| usize::try_from(1 - m).unwrap_or(0)).min(9)
+    Estimate { value, low, high }.decimals()
 }
 
-/// A value and the ends of its interval with [`decimals_of`] them, what is no number empty. There is no minus zero.
-pub fn with_interval(all: [f64; 3]) -> [String; 3] {
-    let decimals = decimals_of(all);
-    all.map(|x| if x.is_nan() { String::new() } else { fixed(x, decimals) })
-}
-
-/// A number with so many decimals, without a sign where only zeros are left.
-pub fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(rest) if rest.chars().all(|c| "0.".contains(c)) => rest.to_owned(),
-        _ => text,
-    }
+/// A value and the ends of its interval, what is no number empty.
+pub fn with_interval([value, low, high]: [f64; 3]) -> [String; 3] {
+    Estimate { value, low, high }.texts()
 }
 
 #[cfg(test)]
@@ -224,33 +148,11 @@ mod tests {
         assert_eq!(percent(&binomial_interval(0, 10_000)), "0.000 [0.000, 0.037]");
         assert_eq!(percent(&binomial_interval(0, 1_000_000)), "0.00000 [0.00000, 0.00037]");
         assert_eq!(share(0, &binomial_interval(0, 1_000_000)), "0 (< 0.00037 %)");
-        assert_eq!(
-            angle(&Estimate { value: 0.15, low: 0.149_95, high: 0.150_05 }),
-            "0.150000 [0.149950, 0.150050]"
-        );
         // Of four starts one is 25 %, and the interval reaches from 7 to 93 %.
         assert_eq!(share(2, &binomial_interval(2, 4)), "2 (50 %)");
         assert_eq!(share(25, &binomial_interval(25, 2000)), "25 (1.2 %)");
         assert_eq!((share_of(1.0, 100), share_of(0.9985, 2000)), ("100".to_owned(), "99.85".to_owned()));
         assert_eq!((share_of(0.37, 100), share_of(0.5, 1_000_000)), ("37".to_owned(), "50.00".to_owned()));
         assert_eq!(share(300, &binomial_interval(300, 300)), "300 (100.0 %)");
-        let e = |value, low, high| bracketed(&Estimate { value, low, high });
-        assert_eq!(e(0.751_7, 0.661, 0.889), "0.75 [0.66, 0.89]");
-        assert_eq!(
-            (e(f64::NAN, f64::NAN, f64::NAN), e(1.25, f64::NAN, f64::NAN)),
-            ("–".into(), "1.2".into())
-        );
-    }
-
-    #[test]
-    fn law_no_digits_beyond_the_interval_and_no_minus_zero() {
-        assert_eq!(with_interval([3.621_74, 3.514, 3.733]), ["3.62", "3.51", "3.73"]);
-        assert_eq!(with_interval([0.838_12, 0.8371, 0.8392]), ["0.8381", "0.8371", "0.8392"]);
-        assert_eq!(with_interval([-0.004, -0.4, 0.4]), ["0.00", "-0.40", "0.40"]);
-        assert_eq!(with_interval([0.0, 0.0, 0.0737]), ["0.000", "0.000", "0.074"]);
-        assert_eq!(
-            (fixed(-0.04, 1), fixed(-0.06, 1), fixed(0.0, 0)),
-            ("0.0".into(), "-0.1".into(), "0".into())
-        );
     }
 }

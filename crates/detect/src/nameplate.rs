@@ -67,6 +67,18 @@ impl<T: Real> Sensing<T> {
         if amplitude > T::zero() { decay * T::of(5.0) } else { T::zero() }
     }
 
+    /// How much earlier than the end of a pulse its current is sampled: early enough that the converter is through with all phases before
+    /// the edge, and that no jitter moves a sample into what the edge adds.
+    pub(crate) fn lead(&self) -> Nanos {
+        self.skew * 2 + Nanos::from_seconds(self.blank().to_double())
+    }
+
+    /// For how long in s a current that has risen evenly for `time` shows in sensors that lag: τ less, once it has risen for some τ.
+    pub(crate) fn seen(&self, time: T) -> T {
+        let lag = self.lag();
+        if lag > T::zero() { time - lag * (T::one() - (-time / lag).exp()) } else { time }
+    }
+
     /// Whether a sample at a time compares the sensors, where a pulse ends after `pulse`. Of phases that are converted one
     /// after the other a later one reads more while the current rises and less while it falls: that cancels but for the
     /// sample at the peak. Nor may what an edge adds look like a gain.

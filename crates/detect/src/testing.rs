@@ -136,9 +136,10 @@ impl LineMotor {
                 interval: command.sampling.interval.seconds(),
                 blank: 0.0,
             };
+            let lead = model.interval - command.sampling.first.seconds();
             let mut peak: f64 = 0.0;
             for (phase, sign) in [(from, 1.0), (to, -1.0)] {
-                let late = self.skew * f64::from(phase as u8);
+                let late = self.skew * f64::from(phase as u8) - lead;
                 let seen = LineParameters { lag: self.lag[phase as usize], late, ..self.line(line) };
                 model.one_way(&seen, forward, count, |k, current, _| {
                     currents[k][phase as usize] = sign * current;
@@ -148,7 +149,8 @@ impl LineMotor {
             let [amplitude, decay, frequency] = self.pick_up;
             for (n, currents) in currents.iter_mut().enumerate() {
                 for (phase, current) in currents.iter_mut().enumerate() {
-                    let since = model.interval * (n + 1) as f64 + self.skew * phase as f64 - model.pulse;
+                    let since =
+                        model.interval * (n + 1) as f64 - lead + self.skew * phase as f64 - model.pulse;
                     if since > -1e-12 {
                         let ringing = (core::f64::consts::TAU * frequency * since).cos();
                         *current += amplitude * (-since / decay).exp() * ringing;

@@ -1,5 +1,5 @@
 // What lies in the lab's folder: scenarios to open, reports of finished runs, runs that are under way.
-import { make, number, percent } from './words.mjs';
+import { make } from './words.mjs';
 
 const ago = seconds => (seconds < 90 ? `${Math.round(seconds)} s` : seconds < 5400 ? `${Math.round(seconds / 60)} min` : `${Math.round(seconds / 3600)} h`);
 
@@ -55,10 +55,9 @@ export class Files {
     if (runs.length && this.place.isConnected && !this.place.closest('[hidden]')) this.timer = setTimeout(() => this.#follow(runs), 2000);
   }
 
-  #journal({ name, done, all, finished, changed, summary, points }) {
+  #journal({ name, done, all, finished, changed, said, point, points }) {
     const state = finished ? 'all trials done' : changed < 15 ? 'running' : `no row for ${ago(changed)}: interrupted, or slow; --resume goes on`;
-    const rms = summary.rms_deg;
-    const says = done ? `rms ${number(rms.value)}° [${number(rms.low)}, ${number(rms.high)}], wrong poles ${summary.wrong_poles} (at most ${percent(summary.wrong_pole_probability.high)})` : 'no row yet';
+    const says = !done ? 'no row yet' : said ? `rms ${said.rms}, wrong poles ${said.wrong}` : `point ${point + 1} of ${points}`;
     return make('div', { class: 'journal' },
       make('progress', { max: all, value: done, 'aria-label': `${name}: ${done} of ${all} trials` }),
       make('span', {}, ` ${done} of ${all} trials${points > 1 ? ` at ${points} points` : ''}, ${state}. `), make('span', { class: 'hint', text: says }));

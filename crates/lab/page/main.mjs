@@ -251,7 +251,7 @@ class Lab {
   /** Statistics, side by side. */
   #numbers() {
     const sides = this.store.sides().filter(side => this.summaries[side]);
-    const of = side => this.summaries[side].summary;
+    const of = side => ({ ...this.summaries[side].summary, said: this.summaries[side].said });
     statistics($('numbers'), sides, of);
     const shares = sides.map(side => of(side).trials / this.summaries[side].all);
     $('progress').firstElementChild.style.width = `${100 * Math.min(...shares, 1)}%`;

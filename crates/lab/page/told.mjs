@@ -1,5 +1,5 @@
 // Results in words: a detection, its values at a time, statistics.
-import { fixed, make, number, percent, shown } from './words.mjs';
+import { fixed, make, number, shown } from './words.mjs';
 import { lower } from './plot.mjs';
 
 const PHASES = ['a', 'b', 'c'];
@@ -53,18 +53,16 @@ export function values(side, one, cursor, [from, to], both) {
 
 /** Statistics, side by side, into a table; `of(side)` has those of a side. */
 export function statistics(table, sides, of) {
-  const interval = e => `${number(e.value)}° [${number(e.low)}, ${number(e.high)}]`;
-  const odds = (count, e) => `${count}: ${percent(e.value)} [${percent(e.low)}, ${percent(e.high)}]`;
   const rows = [
     ['trials', s => String(s.trials)],
-    ['rms error of the axis', s => interval(s.rms_deg)],
-    ['mean error', s => interval(s.bias_deg)],
-    ['95th percentile', s => interval(s.p95_deg)],
+    ['rms error of the axis', s => s.said.rms],
+    ['mean error', s => s.said.bias],
+    ['95th percentile', s => s.said.p95],
     ['largest', s => `${number(s.max_deg)}°`],
-    ['wrong pole', s => odds(s.wrong_poles, s.wrong_pole_probability), s => s.wrong_poles > 0],
-    ['pole undetermined', s => odds(s.undetermined, s.undetermined_probability)],
-    ['no angle', s => odds(s.failed, s.failed_probability)],
-    [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => `${percent(s.beyond_limit.value)} [${percent(s.beyond_limit.low)}, ${percent(s.beyond_limit.high)}]`],
+    ['wrong pole', s => s.said.wrong, s => s.wrong_poles > 0],
+    ['pole undetermined', s => s.said.undetermined],
+    ['no angle', s => s.said.failed],
+    [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => s.said.beyond],
     ['detection takes', s => (s.mean_duration_s === null ? '–' : shown(s.mean_duration_s, 's'))],
     ['largest current', s => shown(s.peak_current_a, 'A')],
   ];
@@ -75,12 +73,12 @@ export function statistics(table, sides, of) {
 }
 
 /** How B differs from A, and how surely. */
-export function difference({ trials, rms, wrong, share }) {
+export function difference({ trials, axes, rms, said, wrong, share }) {
   const better = rms.value > 0 ? 'B is worse' : 'B is better';
   const sure = rms.low > 0 || rms.high < 0 ? better : 'no difference that these trials show';
   const chance = share.low > 0.5 || share.high < 0.5 ? 'more than chance' : 'no more than chance';
   const poles = wrong.a + wrong.b === 0 ? 'No trial in which only one of them names a wrong pole.'
     : `Wrong poles only in A: ${wrong.a}, only in B: ${wrong.b}, ${chance}.`;
-  const change = `${rms.value >= 0 ? '+' : ''}${number(rms.value)}° [${number(rms.low)}, ${number(rms.high)}]`;
-  return `B − A on the same ${trials} trials: rms ${change}, ${sure}. ${poles}`;
+  const of = axes < trials ? ` (${axes} in which both found an axis)` : '';
+  return `B − A on the same ${trials} trials${of}: rms ${said}, ${sure}. ${poles}`;
 }

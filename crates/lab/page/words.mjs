@@ -29,9 +29,6 @@ export function number(value, digits = 3) {
 export const fixed = (value, decimals) =>
   (Number.isFinite(value) ? value.toFixed(decimals).replace(/^-(0\.?0*)$/, '$1') : '–').replace('-', '−');
 
-/** A share in per cent. */
-export const percent = share => (share === null || Number.isNaN(share) ? '–' : `${number(100 * share, 3)} %`);
-
 /** An element with attributes and children. */
 export function make(tag, attributes = {}, ...children) {
   const element = document.createElement(tag);

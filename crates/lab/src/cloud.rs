@@ -12,12 +12,13 @@ use std::time::{Duration, Instant};
 use serde::Deserialize;
 use serde_json::json;
 use standstill_campaign::store::{Row, SweepError};
-use standstill_campaign::{Estimate, Glance, Statistics, binomial_interval, student};
+use standstill_campaign::{Glance, Statistics, binomial_interval, paired_rms};
 use standstill_quantity::Quantity;
 use standstill_scenario::{Record, Verdict};
 
 use crate::bench::{Bench, Ready, lock};
 use crate::error::LabError;
+use crate::said::{change, said};
 use crate::setting::Setting;
 
 /// The first trials of a scenario.
@@ -109,7 +110,8 @@ impl Filling {
 
     /// The statistics so far as a frame.
     fn summary(&self) -> Vec<u8> {
-        let text = json!({ "summary": self.statistics.summary(), "all": self.trials });
+        let summary = self.statistics.summary();
+        let text = json!({ "said": said(&summary), "summary": summary, "all": self.trials });
         frame(0, text.to_string().as_bytes())
     }
 
@@ -219,7 +221,7 @@ pub(crate) fn pair(bench: &Bench, request: &Pair) -> serde_json::Value {
 fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {
     let trials = a.len().min(b.len());
     let pairs = || a.iter().zip(b);
-    let axes: Vec<[f64; 2]> = pairs().filter_map(|(a, b)| Some([a.axis_error?, b.axis_error?])).collect();
+    let axes: Vec<(f64, f64)> = pairs().filter_map(|(a, b)| Some((a.axis_error?, b.axis_error?))).collect();
     let only = |of: fn(&Kept) -> bool, not: fn(&Kept) -> bool| {
         [pairs().filter(|(a, b)| of(a) && not(b)).count(), pairs().filter(|(a, b)| of(b) && not(a)).count()]
     };
@@ -228,23 +230,9 @@ fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {
     // Of those in which they differ, how many are B's: one half if there is no difference.
     let share = binomial_interval(wrong[1] as u64, (wrong[0] + wrong[1]) as u64);
     let counts = BTreeMap::from([("a", wrong[0]), ("b", wrong[1])]);
-    json!({ "trials": trials, "axes": axes.len(), "rms": difference(&axes), "wrong": counts, "share": share,
+    let rms = paired_rms(&axes);
+    json!({ "trials": trials, "axes": axes.len(), "rms": rms, "said": change(rms), "wrong": counts, "share": share,
         "without_axis": BTreeMap::from([("a", lost[0]), ("b", lost[1])]) })
-}
-
-/// rms of B minus rms of A in degrees, with its 95 % interval. To first order the root of a mean of squares moves with each
-/// error by `e²/(2 n rms)`; the differences of these within the pairs have a spread, and Student's t the rest.
-fn difference(axes: &[[f64; 2]]) -> Estimate {
-    let n = axes.len() as f64;
-    let rms = |k: usize| (axes.iter().map(|pair| pair[k] * pair[k]).sum::<f64>() / n).sqrt();
-    let [rms_a, rms_b] = [rms(0), rms(1)];
-    let part = |error: f64, rms: f64| if rms > 0.0 { error * error / (2.0 * rms) } else { 0.0 };
-    let parts: Vec<f64> = axes.iter().map(|[a, b]| part(*b, rms_b) - part(*a, rms_a)).collect();
-    let mean = parts.iter().sum::<f64>() / n;
-    let variance = parts.iter().map(|part| (part - mean) * (part - mean)).sum::<f64>() / (n - 1.0);
-    let half = student(n - 1.0) * (variance / n).sqrt();
-    let value = rms_b - rms_a;
-    Estimate { value, low: value - half, high: value + half }
 }
 
 #[cfg(test)]
@@ -281,13 +269,13 @@ mod tests {
         let mut normal = || (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
         let truth = 1.25_f64.sqrt() - 1.04_f64.sqrt();
         let covered = (0..2000).filter(|_| {
-            let axes: Vec<[f64; 2]> = (0..200)
+            let axes: Vec<(f64, f64)> = (0..200)
                 .map(|_| {
                     let common = normal();
-                    [common + 0.2 * normal(), common + 0.5 * normal()]
+                    (common + 0.2 * normal(), common + 0.5 * normal())
                 })
                 .collect();
-            let found = difference(&axes);
+            let found = paired_rms(&axes);
             found.low <= truth && truth <= found.high
         });
         let covered = covered.count() as f64 / 20.0;

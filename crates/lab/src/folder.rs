@@ -15,6 +15,7 @@ use standstill_scenario::Document;
 
 use crate::bench::{LIBRARY, lock, names_library};
 use crate::error::LabError;
+use crate::said::said;
 
 /// How deep runs are looked for, and how many things are listed.
 const DEPTH: usize = 3;
@@ -24,6 +25,8 @@ const MOST: usize = 200;
 struct Followed {
     rows: Rows,
     statistics: Statistics,
+    /// That of the last row.
+    point: usize,
     /// Bytes that the file had. One that has fewer now is another run's.
     length: u64,
 }
@@ -168,8 +171,11 @@ impl Folder {
                 "left": known.rows.left(),
                 "finished": known.rows.is_done(),
                 "points": identity.points,
+                "point": known.point,
                 "changed": seconds_ago(&path),
-                "summary": summary,
+                // Points were chosen: what they say together depends on the choice.
+                "summary": (identity.points == 1).then_some(&summary),
+                "said": (identity.points == 1).then(|| said(&summary)),
             }));
             followed.insert(path, known);
         }
@@ -181,8 +187,9 @@ impl Followed {
     /// What has come since.
     fn read(&mut self) -> Result<(), LabError> {
         while let Some(block) = self.rows.block().map_err(LabError::of)? {
-            for (_, row) in &block {
+            for (point, row) in &block {
                 self.statistics.add_row(row);
+                self.point = *point;
             }
         }
         Ok(())
@@ -194,8 +201,7 @@ fn follow(path: &Path) -> Result<Followed, LabError> {
     let rows = Rows::open(path).map_err(LabError::of)?;
     let file = Document::parse(Path::new("scenario"), &rows.identity().scenario)?.load()?;
     let limit = file.limit.map_or(Statistics::LIMIT_DEG, Quantity::value);
-    let statistics = Statistics::with_limit(limit).of_points(rows.identity().points);
-    Ok(Followed { rows, statistics, length: 0 })
+    Ok(Followed { rows, statistics: Statistics::with_limit(limit), point: 0, length: 0 })
 }
 
 /// The journals in a folder.

@@ -16,6 +16,7 @@ mod controls;
 mod detection;
 mod error;
 mod folder;
+mod said;
 #[cfg(feature = "server")]
 mod server;
 mod setting;

@@ -5,6 +5,7 @@
 //! * [`sin`], [`exp`], [`ln`], [`hypot`] and so on: functions of one number, from a library that every machine has alike.
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
+//! * [`rank`]: where a quantile stands among sorted values.
 //!
 //! ```
 //! use standstill_numeric::{OnWidest, Wide, Width, on_widest, sin_cos};
@@ -26,6 +27,7 @@
 mod functions;
 mod heading;
 mod lane;
+mod quantile;
 mod symmetric;
 
 pub use functions::{
@@ -33,4 +35,5 @@ pub use functions::{
 };
 pub use heading::Heading;
 pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest, power, sin_cos};
+pub use quantile::rank;
 pub use symmetric::Symmetric;

@@ -135,6 +135,11 @@ impl DataSheet {
         &self.tables.name
     }
 
+    /// What stands in it, to be changed; [`Self::motor`] judges it.
+    pub const fn tables_mut(&mut self) -> &mut Sheet {
+        &mut self.tables
+    }
+
     /// What the motor is.
     pub fn title(&self) -> &str {
         &self.tables.title

@@ -5,6 +5,7 @@
 //! * [`Quantity`]: a number of one dimension, in SI; [`unit`](mod@unit): the dimensions.
 //! * [`any_quantity`], [`split`]: of texts whose dimension is not known.
 //! * [`Scale`], [`number`], [`rounded`]: the unit that suits some values, and how many digits.
+//! * [`Estimate`]: a value with its interval, which prints itself in the digits that this supports.
 //!
 //! ```
 //! use standstill_quantity::{Quantity, unit::Henry};
@@ -15,6 +16,7 @@
 //! # Ok::<(), standstill_quantity::QuantityError>(())
 //! ```
 
+mod estimate;
 mod human;
 mod prefix;
 mod serial;
@@ -25,6 +27,9 @@ use std::fmt;
 use std::marker::PhantomData;
 use std::str::FromStr;
 
+#[doc(hidden)]
+pub use estimate::or_nan;
+pub use estimate::{Estimate, at_most, fixed};
 pub use human::{Scale, decimals, listed, magnitude, number, rounded};
 pub use serial::Number;
 pub use text::{QuantityError, any_quantity, si_value, split};

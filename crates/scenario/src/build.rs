@@ -43,6 +43,21 @@ impl ScenarioFile {
         Ok(scenario)
     }
 
+    /// The sensors beside this motor on a DC link of this many volts.
+    pub(super) fn sensors_of(&self, motor: &Motor, dc_link: f64) -> Result<SensorSettings, FileError> {
+        let mut sensors = self.errors.0.sensors(motor.rated_current, dc_link);
+        self.sensors.apply(&mut sensors)?;
+        Ok(sensors)
+    }
+
+    /// Temperatures of winding and magnets, where they are told.
+    pub(super) fn temperature(&self) -> Temperature {
+        Temperature {
+            winding: self.rotor.winding_temperature.map(Quantity::value),
+            magnet: self.rotor.magnet_temperature.map(Quantity::value),
+        }
+    }
+
     /// The same, also where the method's settings cannot work.
     pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
         if self.trials == 0 {
@@ -68,13 +83,8 @@ impl ScenarioFile {
             DetectorTable::adopt_pwm(library, &mut drive, self.inverter.carrier.is_some())?;
         }
         check_channel(&drive.bridge.devices, motor.rated_current)?;
-        let mut sensors = errors.sensors(motor.rated_current, drive.link.voltage);
-        self.sensors.apply(&mut sensors)?;
-        let temperature = Temperature {
-            winding: self.rotor.winding_temperature.map(Quantity::value),
-            magnet: self.rotor.magnet_temperature.map(Quantity::value),
-        };
-        let hot = motor.at_temperature(temperature).map_err(|error| FileError::temperature(&error))?;
+        let sensors = self.sensors_of(motor, drive.link.voltage)?;
+        let hot = motor.at_temperature(self.temperature()).map_err(|error| FileError::temperature(&error))?;
         let rotor = self.rotor.state.0.state(motor).ok_or_else(|| {
             let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
             FileError::key("rotor.state", "\"brake\"", needed)
@@ -133,7 +143,7 @@ impl ScenarioFile {
 }
 
 /// Whether a motor's iron can remember former operation: without current it may then be anywhere within its coercive current.
-fn check_memory(motor: &Motor) -> Result<(), FileError> {
+pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     let circuit = &motor.magnetics;
     let Some(hysteresis) = circuit.hysteresis() else {
         let needed = "\"virgin\", or a motor whose data sheet has a `[hysteresis]`";
@@ -168,7 +178,7 @@ const MOST_CURRENT: f64 = 2.5;
 
 /// A MOSFET's channel drops less than its body diode at all currents that matter: a diode that carries a share of the current
 /// beside the channel is not modelled.
-fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
+pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(), FileError> {
     let drop = devices.switch_resistance * MOST_CURRENT * rated_current;
     if devices.kind == DeviceKind::Igbt || drop <= devices.diode_drop {
         return Ok(());

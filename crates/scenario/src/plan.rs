@@ -14,7 +14,7 @@ use super::axes::Point;
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
-use super::typed::Typed;
+use super::typed::{self, Base, Typed};
 use crate::{Remote, Scenario};
 
 /// Points of the axes, each with a scenario.
@@ -27,7 +27,7 @@ pub struct Plan {
     motor: Option<Motor>,
     file: ScenarioFile,
     points: Vec<Point>,
-    tolerances: Vec<Drawn>,
+    pub(super) tolerances: Vec<Drawn>,
     /// What is said of poles that the motors' data do not tell.
     pole_notes: Vec<&'static str>,
     /// What is said of libraries that share something with their copies.
@@ -188,21 +188,13 @@ impl Plan {
         told: Option<&Scenario<Method<f64>>>,
         trial: u64,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        self.drawn_by(point, told, Streams::new(self.file.seed, trial))
+        self.drawer(point, told).draw(Streams::new(self.file.seed, trial))
     }
 
-    /// The scenario at a point with what these streams draw.
-    fn drawn_by(
-        &self,
-        point: usize,
-        told: Option<&Scenario<Method<f64>>>,
-        streams: Streams,
-    ) -> Result<Scenario<Method<f64>>, FileError> {
-        let typed = self.typed.as_ref().zip(told);
-        match typed.and_then(|(typed, told)| typed.drawn(&self.tolerances, told, streams)) {
-            Some(scenario) => Ok(scenario),
-            None => self.with_drawn(point, told, &self.draws(streams)),
-        }
+    /// What draws one trial after the other at a point.
+    fn drawer<'a>(&'a self, point: usize, told: Option<&'a Scenario<Method<f64>>>) -> Drawer<'a> {
+        let typed = self.typed.as_ref().zip(told).map(|(typed, told)| (typed.at(point), told));
+        Drawer { plan: self, point, told, typed }
     }
 
     /// Setters of all tolerances, if they make at every point what the document makes.
@@ -210,15 +202,25 @@ impl Plan {
         if !self.has_tolerances() || self.points.len() > MOST_TYPED {
             return Ok(None);
         }
-        let Some(typed) = Typed::new(&self.tolerances, tried) else { return Ok(None) };
+        let bases = (0..self.points.len()).map(|point| self.base(point));
+        let Some(typed) = Typed::new(&self.tolerances, tried, bases)? else { return Ok(None) };
         for point in 0..self.points.len() {
             let told = self.scenario(point)?;
             let document = |streams: Streams| self.with_drawn(point, Some(&told), &self.draws(streams));
-            if !typed.agrees(&self.tolerances, &told, document) {
+            if !typed.agrees(&self.tolerances, (point, &told), document) {
                 return Ok(None);
             }
         }
         Ok(Some(typed))
+    }
+
+    /// What setters need to make a trial's motor at a point.
+    fn base(&self, point: usize) -> Result<Base, FileError> {
+        let document = self.document_at(&self.resolved, point)?;
+        let file = document.load()?;
+        let sheet = file.motor.sheet(document.files())?;
+        let motor = self.motor.clone().map_or_else(|| file.motor(document.files()), Ok)?;
+        Ok(Base { file, sheet, motor })
     }
 
     /// What a trial draws: keys and values.
@@ -306,5 +308,26 @@ fn nominal(document: &Document, file: &ScenarioFile, key: &str) -> Result<Option
         (Some(value), _) => Ok(Some(value.clone())),
         (None, Some(key)) => file.motor.nominal(key, document.files()),
         (None, None) => Ok(None),
+    }
+}
+
+/// One trial's scenario after the other, at a point.
+struct Drawer<'a> {
+    plan: &'a Plan,
+    point: usize,
+    told: Option<&'a Scenario<Method<f64>>>,
+    /// Which sets its numbers without the document, with the scenario at the point.
+    typed: Option<(typed::Drawer<'a>, &'a Scenario<Method<f64>>)>,
+}
+
+impl Drawer<'_> {
+    /// The scenario with what these streams draw.
+    fn draw(&mut self, streams: Streams) -> Result<Scenario<Method<f64>>, FileError> {
+        let Self { plan, point, told, typed } = self;
+        let set = |(typed, told): &mut (typed::Drawer, &_)| typed.drawn(&plan.tolerances, told, streams);
+        match typed.as_mut().and_then(set) {
+            Some(scenario) => Ok(scenario),
+            None => plan.with_drawn(*point, *told, &plan.draws(streams)),
+        }
     }
 }

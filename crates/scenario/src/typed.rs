@@ -1,32 +1,25 @@
 //! Tolerances that set a number of a scenario, without reading its document anew for each trial.
 //!
 //! A setter is used where it makes, on a few draws at each point, the very scenario that the document makes, and for values
-//! between the least and the largest that the document was tried with.
+//! between the least and the largest that the document was tried with. What it makes otherwise, such as a motor whose winding
+//! does not agree with its core, is left to the document too, which says what is wrong.
+
+mod setters;
+#[cfg(test)]
+mod tests;
 
 use standstill_detect::Method;
+use standstill_plant::{DataSheet, Motor, Temperature};
 use standstill_quantity::si_value;
 use standstill_sim::Streams;
 use toml::Value;
 
+use self::setters::{Set, setter};
+use crate::build::{check_channel, check_memory};
+use crate::scenario::tolerance;
+use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
-
-type Set = fn(&mut Scenario<Method<f64>>, f64);
-
-/// What keys set, in SI.
-const SETTERS: &[(&str, Set)] = &[
-    ("motor.winding.resistance", |s, x| s.motor.resistance = x),
-    ("rotor.load", |s, x| s.load_torque = x),
-    ("sensors.noise", |s, x| s.sensors.noise = x),
-    ("sensors.gain_error", |s, x| s.sensors.gain_error = x),
-    ("sensors.offset", |s, x| s.sensors.offset = x),
-    ("sensors.bandwidth", |s, x| s.sensors.bandwidth = Some(x)),
-    ("inverter.switch_drop", |s, x| s.drive.bridge.devices.switch_drop = x),
-    ("inverter.switch_resistance", |s, x| s.drive.bridge.devices.switch_resistance = x),
-    ("inverter.channel_resistance", |s, x| s.drive.bridge.devices.switch_resistance = x),
-    ("inverter.diode_drop", |s, x| s.drive.bridge.devices.diode_drop = x),
-    ("inverter.diode_resistance", |s, x| s.drive.bridge.devices.diode_resistance = x),
-];
 
 /// A setter for each tolerance.
 #[derive(Clone, Debug)]
@@ -34,25 +27,76 @@ pub(super) struct Typed {
     setters: Vec<Set>,
     /// The least and the largest number that the document was tried with.
     tried: Vec<[f64; 2]>,
+    /// What motors are made of at each point.
+    bases: Vec<Base>,
+}
+
+/// What the numbers that are drawn belong to, at a point.
+#[derive(Clone, Debug)]
+pub(super) struct Base {
+    /// The tables.
+    pub(super) file: ScenarioFile,
+    /// The motor's data sheet.
+    pub(super) sheet: DataSheet,
+    /// The motor before its temperatures.
+    pub(super) motor: Motor,
+}
+
+/// One trial's scenario after the other, at a point.
+#[derive(Debug)]
+pub(super) struct Drawer<'a> {
+    typed: &'a Typed,
+    base: &'a Base,
+    /// In which each trial's numbers take the place of those of the trial before.
+    sheet: DataSheet,
 }
 
 impl Typed {
-    /// For these tolerances, if each has a setter.
-    pub(super) fn new(tolerances: &[Drawn], tried: Vec<[f64; 2]>) -> Option<Self> {
-        let setter = |drawn: &Drawn| SETTERS.iter().find(|(key, _)| *key == drawn.key()).map(|(_, set)| *set);
-        let setters = tolerances.iter().map(setter).collect::<Option<Vec<_>>>()?;
-        Some(Self { setters, tried })
+    /// For these tolerances, if each has a setter; `base` makes what is at each point.
+    pub(super) fn new(
+        tolerances: &[Drawn],
+        tried: Vec<[f64; 2]>,
+        bases: impl Iterator<Item = Result<Base, FileError>>,
+    ) -> Result<Option<Self>, FileError> {
+        let setters = tolerances.iter().map(|drawn| setter(drawn.key())).collect::<Option<Vec<_>>>();
+        let Some(setters) = setters else { return Ok(None) };
+        Ok(Some(Self { setters, tried, bases: bases.collect::<Result<_, _>>()? }))
     }
 
+    /// At a point.
+    pub(super) fn at(&self, point: usize) -> Drawer<'_> {
+        let base = &self.bases[point];
+        Drawer { typed: self, base, sheet: base.sheet.clone() }
+    }
+
+    /// Whether it makes what the document makes, `told` being the scenario at a point.
+    pub(super) fn agrees(
+        &self,
+        tolerances: &[Drawn],
+        (point, told): (usize, &Scenario<Method<f64>>),
+        document: impl Fn(Streams) -> Result<Scenario<Method<f64>>, FileError>,
+    ) -> bool {
+        let mut drawer = self.at(point);
+        (0..TRIED).all(|trial| {
+            let streams = Streams::new(told.seed, trial);
+            let drawn = drawer.drawn(tolerances, told, streams);
+            drawn.is_none_or(|drawn| document(streams).is_ok_and(|expected| expected == drawn))
+        })
+    }
+}
+
+impl Drawer<'_> {
     /// A scenario with what these streams draw; none where the document must say whether it can be.
     pub(super) fn drawn(
-        &self,
+        &mut self,
         tolerances: &[Drawn],
         told: &Scenario<Method<f64>>,
         streams: Streams,
     ) -> Option<Scenario<Method<f64>>> {
+        let Self { typed, base, sheet } = self;
         let mut scenario = told.clone();
-        for ((drawn, set), [low, high]) in tolerances.iter().zip(&self.setters).zip(&self.tried) {
+        let (mut temperature, mut other_motor) = (base.file.temperature(), false);
+        for ((drawn, set), [low, high]) in tolerances.iter().zip(&typed.setters).zip(&typed.tried) {
             let number = drawn.number(streams);
             if !(*low..=*high).contains(&number) {
                 return None;
@@ -64,68 +108,54 @@ impl Typed {
                 Value::Integer(value) => value as f64,
                 _ => return None,
             };
-            set(&mut scenario, value);
+            match set {
+                Set::Number(set) => set(&mut scenario, value),
+                Set::Sheet(set) => {
+                    set(sheet.tables_mut(), value)?;
+                    other_motor = true;
+                }
+                Set::Temperature(set) => {
+                    set(&mut temperature, value);
+                    other_motor = true;
+                }
+                Set::Link => {
+                    scenario.drive.link.voltage = value;
+                    scenario.sensors.dc_link.adc = base.file.sensors_of(&base.motor, value).ok()?.dc_link.adc;
+                }
+            }
+        }
+        check_channel(&scenario.drive.bridge.devices, base.motor.rated_current).ok()?;
+        if other_motor {
+            base.put_motor(&mut scenario, sheet, temperature)?;
         }
         Some(scenario)
     }
+}
 
-    /// Whether it makes what the document makes, `told` being the scenario at a point.
-    pub(super) fn agrees(
+impl Base {
+    /// Puts a motor with other numbers in, and what depends on it beside the drive's knowledge, which is that of the data sheet.
+    fn put_motor(
         &self,
-        tolerances: &[Drawn],
-        told: &Scenario<Method<f64>>,
-        document: impl Fn(Streams) -> Result<Scenario<Method<f64>>, FileError>,
-    ) -> bool {
-        (0..TRIED).all(|trial| {
-            let streams = Streams::new(told.seed, trial);
-            let drawn = self.drawn(tolerances, told, streams);
-            drawn.is_none_or(|drawn| document(streams).is_ok_and(|expected| expected == drawn))
-        })
+        scenario: &mut Scenario<Method<f64>>,
+        sheet: &DataSheet,
+        temperature: Temperature,
+    ) -> Option<()> {
+        let motor = sheet.motor_beside(&self.motor).ok()?;
+        scenario.tolerance = tolerance(&motor);
+        scenario.rotor = self.file.rotor.state.0.state(&motor)?;
+        self.file.inverter.apply_terminals(&mut scenario.drive.bridge, &motor).ok()?;
+        let hot = if temperature == Temperature::default() {
+            motor
+        } else {
+            motor.at_temperature(temperature).ok()?
+        };
+        if scenario.memory && hot.magnetics != scenario.motor.magnetics {
+            check_memory(&hot).ok()?;
+        }
+        scenario.motor = hot;
+        Some(())
     }
 }
 
 /// Draws on which a setter is compared with the document, at each point.
 const TRIED: u64 = 4;
-
-#[cfg(test)]
-mod tests {
-    use standstill_sim::{Purpose, Tape};
-
-    use crate::tests::plan;
-
-    #[test]
-    fn law_a_setter_makes_the_scenario_that_the_document_makes() {
-        let text = |tolerances: &str| {
-            format!("[axes]\nerrors = [\"default\", \"field\"]\n[tolerances]\n{tolerances}")
-        };
-        let typed = plan(&text(
-            "\"motor.winding.resistance\" = { normal = \"5 %\" }\n\"sensors.noise\" = { uniform = \"30 %\", mean = \"10 mA\" }\n\
-             \"inverter.diode_drop\" = { normal = \"0.1 V\", mean = \"1 V\" }\n\"sensors.bandwidth\" = { uniform = \"10 kHz\", mean = \"150 kHz\" }",
-        ));
-        assert!(typed.typed.is_some());
-        let mut document = typed.clone();
-        document.typed = None;
-        for point in [0, 1] {
-            let told = typed.scenario(point).expect("valid");
-            let drawn = |plan: &crate::Plan, trial| plan.drawn(point, Some(&told), trial).expect("valid");
-            for trial in 0..300 {
-                assert_eq!(drawn(&typed, trial), drawn(&document, trial));
-            }
-            assert_ne!(drawn(&typed, 0), drawn(&typed, 1));
-            assert_ne!(drawn(&typed, 0), told);
-        }
-        // Values beyond those that were tried are for the document to judge: a winding has no negative resistance.
-        let wide = plan("trials = 3\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"40 %\" }");
-        assert!(wide.typed.is_some());
-        let told = wide.scenario(0).expect("valid");
-        let mut tape = Tape::new(told.seed, 0);
-        wide.scenario_taped(0, &told, &tape).expect("tried");
-        tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] = -4.0;
-        let refused = wide.scenario_taped(0, &told, &tape).expect_err("negative").to_string();
-        assert!(refused.contains("winding.resistance"), "{refused}");
-        // Where a winding is hot, or a key has no setter, the document says what follows.
-        let hot = "[rotor]\nwinding_temperature = \"90 °C\"\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"5 %\" }";
-        assert!(plan(hot).typed.is_none());
-        assert!(plan(&text("\"motor.rotor.inertia\" = { normal = \"5 %\" }")).typed.is_none());
-    }
-}

@@ -61,8 +61,12 @@ const MERITS: (f64, f64) = (-30.0, 8.0);
 /// What a limit lacks that nothing can keep.
 const BROKEN: f64 = 10.0;
 
-/// What is left of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number.
+/// What is left of a limit as a share of it; beyond twice the limit by its logarithm, so that it stays a number. Of a limit
+/// of zero nothing is left, and zero keeps it.
 fn left(value: f64, most: f64) -> f64 {
+    if most <= 0.0 {
+        return if value <= most { 0.0 } else { -BROKEN };
+    }
     let left = 1.0 - value / most;
     if left >= -1.0 {
         left

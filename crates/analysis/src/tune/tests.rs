@@ -95,6 +95,20 @@ fn law_settings_that_keep_limits_beat_those_that_do_not() {
 }
 
 #[test]
+fn regress_zero_keeps_a_limit_of_zero() {
+    // A locked rotor does not move, and may not move more than at the start.
+    let limits = Limits(vec![Limit { measure: Measure::Moved, most: 0.0 }]);
+    let goal = Goal { minimise: Measure::Rms, limits };
+    let score = |moved: f64| {
+        let measured = Measured(vec![(Measure::Rms, exactly(1.0)), (Measure::Moved, exactly(moved))]);
+        goal.score(Some(&measured), View::Sure)
+    };
+    assert_eq!((score(0.0).broken, score(0.0).merit), (0.0, 0.0));
+    assert!(score(1e-6).broken > 0.0 && score(f64::INFINITY).broken.is_finite());
+    assert!(score(0.0).beats(&score(1e-6)));
+}
+
+#[test]
 fn analytic_a_paired_difference_is_known_far_better_than_its_parts() {
     // Errors of ± 1 to 3 that the second has 1 % larger: the rms differ by 1 %, each known to 2 %.
     let limits = Limits(vec![Limit { measure: Measure::Rms, most: f64::INFINITY }]);

@@ -21,7 +21,7 @@ use super::walk::Walk;
 const ROWS: [u8; 8] = *b"stdstil1";
 
 /// What a journal of statistics begins with, see [`super::Tally`].
-pub(super) const TALLY: [u8; 8] = *b"stdstilS";
+pub(super) const TALLY: [u8; 8] = *b"stdstilT";
 
 /// A journal that cannot be used.
 #[derive(Debug)]

@@ -88,12 +88,12 @@ impl Sweep<'_> {
         &self,
         journal: &mut impl Keep,
         stop: &AtomicBool,
-        progress: impl FnMut(&[Row]),
+        mut progress: impl FnMut(&[Row]),
     ) -> Result<bool, SweepError> {
-        self.run_after(&mut Earlier::default(), journal, stop, progress)
+        self.run_after(&mut Earlier::default(), journal, stop, |_, rows| progress(rows))
     }
 
-    /// The same; rows that earlier runs have are taken from these.
+    /// The same; rows that earlier runs have are taken from these, and `progress` sees the point of the last row too.
     ///
     /// # Errors
     /// Those of [`Sweep::run`].
@@ -102,7 +102,7 @@ impl Sweep<'_> {
         earlier: &mut Earlier,
         journal: &mut impl Keep,
         stop: &AtomicBool,
-        mut progress: impl FnMut(&[Row]),
+        mut progress: impl FnMut(usize, &[Row]),
     ) -> Result<bool, SweepError> {
         let mut engine = Engine::new(self.plan, self.threads).map_err(SweepError::Threads)?;
         while !journal.walk().is_done() && !stop.load(Ordering::Relaxed) {
@@ -116,7 +116,9 @@ impl Sweep<'_> {
             // Up to the first that is not there.
             let rows: Vec<Row> = known.into_iter().map_while(|row| row.or_else(|| records.next())).collect();
             journal.append(&rows)?;
-            progress(&rows);
+            if let Some((point, _)) = rows.len().checked_sub(1).and_then(|last| block.get(last)) {
+                progress(*point, &rows);
+            }
             outcome?;
         }
         journal.sync()?;

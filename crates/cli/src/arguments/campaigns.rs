@@ -237,9 +237,14 @@ pub struct Report {
     pub folder: PathBuf,
     /// Folder of a second run, which is compared with the first: trial by trial where they share the seed
     pub second: Option<PathBuf>,
-    /// Folder for the files; made if it does not exist [default: `report` in the first run's folder]
+    /// Folder for the files; made if it does not exist [default: `report` in the first run's folder; with --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+    #[command(flatten)]
+    pub force: Force,
+    /// Print JSON; files are written only with --out
+    #[arg(long)]
+    pub json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use standstill_campaign::{Candidate, Demands, Suitability, told};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
-use standstill_plant::PoleKnowledge;
+use standstill_plant::{DataSheet, Entry, PoleKnowledge, Source};
 use standstill_report::page::Tone;
 use standstill_scenario::Document;
 use standstill_scenario::ErrorSet;
@@ -75,12 +75,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     for reason in &reasons {
         text += &paragraph("  – ", reason);
     }
-    let sheet = document.data_sheet()?;
-    let assumed = sheet.assumed().iter().map(|entry| format!("{} {}", entry.key, entry.value));
-    let assumed: Vec<String> = assumed.collect();
-    if !assumed.is_empty() {
-        let said = format!("Assumed, as the data sheet does not say: {}.", assumed.join(", "));
-        text += &paragraph("  – ", &said);
+    for assumption in assumptions(&document.data_sheet()?) {
+        text += &paragraph("  – ", &assumption);
     }
     text.push('\n');
     text += &Table::new(columns()).judged(suitability.candidates.iter().map(cells)).text();
@@ -98,6 +94,26 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         }
     }
     Ok(Report { text, code })
+}
+
+/// What the verdict rests on and nobody has measured: numbers that the sheet leaves out, and those that it calls assumed. A built-in
+/// motor's are told by `standstill motors`.
+fn assumptions(sheet: &DataSheet) -> Vec<String> {
+    let list = |head: &str, entries: &[Entry]| {
+        let values: Vec<String> = entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
+        (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
+    };
+    let left_out = sheet.assumed();
+    let is_written = |entry: &Entry| {
+        let is_left_out = left_out.iter().any(|other| other.key == entry.key);
+        entry.source == Source::Assumed && !is_left_out && DataSheet::built_in(sheet.name()).is_none()
+    };
+    let written: Vec<Entry> = sheet.entries().into_iter().filter(is_written).collect();
+    let said = [
+        list("Assumed, as the data sheet does not say", left_out),
+        list("Assumed, as the data sheet itself says", &written),
+    ];
+    said.into_iter().flatten().collect()
 }
 
 fn columns() -> [Column; 7] {

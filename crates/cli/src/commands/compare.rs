@@ -26,7 +26,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
-use crate::summary::{bracketed, sure_decimals};
+use crate::summary::{right, right_interval};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 
@@ -45,13 +45,20 @@ struct Row {
     rotor: &'static str,
     errors: &'static str,
     trials: u64,
+    /// Share of starts that were answered rightly: with an angle and the right pole. All figures of errors are of starts with an
+    /// axis alone.
+    right: f64,
+    #[serde(skip)]
+    right_percent: String,
     rms_deg: Option<f64>,
     rms_low_deg: Option<f64>,
     rms_high_deg: Option<f64>,
     bias_deg: Option<f64>,
     p95_deg: Option<f64>,
     #[serde(skip)]
-    p95_ends_deg: [f64; 2],
+    rms: Estimate,
+    #[serde(skip)]
+    p95: Estimate,
     max_deg: Option<f64>,
     wrong_poles: u64,
     /// Upper end of the 95 % interval of their probability.
@@ -87,12 +94,15 @@ impl Row {
             rotor: entry.rotor.name(),
             errors: entry.errors.name(),
             trials: s.trials,
+            right: right(s),
+            right_percent: right_interval(s),
             rms_deg: finite(s.rms_deg.value),
             rms_low_deg: finite(s.rms_deg.low),
             rms_high_deg: finite(s.rms_deg.high),
             bias_deg: finite(s.bias_deg.value),
             p95_deg: finite(s.p95_deg.value),
-            p95_ends_deg: [s.p95_deg.low, s.p95_deg.high],
+            rms: s.rms_deg,
+            p95: s.p95_deg,
             max_deg: finite(s.max_deg),
             wrong_poles: s.wrong_poles,
             wrong_poles_at_most: s.wrong_pole_probability.high,
@@ -117,13 +127,10 @@ impl Row {
         let number = |value: Option<f64>, digits: usize| {
             value.map_or_else(|| "–".to_owned(), |value| format!("{value:.digits$}"))
         };
-        let known = |value: Option<f64>| value.unwrap_or(f64::NAN);
-        let rms = [self.rms_deg, self.rms_low_deg, self.rms_high_deg].map(known);
-        let efficiency = rms.map(|end| known(self.efficiency) * rms[0] / end);
-        let [value, low, high] = rms;
-        let rms = Estimate { value, low, high };
-        let [low, high] = self.p95_ends_deg;
-        let p95 = Estimate { value: known(self.p95_deg), low, high };
+        let Estimate { value, low, high } = self.rms;
+        // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
+        let limit = self.efficiency.unwrap_or(f64::NAN) * value;
+        let efficiency = Estimate { value: limit / value, low: limit / high, high: limit / low };
         vec![
             if before.is_some_and(|row| row.method == self.method) {
                 String::new()
@@ -133,8 +140,9 @@ impl Row {
             self.rotor.to_owned(),
             self.errors.to_owned(),
             self.trials.to_string(),
-            bracketed(&rms),
-            bracketed(&p95),
+            self.right_percent.clone(),
+            self.rms.to_string(),
+            self.p95.to_string(),
             number(self.max_deg, 2),
             self.wrong_poles.to_string(),
             self.undetermined.to_string(),
@@ -144,26 +152,29 @@ impl Row {
             number(self.energy, digits[1]),
             number(Some(self.moved_deg), 2),
             self.bound_deg.map_or_else(|| "–".to_owned(), |limit| rounded_to(limit, 3)),
-            // Of the limit, which is computed, and the rms, which is as sure as its interval is narrow.
-            number(self.efficiency, sure_decimals(efficiency)),
+            efficiency.alone(),
         ]
     }
 }
 
 /// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
-fn columns() -> [Column; 16] {
+fn columns(rows: &[Row]) -> [Column; 17] {
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
+    // What happened anywhere has its column.
+    let count =
+        |title: &str, of: fn(&Row) -> u64| number(title, u8::from(rows.iter().all(|row| of(row) == 0)));
     [
         Column::word("method"),
         Column::word("rotor"),
         Column::word("errors"),
         number("trials", 7),
+        number("right %", 0).bracket(11),
         number("rms °", 0).bracket(9),
         number("p95 °", 2).bracket(10),
         number("max °", 6),
-        number("wrong", 0).judged(),
-        number("undet.", 1),
-        number("failed", 1),
+        count("wrong", |row| row.wrong_poles).judged(),
+        count("undet.", |row| row.undetermined),
+        count("failed", |row| row.failed + row.simulation_errors),
         number("ms", 0),
         number("peak A", 3),
         number("J", 8),
@@ -266,7 +277,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         let tone = if row.wrong_poles > 0 { Tone::Bad } else { Tone::Neutral };
         (tone, row.cells(k.checked_sub(1).map(|before| &rows[before]), digits))
     });
-    text += &Table::new(columns()).judged(lines).headed().text();
+    text += &Table::new(columns(&rows)).judged(lines).headed().text();
     let _ = write!(text, "\n{}", paragraph("", LEGEND));
     if let Some(note) = motor.pole_knowledge().note().filter(|_| motor.has_magnet()) {
         let _ = writeln!(text, "wrong, undet.: {note}.");
@@ -281,6 +292,6 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-const LEGEND: &str = "rms, p95, max: error of the axis. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
+const LEGEND: &str = "right: starts with an angle and the right pole. rms, p95, max: error of the axis, of starts that have one. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
      time, largest current and mean energy of a detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from the \
      method's samples (line pulses without the polarity test that follows); eff.: limit / rms.";

@@ -10,7 +10,9 @@ mod verdict;
 use std::path::{Path, PathBuf};
 
 pub use self::study::{conditions, setting};
+pub use self::verdict::range;
 
+use serde_json::json;
 use standstill_campaign::store::{Identity, Journal, Rows, Shard};
 use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
@@ -18,10 +20,12 @@ use standstill_report::table::{Format, Reader};
 use standstill_scenario::{Document, ScenarioFile};
 
 use super::reproduce::file_list;
+
 use super::run::quoted;
 use super::run::results::{STATISTICS, SUMMARY, SummaryFile, trials_name};
 use crate::Report as Said;
 use crate::arguments::Report;
+use crate::asked::Asked;
 use crate::error::Error;
 use crate::interrupt;
 use crate::output::Output;
@@ -41,17 +45,22 @@ pub struct Run {
 pub fn run(options: &Report) -> Result<Said, Error> {
     interrupt::at_once();
     if let Some(second) = &options.second {
-        let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
-        return two::run([&options.folder, second], &out);
+        return two::run(options, second);
     }
     let run = Run::open(&options.folder)?;
     say_extension(&options.folder);
+    let (_, headline, details) = verdict::verdict(&run.summary);
+    let mut text = format!("{headline}\n  {}\n", details.join("\n  "));
+    if options.json {
+        let json = json!({ "headline": headline, "details": details, "run": run.summary.run });
+        text = format!("{json:#}\n");
+    }
+    let Some(out) = folder(options) else { return Ok(Said { text, code: 0 }) };
     let (html, figures) = made(&run)?;
-    let out = options.out.clone().unwrap_or_else(|| options.folder.join("report"));
     let names: Vec<String> =
         figures.iter().flat_map(|(name, _)| ["svg", "png"].map(|kind| format!("{name}.{kind}"))).collect();
     let all: Vec<&str> = names.iter().map(String::as_str).chain(["report.html"]).collect();
-    let mut output = Output::create(&out, &all)?;
+    let mut output = Output::answering(asked(options, &out), &out, &all)?;
     output.file("report.html", html.as_bytes())?;
     for (name, figure) in &figures {
         output.file(&format!("{name}.svg"), figure.svg()?.as_bytes())?;
@@ -59,9 +68,32 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     }
     let files = output.finish()?;
     remove_stale(&out, &files);
-    let (_, headline, details) = verdict::verdict(&run.summary);
-    let text = format!("{headline}\n  {}\n\n{}", details.join("\n  "), file_list(&out, &files));
+    if !options.json {
+        text += &format!("\n{}", file_list(&out, &files));
+    }
     Ok(Said { text, code: 0 })
+}
+
+/// The folder for the files, if any are wanted.
+fn folder(options: &Report) -> Option<PathBuf> {
+    let default = || (!options.json).then(|| options.folder.join("report"));
+    options.out.clone().or_else(default)
+}
+
+/// What these files answer: of which folders they are. What stands in these may have become more since, or another run: then it is for
+/// `report` to make the page anew.
+fn asked(options: &Report, out: &Path) -> Asked {
+    let real = |folder: &Path| folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    let first = real(&options.folder);
+    // Beside its own run a page stays that run's, wherever both are moved to.
+    let beside = out.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let own = real(beside) == first;
+    let first = if own { "the run beside it".to_owned() } else { first.display().to_string() };
+    let (command, said) = match &options.second {
+        None => ("report", first),
+        Some(second) => ("report A B", format!("{first} and {}", real(second).display())),
+    };
+    Asked::place(command, said, options.force.force)
 }
 
 /// The page of a finished run, with nothing written and no file read that is not below `fence`.
@@ -250,7 +282,7 @@ impl Run {
     fn cloud(&self) -> Result<ErrorCloud, Error> {
         let (reader, places) = self.columns(["true_angle_deg", "axis_error_deg", "error_deg"])?;
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
-        let bar = progress::reading(self.summary.summary.trials);
+        let bar = progress::reading(self.summary.trials());
         let read = reader.numbers(places, |[angle, axis_error, error]| {
             complete &= angle.is_some();
             cloud.add(angle.unwrap_or(f64::NAN), axis_error, error);
@@ -262,8 +294,8 @@ impl Run {
             return Err(self.foreign("a trial without its angle".to_owned()));
         }
         let found = cloud.trials();
-        if found != self.summary.summary.trials {
-            return Err(self.foreign(format!("{found} trials instead of {}", self.summary.summary.trials)));
+        if found != self.summary.trials() {
+            return Err(self.foreign(format!("{found} trials instead of {}", self.summary.trials())));
         }
         Ok(cloud)
     }

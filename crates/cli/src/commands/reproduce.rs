@@ -78,7 +78,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
         trials.row(&trial_values(&row)).map_err(failed)?;
         bar.inc(1);
         if record.trial % 512 == 511 {
-            bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
+            bar.set_message(format!("rms {}°", statistics.rms().alone()));
         }
         Ok::<(), Error>(())
     })?;

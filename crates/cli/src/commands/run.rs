@@ -204,15 +204,25 @@ fn advance(
     let bar = progress::bar(statistics.trials() + journal.walk().left());
     bar.set_position(statistics.trials());
     bar.reset_eta();
-    let done = trials.run_after(earlier, journal, stop, |rows: &[Row]| {
-        for row in rows {
-            statistics.add_row(row);
-        }
+    let points = trials.plan.points().len();
+    let done = trials.run_after(earlier, journal, stop, |point: usize, rows: &[Row]| {
         bar.inc(rows.len() as u64);
-        bar.set_message(format!("rms {:.3}°", statistics.running_rms()));
+        bar.set_message(so_far(points, point, rows, &mut statistics));
     });
     bar.finish_and_clear();
     Ok(done?)
+}
+
+/// What holds so far: of a run the rms error, in the digits that it has yet. Points were chosen; what they say together depends on
+/// the choice.
+fn so_far(points: usize, point: usize, rows: &[Row], statistics: &mut Statistics) -> String {
+    if points > 1 {
+        return format!("point {} of {points}", point + 1);
+    }
+    for row in rows {
+        statistics.add_row(row);
+    }
+    format!("rms {}°", statistics.rms().alone())
 }
 
 /// What there is to say if the files in this folder are already those of the run.
@@ -234,7 +244,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
         }
         return Err(results::of_another_run(path, &difference));
     }
-    let code = u8::from(summary.summary.errors > 0);
+    let code = u8::from(summary.errors() > 0);
     let text = if options.json {
         std::fs::read_to_string(&path).map_err(|error| Error::Read(path, error))?
     } else {

@@ -88,7 +88,7 @@ fn finished(folder: &Path, as_json: bool) -> Result<Report, Error> {
     let Ok(summary) = SummaryFile::read(folder) else {
         return Err(ShardsError::None(folder.to_owned()).into());
     };
-    let (run, trials) = (&summary.run, summary.summary.trials);
+    let (run, trials) = (&summary.run, summary.trials());
     let text = if as_json {
         let counts: serde_json::Map<_, _> = STATES
             .iter()

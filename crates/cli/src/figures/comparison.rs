@@ -5,6 +5,8 @@ use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 use standstill_scenario::ErrorSet;
 
 use super::WIDTH;
+use crate::commands::report::range;
+use crate::summary::{FAILING, GOOD, right};
 
 /// Conditions in the order in which they share the room of a method, from top to bottom.
 struct Row {
@@ -19,6 +21,8 @@ struct Series {
     label: String,
     style: Style,
     points: Vec<(f64, f64)>,
+    /// Where more than 1 % of starts have no right answer: rings.
+    failing: Vec<(f64, f64, f64, f64)>,
     ways: Vec<(f64, f64)>,
 }
 
@@ -118,7 +122,14 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
         let y = (methods.len() - 1 - method) as f64 - 0.7 * within;
         Row { y, label, style: STYLES[place % STYLES.len()] }
     };
-    let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, (*name).to_owned())).collect();
+    // The error is that of starts with an axis alone: a method that answers few of them would look good.
+    let named = |name: &str| {
+        let shares =
+            || entries.iter().filter(|e| e.method == name).map(|e| (right(&e.summary), e.summary.trials));
+        let range = range(shares()).filter(|_| shares().any(|(share, _)| share < GOOD));
+        range.map_or_else(|| name.to_owned(), |range| format!("{name}\n{range} right"))
+    };
+    let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, named(name))).collect();
     let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
     let y = Axis { ticks: Ticks::Named(names), ..Axis::new("") };
     let x = x.range(low - 0.1, high + 0.1);
@@ -130,19 +141,31 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
         let Row { y, label, style } = row(entry);
         let [rms, p95] = [entry.summary.rms_deg.value, entry.summary.p95_deg.value].map(log);
         let known = series.iter().position(|known| known.label == label).unwrap_or_else(|| {
-            series.push(Series { label, style, points: Vec::new(), ways: Vec::new() });
+            series.push(Series { label, style, points: Vec::new(), failing: Vec::new(), ways: Vec::new() });
             series.len() - 1
         });
-        series[known].points.push((rms, y));
+        if 1.0 - right(&entry.summary) > FAILING {
+            series[known].failing.push((rms, y, f64::NAN, f64::NAN));
+        } else {
+            series[known].points.push((rms, y));
+        }
         series[known].ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
         limits.push((limit(entry), y));
     }
-    for Series { label, style, points, ways } in series {
+    let rings = series.iter().any(|series| !series.failing.is_empty());
+    for Series { label, style, points, failing, ways } in series {
         panel = panel.with(Layer::Line { label: None, points: ways, style }).with(Layer::Points {
-            label: Some(label),
+            label: Some(label.clone()),
             points,
             style,
         });
+        if !failing.is_empty() {
+            panel = panel.with(Layer::hollow(&label, style, failing));
+        }
+    }
+    if rings {
+        let label = Some("ring: more than 1 % of starts without a right answer".to_owned());
+        panel = panel.with(Layer::Hatched { label, spans: Vec::new() });
     }
     if limits.iter().any(|(limit, _)| limit.is_finite()) {
         let label = Some("Cramér–Rao limit of its samples".to_owned());

@@ -105,7 +105,7 @@ fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     run("d", &["--rows", "none"]);
     run("e", &["--format", "npz"]);
     let compared = |a: &str, b: &str| {
-        let output = standstill(&["report", a, b, "--out", "both"], path);
+        let output = standstill(&["report", a, b, "--out", "both", "--force"], path);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let rows = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
         let rms: Vec<String> = rows.lines().nth(2).expect("rms").split(',').map(str::to_owned).collect();
@@ -136,7 +136,7 @@ fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     assert_eq!((number(&same, 8), number(&same, 9), number(&same, 10)), (0.0, 0.0, 0.0));
     assert_eq!(
         names(&path.join("both")),
-        ["comparison.csv", "comparison.html", "comparison.png", "comparison.svg"]
+        ["comparison.csv", "comparison.html", "comparison.json", "comparison.png", "comparison.svg"]
     );
     // What cannot be read names what is there.
     assert!(mistake(&["report", "a", "d"], path).contains("statistics alone (--rows none)"));
@@ -177,7 +177,7 @@ fn regress_runs_of_other_lengths_are_compared_on_the_trials_that_both_have() {
         assert!(standstill(&[&["run", "s.toml", "--out", out], more].concat(), path).status.success());
     }
     let compared = |b: &str| {
-        let output = standstill(&["report", "a", b, "--out", "both"], path);
+        let output = standstill(&["report", "a", b, "--out", "both", "--force"], path);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
         let text = String::from_utf8(output.stdout).expect("text");
         let table = fs::read_to_string(path.join("both/comparison.csv")).expect("the table");
@@ -203,4 +203,86 @@ fn regress_runs_of_other_lengths_are_compared_on_the_trials_that_both_have() {
     let summary = fs::read_to_string(path.join("a/summary.json")).expect("summary.json");
     let summary: Value = serde_json::from_str(&summary).expect("JSON");
     assert_eq!(summary["summary"]["rms_deg"]["value"].as_f64(), rows[1][2].parse().ok());
+}
+
+/// Rows of a comparison in JSON: the values of a measure at a point.
+fn measured(json: &Value, point: &str, measure: &str) -> Value {
+    let rows = json["rows"].as_array().expect("rows");
+    let of = |row: &&Value| {
+        row["point"].as_str().is_some_and(|it| it.contains(point)) && row["measure"] == measure
+    };
+    rows.iter().find(of).cloned().unwrap_or_else(|| panic!("{measure} at {point} in {json:#}"))
+}
+
+#[test]
+fn regress_errors_are_compared_where_both_runs_found_an_axis() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    for out in ["a", "b"] {
+        assert!(standstill(&["run", "s.toml", "--trials", "300", "--out", out], path).status.success());
+    }
+    // The trial of the largest error finds no axis in B: all others are the same.
+    let trials = path.join("b/trials.csv");
+    let text = fs::read_to_string(&trials).expect("trials.csv");
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    let header = lines.iter().position(|line| line.starts_with("trial,")).expect("a header");
+    let places: Vec<String> = lines[header].split(',').map(str::to_owned).collect();
+    let place = |name: &str| places.iter().position(|place| place == name).expect("a column");
+    let error = |line: &str| line.split(',').nth(place("axis_error_deg")).and_then(|e| e.parse::<f64>().ok());
+    let worst = (header + 1..lines.len())
+        .max_by(|a, b| {
+            let size = |k: usize| error(&lines[k]).map_or(0.0, f64::abs);
+            size(*a).total_cmp(&size(*b))
+        })
+        .expect("trials");
+    let mut cells: Vec<String> = lines[worst].split(',').map(str::to_owned).collect();
+    for name in ["estimated_angle_deg", "error_deg", "axis_deg", "axis_error_deg", "pole_correct"] {
+        cells[place(name)].clear();
+    }
+    cells[place("outcome")] = "failed".to_owned();
+    lines[worst] = cells.join(",");
+    fs::write(&trials, lines.join("\n") + "\n").expect("written");
+    let output = standstill(&["report", "a", "b", "--json"], path);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    // Nothing is written without --out.
+    assert!(!path.join("a/report").exists());
+    for measure in ["rms", "p95"] {
+        let row = measured(&json, "", measure);
+        assert_eq!((&row["a"], &row["pairs"]), (&row["b"], &299.into()), "{measure}");
+        assert_eq!(row["difference"].as_f64(), Some(0.0), "{measure}");
+    }
+    let all = rms_of_first(300, &path.join("a/trials.csv"));
+    assert!(measured(&json, "", "rms")["a"].as_f64().expect("rms") < all * (1.0 - 1e-3));
+    assert_eq!(measured(&json, "", "failed")["pairs"], 300);
+    let notes = json["notes"].to_string();
+    assert!(notes.contains("rms and p95 are of the 299 trials in which both found an axis"), "{notes}");
+}
+
+#[test]
+fn regress_sweeps_are_compared_at_the_points_that_both_have() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    for (out, values) in [("a", "5 mA,10 mA,20 mA"), ("b", "20 mA,10 mA,40 mA")] {
+        let vary = format!("sensors.noise={values}");
+        let sweep = ["sweep", "s.toml", "--trials", "60", "--vary", &vary, "--out", out];
+        assert!(standstill(&sweep, path).status.success());
+    }
+    let output = standstill(&["report", "a", "b", "--json", "--out", "both"], path);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert_eq!(fs::read(path.join("both/comparison.json")).expect("written"), output.stdout);
+    assert!(
+        json["notes"].to_string().contains("A has 3 points, B 3: compared are the 2 that both have"),
+        "{json:#}"
+    );
+    // The same points of the same seed are the same trials, wherever they stand.
+    for point in ["10 mA", "20 mA"] {
+        let row = measured(&json, point, "rms");
+        assert_eq!((&row["a"], row["difference"].as_f64()), (&row["b"], Some(0.0)), "{point}");
+    }
+    assert!(json["rows"].as_array().expect("rows").iter().all(|row| row["point"] != "sensors.noise = 40 mA"));
+    assert_eq!(json["settings"][0]["key"], "axes.sensors.noise");
 }

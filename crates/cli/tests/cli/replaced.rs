@@ -105,3 +105,57 @@ fn regress_a_report_shows_no_data_sheet_that_its_run_did_not_read() {
     fs::write(path.join("m.toml"), sheet("9.3 mH")).expect("written");
     assert!(!page().contains("Data sheet") && page().contains("files have changed since: m.toml was"));
 }
+
+#[test]
+fn regress_a_report_replaces_no_page_of_another_run_without_leave() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let run = |out: &str, more: &[&str]| {
+        let all = [&["run", "s.toml", "--out", out], more].concat();
+        let output = standstill(&all, path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    for (out, seed) in [("a", "1"), ("b", "2"), ("c", "3")] {
+        run(out, &["--trials", "50", "--seed", seed]);
+    }
+    for (first, other) in
+        [(&["report", "a"][..], &["report", "b"][..]), (&["report", "a", "b"], &["report", "a", "c"])]
+    {
+        let out = first.len().to_string();
+        let ask = |what: &[&str], more: &[&str]| standstill(&[what, &["--out", &out], more].concat(), path);
+        for _ in 0..2 {
+            assert!(ask(first, &[]).status.success());
+        }
+        let before = kept(&path.join(&out));
+        let message = mistake(&[other, &["--out", &out]].concat(), path);
+        assert!(
+            message.contains("found the results of another run") && message.contains("--force"),
+            "{message}"
+        );
+        assert_eq!(kept(&path.join(&out)), before);
+        assert!(ask(other, &["--force"]).status.success());
+        assert_ne!(kept(&path.join(&out)), before);
+    }
+    // A page beside its own run is that run's, whatever becomes of it, and the pages that are older are named.
+    assert!(standstill(&["report", "a"], path).status.success());
+    assert!(standstill(&["report", "a", "b"], path).status.success());
+    assert!(standstill(&["explain", "a", "--trial", "1"], path).status.success());
+    let said = run("a", &["--trials", "80", "--seed", "1", "--resume"]);
+    for page in ["report/report.html", "report/comparison.html", "explain/explain.html"] {
+        assert!(said.contains(&format!("{page}, which is older")), "{page} in {said}");
+        assert!(
+            fs::read_to_string(path.join("a").join(page))
+                .expect("a page")
+                .contains("older than the data beside it")
+        );
+    }
+    assert!(standstill(&["report", "a"], path).status.success());
+    assert!(standstill(&["report", "a", "b"], path).status.success());
+    for page in ["report/report.html", "report/comparison.html"] {
+        assert!(
+            !fs::read_to_string(path.join("a").join(page)).expect("a page").contains("older than the data")
+        );
+    }
+}

@@ -3,11 +3,15 @@
 //! `L = mean over ± of U t1 / i2` per line cancels the saturation's effect to first order; the gain mismatch of the
 //! sensors is measured (see [`crate::parts::train`]) and divided out; then equations (5)–(7). The difference of the forward and
 //! the backward inductance of each line points along the magnet: the pole comes from the same pulses.
+//!
+//! i2 is sampled where the pulse ends. Where phases are converted one after the other, or edges add to the readings, that is too late:
+//! the last phases would be read in the decay, and jitter would move samples in and out of what the edge adds. There it is sampled
+//! earlier (`Sensing::lead`), and t1 ends where the line's two phases are converted on average, less what sensors lag.
 
 #[cfg(test)]
 mod tests;
 
-use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Reading, Real, Step};
+use standstill_interface::{AlphaBeta, Fault, Findings, Nanos, Phase, Reading, Real, Step};
 
 use crate::keys::{self, Keyed, Lines, Setting, Value, place};
 use crate::method::Sequence;
@@ -28,15 +32,23 @@ pub struct BipolarSettings<T>(pub BothWaysSettings<T>);
 impl<T: Real> BipolarSettings<T> {
     /// For this motor and drive.
     pub fn suited(drive: &Nameplate<T>) -> Self {
-        // Four samples in the pulse: enough to compare the sensors.
+        // Four samples in the pulse: enough to compare the sensors. Fewer where the first would be taken too early.
         let pulse = drive.line_pulse(T::of(0.5));
-        Self(BothWaysSettings::suited(drive, Nanos(pulse.0 / 4)))
+        let interval = Nanos(pulse.0 / 4).max(drive.sensing.lead() * 2);
+        Self(BothWaysSettings::suited(drive, interval))
     }
 
     fn check(&self) -> Result<(), SettingsError> {
         self.0.train.check()?;
         require(self.0.train.rounds >= 2, "rounds", "at least 2, to see how the pulses scatter")?;
-        self.0.check()
+        self.0.check()?;
+        let (train, lead) = (&self.0.train, self.0.sensing.lead());
+        let needed = "such that a pulse is sampled before its end: with twice `skew`, five of them in less than a quarter of it";
+        require(
+            lead < train.interval && lead + train.dead_time < train.pulse,
+            "sensors.pick_up_decay",
+            needed,
+        )
     }
 }
 
@@ -80,7 +92,7 @@ impl<T: Real> Bipolar<T> {
         let none = Sums { pulses: T::zero(), mean: T::zero(), squares: T::zero() };
         Ok(Self {
             settings: settings.0,
-            train: Train::new(settings.0.train),
+            train: Train::leading(settings.0.train, settings.0.sensing.lead()),
             sums: [[none; 2]; 3],
             gains: GainComparison::new(),
             findings: Findings::default(),
@@ -89,13 +101,17 @@ impl<T: Real> Bipolar<T> {
 
     fn add(&mut self, slot: Slot, readings: &[Reading<T>]) -> Result<(), Fault<T>> {
         let s = &self.settings.train;
-        for reading in readings {
+        for (n, reading) in readings.iter().enumerate() {
             let both = self.train.both(slot, reading)?;
-            self.gains.add(slot, both);
+            if let Some(both) = self.at_once(slot, n, both) {
+                self.gains.add(slot, both);
+            }
         }
         let end = &readings[s.samples_on() - 1];
         let current = self.train.current(slot, end)?;
-        let seconds = T::of((s.pulse - s.dead_time).seconds());
+        let sensing = &self.settings.sensing;
+        let late = sensing.late(slot.line, self.train.derived);
+        let seconds = sensing.seen(self.risen(s.samples_on()) + late);
         let inductance = (link(end)? - s.on_drop) * seconds / current;
         // As with a link below the drops of the switches.
         if inductance <= T::zero() || !inductance.is_finite() {
@@ -103,6 +119,31 @@ impl<T: Real> Bipolar<T> {
         }
         self.sums[slot.line][usize::from(slot.forward)].add(inductance);
         Ok(())
+    }
+
+    /// How long in s the current has risen when so many samples of a pulse have been triggered.
+    fn risen(&self, samples: usize) -> T {
+        let s = &self.settings.train;
+        T::of((s.interval * samples as u64 - self.train.lead - s.dead_time).seconds())
+    }
+
+    /// What sample `n` of a pulse would show if all phases were converted at its trigger: while the current rises evenly, a phase that
+    /// is converted later reads more in proportion to the time. None where that does not hold.
+    fn at_once(&self, slot: Slot, n: usize, (from, to): (T, T)) -> Option<(T, T)> {
+        let sensing = &self.settings.sensing;
+        if sensing.lead() == Nanos::ZERO {
+            return Some((from, to));
+        }
+        let risen = self.risen(n + 1);
+        if n >= self.settings.train.samples_on() || risen <= T::zero() {
+            return None;
+        }
+        let at_trigger = |phase: Phase| {
+            let late = T::of((sensing.skew * phase as u64).seconds());
+            sensing.seen(risen) / sensing.seen(risen + late)
+        };
+        let (enters, leaves) = slot.phases();
+        Some((from * at_trigger(enters), to * at_trigger(leaves)))
     }
 
     fn answer(&mut self) -> Result<Pole<T>, Fault<T>> {
@@ -131,11 +172,15 @@ impl<T: Real> Bipolar<T> {
         // Variance of a mean over n pulses' relative inductances, pooled.
         let freedom = (n - T::one()) * T::of(6.0);
         let one = scatter / freedom / n;
-        let needed = significance::scattered(significance::of_lines(one * half), freedom);
+        // What the lines' lags differ by is the same in every round.
+        let lag = s.sensing.lag_deviation() / self.risen(s.train.samples_on());
+        let lags = lag * lag;
+        let needed = significance::scattered(significance::of_lines(one * half), freedom)
+            + significance::known(significance::of_lines(lags));
         s.check_saliency(&mut self.train.margin, &saliency, needed, &s.train)?;
         // Of the mean of a line's two directions; equation (7) on relative errors: 0.408 ε / (|L_B|/L_A).
         self.findings.angle_deviation =
-            Some((one * half).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
+            Some((one * half + lags).sqrt() * T::of(1.0 / 6.0).sqrt() / saliency.ratio());
         // Of a difference of two means, in each component of the sum over three directions.
         let deviation = (T::of(1.5) * (T::of(2.0) * one + s.pole_variance(derived))).sqrt();
         Ok(s.pole(&saliency, &Pointer { direction: pointer, deviation }))

@@ -86,7 +86,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let scale = self.dc_link / volts;
         let curve = &mut self.curves[slot.line][usize::from(slot.forward)];
         let train = &self.train.settings;
-        let compares = self.settings.sensing.compares(train.pulse);
+        let compares = self.settings.pulses.sensing.compares(train.pulse);
         for (n, (sum, reading)) in curve.iter_mut().zip(readings).enumerate() {
             let (from, to) = self.train.both(slot, reading)?;
             *sum = *sum + (from + to) / T::of(2.0) * scale;
@@ -116,10 +116,10 @@ impl<T: Real> MaximumLikelihood<T> {
             resistance: s.resistance * T::of(2.0),
             pulse: T::of(s.pulse.seconds()),
             interval: T::of(s.interval.seconds()),
-            blank: self.settings.sensing.blank(),
+            blank: self.settings.pulses.sensing.blank(),
         };
         let delay = T::of(s.dead_time.seconds());
-        let lag = self.settings.sensing.lag();
+        let lag = self.settings.pulses.sensing.lag();
         let end = s.samples_on() - 1;
         let start = core::array::from_fn(|k| {
             let [back, forward] = curves[k];
@@ -130,7 +130,7 @@ impl<T: Real> MaximumLikelihood<T> {
                 slope: T::zero(),
                 delay,
                 lag,
-                late: self.settings.sensing.late(k, self.train.derived),
+                late: self.settings.pulses.sensing.late(k, self.train.derived),
             }
         });
         let found = fit(&curves, &model, start).filter(|fit| fit.inductance.iter().all(|l| *l > T::zero()));
@@ -148,7 +148,7 @@ impl<T: Real> MaximumLikelihood<T> {
         let (ratios, ratio_noise) = self.gains.measured(fit.variance * rounds * two);
 
         let plain = Saliency::from_lines(Abc(fit.inductance), s.saliency);
-        let shift = fit.lag_slope.map(|slope| slope * self.settings.sensing.lag_deviation());
+        let shift = fit.lag_slope.map(|slope| slope * self.settings.pulses.sensing.lag_deviation());
         let mut covariance = fit.inductance_covariance;
         for (k, shift) in shift.into_iter().enumerate() {
             covariance[k][k] = covariance[k][k] + shift * shift;

@@ -10,7 +10,7 @@ use super::polarity::{Pointer, Pole, Signature};
 use super::significance;
 use super::train::{Derived, GainComparison, PulseTrainSettings};
 use crate::commissioning::Correction;
-use crate::nameplate::Nameplate;
+use crate::nameplate::{Nameplate, Sensing};
 use crate::settings::{SettingsError, require, require_error, require_share};
 
 /// Settings of a method by line pulses in both directions.
@@ -33,6 +33,8 @@ pub struct BothWaysSettings<T> {
     /// Standard deviation of what looks like saturation and repetition does not reveal, as a share of the inductance at the
     /// pulse's peak: offsets, delays of the legs.
     pub pole_floor: T,
+    /// What is known of the sensors.
+    pub sensing: Sensing<T>,
 }
 
 impl<T: Real> BothWaysSettings<T> {
@@ -47,6 +49,7 @@ impl<T: Real> BothWaysSettings<T> {
             signature: drive.pulse_signature,
             pole_error: T::of(1e-6),
             pole_floor: T::of(0.0015),
+            sensing: drive.sensing,
         }
     }
 
@@ -56,7 +59,8 @@ impl<T: Real> BothWaysSettings<T> {
         let tolerance = self.gain_tolerance;
         require(tolerance >= T::zero() && tolerance < T::one(), "gain_tolerance", "from 0 to below 1")?;
         require_error(self.pole_error, "pole_error")?;
-        require_share(self.pole_floor, "pole_floor")
+        require_share(self.pole_floor, "pole_floor")?;
+        self.sensing.check()
     }
 
     /// Inductances in H and saliency of lines read as `lines` in H by sensors whose r are `ratios`: without their gains,
@@ -136,6 +140,7 @@ mod tests {
             signature: Signature::Normal,
             pole_error: 1e-6,
             pole_floor: 0.01_f64,
+            sensing: Sensing::default(),
         };
         assert_eq!(settings.pole_variance(Derived::None), 1e-4);
         assert_eq!(settings.pole_variance(Derived::One(Phase::C)), 1e-4);

@@ -207,6 +207,8 @@ impl Derived {
 #[derive(Clone, Debug)]
 pub(crate) struct Train<T> {
     pub settings: PulseTrainSettings<T>,
+    /// How much before the end of its interval each sample of a pulse is taken.
+    pub lead: Nanos,
     zeroings: u16,
     /// Pulses given, and the one whose readings come next.
     given: u16,
@@ -222,9 +224,15 @@ pub(crate) struct Train<T> {
 
 impl<T: Real> Train<T> {
     pub fn new(settings: PulseTrainSettings<T>) -> Self {
+        Self::leading(settings, Nanos::ZERO)
+    }
+
+    /// A train whose pulses are sampled so much before the end of each interval.
+    pub fn leading(settings: PulseTrainSettings<T>, lead: Nanos) -> Self {
         let zero = T::zero();
         Self {
             settings,
+            lead,
             zeroings: 0,
             given: 0,
             under_way: None,
@@ -329,7 +337,7 @@ impl<T: Real> Train<T> {
         self.under_way = Some(slot);
         let (from, to) = slot.phases();
         let count = u32::try_from(s.samples()).unwrap_or(u32::MAX);
-        let sampling = Sampling { first: s.interval, interval: s.interval, count };
+        let sampling = Sampling { first: s.interval - self.lead, interval: s.interval, count };
         Some(Command::sequence(Stage::line(from, to, s.pulse), Stage::off(s.rest), sampling))
     }
 

@@ -14,14 +14,46 @@ use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magne
 impl DataSheet {
     /// The motor, if the numbers make one.
     pub fn motor(&self) -> Result<Motor, MotorError> {
+        self.motor_of(None)
+    }
+
+    /// The motor of a sheet that differs from that of `known` in nothing but numbers of `[winding]` and `[rotor]`: where they
+    /// leave the core as it is, as those of a core with a `[saturation]` or a `[map]` do, that is not made and judged again.
+    ///
+    /// ```
+    /// use standstill_plant::{DataSheet, built_in};
+    /// use standstill_quantity::Quantity;
+    ///
+    /// let known = built_in("paper-5k5").ok_or("not built in")?;
+    /// let text = DataSheet::built_in_text("paper-5k5").ok_or("not built in")?;
+    /// let mut sheet = DataSheet::parse("paper-5k5", text)?;
+    /// sheet.tables_mut().winding.resistance.value = Quantity::si(1.3);
+    /// let other = sheet.motor_beside(&known)?;
+    /// assert_eq!(other, sheet.motor()?);
+    /// assert_eq!((other.resistance, known.resistance), (1.3, 1.2));
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
+    pub fn motor_beside(&self, known: &Motor) -> Result<Motor, MotorError> {
+        self.motor_of(Some(known))
+    }
+
+    fn motor_of(&self, known: Option<&Motor>) -> Result<Motor, MotorError> {
         let check = Check { sheet: (&self.file, &self.text) };
         let w = &self.tables.winding;
         let resistance = check.positive("winding.resistance", &w.resistance)?;
         if let Some(power) = &self.tables.rating.power {
             check.positive("rating.power", power)?;
         }
-        let (winding, magnet_flux, core) = match self.map().map_err(MotorError::Map)? {
-            Some((map, _)) => self.mapped(&check, map)?,
+        let known_map = known.and_then(|known| match known.magnetics.core() {
+            Core::Map(map) => Some(map.clone()),
+            _ => None,
+        });
+        let map = match known_map {
+            Some(map) => Some(map),
+            None => self.map().map_err(MotorError::Map)?.map(|(map, _)| map),
+        };
+        let (winding, magnet_flux, core) = match map {
+            Some(map) => self.mapped(&check, map)?,
             None => self.wound(&check)?,
         };
         if winding.d_axis_inductance().min(winding.q_axis_inductance()) < 1e-6 * resistance {
@@ -29,18 +61,13 @@ impl DataSheet {
                 "small enough for time constants L_d/R and L_q/R of at least 1 µs, as every motor has";
             return Err(check.value("winding.resistance", &w.resistance.value, needed));
         }
-        let circuit = MagneticCircuit::new(core).map_err(|_| {
-            check.value(
-                "saturation",
-                &"not convex at no current",
-                "an energy whose inductances stay positive",
-            )
-        })?;
-        let circuit = circuit.with_eddy_currents(check.eddy(self.tables.eddy.as_ref())?);
-        let harmonics = check.harmonics(self.tables.harmonics.as_ref(), &circuit)?;
         let rated_current = check.positive("rating.current", &self.tables.rating.current)?;
-        let hysteresis = check.hysteresis(self.tables.hysteresis.as_ref(), rated_current)?;
-        let circuit = circuit.with_hysteresis(hysteresis);
+        // A map is the one that is known already; to compare it number by number would take as long as a detection.
+        let same = known.filter(|known| matches!(core, Core::Map(_)) || *known.magnetics.core() == core);
+        let magnetics = match same {
+            Some(known) => known.magnetics.clone(),
+            None => self.circuit(&check, core, rated_current)?,
+        };
         let motor = Motor {
             name: self.tables.name.clone(),
             pole_pairs: check.whole("winding.pole_pairs", &w.pole_pairs, 1, 200)?.into(),
@@ -52,13 +79,30 @@ impl DataSheet {
             },
             winding,
             magnet_flux,
-            magnetics: circuit.with_harmonics(harmonics),
+            magnetics,
             thermal: check.thermal(self.tables.thermal.as_ref())?,
             rotor: check.rotor(&self.tables.rotor)?,
         };
-        check.core(&motor)?;
+        if same.is_none() {
+            check.core(&motor)?;
+        }
         check.consistent(&motor)?;
         Ok(motor)
+    }
+
+    /// Core, harmonics, eddy currents and hysteresis.
+    fn circuit(&self, check: &Check, core: Core, rated_current: f64) -> Result<MagneticCircuit, MotorError> {
+        let circuit = MagneticCircuit::new(core).map_err(|_| {
+            check.value(
+                "saturation",
+                &"not convex at no current",
+                "an energy whose inductances stay positive",
+            )
+        })?;
+        let circuit = circuit.with_eddy_currents(check.eddy(self.tables.eddy.as_ref())?);
+        let harmonics = check.harmonics(self.tables.harmonics.as_ref(), &circuit)?;
+        let hysteresis = check.hysteresis(self.tables.hysteresis.as_ref(), rated_current)?;
+        Ok(circuit.with_hysteresis(hysteresis).with_harmonics(harmonics))
     }
 
     /// Winding, magnet flux and core as `[winding]`, `[saturation]` and `[bridge]` state them.
@@ -186,9 +230,8 @@ impl Check<'_> {
     /// A saturated core must be the motor that `[winding]` describes, or a change there would go unnoticed.
     fn consistent(&self, motor: &Motor) -> Result<(), MotorError> {
         let core = motor.magnetics.core();
-        let Ok(rest) = core.flux_at(Dq::new(0.0, 0.0)) else { return Ok(()) };
+        let (rest, l) = (motor.magnetics.core_rest(), motor.magnetics.inductance());
         let flux = if matches!(core, Core::Map(map) if !map.has_magnet()) { 0.0 } else { rest.d };
-        let l = core.current_and_inverse_inductance(rest).1.inverse();
         let winding = &motor.winding;
         // A flux that matters beside what rated current makes: there are motors of milliwebers.
         let slack = 1e-3 * l.xx.max(l.yy) * motor.rated_current;
@@ -253,6 +296,10 @@ impl Check<'_> {
     /// The Hessian must be positive definite wherever a detection may take the core: to three times the rated
     /// current in any direction.
     fn core(&self, motor: &Motor) -> Result<(), MotorError> {
+        // Positive inductances are all that one without saturation needs.
+        if matches!(motor.magnetics.core(), Core::Linear(_)) {
+            return Ok(());
+        }
         for step in 0..48 {
             let (sin, cos) = sin_cos(f64::from(step) * std::f64::consts::TAU / 48.0);
             for share in [0.0, 0.5, 1.0, 2.0, 3.0] {

@@ -210,6 +210,11 @@ impl MagneticCircuit {
         self.inductance
     }
 
+    /// Flux in Wb of the core without current, harmonics apart.
+    pub(crate) const fn core_rest(&self) -> Dq<f64> {
+        self.rest
+    }
+
     /// Flux in Wb without current.
     pub fn rest(&self, at: Heading) -> Dq<f64> {
         self.distortion.map_or(self.rest, |distortion| distortion.rest(at))

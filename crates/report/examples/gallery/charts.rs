@@ -1,7 +1,9 @@
 //! A figure of every kind, and what must not upset it.
 
 use super::noise;
-use standstill_report::figure::{Axis, AxisScale, Figure, Lane, Layer, Panel, Style, Ticks, cell_edges};
+use standstill_report::figure::{
+    Axis, AxisScale, Figure, Lane, Layer, Panel, Style, Ticks, cell_edges, rounded,
+};
 use standstill_report::page::Chart;
 use std::f64::consts::TAU;
 
@@ -174,7 +176,7 @@ fn maps() -> Chart {
             values: dead.iter().flat_map(|dead| noise.iter().map(|noise| value(*noise, *dead))).collect(),
             colour,
             blank: "no answer".to_owned(),
-            digits: 3,
+            texts: Vec::new(),
         })
     };
     let lost =
@@ -207,6 +209,13 @@ fn names() -> Chart {
         "a name of many words",
     ];
     let none = f64::NAN;
+    let values = [
+        [0.011, 0.06, 0.0043, 0.12, 0.8],
+        [0.1, 0.6, 0.045, 1.1, 4.2],
+        [0.22, 1.3, 0.1, 1.6, 17.3],
+        [2.4, none, 1.9, 12.5, none],
+    ]
+    .concat();
     let panel = Panel::new(
         axis("method", &methods),
         axis("errors", &["none", "default", "harsh", "broken <sensor>"]),
@@ -214,16 +223,10 @@ fn names() -> Chart {
     .with(Layer::Heat {
         x_edges: (0..=5).map(|i| f64::from(i) - 0.5).collect(),
         y_edges: (0..=4).map(|i| f64::from(i) - 0.5).collect(),
-        values: [
-            [0.011, 0.06, 0.0043, 0.12, 0.8],
-            [0.1, 0.6, 0.045, 1.1, 4.2],
-            [0.22, 1.3, 0.1, 1.6, 17.3],
-            [2.4, none, 1.9, 12.5, none],
-        ]
-        .concat(),
+        texts: values.iter().map(|value| rounded(*value, 2)).collect(),
+        values,
         colour: Axis::new("rms error of the axis θ_e (°)").range(0.01, 10.0).log10(),
         blank: "no answer".to_owned(),
-        digits: 3,
     });
     chart("names", "Methods and errors", "2,000 trials each", 420, vec![panel])
 }
@@ -320,7 +323,7 @@ fn extremes() -> Chart {
         values: vec![f64::NAN],
         colour: Axis::new("nothing"),
         blank: "no answer".to_owned(),
-        digits: 3,
+        texts: Vec::new(),
     });
     chart("extremes", "Extremes", "", 900, vec![narrow, wide, empty])
 }

@@ -1,7 +1,7 @@
 //! Studies, also awkward ones.
 
 use super::noise;
-use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
+use standstill_report::study::{Coordinate, Design, ErrorCloud, Estimate, Study, StudyAxis, StudyPoint};
 
 const METHODS: [&str; 9] = [
     "line-inductance",
@@ -16,12 +16,12 @@ const METHODS: [&str; 9] = [
 ];
 
 /// Wilson's interval, which is near enough to the exact one for a picture.
-fn binomial(count: u64, total: u64) -> Interval {
+fn binomial(count: u64, total: u64) -> Estimate {
     let (k, n) = (count as f64, total as f64);
     let (p, z) = (k / n, 1.96);
     let middle = (p + z * z / (2.0 * n)) / (1.0 + z * z / n);
     let half = z / (1.0 + z * z / n) * (p * (1.0 - p) / n + z * z / (4.0 * n * n)).sqrt();
-    Interval { value: p, low: (middle - half).max(0.0), high: middle + half }
+    Estimate { value: p, low: (middle - half).max(0.0), high: middle + half }
 }
 
 fn axis(key: &str, label: &str, unit: &str) -> StudyAxis {
@@ -37,7 +37,7 @@ fn point(
 ) -> StudyPoint {
     let relative = 1.4 / (trials as f64).sqrt();
     let value = rms * (1.0 + relative * (random() - 0.5));
-    let interval = |v: f64, r: f64| Interval { value: v, low: v * (1.0 - r), high: v * (1.0 + r) };
+    let interval = |v: f64, r: f64| Estimate { value: v, low: v * (1.0 - r), high: v * (1.0 + r) };
     #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of the trials")]
     let mut count = |odds: f64| (odds.min(0.3) * trials as f64 + 0.7 * random()) as u64;
     let (wrong_poles, undetermined, failed) = (count(1e-3 * rms * rms), count(4e-3 * rms), count(1e-4 * rms));
@@ -49,7 +49,9 @@ fn point(
         undetermined,
         failed,
         rms_deg: interval(value, relative),
+        p50_deg: interval(0.67 * value, 1.6 * relative),
         p95_deg: interval(1.96 * value, 1.6 * relative),
+        p99_deg: interval(2.58 * value, 3.0 * relative),
         bias_deg: interval(0.1 * rms, 0.1),
     }
 }

@@ -8,7 +8,7 @@ use super::layers::Plot;
 use super::layout::{LABEL, LABEL_LINE, SMALL, TICK, TICK_GAP};
 use super::reduce::hatching;
 use super::style::{FRAME, GRID, HATCH, INK, WHITE};
-use super::{Layer, Panel, number, text, ticks};
+use super::{Layer, Panel, text, ticks};
 
 /// Between panel and bar, and the width of the bar.
 const GAP: f64 = 14.0;
@@ -112,7 +112,7 @@ pub(super) fn draw(
     (x_edges, y_edges): (&[f64], &[f64]),
     values: &[f64],
     axis: &Axis,
-    digits: usize,
+    texts: &[String],
 ) {
     let scale = Scale { range: range(values, axis), pixels: (0.0, 1.0), spread: axis.scale };
     // Cells on whole pixels have sharp edges and leave no seams.
@@ -135,31 +135,30 @@ pub(super) fn draw(
             };
             // Written so that edges that are no numbers have no cell.
             if area.width() > 0.0 && area.height() > 0.0 {
-                cells.push((area, values.get(row * columns + column).copied().unwrap_or(f64::NAN)));
+                let place = row * columns + column;
+                let text = texts.get(place).map_or("", String::as_str);
+                cells.push((area, values.get(place).copied().unwrap_or(f64::NAN), text));
             }
         }
     }
     let ground = |value: f64| colour(if axis.scale.has(value) { scale.share(value) } else { 0.0 });
-    for &(area, value) in &cells {
+    for &(area, value, _) in &cells {
         if value.is_finite() {
             canvas.rect(area, ground(value));
         } else {
             blank(canvas, area);
         }
     }
-    let written: Vec<_> = cells
-        .iter()
-        .filter(|cell| cell.1.is_finite())
-        .map(|&(area, v)| (area, v, number::rounded(v, digits)))
-        .collect();
-    let fits = |(area, _, text): &(Rect, f64, String)| {
+    let written: Vec<_> =
+        cells.iter().copied().filter(|(_, value, text)| value.is_finite() && !text.is_empty()).collect();
+    let fits = |(area, _, text): &(Rect, f64, &str)| {
         area.height() >= NUMBER + 3.0 && area.width() >= text::width(text, NUMBER) + 4.0
     };
-    if digits > 0 && cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
+    if cells.len() <= MOST_NUMBERS && written.iter().all(fits) {
         for (area, value, text) in written {
             let colour = ink_on(ground(value));
             let set = Type { size: NUMBER, colour, align: Align::Middle, upwards: false };
-            canvas.lines(&text, area.centre(), set);
+            canvas.lines(text, area.centre(), set);
         }
     }
 }

@@ -61,8 +61,8 @@ pub(super) fn draw(canvas: &mut dyn Canvas, plot: &Plot, layer: &Layer) {
                 draw_upper_limit(canvas, *style, plot.point((x, y)), area.bottom);
             }
         }
-        Layer::Heat { x_edges, y_edges, values, colour, digits, .. } => {
-            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, *digits);
+        Layer::Heat { x_edges, y_edges, values, colour, texts, .. } => {
+            heat::draw(canvas, plot, (x_edges, y_edges), values, colour, texts);
         }
         Layer::HorizontalRule { y, .. } if plot.y.shows(*y) => {
             let at = plot.y.at(*y);

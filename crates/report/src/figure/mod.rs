@@ -161,9 +161,9 @@ pub enum Layer {
         colour: Axis,
         /// What a cell without a value means.
         blank: String,
-        /// With how many digits to write the values into the cells, all alike as [`rounded`] does; 0: not. It is done for
-        /// at most 100 cells, if all have the room.
-        digits: usize,
+        /// The values as they are written into the cells and read out, in as many digits as each supports; none: in no cell. They
+        /// are written for at most 100 cells, if all have the room.
+        texts: Vec<String>,
     },
     /// A thin dashed line across the panel, for a limit.
     HorizontalRule {

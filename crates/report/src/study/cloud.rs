@@ -1,5 +1,7 @@
 //! Errors of single trials in bounded memory.
 
+use standstill_numeric::rank;
+
 /// Angle bins of 5°.
 pub(super) const BINS: usize = 72;
 /// Errors kept for the quantiles of one bin: the 5 % quantile of half as many is uncertain by 0.7 % of probability.
@@ -117,8 +119,6 @@ impl Magnitudes {
 pub struct ErrorCloud {
     trials: u64,
     wrong_poles: u64,
-    sum: f64,
-    squares: f64,
     bins: Vec<Thinned<f64>>,
     signed: Thinned<f64>,
     magnitudes: Magnitudes,
@@ -138,8 +138,6 @@ impl ErrorCloud {
         Self {
             trials: 0,
             wrong_poles: 0,
-            sum: 0.0,
-            squares: 0.0,
             bins: vec![Thinned::new(PER_BIN); BINS],
             signed: Thinned::new(SIGNED),
             magnitudes: Magnitudes::new(),
@@ -161,8 +159,6 @@ impl ErrorCloud {
             self.wrong.push(angle);
         }
         let Some(error) = axis_error_deg.filter(|error| error.is_finite()) else { return };
-        self.sum += error;
-        self.squares += error * error;
         #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "an angle in [0, 360)")]
         let bin = ((angle / 360.0 * BINS as f64) as usize).min(BINS - 1);
         self.bins[bin].push(error);
@@ -186,36 +182,9 @@ impl ErrorCloud {
         self.wrong_poles
     }
 
-    /// Root mean square of the axis errors in degrees; not a number without any.
-    pub fn rms_deg(&self) -> f64 {
-        (self.squares / self.axes() as f64).sqrt()
-    }
-
-    /// Mean axis error in degrees; not a number without any.
-    pub fn bias_deg(&self) -> f64 {
-        self.sum / self.axes() as f64
-    }
-
     /// Largest magnitude of an axis error in degrees; 0 without any.
     pub fn max_deg(&self) -> f64 {
         self.magnitudes.largest
-    }
-
-    /// The magnitude in degrees that the share `p` of the axis errors does not exceed; not a number without any.
-    pub fn magnitude_quantile(&self, p: f64) -> f64 {
-        let n = self.axes();
-        if n == 0 {
-            return f64::NAN;
-        }
-        if self.signed.every() == 1 {
-            let mut all: Vec<f64> = self.signed.kept().iter().map(|error| error.abs()).collect();
-            return quantile(&mut all, p);
-        }
-        let allowed = (1.0 - p.clamp(0.0, 1.0)) * n as f64;
-        self.magnitudes
-            .larger()
-            .find(|(_, larger)| *larger as f64 <= allowed)
-            .map_or(self.magnitudes.largest, |(edge, _)| edge)
     }
 
     /// `(magnitude in degrees, share of the axis errors that exceed it)`, by increasing magnitude.
@@ -261,8 +230,6 @@ impl ErrorCloud {
 
 /// The least value that the share `p` does not exceed, from values in any order.
 pub(super) fn quantile(values: &mut [f64], p: f64) -> f64 {
-    let Some(last) = values.len().checked_sub(1) else { return f64::NAN };
-    #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a length")]
-    let rank = ((p * values.len() as f64).ceil().max(1.0) as usize - 1).min(last);
-    *values.select_nth_unstable_by(rank, f64::total_cmp).1
+    let place = rank(p, values.len() as u64).and_then(|rank| usize::try_from(rank).ok());
+    place.map_or(f64::NAN, |place| *values.select_nth_unstable_by(place, f64::total_cmp).1)
 }

@@ -1,18 +1,18 @@
 //! How often which error occurs.
 
 use super::cloud::quantile;
-use super::{Caption, ErrorCloud};
+use super::{Caption, ErrorCloud, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style, significant};
 
 /// Above, the histogram of the signed axis error with rms and 95th percentile; below, the probability that the error's
 /// magnitude exceeds a value.
 ///
 /// The lower panel has the exceedance 1 − F on a logarithmic scale rather than F: who designs a start asks how rare a
-/// large error is, and F is flat at 1 just there. Median, p95 and p99 are read off at 50, 5 and 1 %.
-pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
+/// large error is, and F is flat at 1 just there. Median, p95 and p99 stand at 50, 5 and 1 %: those of `point`, which tables have.
+pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud, point: &StudyPoint) -> Figure {
     let kept = cloud.signed();
-    let [p50, p95, p99] = [0.5, 0.95, 0.99].map(|p| cloud.magnitude_quantile(p));
-    let rms = cloud.rms_deg();
+    let rms = ("rms", point.rms_deg);
+    let [p50, p95, p99] = [("p50", point.p50_deg), ("p95", point.p95_deg), ("p99", point.p99_deg)];
     let mut remarks = Vec::new();
     let mut upper = Panel::new(Axis::new("error of the axis e (°)"), Axis::new("share per bin (%)"));
     let mut lower = Panel::new(
@@ -35,10 +35,10 @@ pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
         upper.y = upper.y.range(0.0, 1.08 * histogram.shares.iter().copied().fold(0.0, f64::max));
         let band = histogram.outline().map(|(x, y)| (x, 0.0, y));
         upper = upper.with(Layer::band(&label, Style::Blue, band));
-        for (name, at) in [("rms", rms), ("p95", p95)] {
+        for (name, at) in [rms, p95] {
             upper = upper
-                .with(Layer::instant(&format!("−{name}"), -at))
-                .with(Layer::instant(&format!("{name} {}°", significant(at)), at));
+                .with(Layer::instant(&format!("−{name}"), -at.value))
+                .with(Layer::instant(&format!("{name} {}°", at.alone()), at.value));
         }
         let mut curve: Vec<(f64, f64)> =
             cloud.exceedance().into_iter().map(|(x, p)| (x, 100.0 * p)).collect();
@@ -50,18 +50,18 @@ pub(super) fn distribution(caption: &Caption, cloud: &ErrorCloud) -> Figure {
         for point in &mut curve {
             point.1 = point.1.max(floor);
         }
-        let from = p50 / 50.0;
+        let from = p50.1.value / 50.0;
         let to = 1.15 * cloud.max_deg();
         if from > 0.0 && to > from {
             lower.x = lower.x.range(from, to);
         }
         lower.y = lower.y.range(floor, 110.0);
         lower = lower.with(Layer::steps("", Style::Blue, curve));
-        for (name, at) in [("p50", p50), ("p95", p95), ("p99", p99)] {
-            lower = lower.with(Layer::instant(&format!("{name} {}°", significant(at)), at));
+        for (name, at) in [p50, p95, p99] {
+            lower = lower.with(Layer::instant(&format!("{name} {}°", at.alone()), at.value));
         }
         let largest = format!("largest {}°", significant(cloud.max_deg()));
-        remarks.insert(0, format!("mean {}°, {largest}", significant(cloud.bias_deg())));
+        remarks.insert(0, format!("mean {}°, {largest}", point.bias_deg.alone()));
     }
     caption.figure(&remarks, 760, vec![upper, lower])
 }

@@ -2,13 +2,11 @@
 
 use super::place::place;
 use super::slices::{Part, Slices, slices, with};
-use super::{Caption, Interval, NO_ANSWER, Study, StudyPoint};
+use super::{Caption, NO_ANSWER, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel};
 
 /// Colours are logarithmic above this ratio of the largest and the least error.
 const WIDE: f64 = 30.0;
-/// Fewest and most digits of the numbers in cells.
-const DIGITS: (i32, i32) = (2, 3);
 
 /// Rms error over two axes of the study as heat maps in one scale of colours, other axes as [`slices`] says. Cells in which more
 /// than 1 % of starts have no right answer are hatched. Numbers in very uneven distances are set evenly, as names are.
@@ -34,11 +32,14 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
     if high > low {
         colour = colour.range(low, high);
     }
-    let digits = digits(answered.iter().map(|point| point.rms_deg));
     let panel = |(part, found): (&Part, &Vec<Option<&StudyPoint>>)| {
         let value = |point: Option<&StudyPoint>| match point {
             Some(point) if !point.fails() => point.rms_deg.value,
             _ => f64::NAN,
+        };
+        let text = |point: Option<&StudyPoint>| match point {
+            Some(point) if !point.fails() => point.rms_deg.alone(),
+            _ => String::new(),
         };
         let failing = found.iter().flatten().any(|point| point.fails());
         let missing =
@@ -54,7 +55,7 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
             values: found.iter().copied().map(value).collect(),
             colour: colour.clone(),
             blank,
-            digits,
+            texts: found.iter().copied().map(text).collect(),
         })
     };
     let panels: Vec<Panel> = parts.iter().zip(&found).map(panel).collect();
@@ -68,31 +69,4 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
         remarks.push("every cell hatched: at none are 99 % of starts answered rightly".to_owned());
     }
     caption.figure(&remarks, height.min(4000), panels)
-}
-
-/// So many significant digits that even of the least certain error none is beyond two of half its interval's width.
-fn digits(errors: impl Iterator<Item = Interval>) -> usize {
-    let (fewest, most) = DIGITS;
-    let of = |error: Interval| {
-        let places = [error.value, (error.high - error.low) / 2.0].map(|x| x.log10().floor());
-        // Of what has no interval nothing is known.
-        #[expect(clippy::cast_possible_truncation, reason = "a few digits")]
-        if places.iter().all(|place| place.is_finite()) { (places[0] - places[1]) as i32 + 2 } else { fewest }
-    };
-    let least = errors.map(of).min().unwrap_or(most);
-    usize::try_from(least.clamp(fewest, most)).unwrap_or(2)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_cells_have_no_digits_beyond_their_intervals() {
-        let of = |value: f64, half: f64| Interval { value, low: value - half, high: value + half };
-        assert_eq!(digits([of(0.752, 0.023), of(1.41, 0.05)].into_iter()), 3);
-        assert_eq!(digits([of(0.752, 0.12), of(1.41, 0.05)].into_iter()), 2);
-        assert_eq!(digits([of(0.752, 0.000_01)].into_iter()), 3);
-        assert_eq!(digits([of(0.752, f64::NAN)].into_iter()), 2);
-    }
 }

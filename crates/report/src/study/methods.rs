@@ -4,7 +4,7 @@ use super::odds::{KINDS, never, with_odds};
 use super::place::{error_axis, place};
 use super::slices::with;
 use super::sweep::probability_axis;
-use super::{Caption, Study, StudyPoint};
+use super::{Caption, Study, StudyPoint, bar};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// Methods side by side, where nothing else is varied: above the rms error with its interval, and the 95th percentile where
@@ -21,14 +21,14 @@ pub(super) fn methods(caption: &Caption, study: &Study, axis: usize) -> Figure {
         axis if axis.range.is_none() => axis,
         axis => Axis { range: None, ..axis }.log10(),
     };
-    let rms = at(-0.08).map(|(x, p)| p.rms_deg.bar(x));
+    let rms = at(-0.08).map(|(x, p)| bar(p.rms_deg, x));
     let mut upper = Panel::new(place.axis.clone(), errors).with(Layer::error_bars(
         "rms with 95 % interval",
         Style::Blue,
         rms,
     ));
     if found.iter().any(|p| p.p95_deg.value.is_finite()) {
-        let p95 = at(0.08).map(|(x, p)| p.p95_deg.bar(x));
+        let p95 = at(0.08).map(|(x, p)| bar(p.p95_deg, x));
         upper = upper.with(Layer::error_bars("95th percentile of |e|", Style::Vermilion, p95));
     }
     let never = never(found.iter().copied());

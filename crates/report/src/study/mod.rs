@@ -29,25 +29,11 @@ use odds::odds;
 use scatter::scatter;
 use sweep::sweep;
 
-/// A value with its 95 % interval; what is unknown is not a number.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Interval {
-    /// The estimate.
-    pub value: f64,
-    /// Lower end.
-    pub low: f64,
-    /// Upper end.
-    pub high: f64,
-}
+pub use standstill_quantity::Estimate;
 
-impl Interval {
-    /// Nothing is known.
-    pub const UNKNOWN: Self = Self { value: f64::NAN, low: f64::NAN, high: f64::NAN };
-
-    /// As a point of error bars.
-    fn bar(&self, x: f64) -> (f64, f64, f64, f64) {
-        (x, self.value, self.low, self.high)
-    }
+/// As a point of error bars.
+fn bar(of: Estimate, x: f64) -> (f64, f64, f64, f64) {
+    (x, of.value, of.low, of.high)
 }
 
 /// Where a point is on one axis.
@@ -89,11 +75,15 @@ pub struct StudyPoint {
     /// Trials without an angle.
     pub failed: u64,
     /// Root mean square of the axis error in degrees.
-    pub rms_deg: Interval,
-    /// 95th percentile of the axis error's magnitude in degrees.
-    pub p95_deg: Interval,
+    pub rms_deg: Estimate,
+    /// Median of the axis error's magnitude in degrees.
+    pub p50_deg: Estimate,
+    /// Its 95th percentile.
+    pub p95_deg: Estimate,
+    /// Its 99th percentile.
+    pub p99_deg: Estimate,
     /// Mean axis error in degrees.
-    pub bias_deg: Interval,
+    pub bias_deg: Estimate,
 }
 
 /// How the points of a study are spread over its axes.
@@ -124,7 +114,7 @@ pub struct Study {
     /// Index of the best point: figures over some axes show the others as they are there. Without, the first.
     pub best: Option<usize>,
     /// The exact interval of a probability from a count in a total.
-    pub binomial: fn(u64, u64) -> Interval,
+    pub binomial: fn(u64, u64) -> Estimate,
 }
 
 /// What is written over a figure: the title, and the conditions.
@@ -232,7 +222,10 @@ pub fn figures(study: &Study) -> Vec<(String, Figure)> {
     if let Some(cloud) = study.cloud.as_ref().filter(|_| varied.is_empty()) {
         let over_angle = error_over_angle(&study.title, study.subtitle.clone(), cloud);
         add("error_over_angle".into(), over_angle);
-        add("distribution".into(), distribution(&study.caption("Distribution of the error"), cloud));
+        if let Some(point) = study.points.first() {
+            let caption = study.caption("Distribution of the error");
+            add("distribution".into(), distribution(&caption, cloud, point));
+        }
     }
     if let [axis] = varied[..]
         && study.axes[axis].is_method()

@@ -3,7 +3,7 @@
 use super::place::place;
 use super::slices::{Part, Slices, along, slices};
 use super::sweep::{probability_axis, with_bars};
-use super::{Caption, Interval, Study, StudyPoint};
+use super::{Caption, Estimate, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 /// How a detection can go wrong, and where that is counted.
@@ -84,7 +84,7 @@ fn one_scale<'a>(
 ) -> Axis {
     let axis = probability_axis(name);
     let ends = all.filter(|point| point.trials > 0).map(|point| {
-        let Interval { value, low, high } = (study.binomial)(count(point), point.trials);
+        let Estimate { value, low, high } = (study.binomial)(count(point), point.trials);
         (
             if count(point) == 0 {
                 high
@@ -147,7 +147,7 @@ pub(super) fn with_odds<'a>(
         if name == KINDS[0].0 && point.named() == 0 {
             continue;
         }
-        let Interval { value, low, high } = (study.binomial)(count(point), point.trials);
+        let Estimate { value, low, high } = (study.binomial)(count(point), point.trials);
         if count(point) == 0 {
             limits.push((x, 100.0 * high));
             // The line has a gap there.

@@ -2,10 +2,10 @@
 
 use super::place::{Place, error_axis, place};
 use super::slices::{Part, Series, Slices, along, slices};
-use super::{Caption, Interval, NO_ANSWER, Study, StudyPoint};
+use super::{Caption, Estimate, NO_ANSWER, Study, StudyPoint, bar};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
-type Value = fn(&StudyPoint) -> Interval;
+type Value = fn(&StudyPoint) -> Estimate;
 type Bars = Vec<(f64, f64, f64, f64)>;
 /// The points of a curve at the values of an axis.
 type Curve<'a> = Vec<Option<&'a StudyPoint>>;
@@ -129,7 +129,7 @@ fn with_hollow(
 ) -> Panel {
     let bars = |hollow: bool| -> Bars {
         let bar = |(x, point): (&f64, Option<&StudyPoint>)| match point {
-            Some(point) if point.fails() == hollow => value(point).bar(*x),
+            Some(point) if point.fails() == hollow => bar(value(point), *x),
             _ => (*x, f64::NAN, f64::NAN, f64::NAN),
         };
         at.iter().zip(curve.iter().copied()).map(bar).collect()

@@ -4,14 +4,14 @@ mod points;
 
 use standstill_report::figure::{Axis, AxisScale, Figure, Layer, Panel, cell_edges};
 use standstill_report::study::{
-    Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint, Thinned, figures,
+    Coordinate, Design, ErrorCloud, Estimate, Study, StudyAxis, StudyPoint, Thinned, figures,
 };
 
-fn interval(value: f64, half: f64) -> Interval {
-    Interval { value, low: value - half, high: value + half }
+fn interval(value: f64, half: f64) -> Estimate {
+    Estimate { value, low: value - half, high: value + half }
 }
 
-fn point(coordinates: Vec<Coordinate>, rms: Interval, trials: u64, wrong_poles: u64) -> StudyPoint {
+fn point(coordinates: Vec<Coordinate>, rms: Estimate, trials: u64, wrong_poles: u64) -> StudyPoint {
     StudyPoint {
         coordinates,
         trials,
@@ -20,8 +20,10 @@ fn point(coordinates: Vec<Coordinate>, rms: Interval, trials: u64, wrong_poles: 
         undetermined: 0,
         failed: 0,
         rms_deg: rms,
-        p95_deg: Interval { value: 2.0 * rms.value, low: f64::NAN, high: f64::NAN },
-        bias_deg: Interval::UNKNOWN,
+        p50_deg: Estimate { value: 0.7 * rms.value, ..Estimate::UNKNOWN },
+        p95_deg: Estimate { value: 2.0 * rms.value, ..Estimate::UNKNOWN },
+        p99_deg: Estimate { value: 2.6 * rms.value, ..Estimate::UNKNOWN },
+        bias_deg: Estimate::UNKNOWN,
     }
 }
 
@@ -84,7 +86,8 @@ fn law_figures_follow_from_the_axes() {
     let alone = Study { points: grid().points.iter().filter(alone).cloned().collect(), ..grid() };
     assert_eq!(names(&alone), ["methods"]);
     let mut cloud = ErrorCloud::new();
-    let run = |cloud: &ErrorCloud| Study { cloud: Some(cloud.clone()), ..study(&[], vec![]) };
+    let all = point(Vec::new(), interval(1.0, 0.1), 1000, 0);
+    let run = |cloud: &ErrorCloud| Study { cloud: Some(cloud.clone()), ..study(&[], vec![all.clone()]) };
     // No start found an axis: nothing to draw.
     cloud.add(10.0, None, None);
     assert_eq!(names(&run(&cloud)), [""; 0]);
@@ -94,17 +97,17 @@ fn law_figures_follow_from_the_axes() {
 
 #[test]
 fn law_a_sweep_reaches_the_points_that_fail_and_hatches_them() {
-    let failed = |x: f64, share: u64, rms: Interval| {
+    let failed = |x: f64, share: u64, rms: Estimate| {
         let mut point = point(vec![number(x)], rms, 100, 0);
         (point.failed, point.axes) = (share, 100 - share);
         point
     };
     let some = interval(1.0, 0.1);
-    let points = |last: Interval| {
+    let points = |last: Estimate| {
         let all = [(1.0, 0, some), (2.0, 1, some), (3.0, 2, some), (4.0, 100, last)];
         study(&["x"], all.into_iter().map(|(x, share, rms)| failed(x, share, rms)).collect())
     };
-    let all = figures(&points(Interval::UNKNOWN));
+    let all = figures(&points(Estimate::UNKNOWN));
     let find = |name: &str| all.iter().find(|(other, _)| other == name).map(|(_, figure)| figure);
     let sweep = find("sweep_x").expect("a sweep");
     let Layer::Hatched { spans, label } = &sweep.panels[0].layers[0] else { panic!("strips") };
@@ -142,7 +145,7 @@ fn law_a_sweep_reaches_the_points_that_fail_and_hatches_them() {
     let fine = study(&["x"], (1..4).map(|x| failed(f64::from(x), 0, some)).collect());
     let layers = |study: &Study| figures(study)[0].1.panels[0].layers.clone();
     assert!(!layers(&fine).iter().any(|layer| matches!(layer, Layer::Hatched { .. })));
-    let none = study(&["x"], (1..4).map(|x| failed(f64::from(x), 100, Interval::UNKNOWN)).collect());
+    let none = study(&["x"], (1..4).map(|x| failed(f64::from(x), 100, Estimate::UNKNOWN)).collect());
     let all = figures(&none);
     assert_eq!(all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["wrong_poles_x"]);
     let svg = all[0].1.svg().expect("drawn");
@@ -283,10 +286,6 @@ fn analytic_quantiles_of_a_uniform_error() {
             let (u, v) = ((f64::from(i) * 0.754_877_666).fract(), (f64::from(i) * 0.569_840_291).fract());
             cloud.add(360.0 * u, Some(scale * (2.0 * v - 1.0)), None);
         }
-        for (p, exact) in [(0.5, 0.5), (0.95, 0.95), (0.99, 0.99)] {
-            let found = cloud.magnitude_quantile(p) / scale;
-            assert!((found / exact - 1.0).abs() < 0.01, "{p}: {found}");
-        }
         let bins = cloud.angle_quantiles([0.05, 0.5, 0.95]);
         assert_eq!(bins.len(), 72);
         for (angle, found) in bins {
@@ -294,7 +293,6 @@ fn analytic_quantiles_of_a_uniform_error() {
                 assert!((value / scale - exact).abs() < 0.1, "{angle}: {value}");
             }
         }
-        assert!((cloud.rms_deg() / scale - 3f64.sqrt().recip()).abs() < 1e-3);
         // Nothing grows with the trials.
         assert!(cloud.points().kept().len() <= 4000 && cloud.signed().kept().len() <= 20_000);
         let exceedance = cloud.exceedance();
@@ -320,7 +318,7 @@ fn law_wrong_poles_do_not_blow_the_scale() {
 
 #[test]
 fn regress_awkward_studies_are_drawn() {
-    let nan = Interval::UNKNOWN;
+    let nan = Estimate::UNKNOWN;
     let unknown = (0..3).map(|i| point(vec![number(f64::from(i))], nan, 0, 0)).collect();
     let zero = (0..3).map(|i| point(vec![number(f64::from(i))], interval(0.0, 0.0), 10, 10)).collect();
     let mixed = vec![
@@ -344,6 +342,31 @@ fn regress_awkward_studies_are_drawn() {
 }
 
 #[test]
+fn regress_cells_and_marks_have_no_digits_beyond_their_intervals() {
+    let at = |x: f64, y: f64, rms: Estimate| {
+        point(vec![Coordinate::Number(x), Coordinate::Number(y)], rms, 1000, 0)
+    };
+    let points = vec![
+        at(1.0, 1.0, interval(0.752, 0.023)),
+        at(2.0, 1.0, interval(0.752, 0.4)),
+        at(1.0, 2.0, interval(14.23, 0.4)),
+        at(2.0, 2.0, interval(7.52, 1.2)),
+    ];
+    let all = figures(&study(&["x", "y"], points));
+    let heat = &all.iter().find(|(name, _)| name.starts_with("heat_")).expect("a map").1;
+    let Layer::Heat { texts, .. } = &heat.panels[0].layers[0] else { panic!("{heat:?}") };
+    assert_eq!(texts[..], ["0.752", "0.8", "14.2", "7.5"]);
+    // One run: the figure's marks are the table's.
+    let mut cloud = ErrorCloud::new();
+    (0..1000).for_each(|k| cloud.add(f64::from(k) * 0.36, Some((f64::from(k) * 0.7).sin()), None));
+    let one =
+        Study { cloud: Some(cloud), ..study(&[], vec![point(Vec::new(), interval(0.404, 0.04), 1000, 0)]) };
+    let all = figures(&one);
+    let svg = all.iter().find(|(name, _)| name == "distribution").expect("a figure").1.svg().expect("drawn");
+    assert!(svg.contains("rms 0.40°") && svg.contains("p95 0.81°"), "{svg}");
+}
+
+#[test]
 fn law_cells_reach_half_way_to_their_neighbours() {
     assert_eq!(cell_edges(&[0.0, 1.0, 3.0], AxisScale::Linear), [-0.5, 0.5, 2.0, 4.0]);
     let log = cell_edges(&[1.0, 4.0], AxisScale::Log10);
@@ -359,7 +382,7 @@ fn law_awkward_maps_and_logarithms_are_drawn() {
         values,
         colour: Axis::new("value").log10(),
         blank: String::new(),
-        digits: 3,
+        texts: vec!["1".to_owned(); 2],
     };
     let log = || Panel::new(Axis::new("x").log10().range(-1.0, 1.0), Axis::new("y").log10());
     let panels = vec![

@@ -49,11 +49,11 @@ impl Plan {
                 .trials(trials, done)
                 .map_err(|TrialError { trial, error }| failed(trial)(FileError::settings(&error)));
         }
+        let mut drawer = self.drawer(point, Some(scenario));
         loop {
             let numbers: Vec<u64> = trials.take(AT_A_TIME).collect();
-            let drawn =
-                numbers.iter().map(|trial| self.drawn(point, Some(scenario), *trial).map_err(failed(*trial)));
-            let drawn = all_until_error(drawn);
+            let mut draw = |trial| drawer.draw(Streams::new(self.file.seed, trial)).map_err(failed(trial));
+            let drawn = all_until_error(numbers.iter().map(|trial| draw(*trial)));
             let cases = drawn.all.iter().zip(&numbers).map(|(scenario, trial)| {
                 let case = scenario.case(*trial);
                 let detector = scenario.detector_for(&case);
@@ -82,7 +82,7 @@ impl Plan {
             scenario.trial_taped(tape).map_err(|error| FileError::settings(&error))
         };
         if self.has_tolerances() {
-            run(&self.drawn_by(point, Some(scenario), Streams::taped(tape))?)
+            run(&self.drawer(point, Some(scenario)).draw(Streams::taped(tape))?)
         } else {
             run(scenario)
         }
@@ -98,7 +98,7 @@ impl Plan {
         scenario: &Scenario<Method<f64>>,
         tape: &Tape,
     ) -> Result<Scenario<Method<f64>>, FileError> {
-        self.drawn_by(point, Some(scenario), Streams::taped(tape))
+        self.drawer(point, Some(scenario)).draw(Streams::taped(tape))
     }
 
     /// Trials at a point that tapes give, in this thread: side by side, unless each has a machine of its own. `change` has the
@@ -119,9 +119,10 @@ impl Plan {
             change(&mut scenario);
             return scenario.trials_taped(tapes, done).map_err(|error| FileError::settings(&error));
         }
+        let mut drawer = self.drawer(point, Some(scenario));
         for (block, tapes) in tapes.chunks(AT_A_TIME).enumerate() {
             let changed = |tape| {
-                let mut scenario = self.scenario_taped(point, scenario, tape)?;
+                let mut scenario = drawer.draw(Streams::taped(tape))?;
                 change(&mut scenario);
                 Ok(scenario)
             };

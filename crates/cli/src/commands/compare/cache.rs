@@ -11,9 +11,9 @@ use std::time::UNIX_EPOCH;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::{Bound, NUMERICS};
 use standstill_detect::Method;
+use standstill_plant::Digest;
 use standstill_scenario::Scenario;
 
-use crate::asked::digest;
 use crate::host;
 
 /// A limit as it is kept. Not all of its numbers are finite, and JSON has no others: they are kept as their bits.
@@ -54,7 +54,8 @@ pub fn limit<E>(
 ) -> Result<(Option<Bound>, Option<standstill_sim::RunError>), E> {
     let place = folder().zip(identity(scenario, angles)).map(|(folder, of)| {
         // Only a file's name: what stands in it decides.
-        let name = format!("{:016x}.json", digest(&of));
+        let Digest { bytes, crc32 } = Digest::of(of.as_bytes());
+        let name = format!("{crc32:08x}-{bytes}.json");
         (folder.join(name), of)
     });
     if let Some((path, of)) = &place

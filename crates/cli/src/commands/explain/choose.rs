@@ -37,7 +37,7 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
             )));
         }
         let point = options.point.unwrap_or(0);
-        let done = run.summary.points.get(point).map_or(&run.summary.summary, |point| &point.summary).trials;
+        let done = run.summary.each().nth(point).map_or(0, |summary| summary.trials);
         if trial >= done {
             let last = done.saturating_sub(1);
             return Err(Error::Arguments(format!(
@@ -48,7 +48,7 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
     }
     let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
     let (reader, places) = run.columns(["trial", "axis_error_deg", "error_deg"])?;
-    let bar = progress::reading(run.summary.summary.trials);
+    let bar = progress::reading(run.summary.trials());
     let (mut all, mut point, mut last): (Vec<Chosen>, usize, Option<u64>) = (Vec::new(), 0, None);
     let read = reader.numbers(places, |[trial, axis, error]| {
         bar.inc(1);

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use standstill_campaign::{Estimate, Occurrence, Summary};
+use standstill_quantity::at_most;
 use standstill_report::figure::{Figure, Layer};
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn};
 
@@ -11,21 +12,16 @@ use super::verdict::verdict;
 use super::{Run, setup};
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{digits, number, right, share_of, with_interval};
+use crate::summary::{number, right, share_of};
 use crate::units::Shown;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let summary = &run.summary;
     let mut results = Vec::new();
     // Axes are varied on purpose: what they say together depends on how they were chosen.
-    if summary.points.is_empty() {
-        results.push(Block::Table(statistics(&summary.summary)));
-    }
-    if !summary.points.is_empty() {
-        results.push(Block::Table(points(&summary.points)));
-    }
-    if !summary.summary.reasons.is_empty() {
-        results.push(Block::Table(reasons(&summary.summary, &summary.points)));
+    results.push(Block::Table(summary.whole().map_or_else(|| points(&summary.points), statistics)));
+    if summary.each().any(|s| !s.reasons.is_empty()) {
+        results.push(Block::Table(reasons(summary)));
     }
     let chart = |(name, figure): &(String, Figure)| {
         // Ids have no dots, keys do; keys have no dashes of this kind twice.
@@ -79,7 +75,7 @@ fn facts(run: &Run) -> Vec<(String, String)> {
 
 /// How many trials there are, of a sweep at each point.
 fn trials(summary: &SummaryFile) -> String {
-    let all = summary.summary.trials;
+    let all = summary.trials();
     let each = || summary.points.iter().map(|point| point.summary.trials);
     match (each().min(), each().max()) {
         (Some(least), Some(most)) if least == most => format!("{least} at each point, {all} in all"),
@@ -94,11 +90,11 @@ pub const NOTHING: Estimate = Estimate { value: f64::NAN, low: f64::NAN, high: f
 /// Every figure with its interval.
 fn statistics(s: &Summary) -> Table {
     let degrees = |name: &str, e: &Estimate| {
-        let [value, low, high] = with_interval([e.value, e.low, e.high]);
+        let [value, low, high] = e.texts();
         vec![name.to_owned(), "°".to_owned(), value, low, high, String::new()]
     };
     let share = |name: &str, count: Option<u64>, e: &Estimate| {
-        let [value, low, high] = with_interval([e.value, e.low, e.high].map(|share| 100.0 * share));
+        let [value, low, high] = e.times(100.0).texts();
         vec![
             name.to_owned(),
             "%".to_owned(),
@@ -146,14 +142,15 @@ fn statistics(s: &Summary) -> Table {
 }
 
 /// Why starts were not answered: of a sweep at each point, since its points were chosen.
-fn reasons(s: &Summary, points: &[PointSummary]) -> Table {
+fn reasons(summary: &SummaryFile) -> Table {
+    let points = &summary.points;
     let shown = Shown::of(points);
     let row = |(reason, times): (&String, &Occurrence)| {
         let p = &times.probability;
-        let shares = with_interval([p.value, p.low, p.high].map(|share| 100.0 * share));
+        let shares = p.times(100.0).texts();
         [vec![reason.clone(), times.count.to_string()], shares.to_vec()].concat()
     };
-    let rows = if points.is_empty() {
+    let rows = if let Some(s) = summary.whole() {
         s.reasons.iter().map(row).collect()
     } else {
         let at = |point: &PointSummary| {
@@ -212,8 +209,8 @@ fn points(points: &[PointSummary]) -> Table {
     let columns: Vec<TableColumn> = shown.iter().map(|axis| column(axis, points)).chain(results).collect();
     let row = |point: &PointSummary| {
         let s = &point.summary;
-        let [rms, low, high] = with_interval([s.rms_deg.value, s.rms_deg.low, s.rms_deg.high]);
-        let [p95, ..] = with_interval([s.p95_deg.value, s.p95_deg.low, s.p95_deg.high]);
+        let [rms, low, high] = s.rms_deg.texts();
+        let [p95, ..] = s.p95_deg.texts();
         let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
         values
             .chain([
@@ -224,11 +221,7 @@ fn points(points: &[PointSummary]) -> Table {
                 high,
                 p95,
                 if s.found == 0 { String::new() } else { s.wrong_poles.to_string() },
-                if s.found == 0 {
-                    String::new()
-                } else {
-                    number(100.0 * s.wrong_pole_probability.high, digits(s.wrong_pole_probability.high))
-                },
+                if s.found == 0 { String::new() } else { at_most(s.wrong_pole_probability.high) },
                 s.undetermined.to_string(),
                 (s.failed + s.errors).to_string(),
             ])

@@ -2,25 +2,43 @@
 
 use std::path::Path;
 
+use crate::asked::rewrite;
+use crate::commands::run::quoted;
 use crate::error::Error;
 
-/// What a page says of itself once the run beside it has been replaced by another.
-const NOTE: &str = "<p class=\"verdict bad\" role=\"alert\"><strong>This page is older than the data beside it: they are of another run by \
-                    now. <code>standstill report</code> makes it anew.</strong></p>";
+/// Pages in a run's folder: their folder, their name, and the command that makes them of the run's folder.
+const PAGES: [(&str, &str, &str); 3] = [
+    ("report", "report.html", "standstill report FOLDER"),
+    ("report", "comparison.html", "standstill report FOLDER OTHER"),
+    ("explain", "explain.html", "standstill explain FOLDER --force"),
+];
 
-/// Where it stands: before all else that is read.
+/// Where a page's note stands: before all else that is read.
 const BEFORE: &str = "<header class=\"top\">";
 
-/// Writes into the page of a run's folder that it is of other data; returns whether there is such a page.
+/// What a page says of itself once the run beside it has been replaced by another, or extended.
+fn note(command: &str) -> String {
+    format!(
+        "<p class=\"verdict bad\" role=\"alert\"><strong>This page is older than the data beside it: these have been extended, or are of \
+         another run by now. <code>{command}</code> makes it anew.</strong></p>"
+    )
+}
+
+/// Writes into the pages of a run's folder that they are of other data; returns what to say of each.
 ///
 /// # Errors
 /// A page that cannot be written.
-pub fn mark(folder: &Path) -> Result<bool, Error> {
-    let path = folder.join("report/report.html");
-    let Ok(page) = std::fs::read_to_string(&path) else { return Ok(false) };
-    if !page.contains(NOTE) {
-        let marked = page.replacen(BEFORE, &format!("{NOTE}{BEFORE}"), 1);
-        std::fs::write(&path, marked).map_err(Error::writing(&path))?;
+pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
+    let mut said = Vec::new();
+    for (place, name, command) in PAGES {
+        let of = folder.join(place);
+        let Ok(page) = std::fs::read_to_string(of.join(name)) else { continue };
+        let note = note(command);
+        if !page.contains(&note) {
+            rewrite(&of, name, page.replacen(BEFORE, &format!("{note}{BEFORE}"), 1).as_bytes())?;
+        }
+        let command = command.replace("FOLDER", &quoted(&folder.display().to_string()));
+        said.push(format!("{place}/{name}, which is older: `{command}` makes it anew"));
     }
-    Ok(true)
+    Ok(said)
 }

@@ -1,7 +1,7 @@
 //! From the results of a run to what its figures are drawn from.
 
-use standstill_campaign::{Estimate, Summary, binomial_interval};
-use standstill_report::study::{Coordinate, Design, ErrorCloud, Interval, Study, StudyAxis, StudyPoint};
+use standstill_campaign::{Summary, binomial_interval};
+use standstill_report::study::{Coordinate, Design, ErrorCloud, Study, StudyAxis, StudyPoint};
 use standstill_scenario::{AxisSpec, DesignKind, ScenarioFile};
 
 use super::Run;
@@ -18,8 +18,8 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
     let of = run.summary.points.iter().enumerate();
     let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary));
-    let points = if points.is_empty() {
-        vec![point(Vec::new(), &run.summary.summary)]
+    let points = if let Some(whole) = run.summary.whole() {
+        vec![point(Vec::new(), whole)]
     } else {
         let place = |of: &PointSummary| {
             let values = shown.iter().map(|axis| match of.values.get(&axis.key) {
@@ -44,7 +44,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
         },
         cloud: Some(cloud),
         best: best.map(|(index, _)| index),
-        binomial: |count, total| interval(&binomial_interval(count, total)),
+        binomial: binomial_interval,
     }
 }
 
@@ -85,12 +85,10 @@ fn point(coordinates: Vec<Coordinate>, s: &Summary) -> StudyPoint {
         wrong_poles: s.wrong_poles,
         undetermined: s.undetermined,
         failed: s.failed + s.errors,
-        rms_deg: interval(&s.rms_deg),
-        p95_deg: interval(&s.p95_deg),
-        bias_deg: interval(&s.bias_deg),
+        rms_deg: s.rms_deg,
+        p50_deg: s.p50_deg,
+        p95_deg: s.p95_deg,
+        p99_deg: s.p99_deg,
+        bias_deg: s.bias_deg,
     }
-}
-
-fn interval(estimate: &Estimate) -> Interval {
-    Interval { value: estimate.value, low: estimate.low, high: estimate.high }
 }

@@ -1,60 +1,81 @@
 //! `standstill report A B`: two finished runs side by side.
 //!
-//! A trial's angle, drive and sensors follow from the seed and its number alone. Where two runs share the seed, they are
-//! compared trial by trial, over the trials that both have: what the random numbers do to both alike makes no difference.
+//! A trial's angle, drive and sensors follow from the seed and its number alone. Where two runs share the seed, they are compared
+//! trial by trial: at the points that both have, over the trials that both have, and errors where both found an axis. What the random
+//! numbers do to both alike makes no difference.
 
 mod difference;
 mod row;
+mod settings;
 mod shown;
 mod trials;
 
-use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_campaign::Summary;
+use serde_json::json;
+use standstill_campaign::{Estimate, Summary};
 use standstill_report::page::Tone;
-use toml::Value as Toml;
 
-use self::difference::{Rates, independent, paired_rms};
-use self::row::{RMS, Row};
+use self::difference::{Rates, independent, paired_percentile, paired_rms};
+use self::row::{P95, RMS, Row};
+use self::settings::settings;
 use self::shown::{figure, page};
 use self::trials::{Trial, of_run, summary};
 use super::Run;
-use super::page::NOTHING;
 use super::study::setting;
 use super::verdict::range;
 use crate::Report as Said;
+use crate::arguments::Report;
 use crate::columns;
 use crate::commands::reproduce::file_list;
-use crate::commands::require::shown as shown_value;
+use crate::commands::run::results::PointSummary;
 use crate::error::Error;
 use crate::output::Output;
-use crate::summary::{GOOD, right, sure_decimals};
+use crate::summary::{GOOD, right};
 use crate::table::{self, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
 
-const FILES: [&str; 4] = ["comparison.csv", "comparison.html", "comparison.svg", "comparison.png"];
+const FILES: [&str; 5] =
+    ["comparison.csv", "comparison.json", "comparison.html", "comparison.svg", "comparison.png"];
 
 const CASES: [&str; 3] = ["wrong poles", "undetermined", "failed"];
 
 /// Both runs.
 struct Two<'a> {
     runs: [&'a Run; 2],
-    /// Names of the points that they share, with the summaries of what is compared of each.
-    points: Vec<(String, [Summary; 2])>,
-    /// How many trials each has of each point.
-    counts: Vec<[u64; 2]>,
-    /// Trials of each point of each run, those that both have; none where they cannot be compared one by one, and why.
-    trials: Result<[Vec<Vec<Trial>>; 2], String>,
+    points: Vec<Common>,
+    /// Why their trials cannot be compared one by one, if they cannot.
+    unpaired: Option<String>,
+}
+
+/// A point that both have.
+struct Common {
+    name: String,
+    /// Its place in each run.
+    places: [usize; 2],
+    /// How many trials each has.
+    counts: [u64; 2],
+    /// Of the trials that are compared.
+    summaries: [Summary; 2],
+    /// The trials that both have, if they are compared one by one.
+    pairs: Option<Vec<(Trial, Trial)>>,
 }
 
 /// Compares two finished runs; the files go to `out`.
-pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
+pub fn run(options: &Report, second: &Path) -> Result<Said, Error> {
+    let folders = [options.folder.as_path(), second];
     let runs = [Run::open(folders[0])?, Run::open(folders[1])?];
+    let output = match (super::folder(options), options.json) {
+        (Some(out), _) => {
+            let asked = super::asked(options, &out);
+            Some((Output::answering(asked, &out, &FILES)?, out))
+        }
+        (None, _) => None,
+    };
     let two = Two::of([&runs[0], &runs[1]])?;
-    let (rows, settings) = (two.rows(), two.settings());
+    let (rows, settings) = (two.rows(), settings(two.runs));
     let names = folders.map(|folder| folder.display().to_string());
     let about: Vec<String> = names
         .iter()
@@ -63,6 +84,39 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
         .map(|((name, run), letter)| format!("{letter}: {name} ({})", setting(&run.file)))
         .collect();
     let notes = two.notes();
+    let (tone, headline) = headline(&rows, &two.points);
+    let json = json!({
+        "runs": names.iter().zip(&runs).map(|(name, run)| json!({ "folder": name, "run": run.summary.run })).collect::<Vec<_>>(),
+        "headline": headline,
+        "notes": notes,
+        "rows": rows,
+        "settings": settings.iter().map(|[key, a, b]| json!({ "key": key, "a": a, "b": b })).collect::<Vec<_>>(),
+    });
+    let json = format!("{json:#}\n");
+    let mut text = text(&about, &headline, &notes, &rows, &settings);
+    if let Some((mut output, out)) = output {
+        let figure = figure(&rows, &two.points, &names, &two.conditions());
+        let csv = columns::csv(&rows).map_err(|error| Error::Write(out.join(FILES[0]), error))?;
+        output.file(FILES[0], &csv)?;
+        output.file(FILES[1], json.as_bytes())?;
+        let html =
+            page(&about, (tone, headline), notes, &rows, settings, &figure).html().map_err(Error::Page)?;
+        output.file(FILES[2], html.as_bytes())?;
+        output.file(FILES[3], figure.svg()?.as_bytes())?;
+        output.file(FILES[4], &figure.png()?)?;
+        let _ = write!(text, "\n{}", file_list(&out, &output.finish()?));
+    }
+    Ok(Said { text: if options.json { json } else { text }, code: 0 })
+}
+
+/// For the terminal.
+fn text(
+    about: &[String],
+    headline: &str,
+    notes: &[String],
+    rows: &[Row],
+    settings: &[[String; 3]],
+) -> String {
     let table = Table::new([
         table::Column::prose(""),
         table::Column::prose(""),
@@ -81,15 +135,9 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
         cells
     }))
     .text();
-    let differ =
-        Table::new([table::Column::prose("setting"), table::Column::prose("A"), table::Column::prose("B")])
-            .rows(settings.iter().map(|row| row.to_vec()))
-            .text();
-    let (tone, headline) = headline(&rows, &two.points);
-    let figure = figure(&rows, &two.points, &names, &two.conditions());
     let mut text = about.iter().map(|line| paragraph("", line)).collect::<String>();
-    let _ = write!(text, "\n{}", paragraph("", &headline));
-    for note in &notes {
+    let _ = write!(text, "\n{}", paragraph("", headline));
+    for note in notes {
         text += &paragraph("  ", note);
     }
     let _ = write!(text, "\n{table}");
@@ -97,64 +145,78 @@ pub fn run(folders: [&Path; 2], out: &Path) -> Result<Said, Error> {
         text += "\nNo setting differs.\n";
     } else {
         let about = "Settings that differ (– is what the error set, or what suits the motor, makes of it)";
+        let differ = Table::new([
+            table::Column::prose("setting"),
+            table::Column::prose("A"),
+            table::Column::prose("B"),
+        ])
+        .rows(settings.iter().map(|row| row.to_vec()))
+        .text();
         let _ = write!(text, "\n{}{differ}", paragraph("", about));
     }
-    let mut output = Output::create(out, &FILES)?;
-    let csv = columns::csv(&rows).map_err(|error| Error::Write(out.join(FILES[0]), error))?;
-    output.file(FILES[0], &csv)?;
-    let html = page(&about, (tone, headline), notes, &rows, settings, &figure).html().map_err(Error::Page)?;
-    output.file(FILES[1], html.as_bytes())?;
-    output.file(FILES[2], figure.svg()?.as_bytes())?;
-    output.file(FILES[3], &figure.png()?)?;
-    let _ = write!(text, "\n{}", file_list(out, &output.finish()?));
-    Ok(Said { text, code: 0 })
+    text
+}
+
+/// The points that both runs have, by their places; of runs without axes the one there is. None: they have none in common.
+fn common([a, b]: [&Run; 2]) -> Option<Vec<[usize; 2]>> {
+    let [a, b] = [a, b].map(|run| &run.summary.points);
+    if a.is_empty() && b.is_empty() {
+        return Some(vec![[0, 0]]);
+    }
+    let place = |point: &PointSummary| b.iter().position(|other| other.values == point.values);
+    let places: Vec<[usize; 2]> =
+        a.iter().enumerate().filter_map(|(k, point)| Some([k, place(point)?])).collect();
+    (!places.is_empty()).then_some(places)
 }
 
 impl<'a> Two<'a> {
     fn of(runs: [&'a Run; 2]) -> Result<Self, Error> {
-        let [a, b] = runs.map(|run| &run.summary);
-        let mut points = if a.points.is_empty() && b.points.is_empty() {
-            vec![("all starts".to_owned(), [a.summary.clone(), b.summary.clone()])]
-        } else if a.points.len() == b.points.len()
-            && a.points.iter().zip(&b.points).all(|(a, b)| a.values == b.values)
-        {
-            let shown = Shown::of(&a.points);
-            let name = |point: &super::super::run::results::PointSummary| {
-                let each = shown.iter().zip(point.values.values());
-                each.map(|(axis, value)| {
-                    format!("{} = {} {}", axis.key, axis.text(value), axis.scale.unit).trim_end().to_owned()
-                })
-                .collect::<Vec<_>>()
-                .join(", ")
-            };
-            let both = a.points.iter().zip(&b.points);
-            both.map(|(a, b)| (name(a), [a.summary.clone(), b.summary.clone()])).collect()
-        } else {
+        let Some(places) = common(runs) else {
             return Err(Error::Results {
                 path: runs[1].folder.clone(),
                 found: "axes with other points".to_owned(),
                 needed: format!(
-                    "a run with the points of {}, or two runs without axes",
+                    "a run that has points of {}, or two runs without axes",
                     runs[0].folder.display()
                 ),
             });
         };
-        let counts: Vec<[u64; 2]> =
-            points.iter().map(|(_, both)| [0, 1].map(|run| both[run].trials)).collect();
-        let mut trials = Self::trials(runs);
-        if let Ok([a, b]) = &mut trials {
-            // The figures beside a difference are those of the trials that it is of.
-            for (((_, both), a), b) in points.iter_mut().zip(a).zip(b) {
-                let common = a.len().min(b.len());
-                for (own, all) in both.iter_mut().zip([a, b]) {
-                    if all.len() > common {
-                        all.truncate(common);
-                        *own = summary(all, own.limit_deg);
-                    }
-                }
+        let shown = Shown::of(&runs[0].summary.points);
+        let name = |place: usize| match runs[0].summary.points.get(place) {
+            None => "all starts".to_owned(),
+            Some(point) => {
+                let each = shown.iter().map(|axis| {
+                    let value =
+                        point.values.get(&axis.key).map_or_else(String::new, |value| axis.text(value));
+                    format!("{} = {value} {}", axis.key, axis.scale.unit).trim_end().to_owned()
+                });
+                each.collect::<Vec<_>>().join(", ")
             }
-        }
-        Ok(Self { runs, points, counts, trials })
+        };
+        let mut points: Vec<Common> = places
+            .into_iter()
+            .map(|places| {
+                let of = |run: usize| runs[run].summary.each().nth(places[run]).expect("its place").clone();
+                let summaries = [of(0), of(1)];
+                let counts = summaries.each_ref().map(|summary| summary.trials);
+                Common { name: name(places[0]), places, counts, summaries, pairs: None }
+            })
+            .collect();
+        let unpaired = match Self::pairs(runs, &points) {
+            Err(why) => Some(why),
+            Ok(all) => {
+                for (point, pairs) in points.iter_mut().zip(all) {
+                    let limits = point.summaries.each_ref().map(|summary| summary.limit_deg);
+                    point.summaries = [
+                        summary(pairs.iter().map(|pair| &pair.0), limits[0]),
+                        summary(pairs.iter().map(|pair| &pair.1), limits[1]),
+                    ];
+                    point.pairs = Some(pairs);
+                }
+                None
+            }
+        };
+        Ok(Self { runs, points, unpaired })
     }
 
     /// What both were made under, in a line.
@@ -163,90 +225,60 @@ impl<'a> Two<'a> {
         if a == b { a } else { format!("A: {a}; B: {b}") }
     }
 
-    /// The trials of both, if they can be compared one by one.
-    fn trials(runs: [&Run; 2]) -> Result<[Vec<Vec<Trial>>; 2], String> {
+    /// The trials that both have of each point, if they can be compared one by one.
+    fn pairs(runs: [&Run; 2], points: &[Common]) -> Result<Vec<Vec<(Trial, Trial)>>, String> {
         let [a, b] = runs.map(|run| &run.summary.run);
         if a.seed != b.seed {
             return Err(format!("their seeds are {} and {}", a.seed, b.seed));
         }
         let read = |run: &Run| of_run(run).map_err(|error| error.to_string());
-        let both = [read(runs[0])?, read(runs[1])?];
-        let [a, b] = &both;
-        let same =
-            |(a, b): (&Vec<Trial>, &Vec<Trial>)| a.iter().zip(b).all(|(a, b)| a.start_deg == b.start_deg);
-        if !a.iter().zip(b).all(same) {
+        let [a, b] = [read(runs[0])?, read(runs[1])?];
+        let at = |of: &[Vec<Trial>], place: usize| of.get(place).cloned().unwrap_or_default();
+        let pairs: Vec<Vec<(Trial, Trial)>> = points
+            .iter()
+            .map(|point| at(&a, point.places[0]).into_iter().zip(at(&b, point.places[1])).collect())
+            .collect();
+        if !pairs.iter().flatten().all(|(a, b)| a.start_deg == b.start_deg) {
             return Err("their trials of one number start at other angles".to_owned());
         }
-        Ok(both)
+        Ok(pairs)
     }
 
     /// All measures at all points.
     fn rows(&self) -> Vec<Row> {
-        let mut rows = Vec::new();
-        for (number, (point, summaries)) in self.points.iter().enumerate() {
-            let pairs: Option<Vec<(Trial, Trial)>> = self.trials.as_ref().ok().and_then(|[a, b]| {
-                Some(a.get(number)?.iter().copied().zip(b.get(number)?.iter().copied()).collect())
-            });
-            rows.push(Row::trials(
-                point,
-                self.counts[number],
-                pairs.as_ref().map(|pairs| pairs.len() as u64),
-            ));
-            let rms = [&summaries[0], &summaries[1]].map(|summary| summary.rms_deg);
-            let errors = |pairs: &Vec<(Trial, Trial)>| -> Vec<(f64, f64)> {
-                pairs.iter().filter_map(|(a, b)| Some((a.error_deg?, b.error_deg?))).collect()
-            };
-            let both = pairs.as_ref().map(errors).filter(|both| both.len() > 1);
-            let apart = both.as_ref().map_or_else(|| independent(rms), |both| paired_rms(both));
-            rows.push(Row::new(point, RMS, rms, apart, both.map(|both| both.len() as u64)));
-            for (case, name) in CASES.into_iter().enumerate() {
-                let of = |s: &Summary| match case {
-                    0 => s.wrong_pole_probability,
-                    1 => s.undetermined_probability,
-                    _ => s.failed_probability,
-                };
-                // Of a run that named no pole, nothing is known of wrong ones.
-                let summaries = [&summaries[0], &summaries[1]];
-                let asked = summaries.map(|s| case > 0 || s.found > 0);
-                let mut rates = summaries.map(of);
-                for (rate, asked) in rates.iter_mut().zip(asked) {
-                    *rate = if asked { *rate } else { NOTHING };
-                }
-                let usable = pairs.as_ref().filter(|pairs| !pairs.is_empty() && asked == [true; 2]);
-                let counted = usable.map(|pairs| Rates {
-                    only_a: pairs.iter().filter(|(a, b)| a.cases[case] && !b.cases[case]).count() as u64,
-                    only_b: pairs.iter().filter(|(a, b)| !a.cases[case] && b.cases[case]).count() as u64,
-                    pairs: pairs.len() as u64,
-                });
-                let apart = counted.map_or_else(|| independent(rates), Rates::difference);
-                rows.push(Row::new(point, name, rates, apart, counted.map(|rates| rates.pairs)));
-            }
-        }
-        rows
+        self.points.iter().flat_map(Common::rows).collect()
     }
 
     /// What else there is to say.
     fn notes(&self) -> Vec<String> {
-        let mut notes = vec![match &self.trials {
-            Ok([a, b]) => {
-                let pairs: usize = a.iter().zip(b).map(|(a, b)| a.len().min(b.len())).sum();
+        let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
+        let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
+        let mut notes = vec![match &self.unpaired {
+            None => {
                 format!(
                     "[95 % interval]; paired: differences trial by trial over the same random numbers, {pairs} pairs"
                 )
             }
-            Err(why) => format!("[95 % interval]; unpaired: differences of independent runs: {why}"),
+            Some(why) => format!("[95 % interval]; unpaired: differences of independent runs: {why}"),
         }];
-        let unlike = self.counts.iter().filter(|[a, b]| a != b).count();
+        let [a, b] = self.runs.map(|run| run.summary.points.len().max(1));
+        let both = self.points.len();
+        if a != both || b != both {
+            notes.push(format!("A has {a} points, B {b}: compared are the {both} that both have"));
+        }
+        let unlike = self.points.iter().filter(|point| point.counts[0] != point.counts[1]).count();
         if unlike > 0 {
-            let of = match &self.counts[..] {
-                [[a, b]] => format!("A has {a} trials, B {b}"),
+            let of = match &self.points[..] {
+                [Common { counts: [a, b], .. }] => format!("A has {a} trials, B {b}"),
                 all => format!("A and B have other numbers of trials at {unlike} of {} points", all.len()),
             };
-            notes.push(if self.trials.is_ok() {
-                format!("{of}: every figure is of the trials that both have, by seed and number")
-            } else {
-                format!("{of}: each figure is of its own run's")
+            notes.push(match &self.unpaired {
+                None => format!("{of}: every figure is of the trials that both have, by seed and number"),
+                Some(_) => format!("{of}: each figure is of its own run's"),
             });
+        }
+        if self.unpaired.is_none() && axes < pairs {
+            notes.push(format!("rms and p95 are of the {axes} trials in which both found an axis"));
         }
         let [a, b] = self.runs.map(|run| &run.summary.run);
         if a.version != b.version || a.numerics != b.numerics {
@@ -260,51 +292,70 @@ impl<'a> Two<'a> {
         }
         notes
     }
-
-    /// Keys of the scenarios whose values differ: key, A, B.
-    fn settings(&self) -> Vec<[String; 3]> {
-        let [a, b] = self.runs.map(|run| {
-            let table: toml::Table = toml::from_str(&run.summary.run.scenario).unwrap_or_default();
-            let mut keys = BTreeMap::new();
-            flatten("", &Toml::Table(table), &mut keys);
-            keys
-        });
-        let all: std::collections::BTreeSet<&String> = a.keys().chain(b.keys()).collect();
-        let of = |keys: &BTreeMap<String, String>, key: &String| {
-            keys.get(key).cloned().unwrap_or_else(|| "–".to_owned())
-        };
-        all.into_iter()
-            .filter(|key| a.get(*key) != b.get(*key))
-            .map(|key| [key.clone(), of(&a, key), of(&b, key)])
-            .collect()
-    }
 }
 
-/// Values by their keys, those of tables within tables too.
-fn flatten(before: &str, value: &Toml, into: &mut BTreeMap<String, String>) {
-    match value {
-        Toml::Table(table) => {
-            for (key, value) in table {
-                let key = if before.is_empty() { key.clone() } else { format!("{before}.{key}") };
-                flatten(&key, value, into);
-            }
+impl Common {
+    /// The errors of the trials in which both found an axis; none where they are not compared one by one.
+    fn errors(&self) -> Option<Vec<(f64, f64)>> {
+        let error = |(a, b): &(Trial, Trial)| Some((a.error_deg?, b.error_deg?));
+        self.pairs.as_ref().map(|pairs| pairs.iter().filter_map(error).collect())
+    }
+
+    fn rows(&self) -> Vec<Row> {
+        let all = self.pairs.as_ref().map(|pairs| pairs.len() as u64);
+        let mut rows = vec![Row::trials(&self.name, self.counts, all)];
+        let errors = self.errors();
+        // An error of trials in which only one run has one would be of other trials than the other's.
+        let of_both = self.pairs.as_ref().map(|pairs| {
+            let both = || pairs.iter().filter(|(a, b)| a.error_deg.is_some() && b.error_deg.is_some());
+            [
+                summary(both().map(|pair| &pair.0), self.summaries[0].limit_deg),
+                summary(both().map(|pair| &pair.1), self.summaries[1].limit_deg),
+            ]
+        });
+        let measured = of_both.as_ref().unwrap_or(&self.summaries);
+        let angle = |name,
+                     of: fn(&Summary) -> Estimate,
+                     paired: &dyn Fn(&[(f64, f64)], [Estimate; 2]) -> Estimate| {
+            let values = measured.each_ref().map(of);
+            let both = errors.as_ref().filter(|both| both.len() > 1);
+            let apart = match &errors {
+                Some(both) if both.len() > 1 => paired(both, values),
+                Some(_) => Estimate::UNKNOWN,
+                None => independent(values),
+            };
+            Row::new(&self.name, name, values, apart, both.map(|both| both.len() as u64))
+        };
+        rows.push(angle(RMS, |s| s.rms_deg, &|both, _| paired_rms(both)));
+        rows.push(angle(P95, |s| s.p95_deg, &paired_percentile));
+        for (case, name) in CASES.into_iter().enumerate() {
+            let of = |s: &Summary| match case {
+                // Of a run that named no pole, nothing is known of wrong ones.
+                0 if s.found == 0 => Estimate::UNKNOWN,
+                0 => s.wrong_pole_probability,
+                1 => s.undetermined_probability,
+                _ => s.failed_probability,
+            };
+            let rates = self.summaries.each_ref().map(of);
+            let known = rates.iter().all(|rate| !rate.value.is_nan());
+            let counted = self.pairs.as_ref().filter(|pairs| !pairs.is_empty() && known).map(|pairs| Rates {
+                only_a: pairs.iter().filter(|(a, b)| a.cases[case] && !b.cases[case]).count() as u64,
+                only_b: pairs.iter().filter(|(a, b)| !a.cases[case] && b.cases[case]).count() as u64,
+                pairs: pairs.len() as u64,
+            });
+            let apart = counted.map_or_else(|| independent(rates), Rates::difference);
+            rows.push(Row::new(&self.name, name, rates, apart, counted.map(|rates| rates.pairs)));
         }
-        Toml::String(text) => {
-            into.insert(before.to_owned(), text.clone());
-        }
-        Toml::Float(number) => {
-            into.insert(before.to_owned(), shown_value(before, *number));
-        }
-        value => {
-            into.insert(before.to_owned(), value.to_string());
-        }
+        rows
     }
 }
 
 /// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
-fn headline(rows: &[Row], points: &[(String, [Summary; 2])]) -> (Tone, String) {
+fn headline(rows: &[Row], points: &[Common]) -> (Tone, String) {
     let apart = difference(rows, points.len());
-    let shares = |run: usize| points.iter().map(move |(_, both)| (right(&both[run]), both[run].trials));
+    let shares = |run: usize| {
+        points.iter().map(move |point| (right(&point.summaries[run]), point.summaries[run].trials))
+    };
     if shares(0).chain(shares(1)).all(|(share, _)| share >= GOOD) {
         return (Tone::Neutral, apart);
     }
@@ -327,7 +378,7 @@ fn difference(rows: &[Row], points: usize) -> String {
         }
         let [a, b] = [value(0), value(1)];
         let apart = [one.difference, one.difference_low, one.difference_high];
-        let decimals = sure_decimals(apart);
+        let decimals = Estimate { value: apart[0], low: apart[1], high: apart[2] }.decimals();
         let [value, low, high] = apart.map(|x| format!("{x:+.decimals$}"));
         return format!("{}: rms {a}° at A, {b}° at B, {value}° [{low}, {high}]", one.verdict());
     }

@@ -1,10 +1,11 @@
 //! What a run says in a line, and what that rests on.
 
 use standstill_campaign::Summary;
+use standstill_quantity::at_most;
 use standstill_report::page::Tone;
 
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{FAILING, GOOD, bracketed, digits, rank, right, share_of, sure};
+use crate::summary::{FAILING, GOOD, rank, right, share_of};
 use crate::units::Shown;
 
 /// More starts than this without an answer are worth a warning.
@@ -12,7 +13,7 @@ const OFTEN: f64 = 0.01;
 
 /// What a share is at most.
 fn percent(limit: f64) -> String {
-    format!("{:.*} %", digits(limit), 100.0 * limit)
+    format!("{} %", at_most(limit))
 }
 
 /// A share of so many starts.
@@ -31,18 +32,18 @@ pub fn range(shares: impl Iterator<Item = (f64, u64)>) -> Option<String> {
 
 /// The rms error in degrees, in no more digits than its interval has.
 fn rms(s: &Summary) -> String {
-    format!("{}° rms", sure(&s.rms_deg))
+    format!("{}° rms", s.rms_deg.alone())
 }
 
 /// The tone, the headline and the details.
 pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     let (tone, headline, mut details) =
-        if summary.points.is_empty() { of_run(summary) } else { of_sweep(summary) };
+        summary.whole().map_or_else(|| of_sweep(summary), |s| of_run(summary, s));
     if let Some(note) = &summary.run.pole_note {
         details.push(format!("Poles: {note}"));
     }
-    if summary.summary.errors > 0 {
-        details.push(format!("{} trials could not be simulated", summary.summary.errors));
+    if summary.errors() > 0 {
+        details.push(format!("{} trials could not be simulated", summary.errors()));
     }
     details.extend(summary.unreached());
     (tone, headline, details)
@@ -67,8 +68,7 @@ fn silence(s: &Summary) -> Option<String> {
     Some(format!("{silent} of {} starts {what}{why}", s.trials))
 }
 
-fn of_run(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
-    let s = &summary.summary;
+fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
     let unsure = s.found > 0 && s.wrong_pole_probability.high > OFTEN;
     let tone = if s.wrong_poles > 0 || s.errors > 0 || s.found == 0 {
@@ -118,10 +118,11 @@ fn of_run(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
 
 /// Axes are varied on purpose: a share of the starts at all points together says how the points were chosen.
 fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
-    let (s, points) = (&summary.summary, &summary.points);
-    let each = || points.iter().map(|point| &point.summary);
+    let points = &summary.points;
+    let each = || summary.each();
     let named = || each().filter(|s| s.found > 0);
-    let tone = if s.wrong_poles > 0 || s.errors > 0 || each().any(|s| right(s) <= 0.0) {
+    let wrong = each().any(|s| s.wrong_poles > 0);
+    let tone = if wrong || summary.errors() > 0 || each().any(|s| right(s) <= 0.0) {
         Tone::Bad
     } else if each().any(|s| right(s) < GOOD) {
         Tone::Warning
@@ -157,11 +158,11 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     if let Some(range) = range(each().map(|s| (without(s), s.trials))) {
         details.push(format!("Starts without an answer: {range}, by point"));
     }
-    if let Some(range) = range(each().map(|s| (s.beyond_limit.value, s.found))) {
+    if let (Some(range), Some(s)) = (range(each().map(|s| (s.beyond_limit.value, s.found))), each().next()) {
         details
             .push(format!("The error exceeds {}° in {range} of starts with an angle, by point", s.limit_deg));
     }
-    if s.wrong_poles == 0 && limits().any(|high| high > OFTEN) {
+    if !wrong && limits().any(|high| high > OFTEN) {
         details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
     }
     let shown = Shown::of(points);
@@ -169,7 +170,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         let s = &point.summary;
         let rms = match s.axes {
             0 => "no start found an axis".to_owned(),
-            axes => format!("rms {} ° over {axes} axes", bracketed(&s.rms_deg)),
+            axes => format!("rms {} ° over {axes} axes", s.rms_deg),
         };
         format!("{} right, {rms}, at {}", counted(right(s), s.trials), describe(point, &shown))
     };
@@ -187,7 +188,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         let share = counted(without(&point.summary), point.summary.trials);
         details.push(format!("Most starts without an answer: {share} at {}", describe(point, &shown)));
     }
-    details.push("Trials of the same number share their random numbers at all points; what is said of several points together is as sure as one point's trials make it".to_owned());
+    details.push("Trials of the same number share their random numbers at all points: how points differ is surer than their intervals say".to_owned());
     (tone, sentence([answered, poles, rms]), details)
 }
 

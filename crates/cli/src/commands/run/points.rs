@@ -4,7 +4,7 @@ use standstill_campaign::Summary;
 use standstill_report::page::Tone;
 
 use super::results::PointSummary;
-use crate::summary::{self, bracketed, share};
+use crate::summary::{self, share};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
@@ -52,8 +52,8 @@ pub fn text(points: &[PointSummary]) -> String {
             .chain([
                 s.trials.to_string(),
                 summary::right_interval(s),
-                bracketed(&s.rms_deg),
-                bracketed(&s.p95_deg),
+                s.rms_deg.to_string(),
+                s.p95_deg.to_string(),
                 share(s.wrong_poles, &s.wrong_pole_probability),
                 share(s.undetermined, &s.undetermined_probability),
                 share(s.failed, &s.failed_probability),

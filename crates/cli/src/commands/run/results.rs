@@ -33,8 +33,9 @@ pub const STATISTICS: &str = "run.statistics";
 pub struct SummaryFile {
     /// What was run.
     pub run: Identity,
-    /// All trials together.
-    pub summary: Summary,
+    /// All trials; none of a run with axes, whose points were chosen: what they say together depends on the choice.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    summary: Option<Summary>,
     /// Each point of the axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
@@ -54,11 +55,36 @@ impl SummaryFile {
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SUMMARY);
         let text = std::fs::read_to_string(&path).map_err(|error| Error::Read(path.clone(), error))?;
-        serde_json::from_str(&text).map_err(|error| Error::Results {
-            path,
-            found: error.to_string(),
+        let error = |found: String| Error::Results {
+            path: path.clone(),
+            found,
             needed: "the summary of a run, as `standstill run` writes it".to_owned(),
-        })
+        };
+        let file: Self = serde_json::from_str(&text).map_err(|e| error(e.to_string()))?;
+        if file.points.is_empty() && file.summary.is_none() {
+            return Err(error("neither a summary nor points".to_owned()));
+        }
+        Ok(file)
+    }
+
+    /// The summary of a run without axes.
+    pub fn whole(&self) -> Option<&Summary> {
+        self.summary.as_ref().filter(|_| self.points.is_empty())
+    }
+
+    /// The summary of each point; of a run without axes that of the run.
+    pub fn each(&self) -> impl Iterator<Item = &Summary> {
+        self.whole().into_iter().chain(self.points.iter().map(|point| &point.summary))
+    }
+
+    /// Trials in all.
+    pub fn trials(&self) -> u64 {
+        self.each().map(|s| s.trials).sum()
+    }
+
+    /// Trials that could not be simulated.
+    pub fn errors(&self) -> u64 {
+        self.each().map(|s| s.errors).sum()
     }
 }
 
@@ -73,12 +99,8 @@ impl SummaryFile {
             narrow(half(&s.rms_deg) / s.rms_deg.value, rms.map(Quantity::value))
                 && narrow(half(&s.wrong_pole_probability), wrong_poles.map(Quantity::value))
         };
-        let all: Vec<&Summary> = match &self.points[..] {
-            [] => vec![&self.summary],
-            points => points.iter().map(|point| &point.summary).collect(),
-        };
-        let missed = all.iter().filter(|s| !met(s)).count();
-        let of = if all.len() == 1 { String::new() } else { format!(" at {missed} of {} points", all.len()) };
+        let (all, missed) = (self.each().count(), self.each().filter(|s| !met(s)).count());
+        let of = if all == 1 { String::new() } else { format!(" at {missed} of {all} points") };
         (missed > 0).then(|| {
             format!(
                 "stop_at was not reached{of} in {} trials: the intervals are wider than was asked for",
@@ -151,6 +173,7 @@ pub struct Points {
     pub axes: Vec<AxisColumn>,
     pub coordinates: Vec<Point>,
     limit: f64,
+    /// Without axes.
     all: Statistics,
     current: Option<(usize, Statistics)>,
     done: Vec<PointSummary>,
@@ -166,7 +189,7 @@ impl Points {
             axes: AxisColumn::of(&coordinates),
             coordinates,
             limit,
-            all: Statistics::with_limit(limit).of_points(identity.points),
+            all: Statistics::with_limit(limit),
             current: None,
             done: Vec::new(),
         })
@@ -174,8 +197,8 @@ impl Points {
 
     /// Adds a row.
     pub fn add(&mut self, point: usize, row: &Row) {
-        self.all.add_row(row);
         if self.axes.is_empty() {
+            self.all.add_row(row);
             return;
         }
         if self.current.as_ref().is_none_or(|(current, _)| *current != point) {
@@ -211,7 +234,9 @@ impl Results {
         let mut points = Points::of(identity)?;
         if let Some(tallies) = shards.tallies(points.limit)? {
             for (point, statistics) in &tallies {
-                points.all.merge(statistics);
+                if points.axes.is_empty() {
+                    points.all.merge(statistics);
+                }
                 points.done(*point, statistics);
             }
             let output = files_wanted().then(|| Output::create(&options.out, &[SUMMARY])).transpose()?;
@@ -272,8 +297,8 @@ impl Results {
         points: Points,
         format: Option<Format>,
     ) -> Result<Self, Error> {
-        let summary =
-            SummaryFile { run: identity.clone(), summary: points.all.summary(), points: points.done };
+        let whole = points.axes.is_empty().then(|| points.all.summary());
+        let summary = SummaryFile { run: identity.clone(), summary: whole, points: points.done };
         let json = serde_json::to_string_pretty(&summary)
             .map_err(|error| Error::Write(options.out.join(SUMMARY), error.into()))?
             + "\n";
@@ -281,11 +306,8 @@ impl Results {
         output.file(SUMMARY, json.as_bytes())?;
         let other = SummaryFile::read(&options.out).map_or(true, |old| old.run != *identity);
         let mut files = output.finish()?;
-        if other && stale::mark(&options.out)? {
-            files.push(format!(
-                "report/report.html, which is older: `standstill report {}` makes it anew",
-                options.out.display()
-            ));
+        if other {
+            files.extend(stale::mark(&options.out)?);
         }
         // An earlier run's trials in another format would be beside this run's summary.
         for other in Format::ALL.into_iter().filter(|other| Some(*other) != format) {
@@ -300,16 +322,12 @@ impl Results {
     /// What there is to say.
     pub fn report(self, options: &Options) -> Report {
         let Self { summary: file, json, files } = self;
-        let code = u8::from(file.summary.errors > 0);
+        let code = u8::from(file.errors() > 0);
         if options.json {
             return Report { text: json, code };
         }
         let mut text = String::new();
-        if file.points.is_empty() {
-            text += &summary::text(&file.summary);
-        } else {
-            text += &points::text(&file.points);
-        }
+        text += &file.whole().map_or_else(|| points::text(&file.points), summary::text);
         if let Some(note) = file.unreached() {
             text += "\n";
             text += &paragraph("", &note);

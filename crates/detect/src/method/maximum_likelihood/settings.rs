@@ -4,7 +4,7 @@ use standstill_interface::{Nanos, Real};
 
 use super::{MOST_SAMPLES, MaximumLikelihood};
 use crate::keys::{self, Keyed, Lines, Microseconds, Setting, Value, place};
-use crate::nameplate::{Nameplate, Sensing};
+use crate::nameplate::Nameplate;
 use crate::parts::both_ways::BothWaysSettings;
 use crate::parts::polarity::Signature;
 use crate::parts::train::{PulseTrainSettings, ZEROING_INTERVAL, rest_after};
@@ -28,8 +28,6 @@ pub struct Adaptive<T> {
 pub struct MaximumLikelihoodSettings<T> {
     /// Its pulses, or with `adaptive` the first of them, and how they are read.
     pub pulses: BothWaysSettings<T>,
-    /// What the fit knows of the sensors.
-    pub sensing: Sensing<T>,
     /// Whether and how the pulses grow.
     pub adaptive: Option<Adaptive<T>>,
 }
@@ -43,7 +41,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         if pulses.train.samples() > MOST_SAMPLES {
             pulses.train.interval = Nanos(pulses.train.pulse.0 / 40);
         }
-        Self { pulses, sensing: drive.sensing, adaptive: None }
+        Self { pulses, adaptive: None }
     }
 
     /// The same with pulses that begin at a quarter of their length, one round each, and grow until the angle is known to
@@ -65,7 +63,7 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
         // The first pulses are short, and one line may have twice the mean inductance.
         train.least_current = drive.rated_current * T::of(0.02);
         let pulses = BothWaysSettings { train, signature, ..fixed };
-        Self { pulses, sensing: drive.sensing, adaptive: Some(adaptive) }
+        Self { pulses, adaptive: Some(adaptive) }
     }
 
     /// The same with pulses of another length, or with `adaptive` the first of them; sampled every 10 µs as far as there
@@ -93,18 +91,17 @@ impl<T: Real> MaximumLikelihoodSettings<T> {
             require(adaptive.longest <= Nanos(1_000_000_000), "adaptive.longest", "a second at most")?;
             require(adaptive.most_trains > 0, "adaptive.most_trains", "at least 1")?;
         }
-        self.sensing.check()?;
+        self.pulses.check()?;
         // Samples of a zeroing may follow each other faster than those of a pulse.
         let interval = train.interval.min(ZEROING_INTERVAL);
         let needed =
             "such that all phases are converted before the next sample: less than half of the interval";
-        require(self.sensing.skew * 2 < interval, "sensors.skew", needed)?;
+        require(self.pulses.sensing.skew * 2 < interval, "sensors.skew", needed)?;
         // The rise of the current after one edge and its fall after the other must leave samples.
-        let blank = Nanos::from_seconds(self.sensing.blank().to_double());
+        let blank = Nanos::from_seconds(self.pulses.sensing.blank().to_double());
         let needed =
             "such that a pulse leaves samples that no edge spoils: at most a tenth of the shortest pulse";
-        require(blank * 2 <= train.pulse, "sensors.pick_up_decay", needed)?;
-        self.pulses.check()
+        require(blank * 2 <= train.pulse, "sensors.pick_up_decay", needed)
     }
 }
 
@@ -151,9 +148,9 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
         place!(GAIN_TOLERANCE, s => s.pulses.gain_tolerance, Value::of, real),
         Setting::new(
             &keys::BANDWIDTH,
-            |s| Some(Value::of(s.sensing.bandwidth.unwrap_or_else(T::zero))),
+            |s| Some(Value::of(s.pulses.sensing.bandwidth.unwrap_or_else(T::zero))),
             |s, value| {
-                s.sensing.bandwidth = Some(value.real()).filter(|corner: &T| *corner > T::zero());
+                s.pulses.sensing.bandwidth = Some(value.real()).filter(|corner: &T| *corner > T::zero());
                 true
             },
         ),
@@ -177,7 +174,7 @@ impl<T: Real> Keyed for MaximumLikelihoodSettings<T> {
             line("adaptive.longest", format_args!("{}", Microseconds(adaptive.longest)));
             line("adaptive.most_current", format_args!("{:.3} A", adaptive.most_current));
         }
-        if let Some(bandwidth) = self.sensing.bandwidth {
+        if let Some(bandwidth) = self.pulses.sensing.bandwidth {
             line("sensing.bandwidth", format_args!("{:.1} kHz", bandwidth / T::of(1e3)));
         }
         line("signature", format_args!("{}", self.pulses.signature.in_words()));

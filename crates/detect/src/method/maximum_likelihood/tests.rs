@@ -352,7 +352,7 @@ fn law_each_train_compares_the_sensors_anew() {
     let grown = after(settings, &mut motor);
     assert_eq!(motor.pulses.len(), 18);
     let pulses = BothWaysSettings { train: grown.train.settings, ..settings.pulses };
-    let last = MaximumLikelihoodSettings { pulses, adaptive: None, ..settings };
+    let last = MaximumLikelihoodSettings { pulses, adaptive: None };
     let alone = after(last, &mut LineMotor { deviation: 1e-3, ..LineMotor::at(77.0) });
     let [grown, alone] = [grown, alone].map(|detector| detector.gains.measured(1.0).1);
     assert!((0..3).all(|k| (grown[k] / alone[k] - 1.0).abs() < 1e-2), "{grown:?} {alone:?}");

@@ -3,7 +3,7 @@
 use super::super::axis::Axis;
 use super::super::colour::{colour, ink_on, stops};
 use super::super::heat::{MOST_NUMBERS, range};
-use super::super::number::{digits, rounded};
+use super::super::number::digits;
 use super::super::style::{FRAME, GRID, HATCH, WHITE};
 use super::super::text::wrap;
 use super::super::{AxisScale, Ticks, ticks};
@@ -14,6 +14,9 @@ use serde_json::{Value, json};
 
 /// Digits of what is read out.
 const DIGITS: i32 = 5;
+
+/// A cell's value, and how it is written.
+type Cell<'a> = (f64, &'a str);
 
 /// The columns or the rows of a heat map.
 struct Cells {
@@ -73,9 +76,8 @@ pub(super) fn add(
     chart: &mut Chart,
     place: &Place,
     (x_edges, y_edges): (&[f64], &[f64]),
-    (values, blank): (&[f64], &str),
+    (values, said, blank): (&[f64], &[String], &str),
     axis: &Axis,
-    in_cells: usize,
 ) {
     let columns = Cells::new(x_edges, &place.panel.x, |edge| place.x_end(edge));
     let rows = Cells::new(y_edges, &place.panel.y, |edge| place.y_end(edge));
@@ -89,10 +91,17 @@ pub(super) fn add(
             .copied()
             .unwrap_or(f64::NAN)
     };
-    let cells: Vec<Vec<f64>> = rows
+    let text = |row: Option<usize>, column: Option<usize>| {
+        let text = row.zip(column).and_then(|(row, column)| said.get(row * per_row + column));
+        text.map_or("", String::as_str)
+    };
+    let cells: Vec<Vec<Cell<'_>>> = rows
         .index
         .iter()
-        .map(|row| columns.index.iter().map(|column| value(*row, *column)).collect())
+        .map(|row| {
+            let cell = |column: &Option<usize>| (value(*row, *column), text(*row, *column));
+            columns.index.iter().map(cell).collect()
+        })
         .collect();
 
     let (low, high) = range(values, axis);
@@ -103,8 +112,10 @@ pub(super) fn add(
     let (of_x, of_y) = (quantity(&place.panel.x.label).0, quantity(&place.panel.y.label).0);
     let (name, unit) = quantity(&axis.label);
     let unit = markup(&unit);
-    let read = |value: &f64| {
-        if value.is_finite() { format!("{}{unit}", digits(*value, DIGITS)) } else { markup(blank) }
+    let read = |&(value, text): &Cell<'_>| match (value.is_finite(), text) {
+        (false, _) => markup(blank),
+        (true, "") => format!("{}{unit}", digits(value, DIGITS)),
+        (true, text) => format!("{}{unit}", markup(text)),
     };
     let line = |name: &str, index| match name {
         "" => format!("%{{customdata[{index}]}}"),
@@ -116,7 +127,7 @@ pub(super) fn add(
         "yaxis": place.y,
         "x": numbers(columns.edges.iter().copied()),
         "y": numbers(rows.edges.iter().copied()),
-        "z": each(&cells, |value| number(if value.is_finite() { z(*value) } else { f64::NAN })),
+        "z": each(&cells, |cell| number(if cell.0.is_finite() { z(cell.0) } else { f64::NAN })),
         "zmin": number(zmin),
         "zmax": number(zmax),
         "colorscale": scale,
@@ -124,7 +135,7 @@ pub(super) fn add(
         "colorbar": colour_bar(axis, (low, high), place),
         "showlegend": false,
         // Scripts make the read-outs of the cells of these parts.
-        "meta": {"x": columns.texts, "y": rows.texts, "values": each(&cells, |value| json!(read(value)))},
+        "meta": {"x": columns.texts, "y": rows.texts, "values": each(&cells, |cell| json!(read(cell)))},
         "hovertemplate": format!(
             "{}<br>{}<br>{}<extra></extra>",
             line(of_x, 0),
@@ -134,9 +145,8 @@ pub(super) fn add(
     });
     chart.data.push(trace);
     blanks(chart, place, &columns, &rows, &cells, blank);
-    if in_cells > 0 && cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
-        let text = |value| (rounded(value, in_cells), ink_on(ground(value)).hex());
-        written(chart, place, &columns, &rows, &cells, text);
+    if cells.iter().map(Vec::len).sum::<usize>() <= MOST_NUMBERS {
+        written(chart, place, &columns, &rows, &cells, |value| ink_on(ground(value)).hex());
     }
 }
 
@@ -147,19 +157,19 @@ fn written(
     place: &Place,
     columns: &Cells,
     rows: &Cells,
-    cells: &[Vec<f64>],
-    said: impl Fn(f64) -> (String, String),
+    cells: &[Vec<Cell<'_>>],
+    ink: impl Fn(f64) -> String,
 ) {
     let middle =
         |scale: AxisScale, pair: &[f64]| scale.value(0.5 * (scale.even(pair[0]) + scale.even(pair[1])));
     let (mut x, mut y, mut text, mut inks, mut areas) = (vec![], vec![], vec![], vec![], vec![]);
     for (tall, values) in rows.edges.windows(2).zip(cells) {
-        for (wide, value) in columns.edges.windows(2).zip(values).filter(|(_, value)| value.is_finite()) {
+        let there = |(_, (value, said)): &(_, &Cell<'_>)| value.is_finite() && !said.is_empty();
+        for (wide, (value, said)) in columns.edges.windows(2).zip(values).filter(there) {
             x.push(middle(place.panel.x.scale, wide));
             y.push(middle(place.panel.y.scale, tall));
-            let (number, ink) = said(*value);
-            text.push(number);
-            inks.push(ink);
+            text.push(*said);
+            inks.push(ink(*value));
             areas.push(numbers([wide[0], wide[1], tall[0], tall[1]].into_iter()));
         }
     }
@@ -181,8 +191,8 @@ fn written(
 }
 
 /// Something for each cell.
-fn each(cells: &[Vec<f64>], value: impl Fn(&f64) -> Value) -> Value {
-    cells.iter().map(|row| row.iter().map(&value).collect::<Value>()).collect()
+fn each(cells: &[Vec<Cell<'_>>], of: impl Fn(&Cell<'_>) -> Value) -> Value {
+    cells.iter().map(|row| row.iter().map(&of).collect::<Value>()).collect()
 }
 
 fn colour_bar(axis: &Axis, range: (f64, f64), place: &Place) -> Value {
@@ -216,15 +226,15 @@ fn blanks(
     place: &Place,
     columns: &Cells,
     rows: &Cells,
-    cells: &[Vec<f64>],
+    cells: &[Vec<Cell<'_>>],
     meaning: &str,
 ) {
     let mut areas = Vec::new();
     for (row, values) in cells.iter().enumerate() {
         let mut start = 0;
-        for run in values.chunk_by(|a, b| a.is_finite() == b.is_finite()) {
+        for run in values.chunk_by(|a, b| a.0.is_finite() == b.0.is_finite()) {
             let end = start + run.len();
-            if !run[0].is_finite() {
+            if !run[0].0.is_finite() {
                 areas.push([columns.edges[start], columns.edges[end], rows.edges[row], rows.edges[row + 1]]);
             }
             start = end;

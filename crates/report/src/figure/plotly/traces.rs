@@ -56,8 +56,8 @@ pub(super) fn add(chart: &mut Chart, place: &Place, layer: &Layer) {
         Layer::UpperLimits { label, points, style } => {
             upper_limits(chart, place, label.as_deref(), points, *style);
         }
-        Layer::Heat { x_edges, y_edges, values, colour, digits, blank } => {
-            heat::add(chart, place, (x_edges, y_edges), (values, blank), colour, *digits);
+        Layer::Heat { x_edges, y_edges, values, colour, texts, blank } => {
+            heat::add(chart, place, (x_edges, y_edges), (values, texts, blank), colour);
         }
         Layer::Hatched { label, spans } => {
             let ends = |(from, to): &(f64, f64)| {

@@ -3,10 +3,9 @@
 use serde::{Serialize, Serializer};
 use standstill_campaign::Estimate;
 
-use crate::summary::bracketed;
-
-/// The measure in degrees; the others are shares.
+/// The measures in degrees; the others are shares.
 pub const RMS: &str = "rms";
+pub const P95: &str = "p95";
 
 /// How many there are.
 const TRIALS: &str = "trials";
@@ -77,7 +76,11 @@ impl Row {
 
     /// In degrees or per cent.
     pub fn factor(&self) -> f64 {
-        if self.is_rms() { 1.0 } else { 100.0 }
+        if self.is_angle() { 1.0 } else { 100.0 }
+    }
+
+    fn is_angle(&self) -> bool {
+        [RMS, P95].contains(&self.measure)
     }
 
     pub fn is_rms(&self) -> bool {
@@ -90,13 +93,11 @@ impl Row {
             let [a, b] = [self.a, self.b].map(|count| count.to_string());
             return vec![self.point.clone(), TRIALS.to_owned(), a, b, pairs, String::new()];
         }
-        let interval = |value: f64, low: f64, high: f64| {
-            let [value, low, high] = [value, low, high].map(|x| self.factor() * x);
-            bracketed(&Estimate { value, low, high })
-        };
+        let interval =
+            |value: f64, low: f64, high: f64| Estimate { value, low, high }.times(self.factor()).to_string();
         vec![
             self.point.clone(),
-            format!("{} {}", self.measure, if self.is_rms() { "°" } else { "%" }),
+            format!("{} {}", self.measure, if self.is_angle() { "°" } else { "%" }),
             interval(self.a, self.a_low, self.a_high),
             interval(self.b, self.b_low, self.b_high),
             interval(self.difference, self.difference_low, self.difference_high),
@@ -122,7 +123,7 @@ mod tests {
     use standstill_campaign::{Statistics, Summary};
     use standstill_report::page::Tone;
 
-    use super::super::headline;
+    use super::super::{Common, headline};
     use super::*;
     use crate::columns;
 
@@ -137,7 +138,14 @@ mod tests {
         let mut none = Statistics::default().summary();
         (none.trials, none.failed) = (8, 8);
         let one = Summary { found: 6, failed: 2, ..none.clone() };
-        let (tone, said) = headline(&[row], &[("all starts".to_owned(), [none, one])]);
+        let point = Common {
+            name: "all starts".to_owned(),
+            places: [0, 0],
+            counts: [8, 8],
+            summaries: [none, one],
+            pairs: None,
+        };
+        let (tone, said) = headline(&[row], &[point]);
         assert_eq!(tone, Tone::Warning);
         let expected = "Answered rightly: 0 % at A, 75 % at B; no axis at A, rms 1.2° at B";
         assert_eq!(said, expected);

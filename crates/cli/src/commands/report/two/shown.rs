@@ -1,26 +1,20 @@
 //! Two runs as a figure and as a page.
 
-use standstill_campaign::Summary;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 use standstill_report::page::{Block, Chart, Page, Section, Table, TableColumn, Tone};
 
-use super::{CASES, Row};
+use super::{CASES, Common, Row};
 
 /// Above the rms error of both, then the difference, below what went wrong.
-pub fn figure(
-    rows: &[Row],
-    points: &[(String, [Summary; 2])],
-    names: &[String; 2],
-    conditions: &str,
-) -> Figure {
+pub fn figure(rows: &[Row], points: &[Common], names: &[String; 2], conditions: &str) -> Figure {
     /// More names than this would stand on one another.
     const NAMED: usize = 6;
     let names = [format!("A: {}", names[0]), format!("B: {}", names[1])];
     let rms: Vec<&Row> = rows.iter().filter(|row| row.is_rms()).collect();
     let single = points.len() == 1;
     let x = || match points {
-        [(name, _)] => Axis::categories("", [name.clone()]),
-        few if few.len() <= NAMED => Axis::categories("", few.iter().map(|(name, _)| name.clone())),
+        [one] => Axis::categories("", [one.name.clone()]),
+        few if few.len() <= NAMED => Axis::categories("", few.iter().map(|point| point.name.clone())),
         _ => Axis::new("point, in the order of the table").whole(),
     };
     let both = |panel: Panel, rows: &[&Row]| {

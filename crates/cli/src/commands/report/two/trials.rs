@@ -21,7 +21,7 @@ pub struct Trial {
 }
 
 /// What some trials say, of the figures that two runs are compared by.
-pub fn summary(trials: &[Trial], limit_deg: f64) -> Summary {
+pub fn summary<'a>(trials: impl Iterator<Item = &'a Trial>, limit_deg: f64) -> Summary {
     let mut statistics = Statistics::with_limit(limit_deg);
     for (number, trial) in (0..).zip(trials) {
         let [wrong, undetermined, failed] = trial.cases;
@@ -35,20 +35,33 @@ pub fn summary(trials: &[Trial], limit_deg: f64) -> Summary {
             trial: number,
             true_angle_deg: trial.start_deg,
             start_angle_deg: trial.start_deg,
-            estimated_angle_deg: None,
-            error_deg: None,
-            axis_deg: None,
             axis_error_deg: trial.error_deg,
             verdict,
             pole_correct: wrong.then_some(false),
-            rotor_moved_deg: f64::NAN,
-            duration_s: 0.0,
-            peak_current_a: f64::NAN,
-            reason: String::new(),
-            kind: String::new(),
+            ..blank()
         });
     }
     statistics.summary()
+}
+
+/// A trial of which nothing is known.
+pub fn blank() -> Row {
+    Row {
+        trial: 0,
+        true_angle_deg: f64::NAN,
+        start_angle_deg: f64::NAN,
+        estimated_angle_deg: None,
+        error_deg: None,
+        axis_deg: None,
+        axis_error_deg: None,
+        verdict: Verdict::Found,
+        pole_correct: None,
+        rotor_moved_deg: f64::NAN,
+        duration_s: 0.0,
+        peak_current_a: f64::NAN,
+        reason: String::new(),
+        kind: String::new(),
+    }
 }
 
 /// All trials of a run, point by point.

@@ -4,7 +4,7 @@ use super::*;
 use crate::figure::{AxisScale, cell_edges};
 
 fn heat(x_edges: Vec<f64>, y_edges: Vec<f64>, values: Vec<f64>, colour: Axis) -> Layer {
-    Layer::Heat { x_edges, y_edges, values, colour, blank: "not run".to_owned(), digits: 0 }
+    Layer::Heat { x_edges, y_edges, values, colour, blank: "not run".to_owned(), texts: Vec::new() }
 }
 
 /// What a panel with logarithmic axes becomes.
@@ -79,7 +79,7 @@ fn law_numbers_stand_in_the_middle_of_cells_in_readable_ink() {
         values: (0..count).map(|i| i as f64).collect(),
         colour: Axis::new("n"),
         blank: String::new(),
-        digits: 3,
+        texts: (0..count).map(|i| format!("{i}.0")).collect(),
     };
     let (data, _) = decades(vec![layer(2)]);
     assert_eq!(data[1]["mode"], "text");
@@ -87,7 +87,7 @@ fn law_numbers_stand_in_the_middle_of_cells_in_readable_ink() {
         (&data[1]["x"], &data[1]["y"]),
         (&json!([0.031_622_776_6, 0.316_227_766]), &json!([0.2, 0.2]))
     );
-    assert_eq!(data[1]["text"], json!(["0.00", "1.00"]));
+    assert_eq!(data[1]["text"], json!(["0.0", "1.0"]));
     assert_eq!(data[1]["textfont"]["color"], json!(["#1a1a1a", "#ffffff"]));
     assert_eq!(data[1]["meta"]["cells"][0], json!([0.01, 0.1, 0.1, 0.4]));
     assert_eq!(decades(vec![layer(101)]).0.len(), 1);

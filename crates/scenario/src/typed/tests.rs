@@ -1,0 +1,136 @@
+//! What setters make against what the document makes.
+
+use standstill_sim::{Purpose, Streams, Tape};
+
+use super::setters::SETTERS;
+use crate::tests::plan;
+use crate::{Document, FileError, Plan};
+
+/// Compares trials at all points; how many of them the setters made.
+fn compared(typed: &Plan, trials: u64) -> u64 {
+    let mut document = typed.clone();
+    document.typed = None;
+    let mut set = 0;
+    for point in 0..typed.points().len() {
+        let told = typed.scenario(point).expect("valid");
+        let drawn = |plan: &Plan, trial| plan.drawn(point, Some(&told), trial).expect("valid");
+        for trial in 0..trials {
+            assert_eq!(drawn(typed, trial), drawn(&document, trial));
+            let streams = Streams::new(told.seed, trial);
+            let setters = typed.typed.as_ref();
+            set +=
+                u64::from(setters.is_some_and(|setters| {
+                    setters.at(point).drawn(&typed.tolerances, &told, streams).is_some()
+                }));
+        }
+        assert_ne!(drawn(typed, 0), drawn(typed, 1));
+        assert_ne!(drawn(typed, 0), told);
+    }
+    set
+}
+
+#[test]
+fn law_a_setter_makes_the_scenario_that_the_document_makes() {
+    let text =
+        |tolerances: &str| format!("[axes]\nerrors = [\"default\", \"field\"]\n[tolerances]\n{tolerances}");
+    let typed = plan(&text(
+        "\"motor.winding.resistance\" = { normal = \"5 %\" }\n\"sensors.noise\" = { uniform = \"30 %\", mean = \"10 mA\" }\n\
+         \"inverter.diode_drop\" = { normal = \"0.1 V\", mean = \"1 V\" }\n\"sensors.bandwidth\" = { uniform = \"10 kHz\", mean = \"150 kHz\" }",
+    ));
+    assert_eq!(compared(&typed, 300), 600);
+    // Values beyond those that were tried are for the document to judge: a winding has no negative resistance.
+    let wide = plan("trials = 3\n[tolerances]\n\"motor.winding.resistance\" = { normal = \"40 %\" }");
+    assert!(wide.typed.is_some());
+    let told = wide.scenario(0).expect("valid");
+    let mut tape = Tape::new(told.seed, 0);
+    wide.scenario_taped(0, &told, &tape).expect("tried");
+    tape.normals_named(Purpose::Tolerance, "motor.winding.resistance")[0] = -4.0;
+    let refused = wide.scenario_taped(0, &told, &tape).expect_err("negative").to_string();
+    assert!(refused.contains("winding.resistance"), "{refused}");
+    // Where a key has no setter, the document says what follows.
+    assert!(plan(&text("\"motor.rating.current\" = { normal = \"5 %\" }")).typed.is_none());
+}
+
+/// Motors of all kinds of cores, with rotors that move and iron that remembers.
+const MOTORS: [(&str, &str); 8] = [
+    ("saturated", "motor = \"paper-5k5\""),
+    (
+        "hot",
+        "motor = \"paper-5k5\"\nrotor.winding_temperature = \"90 °C\"\nrotor.magnet_temperature = \"80 °C\"",
+    ),
+    ("with bridges", "motor = \"pm-reluctance\"\nerrors = \"harsh\"\nrotor.magnet_temperature = \"60 °C\""),
+    ("without a magnet", "motor = \"reluctance-6k7\"\ninverter.terminal_capacitance = \"1 nF\""),
+    ("with harmonics, free", "motor = \"slot-harmonics\"\nrotor.state = \"free\""),
+    (
+        "that remembers, braked",
+        "[motor]\nbase = \"surface-magnet\"\nhysteresis = { coercive_current = \"0.1 A\", depth = \"2 %\", cells = 2 }\nrotor.brake_backlash = \"0.2 deg\"\n[rotor]\nstate = \"brake\"\nmemory = \"former\"",
+    ),
+    ("of a nameplate, with MOSFETs", "motor = \"outrunner\"\nrotor.state = \"free\""),
+    (
+        "without saturation",
+        "[motor]\nname = \"linear\"\nrating = { current = \"6 A\" }\nwinding = { pole_pairs = 3, resistance = \"0.9 Ω\", mean_inductance = \"7 mH\", saliency = \"-1 mH\", leakage = \"0.3 mH\", magnet_flux = \"0.3 Wb\" }\nharmonics.flux_5 = \"4 mWb\"\neddy = { time_constant = \"200 us\", d_depth = 0.05, q_depth = 0.1 }\nrotor = { inertia = \"0.01 kg m²\", stiction = \"0.2 N m\", coulomb = \"0.1 N m\", viscous = \"0 N m s\" }",
+    ),
+];
+
+/// What is drawn of a key, narrow enough for each of the motors that have it.
+fn spread(key: &str) -> &'static str {
+    match key {
+        "rotor.winding_temperature" => "normal = \"20\", mean = \"60 °C\", truncated = 3",
+        "rotor.magnet_temperature" => "uniform = \"30\", mean = \"50 °C\"",
+        "rotor.load" => "normal = \"10 %\", mean = \"50 mN m\"",
+        "inverter.dc_link" => "uniform = \"8 %\", mean = \"500 V\"",
+        "inverter.ripple" => "uniform = \"0.4 %\", mean = \"0.8 %\"",
+        "inverter.dead_time" => "normal = \"15 %\", mean = \"1.7 us\"",
+        "inverter.delay_mismatch" => "normal = \"15 %\", mean = \"40 ns\"",
+        "inverter.switch_drop" | "inverter.diode_drop" => "normal = \"0.1 V\", mean = \"1 V\", truncated = 3",
+        "inverter.channel_resistance" => "uniform = \"20 %\", mean = \"1 mOhm\"",
+        "inverter.switch_resistance" | "inverter.diode_resistance" => "uniform = \"20 %\", mean = \"3 mOhm\"",
+        "sensors.noise" | "sensors.offset" => "uniform = \"30 %\", mean = \"10 mA\"",
+        "sensors.gain_error" => "uniform = \"0.2 %\", mean = \"0.5 %\"",
+        "sensors.bandwidth" => "uniform = \"10 kHz\", mean = \"150 kHz\"",
+        "sensors.bandwidth_mismatch" => "uniform = \"1 %\", mean = \"2 %\"",
+        "sensors.skew" | "sensors.jitter" | "sensors.sample_delay" => {
+            "uniform = \"0.2 us\", mean = \"0.5 us\""
+        }
+        "sensors.dc_link_gain_error" => "uniform = \"0.1 %\", mean = \"0.2 %\"",
+        "sensors.dc_link_offset" | "sensors.dc_link_noise" => "uniform = \"10 %\", mean = \"300 mV\"",
+        "motor.winding.leakage" => "uniform = \"5 uH\", mean = \"5 uH\"",
+        "motor.rotor.viscous" => "uniform = \"0.5 mN m s\", mean = \"1 mN m s\"",
+        // Sliding friction is at most as large as stiction.
+        "motor.rotor.coulomb" => "uniform = \"10 %\", mean = \"0.1 mN m\"",
+        "motor.rotor.stiction" => "uniform = \"10 %\", mean = \"2 N m\"",
+        // Inductances and magnet must agree with the core within 2 %.
+        key if key.starts_with("motor.winding.") => "normal = \"0.3 %\", truncated = 3",
+        key if key.starts_with("motor.rotor.") => "uniform = \"10 %\"",
+        _ => panic!("`{key}` has a setter and no spread in this test"),
+    }
+}
+
+fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
+    // What is lacking of tables comes before what stands in tables of its own.
+    let text = format!("tolerances = {{ {tolerances} }}\n{motor}");
+    Plan::new(Document::parse(std::path::Path::new("s.toml"), &text)?)
+}
+
+#[test]
+fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
+    for (key, _) in SETTERS {
+        let mut motors = 0;
+        for (motor, text) in MOTORS {
+            // About no flux there is nothing to spread.
+            if (*key, motor) == ("motor.winding.magnet_flux", "without a magnet") {
+                continue;
+            }
+            // Not every motor has, and not every scenario allows, each key.
+            let Ok(plan) = tried(text, &format!("\"{key}\" = {{ {} }}", spread(key))) else { continue };
+            assert_eq!(compared(&plan, 12), 12, "{key} of a motor {motor}");
+            motors += 1;
+        }
+        let least = match *key {
+            "motor.rotor.brake_backlash" | "motor.rotor.cogging_torque" | "inverter.channel_resistance" => 1,
+            "motor.winding.leakage" | "rotor.load" => 2,
+            _ => 5,
+        };
+        assert!(motors >= least, "{key}: {motors} motors");
+    }
+}
