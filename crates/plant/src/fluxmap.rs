@@ -117,6 +117,17 @@ pub struct MapReport {
 /// motor. Measured ones are within a thousandth or two.
 const FARTHEST: f64 = 0.03;
 
+/// Largest difference of the simulated current from that of the map's energy, over the largest current: a refusal beyond.
+const OFF: f64 = 0.01;
+
+/// Why no map is simulated, and the current in A at which.
+enum Bent {
+    /// No energy near the data is convex.
+    Energy(Dq<f64>),
+    /// The energy is convex, but the surface that is to follow it is not.
+    Surface(Dq<f64>),
+}
+
 /// The energy itself where its surface is convex, or the nearest one whose surface is; the last that was tried if none is.
 fn convex(
     fit: &project::Fit,
@@ -124,18 +135,18 @@ fn convex(
     own: &CoEnergy,
     grid: &grid::Grid,
     magnet: bool,
-) -> (CoEnergy, Result<(FluxMap, f64), Dq<f64>>) {
-    let mut tried = (own.clone(), Err(Dq::new(0.0, 0.0)));
-    if fit.is_convex(own) {
-        tried.1 = FluxMap::of(own.clone(), grid, magnet);
-    }
+) -> (CoEnergy, Result<(FluxMap, f64), Bent>) {
+    let surface = |energy: &CoEnergy| FluxMap::of(energy.clone(), grid, magnet).map_err(Bent::Surface);
+    let first = fit.bent_at(own).map_or_else(|| surface(own), |current| Err(Bent::Energy(current)));
+    let mut tried = (own.clone(), first);
     for share in convex::FLOORS {
         if tried.1.is_ok() {
             break;
         }
         let Some(found) = convex::nearest(fit, lambda, own, share) else { break };
-        if fit.is_convex(&found) {
-            tried = (found.clone(), FluxMap::of(found, grid, magnet));
+        if fit.bent_at(&found).is_none() {
+            let made = surface(&found);
+            tried = (found, made);
         }
     }
     tried
@@ -167,9 +178,8 @@ impl FluxMap {
         let (own, factor) = fit.co_energy(smoothing.lambda).ok_or_else(numbers)?;
         // Points made by symmetry are no new data.
         let copies = mirrored.iter().filter(|mirrored| **mirrored).count();
-        let independent = smoothing.noise * f64::from(1_u8 << copies).sqrt();
-        let known = errors::Known { co_energy: &own, factor: &factor, noise: independent };
-        let errors = InductanceErrors::of(&known, &grid);
+        let noise = fit.noise(&own).map_or(smoothing.noise, |noise| noise.min(smoothing.noise));
+        let independent = noise * f64::from(1_u8 << copies).sqrt();
         let magnet = axes != MapAxes::NoMagnet;
         let (co_energy, surface) = convex(&fit, smoothing.lambda, &own, &grid, magnet);
         let convexity = (co_energy != own).then(|| own.apart(&co_energy, &grid));
@@ -189,21 +199,45 @@ impl FluxMap {
             );
             return Err(MapError::new(&samples.file, None, found, needed));
         }
-        let not_convex = |current: Dq<f64>| {
+        let refusal = |bent: Bent| {
+            let (Bent::Energy(current) | Bent::Surface(current)) = bent;
             let (place, cell) = grid.cell(current);
+            let (found, needed) = match bent {
+                Bent::Energy(_) => (
+                    format!(
+                        "that the nearest map with an energy, {:.2e} Wb rms away, is not convex in the cell {cell}",
+                        distance[0]
+                    ),
+                    format!(
+                        "data that are smoother or closer together there (noise of all: {noise:.2e} Wb rms): inductances must be positive definite"
+                    ),
+                ),
+                Bent::Surface(_) => (
+                    format!(
+                        "inductances that are positive definite, but that the {0} × {0} cells of the simulated map cannot follow in the cell {cell}",
+                        surface::CELLS[1]
+                    ),
+                    "a smaller range of currents: this is no fault of the data".to_owned(),
+                ),
+            };
+            MapError::new(&samples.file, Some(&format!("near {place}")), found, needed + axes.note())
+        };
+        let [curl, cross, along] = fit.reciprocity();
+        let (map, evaluation_error) = surface.map_err(refusal)?;
+        if evaluation_error > OFF * map.reach() {
             let found = format!(
-                "that the nearest map with an energy, {:.2e} Wb rms away, is not convex in the cell {cell}",
-                distance[0]
+                "that the {0} × {0} cells of the simulated map are off its energy by up to {evaluation_error:.2e} A",
+                surface::CELLS[1]
             );
             let needed = format!(
-                "data that are smoother or closer together there (noise of all: {:.2e} Wb rms): inductances must be positive definite{}",
-                smoothing.noise,
-                axes.note()
+                "at most {} % of the largest current, by a smaller range of currents: this is no fault of the data",
+                100.0 * OFF
             );
-            MapError::new(&samples.file, Some(&format!("near {place}")), found, needed)
-        };
-        let [curl, cross, own] = fit.reciprocity();
-        let (map, evaluation_error) = surface.map_err(not_convex)?;
+            return Err(MapError::new(&samples.file, None, found, needed));
+        }
+        let known = errors::Known { co_energy: &own, factor: &factor, noise: independent, simulated: &map };
+        let errors = InductanceErrors::of(&known, &grid);
+        let map = map.noted(errors.note());
         let map = map.continued_by(continued.clone());
         let report = MapReport {
             file: samples.file.clone(),
@@ -215,12 +249,12 @@ impl FluxMap {
             mirrored,
             continued,
             // Below a ten-thousandth of the axes' own inductances it is the last digits of the file.
-            reciprocity_error: if cross < 1e-4 * own { 0.0 } else { curl / cross },
+            reciprocity_error: if cross < 1e-4 * along { 0.0 } else { curl / cross },
             cross_inductance: cross,
             distance,
             largest_flux: grid.largest_flux(),
             furthest,
-            noise: smoothing.noise,
+            noise,
             free: smoothing.free,
             splines: fit.functions(),
             errors,

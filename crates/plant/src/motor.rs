@@ -3,7 +3,7 @@
 use standstill_interface::{AlphaBeta, Dq};
 use standstill_numeric::{Heading, Lane};
 
-use crate::{Core, Linear, MagneticCircuit, PoleKnowledge, Rotor, Thermal, Winding};
+use crate::{Core, FluxMap, Linear, MagneticCircuit, PoleKnowledge, Rotor, Thermal, Winding};
 
 /// A permanent-magnet synchronous motor. SI units; currents and fluxes are peak values of a phase, and their d and q
 /// amplitude-invariant. Made by [`crate::DataSheet::motor`], which checks that the
@@ -71,6 +71,11 @@ impl Motor {
             return PoleKnowledge::NotGiven;
         }
         self.magnetics.map().map_or(PoleKnowledge::Known, |map| map.pole(self.rated_current))
+    }
+
+    /// What must be said of all results, where its map is too coarse.
+    pub fn map_note(&self) -> Option<String> {
+        self.magnetics.map().and_then(FluxMap::note).map(|note| format!("the motor's map is {note}"))
     }
 
     /// Electromagnetic torque in N·m: `3/2 p (ψ × i − ∂W/∂θ)`, with the current i in A into the terminals and the

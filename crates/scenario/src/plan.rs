@@ -30,6 +30,9 @@ pub struct Plan {
     pub(super) tolerances: Vec<Drawn>,
     /// What is said of poles that the motors' data do not tell.
     pole_notes: Vec<&'static str>,
+    /// Whether too little is known of some motor to judge its pole.
+    pole_is_open: bool,
+    map_notes: Vec<String>,
     /// What is said of libraries that share something with their copies.
     library_notes: Vec<String>,
     /// What sets them without the document, if that is the same.
@@ -108,7 +111,7 @@ impl Plan {
             let error = FileError::key(&format!("tolerances.{key}"), "none", needed);
             return Err(document.locate(error));
         }
-        let (pole_notes, library_notes) = (Vec::new(), Vec::new());
+        let (pole_notes, map_notes, library_notes) = (Vec::new(), Vec::new(), Vec::new());
         let (typed, remote) = (None, None);
         let mut plan = Self {
             document,
@@ -118,6 +121,8 @@ impl Plan {
             points,
             tolerances,
             pole_notes,
+            pole_is_open: false,
+            map_notes,
             library_notes,
             typed,
             remote,
@@ -126,12 +131,19 @@ impl Plan {
             let Scenario { motor, foreign, .. } = plan.scenario(number)?;
             plan.library_notes.extend(foreign.and_then(|foreign| foreign.library().shared_note()));
             // One motor for all points is looked at once.
-            if motor.has_magnet() && (number == 0 || plan.motor.is_none()) {
-                plan.pole_notes.extend(motor.pole_knowledge().note());
+            if number == 0 || plan.motor.is_none() {
+                plan.map_notes.extend(motor.map_note());
+                if motor.has_magnet() {
+                    let known = motor.pole_knowledge();
+                    plan.pole_notes.extend(known.note());
+                    plan.pole_is_open |= known.is_open();
+                }
             }
         }
         plan.pole_notes.sort_unstable();
         plan.pole_notes.dedup();
+        plan.map_notes.sort_unstable();
+        plan.map_notes.dedup();
         plan.library_notes.sort_unstable();
         plan.library_notes.dedup();
         let tried = plan.check_draws()?;
@@ -164,6 +176,16 @@ impl Plan {
     /// What must be said of wrong poles where the motors' data do not tell which pole draws more current.
     pub fn pole_note(&self) -> Option<String> {
         (!self.pole_notes.is_empty()).then(|| self.pole_notes.join("; "))
+    }
+
+    /// Whether the data of some motor do not tell enough to judge its pole at all.
+    pub const fn pole_is_open(&self) -> bool {
+        self.pole_is_open
+    }
+
+    /// What must be said of results where a motor's map is too coarse.
+    pub fn map_note(&self) -> Option<String> {
+        (!self.map_notes.is_empty()).then(|| self.map_notes.join("; "))
     }
 
     /// What must be said of results where a library keeps something outside of its own memory.

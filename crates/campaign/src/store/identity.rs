@@ -71,6 +71,12 @@ pub struct Identity {
     /// What must be said of wrong poles: which pole draws more current, the motor's data do not tell.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub pole_note: Option<String>,
+    /// Whether they cannot be judged for that.
+    #[serde(skip_serializing_if = "std::ops::Not::not", default)]
+    pub pole_is_open: bool,
+    /// What must be said of all results: a motor's map is too coarse.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub map_note: Option<String>,
     /// What must be said of a detector from a library that keeps something outside of its own memory.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub library_note: Option<String>,

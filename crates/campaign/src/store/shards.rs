@@ -371,6 +371,8 @@ mod tests {
             shard: Shard { index, count },
             scenario: format!("seed = {seed}\n"),
             pole_note: None,
+            pole_is_open: false,
+            map_note: None,
             library_note: None,
             files: BTreeMap::new(),
         }

@@ -178,6 +178,8 @@ pub(crate) mod tests {
             shard,
             scenario: text,
             pole_note: None,
+            pole_is_open: false,
+            map_note: None,
             library_note: None,
             files: BTreeMap::new(),
         }

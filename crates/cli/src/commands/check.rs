@@ -52,7 +52,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     spinner.finish_and_clear();
     let recommended = suitability.recommended();
     let code = u8::from(recommended.is_none());
-    let reasons = reasons(&suitability, &demands, errors);
+    let mut reasons = reasons(&suitability, &demands, errors);
+    reasons.extend(motor.map_note().map(|note| format!("Map: {note}.")));
     if options.json {
         let json = json(&motor.name, errors, &suitability, &demands, &reasons);
         return Ok(Report { text: format!("{json:#}\n"), code });

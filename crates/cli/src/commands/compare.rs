@@ -9,6 +9,7 @@ use std::fmt::Write as _;
 use serde::Serialize;
 use standstill_campaign::{Bound, Campaign, Entry, Estimate, Occurrence, Statistics, mean_energy, told};
 use standstill_detect::MethodName;
+use standstill_plant::Motor;
 use standstill_quantity::{decimals, number as rounded};
 use standstill_report::figure::rounded as rounded_to;
 use standstill_report::page::Tone;
@@ -80,6 +81,11 @@ struct Row {
     efficiency: Option<f64>,
     /// Why there was no angle, or no pole, and how often; and why there is no limit.
     reasons: String,
+    /// What must be said of wrong poles, and of a map that is too coarse.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pole_note: Option<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    map_note: Option<String>,
 }
 
 fn finite(value: f64) -> Option<f64> {
@@ -87,7 +93,7 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl Row {
-    fn new(entry: &Entry) -> Self {
+    fn new(entry: &Entry, motor: &Motor) -> Self {
         let s = &entry.summary;
         Self {
             method: entry.method.clone(),
@@ -118,6 +124,8 @@ impl Row {
             bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(told),
             efficiency: entry.efficiency(),
             reasons: reasons(&s.reasons, entry.no_bound),
+            pole_note: motor.pole_knowledge().note().filter(|_| motor.has_magnet()),
+            map_note: motor.map_note(),
         }
     }
 
@@ -250,7 +258,7 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     let output = if options.json { None } else { Some(Output::answering(asked(), &options.out, &FILES)?) };
     let entries = entries(&cells, !options.no_limit, options.threads.map(usize::from))?;
     let interrupted = entries.len() < cells.len();
-    let rows: Vec<Row> = entries.iter().map(Row::new).collect();
+    let rows: Vec<Row> = entries.iter().map(|entry| Row::new(entry, &motor)).collect();
     let failed = rows.iter().any(|row| row.simulation_errors > 0);
     let code = if interrupted { INTERRUPTED } else { u8::from(failed) };
     let Some(mut output) = output else {
@@ -264,7 +272,9 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     }
     let csv = columns::csv(&rows).map_err(|error| Error::Write("comparison.csv".into(), error))?;
     output.file("comparison.csv", &csv)?;
-    let subtitle = format!("{}, seed {seed}", motor.name);
+    let open = motor.has_magnet() && motor.pole_knowledge().is_open();
+    let judged = if open { ", poles not judged" } else { "" };
+    let subtitle = format!("{}, seed {seed}{judged}", motor.name);
     let figure = figures::comparison(&entries, subtitle);
     output.file("comparison.svg", figure.svg()?.as_bytes())?;
     output.file("comparison.png", &figure.png()?)?;
@@ -281,8 +291,11 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     });
     text += &Table::new(columns(&rows)).judged(lines).headed().text();
     let _ = write!(text, "\n{}", paragraph("", LEGEND));
-    if let Some(note) = motor.pole_knowledge().note().filter(|_| motor.has_magnet()) {
+    if let Some(note) = rows[0].pole_note {
         let _ = writeln!(text, "wrong, undet.: {note}.");
+    }
+    if let Some(note) = &rows[0].map_note {
+        let _ = write!(text, "{}", paragraph("", &format!("Map: {note}.")));
     }
     for row in rows.iter().filter(|row| !row.reasons.is_empty()) {
         text += &paragraph("  ", &format!("{}, {}, {}: {}", row.method, row.rotor, row.errors, row.reasons));

@@ -135,7 +135,8 @@ pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &st
 
 /// Motor, method and errors that an answer speaks of, in a line.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
-    let note = pole_note(scenario).map_or_else(String::new, |note| format!("\n({note})"));
+    let notes = pole_note(scenario).map(str::to_owned).into_iter().chain(scenario.motor.map_note());
+    let note: String = notes.map(|note| format!("\n({note})")).collect();
     format!(
         "{}, {}, {} errors, {} rotor, seed {}{note}",
         scenario.motor.name,
@@ -162,6 +163,9 @@ pub fn json(
     json["method"] = file.detector.name().into();
     if let Some(note) = pole_note(scenario) {
         json["pole_note"] = note.into();
+    }
+    if let Some(note) = scenario.motor.map_note() {
+        json["map_note"] = note.into();
     }
     json
 }

@@ -194,3 +194,101 @@ fn what_is_wrong_with_a_map_is_named() {
         assert_eq!(names(at), before, "{arguments:?} left something behind");
     }
 }
+
+/// The example of own-motor.md with a map of one side of the d-axis, or of both.
+fn write_example(folder: &Path, map: &str, more: &str) {
+    let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/maps");
+    fs::copy(examples.join(map), folder.join("map.csv")).expect("copied");
+    let sheet = format!(
+        "name = \"example\"\n[rating]\ncurrent = \"8.8 A\"\ndc_link = \"550 V\"\n[winding]\npole_pairs = 2\nresistance = \"0.63 ohm\"\n[map]\nfile = \"map.csv\"\n{more}\n[rotor]\ninertia = \"0.015 kg m²\"\nstiction = \"0.2 N m\"\ncoulomb = \"0.2 N m\"\nviscous = \"0 N m s\"\n"
+    );
+    fs::write(folder.join("own.toml"), sheet).expect("written");
+}
+
+#[test]
+fn poles_that_a_map_does_not_tell_are_counted_nowhere() {
+    let folder = folder();
+    let at = folder.path();
+    write_example(at, "one_side.csv", "beyond = \"fitted\"");
+    let said = |arguments: &[&str]| {
+        let output = standstill(arguments, at);
+        let errors = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {errors}");
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let note = "not determined by this map";
+    let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(words(&said(&["magnetics", "own.toml", "--out", "m"])).contains(note));
+    let compare = ["compare", "--motor", "own.toml", "--method", "bipolar", "--errors", "default"];
+    let compare = [&compare[..], &["--rotor", "locked", "--trials", "20", "--no-limit"]].concat();
+    let rows: serde_json::Value =
+        serde_json::from_str(&said(&[&compare[..], &["--json"]].concat())).expect("JSON");
+    assert!(rows[0]["pole_note"].as_str().is_some_and(|said| said.contains(note)), "{rows}");
+    assert!(words(&said(&[&compare[..], &["--out", "c"]].concat())).contains(note));
+    let table = fs::read_to_string(at.join("c/comparison.csv")).expect("readable");
+    assert!(table.lines().next().is_some_and(|head| head.contains("pole_note")), "{table}");
+    assert!(table.lines().nth(1).is_some_and(|row| row.contains(note)), "{table}");
+    let figure = fs::read_to_string(at.join("c/comparison.svg")).expect("readable");
+    assert!(figure.contains("poles not judged"), "the figure does not say it");
+    fs::write(at.join("s.toml"), "motor = \"own.toml\"\ntrials = 40\ndetector.method = \"bipolar\"\n")
+        .expect("written");
+    assert!(words(&said(&["run", "s.toml", "--out", "r"])).contains(note));
+    said(&["report", "r"]);
+    let page = fs::read_to_string(at.join("r/report/report.html")).expect("readable");
+    for part in ["Poles not judged", "100 % with an axis", note] {
+        assert!(page.contains(part), "{part}");
+    }
+    for part in ["answered rightly", "Probability of a wrong pole:"] {
+        assert!(!page.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn a_map_that_is_too_coarse_is_said_to_be_so_wherever_it_is_used() {
+    let folder = folder();
+    let at = folder.path();
+    write_example(at, "both_sides.csv", "");
+    let said = |arguments: &[&str]| {
+        let output = standstill(arguments, at);
+        String::from_utf8(output.stdout).expect("text").split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let note = "too coarse for its saturation";
+    assert!(said(&["magnetics", "own.toml", "--out", "m"]).contains("TOO COARSE for its saturation"));
+    fs::write(at.join("s.toml"), "motor = \"own.toml\"\ntrials = 10\ndetector.method = \"bipolar\"\n")
+        .expect("written");
+    assert!(said(&["run", "s.toml", "--out", "r"]).contains(note));
+    said(&["report", "r"]);
+    assert!(fs::read_to_string(at.join("r/report/report.html")).expect("readable").contains(note));
+    let method = ["-s", "detector.method=bipolar"];
+    assert!(said(&[&["check", "own.toml"], &method[..]].concat()).contains(note));
+    let compare = ["compare", "--motor", "own.toml", "--method", "bipolar", "--errors", "default"];
+    let compare = [&compare[..], &["--rotor", "locked", "--trials", "10", "--no-limit"]].concat();
+    assert!(said(&[&compare[..], &["--out", "c"]].concat()).contains(note));
+    assert!(said(&[&compare[..], &["--json"]].concat()).contains(note));
+}
+
+#[test]
+fn a_limit_that_leaves_the_map_is_left_out_and_the_row_says_why() {
+    let folder = folder();
+    let at = folder.path();
+    write_example(at, "both_sides.csv", "");
+    let sheet = fs::read_to_string(at.join("own.toml")).expect("readable");
+    // Nearly as much current as the map has. Twice the voltage makes twice the current.
+    let compare = |link: &str| {
+        let sheet = sheet.replace("8.8 A", "17 A").replace("550 V", link);
+        fs::write(at.join("own.toml"), sheet).expect("written");
+        let start = ["compare", "--motor", "own.toml", "--method", "bipolar", "--errors", "default"];
+        let rest = ["--rotor", "locked", "--trials", "10", "--pulse", "900", "--json"];
+        let output = standstill(&[&start[..], &rest[..]].concat(), at);
+        let rows: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        rows[0].clone()
+    };
+    let low = compare("550 V");
+    assert!(low["bound_deg"].as_f64().is_some_and(|limit| limit > 0.0), "{low}");
+    assert!(!low["reasons"].as_str().expect("a text").contains("no limit"), "{low}");
+    let high = compare("1100 V");
+    assert!(high["bound_deg"].is_null() && high["efficiency"].is_null(), "{high}");
+    assert_eq!(high["trials"], 10, "{high}");
+    let why = high["reasons"].as_str().expect("a text");
+    assert!(why.contains("no limit: the currents left the motor's flux map"), "{high}");
+}

@@ -1,4 +1,6 @@
-//! How well the inductances of a map are known: its noise, and how coarse it is.
+//! How well the inductances of a map are known: its noise, how coarse it is, and what is lost in the simulation.
+
+use std::sync::Arc;
 
 use standstill_interface::Dq;
 use standstill_numeric::{Symmetric, hypot};
@@ -7,12 +9,16 @@ use super::banded::Factor;
 use super::co_energy::CoEnergy;
 use super::grid::Grid;
 use super::project::{self, Fit, MOST_SITES, spread};
+use crate::{FluxMap, Magnetics};
 
 /// Places along each axis at which the errors are computed; between them they are interpolated.
 const PLACES: usize = 25;
 
 /// Half of the points must still make a map, and one that is known on either side of zero.
 const LEAST_VALUES: usize = 9;
+
+/// Half of the splines, where there are more points than splines.
+const FEWER_SITES: usize = MOST_SITES / 2 + 1;
 
 /// By how much a map may differ from every second of its points: beyond, it is too coarse for its saturation.
 pub(super) const COARSE: f64 = 0.05;
@@ -23,6 +29,8 @@ pub(super) struct Known<'a> {
     pub(super) factor: &'a Factor,
     /// In Wb, of independent points.
     pub(super) noise: f64,
+    /// What is simulated in its place.
+    pub(super) simulated: &'a FluxMap,
 }
 
 /// Standard errors of the inductances along the axes of a map.
@@ -37,7 +45,7 @@ impl InductanceErrors {
     pub(super) fn of(known: &Known, grid: &Grid) -> Self {
         let coarse = grid.every_second(LEAST_VALUES).and_then(|grid| {
             let smoothing = project::smoothing(&grid)?;
-            Some(Fit::new(&grid, MOST_SITES).co_energy(smoothing.lambda)?.0)
+            Some(Fit::new(&grid, FEWER_SITES).co_energy(smoothing.lambda)?.0)
         });
         let mut coarseness = coarse.is_some().then_some(0.0);
         let mut axis = |currents: Vec<Dq<f64>>, places: Vec<f64>| {
@@ -64,7 +72,9 @@ impl InductanceErrors {
                     .map(|off| off[k])
                     .fold(0.0, f64::max)
             };
-            let error = |at: usize| std::array::from_fn(|k| hypot(chance[at][k], around(at, k)));
+            let lost: Vec<[f64; 3]> = currents.iter().map(|current| lost(known, *current)).collect();
+            let error =
+                |at: usize| std::array::from_fn(|k| hypot(chance[at][k], around(at, k)) + lost[at][k]);
             places.into_iter().enumerate().map(|(at, place)| (place, error(at))).collect()
         };
         let (d, q) = (places(&grid.d), places(&grid.q));
@@ -76,7 +86,7 @@ impl InductanceErrors {
     }
 
     /// Standard errors in H of L_dd, L_dq and L_qq at a current in A on the d-axis (`[i_d, 0]`) or the q-axis: from the noise
-    /// of the data, and from what every second point of the map would say instead.
+    /// of the data, from what every second point of the map would say instead, and from what the simulation loses.
     pub fn at(&self, [i_d, i_q]: [f64; 2]) -> [f64; 3] {
         let (axis, i) = if i_q == 0.0 { (&self.along[0], i_d) } else { (&self.along[1], i_q) };
         let after = axis.partition_point(|(x, _)| *x < i).clamp(1, axis.len() - 1);
@@ -86,22 +96,44 @@ impl InductanceErrors {
     }
 
     /// By how much L_d along the d-axis or L_q along the q-axis at most differs if only every second point of the map is
-    /// used, relative, beyond what noise explains. None where too few points would be left.
+    /// used, and half of the splines, relative, beyond what noise explains. None where too few points would be left.
     pub const fn coarseness(&self) -> Option<f64> {
         self.coarseness
     }
 
-    /// Whether the map is too coarse for its saturation: every second point would say something else by more than 5 %.
+    /// Whether the map is too coarse for its saturation: half as finely, it would say something else by more than 5 %.
     pub fn too_coarse(&self) -> bool {
         self.coarseness.is_some_and(|coarseness| coarseness > COARSE)
     }
+
+    /// What must be said of results where it is.
+    pub(super) fn note(&self) -> Option<Arc<str>> {
+        let coarseness = self.coarseness.filter(|_| self.too_coarse())?;
+        Some(
+            format!(
+                "too coarse for its saturation: taken half as finely, an inductance differs by {:.0} %, {:.0} % are allowed; more points where it bends",
+                100.0 * coarseness,
+                100.0 * COARSE
+            )
+            .into(),
+        )
+    }
+}
+
+/// By how much the inductances that are simulated are off those of the map's energy, in H.
+fn lost(known: &Known, current: Dq<f64>) -> [f64; 3] {
+    let Ok(flux) = known.simulated.flux_at(current) else { return [f64::INFINITY; 3] };
+    let own = known.co_energy.at(current).inductance;
+    apart(known.simulated.current_and_inverse_inductance(flux).1.inverse(), own)
+}
+
+fn apart(one: Symmetric, other: Symmetric) -> [f64; 3] {
+    [one.xx - other.xx, one.xy - other.xy, one.yy - other.yy].map(f64::abs)
 }
 
 /// By how much two maps differ in L_dd, L_dq and L_qq at a current in A, in H.
 fn differences(one: &CoEnergy, other: &CoEnergy, current: Dq<f64>) -> [f64; 3] {
-    let parts = |l: Symmetric| [l.xx, l.xy, l.yy];
-    let (one, other) = (parts(one.at(current).inductance), parts(other.at(current).inductance));
-    std::array::from_fn(|k| (one[k] - other[k]).abs())
+    apart(one.at(current).inductance, other.at(current).inductance)
 }
 
 /// Some currents of an axis, with zero.

@@ -274,12 +274,23 @@ impl Fit<'_> {
         DMatrix::from_row_slice(n, m, &factor.solve(right))
     }
 
-    /// Whether the inductances are positive definite everywhere, as far as four places per function can tell.
-    pub(super) fn is_convex(&self, co_energy: &CoEnergy) -> bool {
+    /// A current in A at which the inductances are not positive definite, as far as four places per function can tell.
+    pub(super) fn bent_at(&self, co_energy: &CoEnergy) -> Option<Dq<f64>> {
         let places = |axis: &[f64], count: usize| spread(axis, 4 * count + 1);
         let d = places(&self.grid.d, self.d.basis.count());
         let q = places(&self.grid.q, self.q.basis.count());
-        co_energy.samples(&d, &q).iter().all(|sample| sample.inductance.is_positive_definite())
+        let samples = co_energy.samples(&d, &q);
+        let bent = samples.iter().find(|sample| !sample.inductance.is_positive_definite());
+        bent.map(|sample| sample.current)
+    }
+
+    /// rms in Wb of what a co-energy leaves of the data, as noise would; none where there are not many more points than
+    /// functions.
+    pub(super) fn noise(&self, co_energy: &CoEnergy) -> Option<f64> {
+        let [n, m] = self.functions();
+        let rest = self.data() - (n * m) as f64;
+        let known = self.grid.d.len().max(self.grid.q.len()) > CHOICE_SITES && 2.0 * rest > self.data();
+        known.then(|| (self.residual(&co_energy.coefficients) / rest).sqrt())
     }
 }
 

@@ -17,6 +17,8 @@ fn identity() -> Identity {
         shard: Shard::WHOLE,
         scenario: "seed = 1\ntrials = 100\n".to_owned(),
         pole_note: None,
+        pole_is_open: false,
+        map_note: None,
         library_note: None,
         files: BTreeMap::new(),
     }

@@ -98,7 +98,7 @@ pub fn of(subject: &Subject, survey: &Survey) -> String {
         if survey.convex { "inductances positive definite" } else { "inductances NOT positive definite" }
     );
     if let Some((surface, map)) = &subject.map {
-        text += &map_text(map);
+        text += &map_text(surface, map);
         if let Some(continued) = &map.continued {
             text += &continued_text(surface, continued, reach(survey));
         }
@@ -188,7 +188,7 @@ fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String
     text
 }
 
-fn map_text(map: &MapReport) -> String {
+fn map_text(surface: &FluxMap, map: &MapReport) -> String {
     let [[d_low, d_high], [q_low, q_high]] = map.range;
     let mirrored = match map.mirrored {
         [false, false] => "",
@@ -223,13 +223,6 @@ fn map_text(map: &MapReport) -> String {
         map.convexity.map_or_else(String::new, |away| {
             format!("\nthat energy was not convex: the nearest convex one, {away:.2e} Wb rms from it, is what is simulated")
         }),
-        if map.errors.too_coarse() {
-            format!(
-                "\nTOO COARSE for its saturation: with every second point, an inductance differs by {:.0} %, 5 % are allowed; more points where it bends",
-                100.0 * map.errors.coarseness().unwrap_or_default()
-            )
-        } else {
-            String::new()
-        }
+        surface.note().map_or_else(String::new, |note| format!("\n{}", note.replacen("too coarse", "TOO COARSE", 1)))
     )
 }

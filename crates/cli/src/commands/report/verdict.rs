@@ -42,6 +42,9 @@ pub fn verdict(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     if let Some(note) = &summary.run.pole_note {
         details.push(format!("Poles: {note}"));
     }
+    if let Some(note) = &summary.run.map_note {
+        details.push(format!("Map: {note}"));
+    }
     if summary.errors() > 0 {
         details.push(format!("{} trials could not be simulated", summary.errors()));
     }
@@ -68,13 +71,50 @@ fn silence(s: &Summary) -> Option<String> {
     Some(format!("{silent} of {} starts {what}{why}", s.trials))
 }
 
+/// How far poles are judged.
+#[derive(Clone, Copy, PartialEq)]
+enum Poles {
+    Known,
+    /// As all cores that fit the map say.
+    Assumed,
+    /// Not at all: of a start, its axis counts.
+    Open,
+}
+
+impl Poles {
+    fn of(summary: &SummaryFile) -> Self {
+        match &summary.run.pole_note {
+            None => Self::Known,
+            Some(_) if summary.run.pole_is_open => Self::Open,
+            Some(_) => Self::Assumed,
+        }
+    }
+
+    /// The share of starts that are as they should be, as far as that is judged.
+    fn right(self, s: &Summary) -> f64 {
+        if self == Self::Open { s.axes as f64 / s.trials as f64 } else { right(s) }
+    }
+
+    /// What these starts did.
+    const fn did(self) -> &'static str {
+        if matches!(self, Self::Open) { "with an axis" } else { "answered rightly" }
+    }
+
+    /// A count of wrong poles, with what it rests on.
+    fn qualified(self, text: String) -> String {
+        if self == Self::Assumed { format!("{text} (poles as assumed)") } else { text }
+    }
+}
+
 fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
+    let judged = Poles::of(summary);
+    let open = judged == Poles::Open;
     let silent = (s.undetermined + s.failed) as f64 / s.trials as f64;
-    let unsure = s.found > 0 && s.wrong_pole_probability.high > OFTEN;
-    let tone = if s.wrong_poles > 0 || s.errors > 0 || s.found == 0 {
+    let unsure = !open && s.found > 0 && s.wrong_pole_probability.high > OFTEN;
+    let tone = if (s.wrong_poles > 0 && !open) || s.errors > 0 || (if open { s.axes } else { s.found }) == 0 {
         Tone::Bad
-    } else if right(s) < GOOD
-        || summary.run.pole_note.is_some()
+    } else if judged.right(s) < GOOD
+        || judged != Poles::Known
         || silent > OFTEN
         || unsure
         || s.beyond_limit.value > OFTEN
@@ -87,18 +127,19 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     let starts = if s.found == s.trials { "starts" } else { "answers" };
     let poles = match s.wrong_poles {
         _ if s.found == 0 => None,
-        _ if summary.run.pole_note.is_some() => Some("poles not judged".to_owned()),
+        _ if open => Some("poles not judged".to_owned()),
         0 => Some(format!("no wrong pole in {} {starts}", s.found)),
         1 => Some(format!("1 wrong pole in {} {starts}", s.found)),
         many => Some(format!("{many} wrong poles in {} {starts}", s.found)),
     };
     let rms = if s.axes == 0 { "no axis found".to_owned() } else { rms(s) };
-    let answered = Some(format!("{} answered rightly", counted(right(s), s.trials)));
+    let poles = poles.map(|text| judged.qualified(text));
+    let answered = Some(format!("{} {}", counted(judged.right(s), s.trials), judged.did()));
     let parts = [silence(s), poles, answered, Some(rms)];
     let mut details = Vec::new();
-    if s.found > 0 {
+    if s.found > 0 && !open {
         let most = percent(s.wrong_pole_probability.high);
-        details.push(format!("Probability of a wrong pole: {most} at most (97.5 %)"));
+        details.push(judged.qualified(format!("Probability of a wrong pole: {most} at most (97.5 %)")));
     }
     details.push(format!(
         "Starts without an answer: {} undetermined, {} failed ({} together)",
@@ -118,10 +159,12 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
 
 /// Axes are varied on purpose: a share of the starts at all points together says how the points were chosen.
 fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
-    let points = &summary.points;
+    let (points, judged) = (&summary.points, Poles::of(summary));
+    let open = judged == Poles::Open;
+    let right = |s: &Summary| judged.right(s);
     let each = || summary.each();
     let named = || each().filter(|s| s.found > 0);
-    let wrong = each().any(|s| s.wrong_poles > 0);
+    let wrong = !open && each().any(|s| s.wrong_poles > 0);
     let tone = if wrong || summary.errors() > 0 || each().any(|s| right(s) <= 0.0) {
         Tone::Bad
     } else if each().any(|s| right(s) < GOOD) {
@@ -130,17 +173,22 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         Tone::Neutral
     };
     let answered = range(each().map(|s| (right(s), s.trials)))
-        .map(|range| format!("{range} answered rightly, by point"));
+        .map(|range| format!("{range} {}, by point", judged.did()));
     let poles = match each().filter(|s| s.wrong_poles > 0).count() {
         _ if named().count() == 0 => None,
-        _ if summary.run.pole_note.is_some() => Some("poles not judged".to_owned()),
+        _ if open => Some("poles not judged".to_owned()),
         0 if named().count() < points.len() => {
             Some(format!("no wrong pole at the {} of {} points that name one", named().count(), points.len()))
         }
         0 => Some(format!("no wrong pole at any of {} points", points.len())),
         many => Some(format!("wrong poles at {many} of {} points", points.len())),
     };
-    let by = |a: &&PointSummary, b: &&PointSummary| rank(&a.summary, &b.summary);
+    let poles = poles.map(|text| judged.qualified(text));
+    let by = |a: &&PointSummary, b: &&PointSummary| {
+        let (a, b) = (&a.summary, &b.summary);
+        let of_axes = || right(b).total_cmp(&right(a)).then(a.rms_deg.value.total_cmp(&b.rms_deg.value));
+        if open { of_axes() } else { rank(a, b) }
+    };
     let best = points.iter().min_by(by);
     let rms = best.map(|best| match best.summary.axes {
         0 => "no axis found".to_owned(),
@@ -148,11 +196,11 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
     });
     let mut details = Vec::new();
     let limits = || named().map(|s| s.wrong_pole_probability.high);
-    if named().count() > 0 {
+    if named().count() > 0 && !open {
         let most = percent(limits().fold(0.0, f64::max));
-        details.push(format!(
+        details.push(judged.qualified(format!(
             "Probability of a wrong pole: {most} at most where it is known least (97.5 %, each point by itself)"
-        ));
+        )));
     }
     let without = |s: &Summary| 1.0 - s.found as f64 / s.trials as f64;
     if let Some(range) = range(each().map(|s| (without(s), s.trials))) {
@@ -162,7 +210,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         details
             .push(format!("The error exceeds {}° in {range} of starts with an angle, by point", s.limit_deg));
     }
-    if !wrong && limits().any(|high| high > OFTEN) {
+    if !open && !wrong && limits().any(|high| high > OFTEN) {
         details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());
     }
     let shown = Shown::of(points);
@@ -172,11 +220,16 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
             0 => "no start found an axis".to_owned(),
             axes => format!("rms {} ° over {axes} axes", s.rms_deg),
         };
-        format!("{} right, {rms}, at {}", counted(right(s), s.trials), describe(point, &shown))
+        let did = if open { "with an axis" } else { "right" };
+        format!("{} {did}, {rms}, at {}", counted(right(s), s.trials), describe(point, &shown))
     };
     if let (Some(best), Some(worst)) = (best, points.iter().max_by(by)) {
         let name = if 1.0 - right(&best.summary) > FAILING {
-            "No point answers 99 % of its starts; nearest"
+            if open {
+                "No point has an axis in 99 % of its starts; nearest"
+            } else {
+                "No point answers 99 % of its starts; nearest"
+            }
         } else {
             "Best point"
         };

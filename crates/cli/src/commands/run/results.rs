@@ -336,6 +336,10 @@ impl Results {
             text += "\n";
             text += &paragraph("", &format!("Poles: {note}."));
         }
+        if let Some(note) = &file.run.map_note {
+            text += "\n";
+            text += &paragraph("", &format!("Map: {note}."));
+        }
         if let Some(note) = &file.run.library_note {
             text += "\n";
             text += &paragraph("", &format!("Library: {note}."));

@@ -9,20 +9,26 @@ fn saturated() -> MapSamples {
     sampled(motor.magnetics.core(), &grid, &grid)
 }
 
-#[test]
-fn law_where_the_nearest_energy_is_not_convex_the_nearest_convex_one_is_simulated() {
+/// The same with a dip that no convex energy has.
+pub(super) fn bent() -> MapSamples {
     let mut samples = saturated();
-    let (_, exact) = FluxMap::new(&samples).expect("a map");
-    assert_eq!(exact.convexity, None);
     // A bump of the co-energy in one place, wider than a point, so that it is no noise: its inductances at the top are
     // −2 × 0.08/6 H, more than the motor's L_d of 17 mH.
-    let largest = exact.largest_flux;
     for p in &mut samples.points {
         let off = ((p.i_d + 10.0).powi(2) + (p.i_q - 10.0).powi(2)) / 6.0;
         let bump = -0.08 * 2.0 / 6.0 * (-off).exp();
         p.psi_d += bump * (p.i_d + 10.0);
         p.psi_q += bump * (p.i_q - 10.0);
     }
+    samples
+}
+
+#[test]
+fn law_where_the_nearest_energy_is_not_convex_the_nearest_convex_one_is_simulated() {
+    let samples = bent();
+    let (own, exact) = FluxMap::new(&saturated()).expect("a map");
+    assert_eq!(exact.convexity, None);
+    let largest = exact.largest_flux;
     let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{error}"));
     let away = report.convexity.expect("it is not convex");
     assert!(away > 1e-5 * largest && away < 0.01 * largest, "{away} {largest}");
@@ -34,7 +40,6 @@ fn law_where_the_nearest_energy_is_not_convex_the_nearest_convex_one_is_simulate
         }
     }
     // Far from the dip nothing changes.
-    let (own, _) = FluxMap::new(&saturated()).expect("a map");
     let flux = own.flux_at(Dq::new(9.0, -9.0)).expect("inside");
     assert!((map.current(flux) - Dq::new(9.0, -9.0)).norm() < 0.05);
 }

@@ -1,5 +1,10 @@
 //! Every point of a map has its flux.
 
+use std::fmt::Write as _;
+use std::path::Path;
+
+use standstill_files::Files;
+
 use super::*;
 
 /// Numbers from 0 to 1.
@@ -50,6 +55,52 @@ fn law_every_point_of_a_map_has_its_flux() {
 }
 
 #[test]
+fn law_every_point_of_a_map_that_was_made_convex_or_continued_has_its_flux() {
+    let (convex, report) = FluxMap::new(&super::convexity::bent()).unwrap_or_else(|error| panic!("{error}"));
+    assert!(report.convexity.is_some(), "{report:?}");
+    let motor = built_in("cross-saturation").expect("built in");
+    let grid = axis(1.5 * motor.rated_current, 21);
+    let half: Vec<f64> = grid.iter().copied().filter(|i| *i < 1e-6).collect();
+    let side = sampled(motor.magnetics.core(), &half, &grid);
+    let (continued, report) = FluxMap::continued(&side).unwrap_or_else(|error| panic!("{error}"));
+    assert!(report.continued.is_some(), "{report:?}");
+    for (name, map) in [("made convex", convex), ("continued", continued)] {
+        let worst = worst(&map);
+        assert!(worst < 1e-9, "{name}: {worst} A");
+    }
+}
+
+#[test]
+fn law_every_point_of_a_map_of_any_layout_has_its_flux() {
+    let read = |path: &Path| {
+        let samples = MapSamples::read(path, &Files::default()).unwrap_or_else(|error| panic!("{error}"));
+        FluxMap::new(&samples).unwrap_or_else(|error| panic!("{error}")).0
+    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../files/tests/maps");
+    for name in ["axes.npz", "meshes.npz", "flat_v5.mat", "model_v7.mat", "model_v73.mat"] {
+        let worst = worst(&read(&folder.join(name)));
+        assert!(worst < 1e-9, "{name}: {worst} A");
+    }
+    let motor = built_in("cross-saturation").expect("built in");
+    let mut polar = "i_A,angle_from_d_deg,psi_d_Wb,psi_q_Wb\n".to_owned();
+    for amplitude in axis(12.0, 33).into_iter().filter(|i| *i > -1e-9) {
+        for angle in (-180..180).step_by(10) {
+            let (sin, cos) = f64::from(angle).to_radians().sin_cos();
+            let flux =
+                motor.magnetics.core().flux_at(Dq::new(amplitude * cos, amplitude * sin)).expect("convex");
+            let _ = writeln!(polar, "{amplitude},{angle},{},{}", flux.d, flux.q);
+        }
+    }
+    let scratch = tempfile::tempdir().expect("a folder");
+    let path = scratch.path().join("polar.csv");
+    std::fs::write(&path, polar).expect("writes");
+    let map = read(&path);
+    assert!(map.reach() > 8.0, "{}", map.reach());
+    let worst = worst(&map);
+    assert!(worst < 1e-9, "polar: {worst} A");
+}
+
+#[test]
 fn law_a_circuit_finds_the_flux_of_every_current_of_its_map() {
     let motor = built_in("pm-reluctance").expect("built in");
     let grid = axis(2.5 * motor.rated_current, 19);
@@ -61,7 +112,7 @@ fn law_a_circuit_finds_the_flux_of_every_current_of_its_map() {
     let mut uniform = uniform(77);
     for circuit in [plain.clone(), hot, plain.with_harmonics(harmonics)] {
         let [d, q] = circuit.range().expect("a map");
-        for _ in 0..2_000 {
+        for _ in 0..10_000 {
             let within = |[low, high]: [f64; 2], share: f64| low + (high - low) * (0.05 + 0.9 * share);
             let current = Dq::new(within(d, uniform()), within(q, uniform()));
             let at = Heading::of(6.3 * uniform());

@@ -1,0 +1,80 @@
+//! Maps whose inductance falls within a small part of their flux.
+
+use super::*;
+
+/// The map of a motor whose axes do not see each other: ψ_d(i_d) and ψ_q(i_q) on a grid.
+fn uncoupled(count: i32, psi_d: impl Fn(f64) -> f64, psi_q: impl Fn(f64) -> f64) -> MapSamples {
+    let mut points = Vec::new();
+    for i_d in axis(40.0, count) {
+        for i_q in axis(40.0, count) {
+            let place = Place::Element(points.len() + 1);
+            points.push(MapPoint { i_d, i_q, psi_d: psi_d(i_d), psi_q: psi_q(i_q), place });
+        }
+    }
+    MapSamples { file: "map.npz".to_owned(), points, pole_pairs: None, resistance: None }
+}
+
+/// Inductances at a current, and what is said of their errors.
+fn inductances(map: &FluxMap, report: &MapReport, current: Dq<f64>) -> ([f64; 2], [f64; 2]) {
+    let flux = map.flux_at(current).expect("inside");
+    let l = map.current_and_inverse_inductance(flux).1.inverse();
+    let [dd, _, qq] = report.errors.at([current.d, current.q]);
+    ([l.xx, l.yy], [dd, qq])
+}
+
+#[test]
+fn law_a_map_whose_inductance_falls_to_a_thirtieth_is_simulated() {
+    let flux = |i: f64| 0.58 * (i / 4.0).tanh() + 0.005 * i;
+    let inductance = |i: f64| 0.145 / (i / 4.0).cosh().powi(2) + 0.005;
+    for count in [33, 65, 129, 257] {
+        let samples = uncoupled(count, |i| 0.45 + 0.02 * i, flux);
+        let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{count}: {error}"));
+        assert_eq!(report.convexity, None, "{count}");
+        // A ten-thousandth of the largest current.
+        assert!(report.evaluation_error < 4e-3, "{count}: {} A", report.evaluation_error);
+        for i in axis(40.0, 401) {
+            let ([l_d, l_q], [_, said]) = inductances(&map, &report, Dq::new(0.0, i));
+            let off = (l_q - inductance(i)).abs();
+            assert!(off < 2.0 * said, "{count}, {i}: {l_q} ± {said} H, {off} off");
+            // The splines of 33 points are off by more: between two of them the inductance halves.
+            assert!(count == 33 || off < 2e-3 * inductance(i).max(0.05), "{count}, {i}: {l_q} H, {off} off");
+            assert!((l_d / 0.02 - 1.0).abs() < 1e-3, "{count}, {i}: {l_d} H");
+        }
+        assert_eq!(report.errors.too_coarse(), count == 33, "{count}: {:?}", report.errors.coarseness());
+    }
+}
+
+#[test]
+fn law_a_dip_of_an_inductance_between_few_points_is_followed_or_said() {
+    let (width, depth) = (1.02, 6.849e-3);
+    let inductance = |i: f64| 0.01 - depth * (-((i - 5.0) / width).powi(2) / 2.0).exp();
+    // Its integral, by Simpson's rule.
+    let flux = |i: f64| {
+        let parts = 4000;
+        let step = i / f64::from(parts);
+        let sum: f64 = (0..parts)
+            .map(|k| {
+                let x = step * f64::from(k);
+                (inductance(x) + 4.0 * inductance(x + step / 2.0) + inductance(x + step)) / 6.0
+            })
+            .sum();
+        0.45 + sum * step
+    };
+    for count in [33, 65, 129, 257] {
+        let samples = uncoupled(count, flux, |i| 0.02 * i);
+        let (map, report) = FluxMap::new(&samples).unwrap_or_else(|error| panic!("{count}: {error}"));
+        // A thousandth of the largest current.
+        assert!(report.evaluation_error < 0.04, "{count}: {} A", report.evaluation_error);
+        for i in axis(40.0, 401) {
+            let ([l_d, _], [said, _]) = inductances(&map, &report, Dq::new(i, 0.0));
+            let off = (l_d - inductance(i)).abs();
+            // Of points 2.5 A apart, one at most is within the dip.
+            let within = if count == 33 { 3.0 } else { 2.0 };
+            assert!(off < within * said, "{count}, {i}: {l_d} ± {said} H, {off} off");
+        }
+        // 65 points, and as many splines as there are at most, are 1.25 A apart.
+        assert!(report.errors.too_coarse(), "{count}: {:?}", report.errors.coarseness());
+        let ([l_d, _], _) = inductances(&map, &report, Dq::new(5.0, 0.0));
+        assert!(count == 33 || (l_d / 3.151e-3 - 1.0).abs() < 0.04, "{count}: {l_d} H");
+    }
+}
