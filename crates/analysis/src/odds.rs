@@ -122,6 +122,8 @@ pub struct Odds {
     pub answer: Answer,
     /// The probability with its 95 % interval.
     pub probability: Estimate,
+    /// That the interval was widened, because an alarm rings: it is wider than one of 95 %, by how much is not known.
+    pub widened: bool,
     /// Trials in all.
     pub trials: u64,
     /// Plain trials among them: those that are counted, or the first levels of all runs.
@@ -187,6 +189,7 @@ impl Odds {
                 return Ok(Self {
                     answer: Answer::Plain,
                     probability: binomial_interval(0, runs[0].trials),
+                    widened: false,
                     trials: runs[0].trials,
                     plain: runs[0].trials,
                     levels: 1,
@@ -243,6 +246,7 @@ impl Odds {
         Self {
             answer: Answer::Subset,
             probability,
+            widened: false,
             trials,
             plain,
             levels,
@@ -250,6 +254,43 @@ impl Odds {
             alarms,
             remarks: Vec::new(),
             failures,
+        }
+    }
+
+    /// Widens the interval where what was found makes it doubtful. That of runs which agree is narrow because they do; where
+    /// one may have missed a part of the event, or few independent states are left, it goes from the least run to the greatest,
+    /// each with twice its own error, and from zero where one did not reach the event. Of failures that nothing leads to only
+    /// the first levels' plain trials know how many there are.
+    pub(crate) fn doubt(&mut self, settings: &Settings) {
+        let parts = |alarm: &Alarm| {
+            matches!(
+                alarm,
+                Alarm::Disagree { .. } | Alarm::Unread(_) | Alarm::Ancestors(_) | Alarm::Missed { .. }
+            )
+        };
+        if self.answer == Answer::Plain || self.runs.is_empty() {
+            return;
+        }
+        if self.alarms.iter().any(parts) {
+            let reached = self.runs.iter().filter(|run| run.end == End::Reached);
+            let ends = reached.map(|run| {
+                let error = standstill_numeric::exp(2.0 * run.variation);
+                [run.probability / error, run.probability * error]
+            });
+            let all = self.runs.iter().all(|run| run.end == End::Reached);
+            let (mut low, mut high) = (if all { f64::INFINITY } else { 0.0 }, 0.0_f64);
+            for [from, to] in ends {
+                (low, high) = (low.min(from), high.max(to));
+            }
+            self.probability.low = self.probability.low.min(low);
+            self.probability.high = self.probability.high.max(high.min(1.0));
+            self.widened = true;
+        }
+        if self.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(_))) {
+            let hits = self.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
+            let plain = binomial_interval(hits, self.runs.len() as u64 * u64::from(settings.states));
+            self.probability.high = self.probability.high.max(plain.high);
+            self.widened = true;
         }
     }
 
@@ -313,6 +354,7 @@ fn plain<S: System>(
     Ok(Odds {
         answer: Answer::Plain,
         probability: binomial_interval(hits, u64::from(PLAIN)),
+        widened: false,
         trials: u64::from(PLAIN),
         plain: u64::from(PLAIN),
         levels: 1,
@@ -359,6 +401,54 @@ mod tests {
         let expected = [1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 3.0 / 8.0, 3.0 / 8.0];
         assert!(weights.len() == 6 && weights.iter().zip(expected).all(|(w, e)| (w - e).abs() < 1e-12));
         assert!(odds.alarms.contains(&Alarm::Missed { runs: 1, of: 3 }), "{:?}", odds.alarms);
+    }
+
+    #[test]
+    fn law_an_alarm_widens_the_interval() {
+        let settings = Settings::default();
+        let run = |probability: f64, end: End| Run {
+            end,
+            probability,
+            variation: 0.1,
+            levels: 5,
+            curve: Vec::new(),
+            trials: 50_000,
+            acceptance: 0.4,
+            ancestors: 50,
+            unread: [0.0; 8],
+            failures: Vec::new(),
+            plain_hits: 0,
+        };
+        let told = |all: &[f64]| {
+            let runs =
+                all.iter().map(|p| run(*p, if *p > 0.0 { End::Reached } else { End::TooRare })).collect();
+            let mut odds = Odds::of_runs(&settings, runs);
+            let before = odds.probability;
+            odds.doubt(&settings);
+            (before, odds.probability, odds.widened)
+        };
+        // Runs that agree keep their interval.
+        let (before, after, widened) =
+            told(&[1.0e-6, 1.1e-6, 0.9e-6, 1.05e-6, 0.95e-6, 1.0e-6, 1.1e-6, 0.9e-6]);
+        assert!(before == after && !widened);
+        // One of eight found a part ten times as likely: it may be there in all.
+        let (before, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-5]);
+        assert!(
+            widened && after.high >= 1.2e-5 && after.low <= 1e-6 / 1.2 && after.high > before.high,
+            "{after:?}"
+        );
+        // One that did not reach the event says nothing of how rare it may be.
+        let (_, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.0]);
+        assert!(widened && after.low == 0.0, "{after:?}");
+        // Failures that nothing leads to may be as many as plain trials allow: none in 4,000 twice.
+        let mut odds = Odds::of_runs(&settings, vec![run(1e-6, End::Reached), run(1.1e-6, End::Reached)]);
+        odds.alarms = vec![Alarm::Unled(0.5)];
+        odds.doubt(&settings);
+        assert!(
+            odds.widened && (odds.probability.high / 4.610e-4 - 1.0).abs() < 1e-3,
+            "{:?}",
+            odds.probability
+        );
     }
 
     #[test]
