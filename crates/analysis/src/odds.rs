@@ -1,5 +1,8 @@
 //! The probability of an event from several independent runs of subset simulation.
 
+#[cfg(test)]
+mod tests;
+
 use std::fmt;
 
 use standstill_campaign::{Estimate, binomial_interval, student};
@@ -122,6 +125,8 @@ pub struct Odds {
     pub answer: Answer,
     /// The probability with its 95 % interval.
     pub probability: Estimate,
+    /// That the interval was widened, because an alarm rings: it is wider than one of 95 %, by how much is not known.
+    pub widened: bool,
     /// Trials in all.
     pub trials: u64,
     /// Plain trials among them: those that are counted, or the first levels of all runs.
@@ -187,6 +192,7 @@ impl Odds {
                 return Ok(Self {
                     answer: Answer::Plain,
                     probability: binomial_interval(0, runs[0].trials),
+                    widened: false,
                     trials: runs[0].trials,
                     plain: runs[0].trials,
                     levels: 1,
@@ -243,6 +249,7 @@ impl Odds {
         Self {
             answer: Answer::Subset,
             probability,
+            widened: false,
             trials,
             plain,
             levels,
@@ -250,6 +257,43 @@ impl Odds {
             alarms,
             remarks: Vec::new(),
             failures,
+        }
+    }
+
+    /// Widens the interval where what was found makes it doubtful. That of runs which agree is narrow because they do; where
+    /// one may have missed a part of the event, or few independent states are left, it goes from the least run to the greatest,
+    /// each with twice its own error, and from zero where one did not reach the event. Of failures that nothing leads to only
+    /// the first levels' plain trials know how many there are.
+    pub(crate) fn doubt(&mut self, settings: &Settings) {
+        let parts = |alarm: &Alarm| {
+            matches!(
+                alarm,
+                Alarm::Disagree { .. } | Alarm::Unread(_) | Alarm::Ancestors(_) | Alarm::Missed { .. }
+            )
+        };
+        if self.answer == Answer::Plain || self.runs.is_empty() {
+            return;
+        }
+        if self.alarms.iter().any(parts) {
+            let reached = self.runs.iter().filter(|run| run.end == End::Reached);
+            let ends = reached.map(|run| {
+                let error = standstill_numeric::exp(2.0 * run.variation);
+                [run.probability / error, run.probability * error]
+            });
+            let all = self.runs.iter().all(|run| run.end == End::Reached);
+            let (mut low, mut high) = (if all { f64::INFINITY } else { 0.0 }, 0.0_f64);
+            for [from, to] in ends {
+                (low, high) = (low.min(from), high.max(to));
+            }
+            self.probability.low = self.probability.low.min(low);
+            self.probability.high = self.probability.high.max(high.min(1.0));
+            self.widened = true;
+        }
+        if self.alarms.iter().any(|alarm| matches!(alarm, Alarm::Unled(_))) {
+            let hits = self.runs.iter().map(|run| u64::from(run.plain_hits)).sum();
+            let plain = binomial_interval(hits, self.runs.len() as u64 * u64::from(settings.states));
+            self.probability.high = self.probability.high.max(plain.high);
+            self.widened = true;
         }
     }
 
@@ -313,6 +357,7 @@ fn plain<S: System>(
     Ok(Odds {
         answer: Answer::Plain,
         probability: binomial_interval(hits, u64::from(PLAIN)),
+        widened: false,
         trials: u64::from(PLAIN),
         plain: u64::from(PLAIN),
         levels: 1,
@@ -321,56 +366,4 @@ fn plain<S: System>(
         remarks: Vec::new(),
         failures: failures.into_iter().map(|tape| (weight, tape)).collect(),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_their_probabilities() {
-        let settings = Settings::default();
-        let of = |probability: f64, end: End, failures: usize| Run {
-            end,
-            probability,
-            variation: 0.2,
-            levels: 5,
-            curve: Vec::new(),
-            trials: 50_000,
-            acceptance: 0.4,
-            ancestors: 50,
-            unread: [0.0; 8],
-            failures: (0..failures).map(|k| Tape::new(1, k as u64)).collect(),
-            plain_hits: 0,
-        };
-        let odds = Odds::of_runs(
-            &settings,
-            vec![of(1e-6, End::Reached, 4), of(3e-6, End::Reached, 2), of(9e-7, End::TooRare, 0)],
-        );
-        // The run that gave up counts as zero. Of 1, 3 and 0 the mean is 4/3 and the standard deviation √(7/3).
-        let (mean, deviation) = (4.0 / 3.0, (7.0_f64 / 3.0).sqrt());
-        // Student's t of two degrees of freedom: 4.303.
-        let factor = (4.302_653 * deviation / (mean * 3.0_f64.sqrt())).exp();
-        let Estimate { value, low, high } = odds.probability;
-        for (found, truth) in [(value, mean), (low, mean / factor), (high, mean * factor)] {
-            assert!((1e6 * found / truth - 1.0).abs() < 1e-6, "{found} where {truth} is right");
-        }
-        let weights: Vec<f64> = odds.failures.iter().map(|(weight, _)| *weight).collect();
-        let expected = [1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 3.0 / 8.0, 3.0 / 8.0];
-        assert!(weights.len() == 6 && weights.iter().zip(expected).all(|(w, e)| (w - e).abs() < 1e-12));
-        assert!(odds.alarms.contains(&Alarm::Missed { runs: 1, of: 3 }), "{:?}", odds.alarms);
-    }
-
-    #[test]
-    fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
-        let of = |share: f64| {
-            let mut odds = Odds::of_runs(&Settings::default(), Vec::new());
-            odds.alarms.clear();
-            odds.tell(share, Alarm::Unled);
-            (odds.alarms, odds.remarks)
-        };
-        assert_eq!(of(0.005), (Vec::new(), Vec::new()));
-        assert_eq!(of(0.05), (Vec::new(), vec![Alarm::Unled(0.05)]));
-        assert_eq!(of(0.5), (vec![Alarm::Unled(0.5)], Vec::new()));
-    }
 }

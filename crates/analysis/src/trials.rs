@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use standstill_detect::Method;
 use standstill_scenario::{FileError, Plan};
 use standstill_scenario::{Record, Scenario, Verdict};
-use standstill_sim::Tape;
+use standstill_sim::{Adc, Tape};
 
 use crate::subset::{Run, Settings};
 use crate::{Alarm, Answer, Event, Halt, Odds, System, Watch};
@@ -25,7 +25,7 @@ pub struct Trials<'a> {
 pub(crate) enum Codes {
     /// By this share of a code above where the scenario has them.
     Moved(f64),
-    /// Nothing is rounded: what is read is exact.
+    /// Nothing is rounded: what is read is exact, up to the ends of its range.
     Exact,
 }
 
@@ -34,12 +34,12 @@ impl Codes {
         let sensors = &mut scenario.sensors;
         for adc in [&mut sensors.adc, &mut sensors.dc_link.adc] {
             match (self, adc.as_mut()) {
-                (Self::Exact, _) => *adc = None,
+                (Self::Exact, Some(adc)) => adc.bits = 0,
                 (Self::Moved(share), Some(adc)) => {
-                    let by = share * (adc.high - adc.low) / f64::from(1_u32 << adc.bits);
+                    let by = share * adc.step();
                     (adc.low, adc.high) = (adc.low + by, adc.high + by);
                 }
-                (Self::Moved(_), None) => {}
+                (_, None) => {}
             }
         }
     }
@@ -73,7 +73,7 @@ impl<'a> Trials<'a> {
     /// Whether anything is rounded.
     pub(crate) fn have_converters(&self) -> bool {
         let sensors = &self.scenario.sensors;
-        sensors.adc.is_some() || sensors.dc_link.adc.is_some()
+        [sensors.adc, sensors.dc_link.adc].into_iter().flatten().any(Adc::rounds)
     }
 
     /// What they have in common.
@@ -165,9 +165,13 @@ impl<'a> Trials<'a> {
         let (share, aside): (_, fn(f64) -> Alarm) = match (event, odds.answer) {
             (Event::WrongPole, _) => (self.share(&odds, lost, watch)?, Alarm::WrongAxes),
             (Event::Failed, Answer::Subset) => (self.share(&odds, unled, watch)?, Alarm::Unled),
-            _ => return Ok(odds),
+            _ => {
+                odds.doubt(settings);
+                return Ok(odds);
+            }
         };
         odds.tell(share, aside);
+        odds.doubt(settings);
         Ok(odds)
     }
 
@@ -205,5 +209,31 @@ impl System for Towards<'_> {
         let errors = records.iter().filter(|record| record.verdict() == Verdict::Error).count();
         self.errors.fetch_add(errors as u64, Ordering::Relaxed);
         Ok(records.iter().map(|record| self.event.value(record)).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use standstill_scenario::Document;
+
+    use super::*;
+
+    #[test]
+    fn regress_what_is_not_rounded_still_has_its_range() {
+        // Pulses of some 8 A: beyond the range they clip, whether the converter rounds or not.
+        let found = |range: &str, codes: Codes| {
+            let text = format!(
+                "errors = \"none\"\ndetector.method = \"bipolar\"\nsensors.bits = 12\nsensors.range = \"{range}\"\n"
+            );
+            let document = Document::parse(Path::new("test.toml"), &text).expect("TOML");
+            let plan = Plan::new(document).expect("a plan");
+            let trials = Trials::new(&plan).expect("a scenario").with_codes(codes);
+            trials.records(&[Tape::new(1, 0)]).expect("runs")[0].verdict() == Verdict::Found
+        };
+        for codes in [Codes::Moved(0.0), Codes::Exact] {
+            assert!(found("20 A", codes) && !found("3 A", codes), "{codes:?}");
+        }
     }
 }

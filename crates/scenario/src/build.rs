@@ -301,7 +301,7 @@ impl SensorsTable {
     }
 }
 
-/// A converter with what was changed; of one that was none, both must be told.
+/// A converter with what was changed; of one that was none, both must be told. Without bits it rounds nothing, and its range stays.
 fn converter(
     key: &str,
     adc: Option<Adc>,
@@ -309,7 +309,7 @@ fn converter(
     bits: Option<u8>,
 ) -> Result<Option<Adc>, FileError> {
     match (adc, range, bits) {
-        (_, _, Some(0)) | (None, None, None) => Ok(None),
+        (None, None, None | Some(0)) => Ok(None),
         (None, Some([low, high]), Some(bits)) => Ok(Some(Adc { bits, low, high })),
         (None, ..) => {
             let needed = "range and bits, where the error set has no converter";

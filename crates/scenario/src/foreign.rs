@@ -101,11 +101,7 @@ impl DetectorTable {
         sensors: &SensorSettings,
         time_limit: Nanos,
     ) -> Result<Maker, FileError> {
-        let scale = |adc: Adc| Scale {
-            bits: adc.bits,
-            per_count: (adc.high - adc.low) / f64::from(1_u32 << adc.bits),
-            at_zero: adc.low,
-        };
+        let scale = |adc: Adc| Scale { bits: adc.bits, per_count: adc.step(), at_zero: adc.low };
         let mut lines = String::new();
         for (key, value) in &self.config {
             let text = match value {
@@ -118,7 +114,9 @@ impl DetectorTable {
             }
             let _ = writeln!(lines, "{key}={text}");
         }
-        let converters = [sensors.adc.map(scale), sensors.dc_link.adc.map(scale)];
+        // What is not rounded has no counts.
+        let converters =
+            [sensors.adc, sensors.dc_link.adc].map(|adc| adc.filter(|adc| adc.rounds()).map(scale));
         Ok(Maker::new(library, knows, converters, &lines, time_limit))
     }
 }

@@ -233,7 +233,7 @@ pub struct SensorsTable {
     /// Range of the current converters, either way.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub range: Option<Quantity<Ampere>>,
-    /// Bits of the current converters; 0: no converter.
+    /// Bits of the current converters; 0: nothing is rounded, the range stays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bits: Option<Quantity<One>>,
     /// A trigger is off by up to this much, uniformly, either way.
@@ -254,7 +254,7 @@ pub struct SensorsTable {
     /// Range of its converter, from zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_range: Option<Quantity<Volt>>,
-    /// Bits of its converter; 0: no converter.
+    /// Bits of its converter; 0: nothing is rounded, the range stays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_bits: Option<Quantity<One>>,
     /// Standard deviation of the resolver that stands for "measured angle" in traces.

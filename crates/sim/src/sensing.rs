@@ -32,12 +32,32 @@ choice! {
 /// An analogue-to-digital converter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adc {
-    /// Resolution.
+    /// Resolution; 0: it rounds nothing, and only its range is there.
     pub bits: u8,
     /// Lowest value it can read, in the unit measured.
     pub low: f64,
     /// End of its range.
     pub high: f64,
+}
+
+impl Adc {
+    /// Bits of one that rounds nothing: 20 A in steps of 19 nA.
+    const FINE: u8 = 31;
+
+    /// How many codes it has.
+    fn codes(self) -> f64 {
+        f64::from(1_u32 << if self.bits == 0 { Self::FINE } else { self.bits })
+    }
+
+    /// From one code to the next.
+    pub fn step(self) -> f64 {
+        (self.high - self.low) / self.codes()
+    }
+
+    /// Whether what it reads is rounded.
+    pub const fn rounds(self) -> bool {
+        self.bits > 0
+    }
 }
 
 /// The sensors of the three phases and of the link with their converters, side by side: what becomes of all four of a sample has no
@@ -55,6 +75,8 @@ struct Channels {
     step: [f64; 4],
     /// The last code.
     last: [f64; 4],
+    /// The bits that a count has: none of what is not rounded.
+    counted: [u32; 4],
 }
 
 impl Channels {
@@ -62,16 +84,15 @@ impl Channels {
         let Sensors { settings, gain: [a, b, c], offset: [x, y, z], .. } = *sensors;
         let link = settings.dc_link;
         let adcs = [settings.adc, settings.adc, settings.adc, link.adc];
-        let last = |adc: Option<Adc>| adc.map_or(0.0, |adc| f64::from((1_u32 << adc.bits) - 1));
-        let step = |adc: Option<Adc>| adc.map_or(1.0, |of| (of.high - of.low) / (last(adc) + 1.0));
         Self {
             gain: [a, b, c, sensors.dc_link_gain],
             offset: [x, y, z, sensors.dc_link_offset],
             noise: [settings.noise, settings.noise, settings.noise, link.noise],
             converts: adcs.map(|adc| adc.is_some()),
             low: adcs.map(|adc| adc.map_or(0.0, |adc| adc.low)),
-            step: adcs.map(step),
-            last: adcs.map(last),
+            step: adcs.map(|adc| adc.map_or(1.0, Adc::step)),
+            last: adcs.map(|adc| adc.map_or(0.0, |adc| adc.codes() - 1.0)),
+            counted: adcs.map(|adc| if adc.is_some_and(Adc::rounds) { u32::MAX } else { 0 }),
         }
     }
 
@@ -88,7 +109,7 @@ impl Channels {
         let mut read = [(0.0, false, 0); 4];
         for k in 0..4 {
             read[k] = if self.converts[k] {
-                (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]))
+                (value[k], code[k] == 0.0 || code[k] == self.last[k], whole(code[k]) & self.counted[k])
             } else {
                 (raw[k], false, 0)
             };
@@ -109,7 +130,7 @@ fn nearest(value: f64) -> f64 {
     if value - even >= 0.5 { even + 1.0 } else { even }
 }
 
-/// A code, from 0 to 2^24, as a converter has at most so many bits; not-a-number becomes 0.
+/// A code, from 0 to 2^31, as a converter has at most so many bits; not-a-number becomes 0.
 #[inline(always)]
 #[allow(clippy::cast_possible_truncation, reason = "above 2^52 the low bits are the whole number")]
 fn whole(code: f64) -> u32 {

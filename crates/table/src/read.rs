@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, StringRecord};
 use parquet::column::reader::{ColumnReaderImpl, get_typed_column_reader};
-use parquet::data_type::DoubleType;
+use parquet::data_type::{DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -287,7 +287,11 @@ fn line(path: &Path, record: Option<&csv::Position>) -> u64 {
     line
 }
 
-type Chunk = ColumnReaderImpl<DoubleType>;
+/// A column: of numbers, or of whole ones.
+enum Chunk {
+    Number(ColumnReaderImpl<DoubleType>),
+    Whole(ColumnReaderImpl<Int64Type>),
+}
 
 /// The columns of a row group.
 fn chunks<const N: usize>(
@@ -298,26 +302,40 @@ fn chunks<const N: usize>(
     let group = file.get_row_group(group)?;
     let chunk = |place| {
         let column = group.metadata().column(place).column_descr();
-        if column.physical_type() != parquet::basic::Type::DOUBLE || column.max_rep_level() > 0 {
-            return Err(ParquetError::General(format!(
-                "the column {} has no numbers",
-                quoted(column.name())
-            )));
+        let reader = || group.get_column_reader(place);
+        match column.physical_type() {
+            parquet::basic::Type::DOUBLE if column.max_rep_level() == 0 => {
+                Ok(Chunk::Number(get_typed_column_reader(reader()?)))
+            }
+            parquet::basic::Type::INT64 if column.max_rep_level() == 0 => {
+                Ok(Chunk::Whole(get_typed_column_reader(reader()?)))
+            }
+            _ => {
+                let name = quoted(column.name());
+                Err(ParquetError::General(format!("the column {name} has no numbers")))
+            }
         }
-        Ok(get_typed_column_reader(group.get_column_reader(place)?))
     };
     places.into_iter().map(chunk).collect()
 }
 
 /// The next numbers of each column, not-a-number where there are none; empty at the end of the group.
 fn batches(columns: &mut [Chunk]) -> Result<Vec<Vec<f64>>, ParquetError> {
-    let batch = |from: &mut Chunk| {
+    /// Of one column.
+    fn batch<T: DataType>(
+        from: &mut ColumnReaderImpl<T>,
+        number: impl Fn(T::T) -> f64,
+    ) -> Result<Vec<f64>, ParquetError> {
         let (mut present, mut values) = (Vec::new(), Vec::new());
         let (rows, ..) = from.read_records(BATCH, Some(&mut present), None, &mut values)?;
-        let mut values = values.into_iter();
+        let mut values = values.into_iter().map(number);
         // A column that has no empty cells by its schema has no levels either.
         let has = |row: usize| present.get(row).is_none_or(|level| *level == 1);
         Ok((0..rows).map(|row| if has(row) { values.next() } else { None }.unwrap_or(f64::NAN)).collect())
+    }
+    let batch = |from: &mut Chunk| match from {
+        Chunk::Number(from) => batch(from, |number| number),
+        Chunk::Whole(from) => batch(from, |whole| whole as f64),
     };
     let all: Vec<Vec<f64>> = columns.iter_mut().map(batch).collect::<Result<_, ParquetError>>()?;
     if all.windows(2).any(|pair| pair[0].len() != pair[1].len()) {

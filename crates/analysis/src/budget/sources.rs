@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use standstill_sim::{Purpose, RotorState, Tape};
+use standstill_sim::{Adc, Purpose, RotorState, Tape};
 
 use crate::Trials;
 use crate::subset::of_samples;
@@ -62,7 +62,11 @@ impl Source {
         let mut sources = Self::drawn(trials);
         let scenario = trials.scenario();
         if trials.have_converters() && scenario.foreign.is_none() {
-            let key = if scenario.sensors.adc.is_some() { "sensors.bits" } else { "sensors.dc_link_bits" };
+            let key = if scenario.sensors.adc.is_some_and(Adc::rounds) {
+                "sensors.bits"
+            } else {
+                "sensors.dc_link_bits"
+            };
             sources.push(Self { key: key.to_owned(), of: Of::Codes });
         }
         sources

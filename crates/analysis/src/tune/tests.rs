@@ -257,18 +257,22 @@ fn law_search_choice_and_what_is_told_have_random_numbers_of_their_own() {
     let keys = keys.0.into_inner().expect("whole");
     let by = |beginning: &str| keys.iter().filter(|key| key.starts_with(beginning)).count();
     // The search, near and far; the choice by a quarter of the last trials and by all; start, best and front.
-    for stage in
-        ["40 trials of seed 7 ", "80 trials of seed 7 ", "40 trials of seed 8 ", "160 trials of seed 8 "]
-    {
+    for stage in [
+        "trials 0..40 of seed 7 ",
+        "trials 0..80 of seed 7 ",
+        "trials 0..40 of seed 8 ",
+        "trials 0..160 of seed 8 ",
+    ] {
         assert!(by(stage) > 0, "{stage}: {keys:?}");
     }
-    let told = by("160 trials of seed 9 with");
+    let told = by("trials 0..160 of seed 9 with");
     assert!(told >= 2, "{keys:?}");
-    let all = ["40 trials of seed 7", "80 trials of seed 7", "40 trials of seed 8", "160 trials of seed 8"];
+    let all = ["0..40 of seed 7", "0..80 of seed 7", "0..40 of seed 8", "0..160 of seed 8"]
+        .map(|part| format!("trials {part}"));
     assert_eq!(all.iter().map(|stage| by(stage)).sum::<usize>() + told, keys.len(), "{keys:?}");
     // Each of the front is there as it was seen on the last seed.
     for judged in tuned.front.iter().chain([&tuned.best]) {
-        let key = format!("160 trials of seed 9 with [detector.pulse={:?}]", judged.values[0]);
+        let key = format!("trials 0..160 of seed 9 with [detector.pulse={:?}]", judged.values[0]);
         assert!(keys.iter().any(|known| known.starts_with(&key)), "{key}");
     }
 }

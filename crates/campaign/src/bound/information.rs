@@ -1,7 +1,6 @@
 //! From sensitivities and noise to the standard deviation of the angle.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
-use standstill_numeric::power;
 use standstill_sim::SensorSettings;
 
 use super::replay::Readings;
@@ -45,8 +44,9 @@ impl Noise {
     pub fn new(sensors: &SensorSettings, mut readings: Readings, slope: Vec<[f64; 3]>) -> Self {
         let mut variance = sensors.noise * sensors.noise;
         if let Some(adc) = sensors.adc {
-            let step = (adc.high - adc.low) / power(2.0, adc.bits);
-            variance += step * step / 12.0;
+            if adc.rounds() {
+                variance += adc.step() * adc.step() / 12.0;
+            }
             for (measured, current) in readings.measured.iter_mut().zip(&readings.current) {
                 for (measured, current) in measured.iter_mut().zip(current) {
                     *measured &= (adc.low..adc.high).contains(current);

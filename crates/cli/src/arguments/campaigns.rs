@@ -200,7 +200,7 @@ pub struct Explain {
     /// This trial, by its number in the trials' file
     #[arg(long, value_name = "N", value_parser = trial(), conflicts_with_all = ["worst", "wrong_poles"])]
     pub trial: Option<u64>,
-    /// The K trials with the largest axis errors, those without an axis before [default: 1]
+    /// The K trials with the largest axis errors, those without an axis before, by their numbers [default: 1]
     #[arg(long, value_name = "K", value_parser = whole::<u16>(1..=100))]
     pub worst: Option<u16>,
     /// Trials that named the wrong pole, those with the largest axis errors first; up to 10, or up to --worst K
@@ -212,7 +212,7 @@ pub struct Explain {
     /// Folder from which the scenario's paths go, of a motor's data sheet, say [default: this folder]
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Folder for table, figures and page; made if it does not exist [default: `explain` in the run's folder; with --json none]
+    /// Folder for table, figures and page; made if it does not exist [default: one of these trials' own in `explain` in the run's folder; with --json none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     #[command(flatten)]

@@ -186,19 +186,25 @@ fn notes(budget: &Budget) -> Vec<String> {
     notes
 }
 
+/// For the terminal.
+fn table(rows: &[Row]) -> Printed {
+    let columns = [
+        Column::word("source"),
+        // Intervals go before any of the columns does.
+        Column::number("share %").bracket(4),
+        Column::number("alone °").rank(1).bracket(5),
+        Column::number("without °").rank(2).bracket(5),
+        Column::number("total %").rank(3).bracket(5),
+    ];
+    Printed::new(columns).rows(rows.iter().map(Row::cells))
+}
+
 fn text(setting: &str, budget: &Budget, rows: &[Row]) -> String {
     let mut text = format!("{setting}\n{}\n", headline(budget));
     for note in notes(budget) {
         let _ = writeln!(text, "  {note}");
     }
-    let columns = [
-        Column::word("source"),
-        Column::number("share %"),
-        Column::number("alone °").rank(1),
-        Column::number("without °").rank(2),
-        Column::number("total %").rank(3),
-    ];
-    let _ = write!(text, "\n{}", Printed::new(columns).rows(rows.iter().map(Row::cells)).text());
+    let _ = write!(text, "\n{}", table(rows).text());
     text.push('\n');
     text + &legend(budget).iter().map(|line| paragraph("", line)).collect::<String>()
 }
@@ -247,5 +253,26 @@ fn page(setting: String, budget: &Budget, rows: &[Row]) -> Page {
             vec![verdict, Block::Table(table), Block::Text(legend(budget).join(" "))],
         )],
         footer: String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn law_eighty_columns_have_all_columns_of_a_budget_and_its_shares_have_their_intervals() {
+        let estimate = |value: f64| Estimate { value, low: value - 0.0213, high: value + 0.0213 };
+        let row = |source| {
+            Row::new(source, Some([estimate(0.645), estimate(0.638)]), estimate(0.408), Some(estimate(0.459)))
+        };
+        let rows = [row("sensors.gain_error"), row("tolerances.motor.winding.resistance")];
+        let text = table(&rows).within(80, false);
+        for title in ["share %", "alone °", "without °", "total %"] {
+            assert!(text.contains(title), "{title} in\n{text}");
+        }
+        assert!(text.contains("the brackets of alone °, without °, total %"), "{text}");
+        let first = text.lines().nth(2).expect("a row");
+        assert!(first.contains("40.8 [") && text.lines().all(|line| line.chars().count() <= 80), "{text}");
     }
 }

@@ -15,7 +15,8 @@ use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{Document, FileError, Plan, Record, Single};
 use standstill_sim::{NoProbe, Trace, run as simulate};
 
-use self::choose::Chosen;
+pub use self::choose::options_of;
+use self::choose::{Choice, Chosen};
 use super::question::{Answer, Made, setting, typed};
 use super::report::setup::Setup;
 use super::report::{Run, say_extension};
@@ -62,8 +63,10 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let run = Run::open(&options.folder)?;
     say_extension(&options.folder);
     let plan = plan(&run, options)?;
-    let chosen = choose::choose(&run, options)?;
-    let folder = options.out.clone().or_else(|| (!options.json).then(|| options.folder.join("explain")));
+    let Choice { chosen, lost, name } = choose::choose(&run, options)?;
+    // Other trials have a folder of their own.
+    let own = || (!options.json).then(|| options.folder.join("explain").join(name));
+    let folder = options.out.clone().or_else(own);
     let trials: Vec<String> = chosen.iter().map(|chosen| chosen.trial.to_string()).collect();
     let said = format!("{} {}", if trials.len() == 1 { "trial" } else { "trials" }, trials.join(", "));
     let asked = Asked::new("explain", said, &(&run.summary.run, &chosen), options.force.force);
@@ -94,7 +97,11 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let command = format!("standstill run scenario.toml --out {folder_of_run}\n{}", typed());
     let (text, files) = (&run.summary.run.scenario, &run.summary.run.files);
     let setup = Setup { place: &place, text, files, fence: None, varied, others: Vec::new() };
-    answer(&run, &plan, &all)?.written(folder, options.json, &Made { setup, command, asked: Some(asked) })
+    answer(&run, &plan, &all, lost)?.written(
+        folder,
+        options.json,
+        &Made { setup, command, asked: Some(asked) },
+    )
 }
 
 /// The plan of the run, if its trials can be had again: the same program and the same files.
@@ -196,9 +203,23 @@ fn json_of(told: &Told) -> serde_json::Value {
     })
 }
 
-fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
+/// That the order of trials without an axis is that of their numbers.
+fn without_axis(lost: u64, told: usize) -> Option<String> {
+    (lost > 0).then(|| {
+        let first = if lost > told as u64 {
+            ", and come first, by their numbers: others follow with --worst K, or --trial N"
+        } else {
+            ""
+        };
+        format!("{lost} trials found no axis: none of them is worse than another{first}")
+    })
+}
+
+fn answer(run: &Run, plan: &Plan, all: &[Told], lost: u64) -> Result<Answer, Error> {
     let setting = super::report::setting(&run.file);
     let mut text = format!("{setting}\n");
+    let lost_said = without_axis(lost, all.len());
+    text.extend(lost_said.iter().map(|said| paragraph("", said)));
     let mut sections = Vec::new();
     for told in all {
         let about = words::about(plan, told);
@@ -209,20 +230,25 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
             about.details.iter().map(|line| paragraph("  ", line)).collect::<String>(),
             about.specimen,
             about.table.text(),
-            paragraph("", &about.legend)
+            about.left_out + &paragraph("", &about.legend)
         );
         let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
         let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
+        let first = sections.is_empty();
+        let said = lost_said.clone().filter(|_| first).map(Block::Text);
         sections.push(Section {
             title: format!("Trial {}", told.chosen.trial),
-            blocks: vec![
-                verdict,
-                Block::Code { caption: "What it drew".to_owned(), text: about.specimen },
-                Block::Code {
-                    caption: "Without one of its errors".to_owned(),
-                    text: about.table.whole() + &about.legend,
-                },
-            ],
+            blocks: [verdict]
+                .into_iter()
+                .chain(said)
+                .chain([
+                    Block::Code { caption: "What it drew".to_owned(), text: about.specimen },
+                    Block::Code {
+                        caption: "Without one of its errors".to_owned(),
+                        text: about.whole.whole() + &about.legend,
+                    },
+                ])
+                .collect(),
         });
     }
     let rows: Vec<Row> = all.iter().flat_map(rows).collect();
@@ -234,7 +260,7 @@ fn answer(run: &Run, plan: &Plan, all: &[Told]) -> Result<Answer, Error> {
     Ok(Answer {
         name: "explain",
         text,
-        json: json!({ "folder": run.folder, "trials": all.iter().map(json_of).collect::<Vec<_>>() }),
+        json: json!({ "folder": run.folder, "without_axis": lost, "trials": all.iter().map(json_of).collect::<Vec<_>>() }),
         csv: columns::csv(&rows).map_err(|error| Error::Write("explain.csv".into(), error))?,
         figures: figures.collect(),
         page: Page {

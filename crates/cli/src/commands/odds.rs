@@ -145,6 +145,7 @@ fn answer(
         "probability": found.value,
         "low": found.low,
         "high": found.high,
+        "widened": odds.widened,
         "trials": odds.trials,
         "levels": odds.levels,
         "by": by(odds.answer),

@@ -33,39 +33,65 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         (x.is_finite() && y.is_finite()).then_some((kept, (x, y)))
     });
     let (kept, broken): (Vec<_>, Vec<_>) = looked.partition(|(kept, _)| *kept);
-    let shown: Vec<f64> =
-        kept.iter().map(|(_, (_, y))| *y).chain([place(&tuned.start).1, place(&tuned.best).1]).collect();
-    let (low, high) = shown
-        .iter()
-        .filter(|y| **y > 0.0)
-        .fold((f64::INFINITY, 0.0_f64), |(low, high), y| (low.min(*y), high.max(*y)));
-    let y = if high > 5.0 * low { axis(1).log10() } else { axis(1) };
     let front: Vec<_> = tuned.front.iter().map(place).collect();
+    // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
+    let told = || front.iter().copied().chain([place(&tuned.start), place(&tuned.best)]);
+    let ends = |numbers: Vec<f64>| {
+        let usable = numbers.into_iter().filter(|number| number.is_finite());
+        usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+    };
+    let xs = ends(told().map(|p| p.0).collect());
+    let ys = ends(told().flat_map(|p| [p.1, p.2, p.3]).collect());
+    let seen = |k: usize| {
+        let of = |(_, (x, y)): &(bool, (f64, f64))| if k == 0 { *x } else { *y };
+        ends(
+            kept.iter()
+                .chain(&broken)
+                .map(of)
+                .chain(told().map(|p| if k == 0 { p.0 } else { p.1 }))
+                .collect(),
+        )
+    };
+    // Logarithmic where that is more than a factor of three.
+    let scaled = |k: usize| {
+        let (low, high) = seen(k);
+        if low > 0.0 && high > 3.0 * low { axis(k).log10() } else { axis(k) }
+    };
     let points = |all: Vec<(bool, (f64, f64))>| all.into_iter().map(|(_, point)| point);
     // A setting can look better on the search's random numbers than on those of which start, best and front are.
     let searched = format!("looked at, by seed {}", asked.seed);
     let judged = |what: &str| format!("{what}, by seed {}", asked.seed.wrapping_add(2));
     let none_better = judged("none better in both");
-    let mut panel = Panel::new(axis(0), y);
+    let marked = |panel: Panel| {
+        let mut panel = panel;
+        if !front.is_empty() {
+            panel = panel
+                .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
+                .with(Layer::error_bars(&none_better, Style::Black, front.iter().copied()));
+        }
+        let last = if tuned.is_found() { "best" } else { "nearest, breaks a limit" };
+        panel
+            .with(Layer::error_bars(&judged("start"), Style::Vermilion, [place(&tuned.start)]))
+            .with(Layer::error_bars(&judged(last), Style::Blue, [place(&tuned.best)]))
+    };
+    // Once all that was looked at, once start, best and what lies between them alone.
+    let mut looks = Panel::new(scaled(0), scaled(1)).titled("all settings looked at");
     if !broken.is_empty() {
         let label = format!("{searched}, breaks a limit");
-        panel = panel.with(Layer::points(&label, Style::Orange, points(broken)));
+        looks = looks.with(Layer::points(&label, Style::Orange, points(broken.clone())));
     }
-    panel = panel.with(Layer::points(&searched, Style::Purple, points(kept)));
-    if !front.is_empty() {
-        panel = panel
-            .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
-            .with(Layer::error_bars(&none_better, Style::Black, front));
-    }
-    let last = if tuned.is_found() { "best" } else { "nearest, breaks a limit" };
-    panel = panel
-        .with(Layer::error_bars(&judged("start"), Style::Vermilion, [place(&tuned.start)]))
-        .with(Layer::error_bars(&judged(last), Style::Blue, [place(&tuned.best)]));
+    looks = looks.with(Layer::points(&searched, Style::Purple, points(kept.clone())));
+    let around = |(low, high): (f64, f64)| {
+        let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
+        (low - room, high + room)
+    };
+    let [x, y] = [around(xs), around(ys)];
+    let close = Panel::new(axis(0).range(x.0, x.1), axis(1).range(y.0, y.1)).titled("judged on fresh trials");
     Figure {
         title: format!("{} against {}", measures[1], measures[0]),
         subtitle: Some(subtitle),
         width: WIDTH,
-        height: 520,
-        panels: vec![panel],
+        height: 860,
+        panels: vec![marked(close), marked(looks)],
     }
 }

@@ -52,3 +52,49 @@ fn a_trial_is_explained_as_it_was_and_by_what_it_drew() {
     fs::write(path.join("r/summary.json"), foreign).expect("written");
     assert!(mistake(&["explain", "r", "--trial", "1"], path).contains("cannot be repeated"));
 }
+
+#[test]
+fn regress_other_trials_have_a_folder_of_their_own_and_whole_numbers_of_parquet_files_are_read() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    let run = ["run", "s.toml", "--trials", "100", "--format", "parquet", "--out", "p"];
+    assert!(standstill(&run, path).status.success());
+    for (trials, name) in [
+        (&["--trial", "3"][..], "trial-3"),
+        (&["--trial", "4"][..], "trial-4"),
+        (&["--worst", "2"][..], "worst-2"),
+    ] {
+        let output = standstill(&[&["explain", "p"][..], trials].concat(), path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let there = names(&path.join("p/explain").join(name));
+        assert!(there.contains(&"explain.csv".to_owned()), "{there:?}");
+        // The table has the errors with the largest effects, and says how many it leaves out.
+        let text = String::from_utf8_lossy(&output.stdout).into_owned();
+        let rows =
+            fs::read_to_string(path.join("p/explain").join(name).join("explain.csv")).expect("a table");
+        let trials = if name == "worst-2" { 2 } else { 1 };
+        let further = (rows.lines().count() - 1) / trials - 12;
+        assert!(text.contains(&format!("{further} further errors")), "{text}");
+    }
+}
+
+#[test]
+fn regress_trials_without_an_axis_are_told_by_their_numbers_and_points_as_they_are_counted() {
+    let folder = folder();
+    let path = folder.path();
+    // With a pulse of 5 µs no start finds an axis, with one of 80 µs all do.
+    let axes = format!("{SCENARIO}[axes]\n\"detector.pulse\" = [\"80 us\", \"5 us\"]\n");
+    fs::write(path.join("s.toml"), axes).expect("written");
+    assert!(standstill(&["sweep", "s.toml", "--trials", "20", "--out", "r"], path).status.success());
+    let told = answer(&["explain", "r", "--worst", "3", "--json"], 0, path);
+    let lost = told["without_axis"].as_u64().expect("a count");
+    assert!(lost > 3 && lost <= 20, "{told}");
+    let places: Vec<_> =
+        (0..3).map(|k| (told["trials"][k]["point"].as_u64(), told["trials"][k]["trial"].as_u64())).collect();
+    assert!(places.iter().all(|(point, _)| *point == Some(1)) && places.is_sorted(), "{places:?}");
+    let text = standstill(&["explain", "r", "--worst", "3"], path);
+    let text = String::from_utf8_lossy(&text.stdout).into_owned();
+    assert!(text.contains("at point 1 (of 0 to 1): detector.pulse = 5 us"), "{text}");
+    assert!(text.contains(&format!("{lost} trials found no axis")), "{text}");
+}

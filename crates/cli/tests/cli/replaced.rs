@@ -143,7 +143,7 @@ fn regress_a_report_replaces_no_page_of_another_run_without_leave() {
     assert!(standstill(&["report", "a", "b"], path).status.success());
     assert!(standstill(&["explain", "a", "--trial", "1"], path).status.success());
     let said = run("a", &["--trials", "80", "--seed", "1", "--resume"]);
-    for page in ["report/report.html", "report/comparison.html", "explain/explain.html"] {
+    for page in ["report/report.html", "report/comparison.html", "explain/trial-1/explain.html"] {
         assert!(said.contains(&format!("{page}, which is older")), "{page} in {said}");
         assert!(
             fs::read_to_string(path.join("a").join(page))

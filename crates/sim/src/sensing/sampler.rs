@@ -134,6 +134,19 @@ mod tests {
     }
 
     #[test]
+    fn law_without_bits_nothing_is_rounded_and_the_range_stays() {
+        let convert = converter(Adc { bits: 0, low: -20.0, high: 20.0 });
+        for value in [-19.999, -1.234_567_891, 0.0, 1e-6, 7.3, 19.999] {
+            let (read, clipped, count) = convert(value);
+            assert!((read - value).abs() < 1e-8 && !clipped && count == 0, "{read}, not {value}");
+        }
+        for (beyond, end) in [(25.0, 20.0), (-25.0, -20.0), (f64::INFINITY, 20.0)] {
+            let (read, clipped, _) = convert(beyond);
+            assert!((read - end).abs() < 2e-8 && clipped, "{read} of {beyond}");
+        }
+    }
+
+    #[test]
     fn law_codes_are_rounded_as_the_library_rounds() {
         for adc in [Adc { bits: 12, low: -20.0, high: 20.0 }, Adc { bits: 3, low: 0.0, high: 8.0 }] {
             let (last, convert) = (f64::from((1_u32 << adc.bits) - 1), converter(adc));

@@ -19,8 +19,17 @@ pub struct Chosen {
     far: f64,
 }
 
+/// The trials that are explained.
+pub struct Choice {
+    pub chosen: Vec<Chosen>,
+    /// Trials without an axis among those that were asked for by their errors: none is worse than another.
+    pub lost: u64,
+    /// How their folder is called.
+    pub name: String,
+}
+
 /// The trials that are asked for: one by its number, those with the largest errors, or the wrong poles.
-pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
+pub fn choose(run: &Run, options: &Options) -> Result<Choice, Error> {
     let identity = &run.summary.run;
     let points = usize::try_from(identity.points).unwrap_or(usize::MAX);
     if options.point.is_some_and(|point| point >= points) {
@@ -44,12 +53,14 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
                 "--trial {trial}: point {point} ended early (stop_at), with trial {last}; needed from 0 to {last}"
             )));
         }
-        return Ok(vec![Chosen { point, trial, far: 0.0 }]);
+        let chosen = vec![Chosen { point, trial, far: 0.0 }];
+        return Ok(Choice { chosen, lost: 0, name: format!("trial-{trial}{}", of_point(options)) });
     }
     let most = options.worst.map_or(if options.wrong_poles { WRONG_POLES } else { 1 }, usize::from);
     let (reader, places) = run.columns(["trial", "axis_error_deg", "error_deg"])?;
     let bar = progress::reading(run.summary.trials());
     let (mut all, mut point, mut last): (Vec<Chosen>, usize, Option<u64>) = (Vec::new(), 0, None);
+    let mut lost = 0;
     let read = reader.numbers(places, |[trial, axis, error]| {
         bar.inc(1);
         // Whole numbers below 2^53.
@@ -63,6 +74,7 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
         let wrong = error.is_some_and(|error| error.abs() > 90.0);
         let far = if options.wrong_poles { axis.unwrap_or(0.0).abs() } else { axis.map_or(180.0, f64::abs) };
         let asked = options.point.is_none_or(|asked| asked == point) && (wrong || !options.wrong_poles);
+        lost += u64::from(asked && !options.wrong_poles && axis.is_none());
         let worse = all.len() < most || all.last().is_some_and(|least| far > least.far);
         if asked && worse {
             let place = all.partition_point(|other| other.far >= far);
@@ -80,5 +92,26 @@ pub fn choose(run: &Run, options: &Options) -> Result<Vec<Chosen>, Error> {
             needed: "--worst K for the largest errors, or --trial N".to_owned(),
         });
     }
-    Ok(all)
+    let kind = if options.wrong_poles { "wrong-poles" } else { "worst" };
+    Ok(Choice { chosen: all, lost, name: format!("{kind}-{most}{}", of_point(options)) })
+}
+
+/// The point that was asked for, as part of a name.
+fn of_point(options: &Options) -> String {
+    options.point.map_or_else(String::new, |point| format!("-point-{point}"))
+}
+
+/// The options that a folder's name stands for.
+pub fn options_of(name: &str) -> Option<String> {
+    let (of, point) = name
+        .split_once("-point-")
+        .map_or((name, String::new()), |(of, point)| (of, format!(" --point {point}")));
+    let chosen = if let Some(trial) = of.strip_prefix("trial-") {
+        format!(" --trial {trial}")
+    } else if let Some(most) = of.strip_prefix("worst-") {
+        format!(" --worst {most}")
+    } else {
+        format!(" --wrong-poles --worst {}", of.strip_prefix("wrong-poles-")?)
+    };
+    Some(chosen + &point)
 }

@@ -12,6 +12,7 @@ use super::Told;
 use crate::commands::trace::specimen;
 use crate::summary::{decimals_of, fixed};
 use crate::table::{Column, Table};
+use crate::terminal::paragraph;
 
 /// Errors that are told, those with the largest effect first.
 const TOLD: usize = 12;
@@ -28,7 +29,12 @@ pub struct About {
     pub details: Vec<String>,
     /// The errors that were drawn for the trial, a line each.
     pub specimen: String,
+    /// The errors with the largest effects.
     pub table: Table,
+    /// All errors.
+    pub whole: Table,
+    /// How many errors the table leaves out, and where they are; empty where it has all.
+    pub left_out: String,
     /// What its columns mean.
     pub legend: String,
 }
@@ -105,7 +111,7 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         ));
     }
     let specimen = specimen::text(&single.case(), &single.drawn);
-    let rows = explained.causes.iter().take(TOLD).map(|cause| {
+    let rows = explained.causes.iter().map(|cause| {
         let drawn = cause.drawn.map_or_else(|| "–".to_owned(), |drawn| format!("{drawn:+.2} σ"));
         let change = match cause.part_deg {
             _ if cause.within_rounding => "within rounding".to_owned(),
@@ -114,15 +120,28 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         };
         vec![cause.name.clone(), drawn, ended(&cause.without), change]
     });
-    let table = Table::new([
-        Column::word("error at its mean, one at a time"),
-        Column::number("drawn"),
-        Column::prose("the trial then"),
-        Column::number("its part"),
-    ])
-    .rows(rows);
+    let rows: Vec<Vec<String>> = rows.collect();
+    let columns = || {
+        [
+            Column::word("error at its mean, one at a time"),
+            Column::number("drawn"),
+            Column::prose("the trial then"),
+            Column::number("its part"),
+        ]
+    };
+    let table = Table::new(columns()).rows(rows.iter().take(TOLD).cloned());
+    let further = rows.len().saturating_sub(TOLD);
+    let left_out = if further == 0 {
+        String::new()
+    } else {
+        let said = format!(
+            "{further} further errors, with smaller effects: explain.csv, explain.html and --json have them."
+        );
+        paragraph("", &said)
+    };
+    let whole = Table::new(columns()).rows(rows);
     let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
-    About { headline, details, specimen, table, legend: format!("{SCORE}{rounded}") }
+    About { headline, details, specimen, table, whole, left_out, legend: format!("{SCORE}{rounded}") }
 }
 
 #[cfg(test)]

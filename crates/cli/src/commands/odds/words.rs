@@ -44,7 +44,8 @@ fn method(odds: &Odds) -> String {
         ),
         By::Plain => format!("by {} plain trials ({} trials in all)", odds.plain, odds.trials),
     };
-    if odds.probability.value > 0.0 { format!("[95 % interval], {how}") } else { how }
+    let interval = if odds.widened { "[interval widened, for it is doubtful]" } else { "[95 % interval]" };
+    if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
 /// One in so many starts: two digits where the interval is wider than a tenth of the value, else three.

@@ -3,15 +3,28 @@
 use std::path::Path;
 
 use crate::asked::rewrite;
+use crate::commands::explain::options_of;
 use crate::commands::run::quoted;
 use crate::error::Error;
 
 /// Pages in a run's folder: their folder, their name, and the command that makes them of the run's folder.
-const PAGES: [(&str, &str, &str); 3] = [
+const PAGES: [(&str, &str, &str); 2] = [
     ("report", "report.html", "standstill report FOLDER"),
     ("report", "comparison.html", "standstill report FOLDER OTHER"),
-    ("explain", "explain.html", "standstill explain FOLDER --force"),
 ];
+
+/// All of them: those of `explain` have a folder for each choice of trials.
+fn pages(folder: &Path) -> Vec<(String, &'static str, String)> {
+    let mut pages = PAGES.map(|(place, name, command)| (place.to_owned(), name, command.to_owned())).to_vec();
+    let folders = std::fs::read_dir(folder.join("explain")).into_iter().flatten().flatten();
+    let mut names: Vec<String> = folders.filter_map(|entry| entry.file_name().into_string().ok()).collect();
+    names.sort();
+    pages.extend(names.into_iter().filter_map(|name| {
+        let command = format!("standstill explain FOLDER{} --force", options_of(&name)?);
+        Some((format!("explain/{name}"), "explain.html", command))
+    }));
+    pages
+}
 
 /// Where a page's note stands: before all else that is read.
 const BEFORE: &str = "<header class=\"top\">";
@@ -30,10 +43,10 @@ fn note(command: &str) -> String {
 /// A page that cannot be written.
 pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     let mut said = Vec::new();
-    for (place, name, command) in PAGES {
-        let of = folder.join(place);
+    for (place, name, command) in pages(folder) {
+        let of = folder.join(&place);
         let Ok(page) = std::fs::read_to_string(of.join(name)) else { continue };
-        let note = note(command);
+        let note = note(&command);
         if !page.contains(&note) {
             rewrite(&of, name, page.replacen(BEFORE, &format!("{note}{BEFORE}"), 1).as_bytes())?;
         }

@@ -16,7 +16,7 @@ pub fn heading(plan: &Plan, single: &Single) -> String {
     let point = if values.is_empty() {
         String::new()
     } else {
-        format!(" at point {} of {}: {}", single.point, plan.points().len(), values.join(", "))
+        format!(" at point {} (of 0 to {}): {}", single.point, plan.points().len() - 1, values.join(", "))
     };
     format!("trial {}{point}\n", single.trial)
 }

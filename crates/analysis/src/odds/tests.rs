@@ -1,0 +1,92 @@
+//! What runs say together.
+
+use super::*;
+
+#[test]
+fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_their_probabilities() {
+    let settings = Settings::default();
+    let of = |probability: f64, end: End, failures: usize| Run {
+        end,
+        probability,
+        variation: 0.2,
+        levels: 5,
+        curve: Vec::new(),
+        trials: 50_000,
+        acceptance: 0.4,
+        ancestors: 50,
+        unread: [0.0; 8],
+        failures: (0..failures).map(|k| Tape::new(1, k as u64)).collect(),
+        plain_hits: 0,
+    };
+    let odds = Odds::of_runs(
+        &settings,
+        vec![of(1e-6, End::Reached, 4), of(3e-6, End::Reached, 2), of(9e-7, End::TooRare, 0)],
+    );
+    // The run that gave up counts as zero. Of 1, 3 and 0 the mean is 4/3 and the standard deviation √(7/3).
+    let (mean, deviation) = (4.0 / 3.0, (7.0_f64 / 3.0).sqrt());
+    // Student's t of two degrees of freedom: 4.303.
+    let factor = (4.302_653 * deviation / (mean * 3.0_f64.sqrt())).exp();
+    let Estimate { value, low, high } = odds.probability;
+    for (found, truth) in [(value, mean), (low, mean / factor), (high, mean * factor)] {
+        assert!((1e6 * found / truth - 1.0).abs() < 1e-6, "{found} where {truth} is right");
+    }
+    let weights: Vec<f64> = odds.failures.iter().map(|(weight, _)| *weight).collect();
+    let expected = [1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 1.0 / 16.0, 3.0 / 8.0, 3.0 / 8.0];
+    assert!(weights.len() == 6 && weights.iter().zip(expected).all(|(w, e)| (w - e).abs() < 1e-12));
+    assert!(odds.alarms.contains(&Alarm::Missed { runs: 1, of: 3 }), "{:?}", odds.alarms);
+}
+
+#[test]
+fn law_an_alarm_widens_the_interval() {
+    let settings = Settings::default();
+    let run = |probability: f64, end: End| Run {
+        end,
+        probability,
+        variation: 0.1,
+        levels: 5,
+        curve: Vec::new(),
+        trials: 50_000,
+        acceptance: 0.4,
+        ancestors: 50,
+        unread: [0.0; 8],
+        failures: Vec::new(),
+        plain_hits: 0,
+    };
+    let told = |all: &[f64]| {
+        let runs = all.iter().map(|p| run(*p, if *p > 0.0 { End::Reached } else { End::TooRare })).collect();
+        let mut odds = Odds::of_runs(&settings, runs);
+        let before = odds.probability;
+        odds.doubt(&settings);
+        (before, odds.probability, odds.widened)
+    };
+    // Runs that agree keep their interval.
+    let (before, after, widened) = told(&[1.0e-6, 1.1e-6, 0.9e-6, 1.05e-6, 0.95e-6, 1.0e-6, 1.1e-6, 0.9e-6]);
+    assert!(before == after && !widened);
+    // One of eight found a part ten times as likely: it may be there in all.
+    let (before, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-5]);
+    assert!(
+        widened && after.high >= 1.2e-5 && after.low <= 1e-6 / 1.2 && after.high > before.high,
+        "{after:?}"
+    );
+    // One that did not reach the event says nothing of how rare it may be.
+    let (_, after, widened) = told(&[1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 1e-6, 0.0]);
+    assert!(widened && after.low == 0.0, "{after:?}");
+    // Failures that nothing leads to may be as many as plain trials allow: none in 4,000 twice.
+    let mut odds = Odds::of_runs(&settings, vec![run(1e-6, End::Reached), run(1.1e-6, End::Reached)]);
+    odds.alarms = vec![Alarm::Unled(0.5)];
+    odds.doubt(&settings);
+    assert!(odds.widened && (odds.probability.high / 4.610e-4 - 1.0).abs() < 1e-3, "{:?}", odds.probability);
+}
+
+#[test]
+fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
+    let of = |share: f64| {
+        let mut odds = Odds::of_runs(&Settings::default(), Vec::new());
+        odds.alarms.clear();
+        odds.tell(share, Alarm::Unled);
+        (odds.alarms, odds.remarks)
+    };
+    assert_eq!(of(0.005), (Vec::new(), Vec::new()));
+    assert_eq!(of(0.05), (Vec::new(), vec![Alarm::Unled(0.05)]));
+    assert_eq!(of(0.5), (vec![Alarm::Unled(0.5)], Vec::new()));
+}
