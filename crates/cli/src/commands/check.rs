@@ -100,7 +100,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
 /// motor's are told by `standstill motors`.
 fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
-        let values: Vec<String> = entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
+        let values: Vec<String> =
+            entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
         (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
     };
     let left_out = sheet.assumed();
