@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 use standstill_campaign::store::{Earlier, Identity, Journal, Row, Shard, Tallied};
 use standstill_campaign::store::{JournalError, head};
-use standstill_report::table::{Column, Format, Reader, Value};
 use standstill_scenario::Verdict;
+use standstill_table::{Column, Format, Reader, Value};
 
 use super::results::{STATISTICS, SummaryFile, trials_name};
 use crate::columns::trial_columns;
