@@ -54,7 +54,9 @@ def main() -> None:
     assert killed and killed not in {process for index, process in done.items() if index > SHARDS // 2 + 3}
     assert status["counts"]["done"] == SHARDS
     assert merged.summary == single.summary and merged.points == single.points
-    print(f"rms {merged.summary['rms_deg']['value']:.4f}° from {merged.summary['trials']} trials, as on one machine")
+    for point in merged.points:
+        rms, trials = point["summary"]["rms_deg"]["value"], point["summary"]["trials"]
+        print(f"{point['values']['errors']} errors: rms {rms:.4f}° from {trials} trials, as on one machine")
 
 
 if __name__ == "__main__":

@@ -66,10 +66,11 @@ async function structure({ address }) {
   expect(Math.abs(((after - before + 540) % 360) - 180 - 30) < 0.2, `the keyboard turns the rotor from ${before} to ${after}`);
   await page.focus('#waves');
   await page.keyboard.press('ArrowRight');
-  expect(/t = .*i a/s.test(await page.textContent('#readout')), 'the keyboard moves no cursor');
+  // What a key does is drawn with the next picture.
+  const comes = (what, complaint) => page.waitForFunction(what, null, { timeout: 5000 }).catch(() => expect(false, complaint));
+  await comes(() => /t = .*i a/s.test(document.getElementById('readout').textContent), 'the keyboard moves no cursor');
   await page.keyboard.press('+');
-  const [from, to] = await page.evaluate(() => globalThis.lab.waves.span);
-  expect(to - from < 0.6 * await page.evaluate(() => globalThis.lab.waves.end), 'the keyboard does not zoom');
+  await comes(() => globalThis.lab.waves.span[1] - globalThis.lab.waves.span[0] < 0.6 * globalThis.lab.waves.end, 'the keyboard does not zoom');
   await page.close();
 }
 

@@ -115,7 +115,11 @@ pub fn paired_rms(pairs: &[(f64, f64)]) -> Estimate {
 
 /// The second of two estimates less the first, where these have this correlation: see [`independent_difference`].
 pub fn correlated_difference([a, b]: [Estimate; 2], correlation: f64) -> Estimate {
-    let length = |x: f64, y: f64| (x * x + y * y - 2.0 * correlation * x * y).max(0.0).sqrt();
+    let length = |x: f64, y: f64| {
+        let square = x * x + y * y - 2.0 * correlation * x * y;
+        // Below zero by rounding; of what is not known nothing is known.
+        if square < 0.0 { 0.0 } else { square.sqrt() }
+    };
     let value = b.value - a.value;
     let low = value - length(b.value - b.low, a.high - a.value);
     let high = value + length(b.high - b.value, a.value - a.low);

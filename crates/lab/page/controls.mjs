@@ -161,7 +161,7 @@ export class Controls {
     }
     row.shown = text ?? shown.text;
     if (document.activeElement !== input) input.value = row.shown;
-    input.placeholder = shown.default || (control.key === 'rotor.angle' ? 'drawn' : '');
+    input.placeholder = shown.default || (control.key === 'rotor.angle' ? 'drawn' : 'not set');
     if (slider && shown.slider) {
       row.span = shown.slider;
       const [low, high] = shown.slider;

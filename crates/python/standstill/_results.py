@@ -69,7 +69,7 @@ class Results(Columns):
 
     #: What was run: version, seed, scenario with all overrides.
     run: dict[str, Any]
-    #: Statistics of all trials, see docs/campaigns.md.
+    #: Statistics of all trials, see docs/campaigns.md; empty with axes, whose points were chosen.
     summary: dict[str, Any]
     #: Values and statistics of each point of the axes; empty without axes.
     points: list[dict[str, Any]]
@@ -79,7 +79,7 @@ class Results(Columns):
     def __init__(self, table: Table | None, file: dict[str, Any], folder: Path | None) -> None:
         super().__init__(table)
         self.run = file["run"]
-        self.summary = file["summary"]
+        self.summary = file.get("summary", {})
         self.points = file.get("points", [])
         self.folder = folder
 

@@ -51,6 +51,15 @@ fn law_paired_shares_at_their_ends_are_numbers() {
     assert!(each.low >= -1.5 && each.high.is_finite() && each.low == -each.high, "{each:?}");
 }
 
+#[test]
+fn regress_a_difference_of_what_has_no_interval_has_none() {
+    let unknown = Estimate { value: 7.0, low: 3.0, high: f64::NAN };
+    let known = Estimate { value: 10.0, low: 9.0, high: 11.0 };
+    let [first, second] = [[unknown, known], [known, unknown]].map(|both| correlated_difference(both, 0.9));
+    assert!(first.value == 3.0 && first.low.is_nan() && first.high.is_finite(), "{first:?}");
+    assert!(second.value == -3.0 && second.high.is_nan() && second.low.is_finite(), "{second:?}");
+}
+
 fn ramp(count: u32) -> Magnitudes {
     let mut ramp = Magnitudes::default();
     (0..count).for_each(|value| ramp.add(f64::from(value)));

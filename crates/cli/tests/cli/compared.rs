@@ -258,7 +258,10 @@ fn regress_errors_are_compared_where_both_runs_found_an_axis() {
     assert!(measured(&json, "", "rms")["a"].as_f64().expect("rms") < all * (1.0 - 1e-3));
     assert_eq!(measured(&json, "", "failed")["pairs"], 300);
     let notes = json["notes"].to_string();
-    assert!(notes.contains("rms and p95 are of the 299 trials in which both found an axis"), "{notes}");
+    assert!(
+        notes.contains("rms and p95 are of the 299 of 300 trials in which both found an axis"),
+        "{notes}"
+    );
 }
 
 #[test]

@@ -293,6 +293,22 @@ fn law_a_running_campaign_is_watched_and_not_disturbed() {
 }
 
 #[test]
+fn regress_of_a_sweep_that_runs_no_figure_is_of_all_points_together() {
+    let root = tempfile::tempdir().expect("a folder");
+    let text =
+        "trials = 5\ndetector.method = \"bipolar\"\n[axes]\n\"sensors.noise\" = [\"1 mA\", \"100 mA\"]";
+    let plan = Plan::new(Document::parse(Path::new("s.toml"), text).expect("TOML")).expect("valid");
+    let sweep = Sweep { plan: &plan, shard: Shard::WHOLE, threads: Some(1) };
+    let path = root.path().join("run.journal");
+    let mut journal = Journal::create(&path, &sweep.identity().expect("TOML")).expect("writable");
+    sweep.run(&mut journal, &AtomicBool::new(false), |_| {}).expect("nobody stands in its way");
+    let lab = Running::new(Some(root.path()));
+    let of = &lab.post("progress", &json!({ "path": "." })).json()["journals"][0];
+    assert_eq!((&of["done"], &of["points"], &of["point"]), (&json!(10), &json!(2), &json!(1)));
+    assert!(of["summary"].is_null() && of["said"].is_null(), "{of}");
+}
+
+#[test]
 fn law_every_key_has_a_control_and_what_a_method_does_not_have_is_not_there() {
     let bench = bench(None);
     let start: Value =

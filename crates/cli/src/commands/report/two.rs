@@ -219,10 +219,19 @@ impl<'a> Two<'a> {
         Ok(Self { runs, points, unpaired })
     }
 
-    /// What both were made under, in a line.
+    /// What both were made under, and of which trials their errors are, in a line.
     fn conditions(&self) -> String {
         let [a, b] = self.runs.map(|run| setting(&run.file));
-        if a == b { a } else { format!("A: {a}; B: {b}") }
+        let made = if a == b { a } else { format!("A: {a}; B: {b}") };
+        std::iter::once(made).chain(self.fewer()).collect::<Vec<_>>().join("; ")
+    }
+
+    /// Of which trials errors are, where these are not all.
+    fn fewer(&self) -> Option<String> {
+        let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
+        let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
+        (self.unpaired.is_none() && axes < pairs)
+            .then(|| format!("rms and p95 are of the {axes} of {pairs} trials in which both found an axis"))
     }
 
     /// The trials that both have of each point, if they can be compared one by one.
@@ -252,7 +261,6 @@ impl<'a> Two<'a> {
     /// What else there is to say.
     fn notes(&self) -> Vec<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
-        let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
         let mut notes = vec![match &self.unpaired {
             None => {
                 format!(
@@ -277,9 +285,7 @@ impl<'a> Two<'a> {
                 Some(_) => format!("{of}: each figure is of its own run's"),
             });
         }
-        if self.unpaired.is_none() && axes < pairs {
-            notes.push(format!("rms and p95 are of the {axes} trials in which both found an axis"));
-        }
+        notes.extend(self.fewer());
         let [a, b] = self.runs.map(|run| &run.summary.run);
         if a.version != b.version || a.numerics != b.numerics {
             notes.push(format!(
