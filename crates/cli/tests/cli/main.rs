@@ -6,6 +6,8 @@ mod bits;
 mod campaigns;
 mod clusters;
 mod compared;
+#[cfg(unix)]
+mod endless;
 mod failing;
 mod files;
 #[cfg(target_os = "linux")]
@@ -25,6 +27,7 @@ mod questions;
 mod replaced;
 mod scenarios;
 mod terminal;
+mod widths;
 mod wording;
 
 use std::fs;
