@@ -1,8 +1,10 @@
 //! Do the intervals of `standstill fit` hold? Pulses of ngspice (a linear motor) and SciPy (a saturated core), read by a
-//! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval.
+//! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval. The scope's samples are
+//! as far apart as the drive's timer counts, so that all edges lie alike between two samples (drive); or they follow a clock of its
+//! own, with each seed another one, so that edges lie anywhere (own); or the edges lie at four places between samples (pattern).
 //!
 //! ```sh
-//! cargo run --release -p standstill-analysis --example fit_coverage [SEEDS] [NOISE IN STEPS]…
+//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
 //! ```
 
 #[path = "../tests/scope/mod.rs"]
@@ -12,24 +14,42 @@ use rayon::prelude::*;
 use scope::{Pulses, Scope, beside};
 
 fn main() {
-    let mut arguments = std::env::args().skip(1);
-    let seeds: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(200);
-    let noises: Vec<f64> = arguments.filter_map(|text| text.parse().ok()).collect();
-    let noises = if noises.is_empty() { vec![0.5] } else { noises };
-    for noise in noises {
-        table("ngspice, linear", &scope::ngspice(), Scope { noise, ..Scope::of(2.5) }, seeds);
-        table("SciPy, saturated", &scope::scipy(), Scope { noise, ..Scope::of(8.0) }, seeds);
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let number = |k: usize| arguments.get(k).and_then(|text| text.parse::<f64>().ok());
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
+    let seeds = number(0).unwrap_or(200.0) as u64;
+    let noise = number(1).unwrap_or(0.5);
+    let asked = |words: &[&str], word: &str| {
+        arguments.iter().any(|text| text == word) || !arguments.iter().any(|text| words.contains(&&text[..]))
+    };
+    for (name, range) in [("ngspice", 2.5), ("SciPy", 8.0)] {
+        for beat in ["own", "drive", "pattern"] {
+            if asked(&["ngspice", "SciPy"], name) && asked(&["own", "drive", "pattern"], beat) {
+                let pulses = if name == "ngspice" { scope::ngspice() } else { scope::scipy() };
+                let scope = |seed| Scope { noise, interval: interval(beat, seed), ..Scope::of(range) };
+                table(&format!("{name}, {beat}"), &pulses, scope, seeds);
+            }
+        }
     }
 }
 
-fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
+/// Between two samples in s. A clock of its own: 1.00 to 1.08 µs, steps of the golden section from seed to seed.
+fn interval(beat: &str, seed: u64) -> f64 {
+    match beat {
+        "drive" => scope::DRIVES_BEAT,
+        "pattern" => scope::FOUR_PLACES,
+        _ => 1e-6 * (1.0 + 0.08 * (0.618_033_988_75 * (seed + 1) as f64).fract()),
+    }
+}
+
+fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seeds: u64) {
     let start = |seed| scope::start(Some(scope::like_it()), seed);
     let fits: Vec<_> =
-        (0..seeds).into_par_iter().map(|seed| pulses.found(&scope, seed, &start(seed))).collect();
-    println!("{title}: {seeds} seeds, noise {} steps", scope.noise);
+        (0..seeds).into_par_iter().map(|seed| pulses.found(&scope(seed), seed, &start(seed))).collect();
+    println!("{title}: {seeds} seeds, noise {} steps", scope(0).noise);
     println!("  {:20} {:>12} {:>12} {:>12} {:>10}  told", "", "truth", "mean", "half width", "inside");
     for estimate in &fits[0].parameters {
-        let Some(truth) = pulses.truth_of(&estimate.name, &scope) else { continue };
+        let Some(truth) = pulses.truth_of(&estimate.name, &scope(0)) else { continue };
         let (mut inside, mut told, mut sum, mut width) = (0_u32, 0_u32, 0.0, 0.0);
         for fit in &fits {
             let found = fit.parameters.iter().find(|one| one.name == estimate.name);
@@ -41,10 +61,10 @@ fn table(title: &str, pulses: &Pulses, scope: Scope, seeds: u64) {
             }
             let value =
                 beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
-            let half = (high - low) / 2.0;
+            let turned = value - found.value;
             told += 1;
-            inside += u32::from((value - truth).abs() <= half);
-            (sum, width) = (sum + value, width + half);
+            inside += u32::from((low + turned..=high + turned).contains(&truth));
+            (sum, width) = (sum + value, width + (high - low) / 2.0);
         }
         let n = f64::from(told.max(1));
         println!(

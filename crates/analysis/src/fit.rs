@@ -6,12 +6,14 @@
 //! ```
 //! The legs' requests of the records are replayed on plants with other parameters; their currents, through channels with
 //! gains, offsets and a delay, are held against the readings. The information of the readings (`fit/reading.rs`) is also that of
-//! the parameters: its inverse gives the 95 % intervals, and where an interval is wider than what is known of a parameter
-//! without measuring, the parameter is fixed at its start value and said not to be identified.
+//! the parameters: with the bounds of edges between two rows (`fit/between_rows.rs`) it gives the 95 % intervals, and where one is
+//! wider than what is known of a parameter without measuring, the parameter is fixed at its start value and said not to be
+//! identified.
 //!
 //! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
 //! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
 
+mod between_rows;
 mod error;
 mod parameters;
 mod pieces;
@@ -23,6 +25,8 @@ mod result;
 mod sheet;
 mod solve;
 mod start;
+mod truncated;
+mod untold;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -38,8 +42,9 @@ use solve::{Problem, Sum};
 
 pub use error::FitError;
 pub use plant::Plant;
-pub use result::{Estimate, Fit, Lean, Pole, Trace, Weak};
+pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
+pub use untold::{Lean, Weak};
 pub use wiring::Wiring;
 
 /// The start values of a fit.
@@ -98,7 +103,8 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     if rows > record::MOST_ROWS {
         return Err(FitError::TooManyRows(rows));
     }
-    let mut pieces: Vec<Piece> = records.iter().flat_map(pieces::pieces).collect();
+    let mut pieces: Vec<Piece> =
+        records.iter().enumerate().flat_map(|(k, record)| pieces::pieces(k, record)).collect();
     // The time of a fit grows with the rows, and neighbouring rows tell nearly the same.
     let every = rows.div_ceil(MOST_USED);
     if every > 1 {

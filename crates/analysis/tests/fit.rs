@@ -16,7 +16,9 @@ fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
         };
         let turn = if fit.pole.identified { 360.0 } else { 180.0 };
         let value = beside(estimate.value, truth, estimate.unit, turn);
-        let off = (value - truth).abs() / ((high - low) / 2.0);
+        // Of the interval's middle: it need not lie alike to either side of the estimate.
+        let middle = f64::midpoint(low, high) + value - estimate.value;
+        let off = (middle - truth).abs() / ((high - low) / 2.0);
         assert!(off < 2.5, "{} is {value}, not {truth}: {off} half widths", estimate.name);
         count[0] += usize::from(off <= 1.0);
         count[1] += 1;
@@ -60,6 +62,33 @@ fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
         let common = fit.parameters.iter().find(|estimate| estimate.name == "common_gain").expect("named");
         assert!(!common.identified && common.interval.is_none());
     }
+}
+
+/// Edges are anywhere between two rows. Where they lie alike, the delay is not known any better than that, for all the rows;
+/// where each lies elsewhere, they bound it together, and a dead time is known in either case.
+#[test]
+fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
+    let mut count = [0; 2];
+    for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
+        for (interval, delay, dead_time) in
+            [(scope::DRIVES_BEAT, 0.40..0.60, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
+        {
+            let scope = Scope { interval, ..Scope::of(range) };
+            for seed in 0..2 {
+                let fit = pulses.found(&scope, seed, &scope::start(Some(scope::like_it()), seed));
+                let half = |name: &str| {
+                    let found = fit.parameters.iter().find(|one| one.name == name && one.identified);
+                    let [low, high] = found.and_then(|one| one.interval).expect("told");
+                    (high - low) / 2.0 / interval
+                };
+                let found = [half("delay"), half("dead_time")];
+                assert!(delay.contains(&found[0]) && found[1] < dead_time, "{interval}: {found:?} intervals");
+                let [held, all] = inside(&pulses, &scope, &fit);
+                count = [count[0] + held, count[1] + all];
+            }
+        }
+    }
+    assert!(10 * count[0] >= 9 * count[1], "{count:?}");
 }
 
 #[test]

@@ -27,6 +27,8 @@ pub struct Piece {
     pub link: f64,
     /// Spread of it, as a share.
     pub spread: f64,
+    /// Number of its record.
+    pub record: usize,
 }
 
 impl Piece {
@@ -89,9 +91,9 @@ const STILL_SHARE: f64 = 0.02;
 /// A current as a share of the largest that the mean of many readings at rest may show, beside their noise.
 const MEAN_SHARE: f64 = 0.005;
 
-/// The pieces of a record: it is cut where a pulse begins after all legs were off and no current flowed for a while. Legs
+/// The pieces of a record, which has this number: it is cut where a pulse begins after all legs were off and no current flowed for a while. Legs
 /// that are on let a current decay with the winding's time constant, and it never ends.
-pub fn pieces(record: &Record) -> Vec<Piece> {
+pub fn pieces(number: usize, record: &Record) -> Vec<Piece> {
     let rest = resting(record);
     let rows = &record.rows;
     let quiet = |row: &Row| {
@@ -124,10 +126,10 @@ pub fn pieces(record: &Record) -> Vec<Piece> {
         }
     }
     cuts.push(rows.len());
-    cuts.windows(2).map(|cut| piece(&rows[cut[0]..cut[1]])).collect()
+    cuts.windows(2).map(|cut| piece(number, &rows[cut[0]..cut[1]])).collect()
 }
 
-fn piece(rows: &[Row]) -> Piece {
+fn piece(record: usize, rows: &[Row]) -> Piece {
     let mut edges = Vec::new();
     for pair in rows.windows(2) {
         if pair[1].legs != pair[0].legs {
@@ -142,7 +144,7 @@ fn piece(rows: &[Row]) -> Piece {
     let links: Vec<f64> = rows.iter().filter(|row| drives(row.legs)).map(|row| row.link).collect();
     let link = links.iter().sum::<f64>() / links.len().max(1) as f64;
     let spread = links.iter().map(|u| (u - link).abs()).fold(0.0, f64::max) / link;
-    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, spread }
+    Piece { rows: rows.to_vec(), edges, first: rows[0].legs, link, spread, record }
 }
 
 #[cfg(test)]
@@ -167,7 +169,7 @@ mod tests {
 
     #[test]
     fn law_thinned_rows_keep_their_ends_and_the_edges_of_all() {
-        let mut whole = pieces(&record(Request::Off, |_| 0.0)).remove(0);
+        let mut whole = pieces(0, &record(Request::Off, |_| 0.0)).remove(0);
         let (rows, edges) = (whole.rows.clone(), whole.edges.clone());
         whole.thin(7);
         let last = rows.len() - 1;
@@ -183,10 +185,10 @@ mod tests {
     #[test]
     fn law_a_record_is_cut_only_where_no_current_flows() {
         let gone = |after: f64| (40.0 - 4.0 * after).max(0.0);
-        assert_eq!(pieces(&record(Request::Off, gone)).len(), 2);
+        assert_eq!(pieces(0, &record(Request::Off, gone)).len(), 2);
         // All legs low: what is below a fiftieth still flows.
         let decays = |after: f64| 40.0 * (-after / 25.0_f64).exp();
-        assert_eq!(pieces(&record(Request::Low, decays)).len(), 1);
-        assert_eq!(pieces(&record(Request::Off, |after| (40.0 - 4.0 * after).max(0.6))).len(), 1);
+        assert_eq!(pieces(0, &record(Request::Low, decays)).len(), 1);
+        assert_eq!(pieces(0, &record(Request::Off, |after| (40.0 - 4.0 * after).max(0.6))).len(), 1);
     }
 }

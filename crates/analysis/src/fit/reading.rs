@@ -58,7 +58,7 @@ fn density(z: f64) -> f64 {
 }
 
 /// Φ(b) − Φ(a), exact in the tails.
-fn between(a: f64, b: f64) -> f64 {
+pub fn between(a: f64, b: f64) -> f64 {
     let tail = |z: f64| 0.5 * erfc(z * FRAC_1_SQRT_2);
     if a >= 0.0 {
         tail(a) - tail(b)

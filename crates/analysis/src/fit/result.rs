@@ -2,15 +2,16 @@
 
 use std::f64::consts::PI;
 
-use nalgebra::DMatrix;
 use standstill_numeric::hypot;
 
+use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last};
 use super::plant::{Frame, Plant};
 use super::pole::{Iron, with_iron};
 use super::reading::Scatter;
 use super::solve::Sum;
-use super::{FitError, Solved, Spread, Start, TWO_SIDED_95, Work};
+use super::untold::{Lean, Weak, leans};
+use super::{FitError, Solved, Spread, Start, Work};
 
 /// One parameter's estimate.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,25 +27,6 @@ pub struct Estimate {
     pub interval: Option<[f64; 2]>,
     /// Whether the readings tell it. If not, it stayed at its start value.
     pub identified: bool,
-}
-
-/// What a parameter that was fixed would move, if it is off by half the width of what is known of it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Lean {
-    /// The fixed parameter, and by how much it may be off.
-    pub fixed: (String, f64),
-    /// Estimates that it moves by more than half of their interval's half width, and by how much.
-    pub moves: Vec<(String, f64)>,
-}
-
-/// A combination of parameters of which the readings tell less than is known without measuring.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Weak {
-    /// The readings' information about this combination, divided by the information that is known beforehand: 0 to 1.
-    pub told: f64,
-    /// Parameters that move together, the one that moves most beside what is known of it first, and by how much, in their
-    /// units, if the combination is off by what it may be off by beforehand.
-    pub parts: Vec<(String, f64)>,
 }
 
 /// Whether the readings tell north from south.
@@ -118,7 +100,7 @@ fn letter(k: usize) -> char {
 }
 
 impl Parameter {
-    fn name(self) -> String {
+    pub(super) fn name(self) -> String {
         match self {
             Self::DAxisInductance => "L_d".to_owned(),
             Self::QAxisInductance => "L_q".to_owned(),
@@ -139,7 +121,7 @@ impl Parameter {
     }
 
     /// Unit, and what one of it is in the fit's unit.
-    fn unit(self) -> (&'static str, f64) {
+    pub(super) fn unit(self) -> (&'static str, f64) {
         match self {
             Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
             Self::Angle => ("deg", PI / 180.0),
@@ -191,38 +173,6 @@ impl Work<'_> {
         Ok(Known { sum, spread, fixed })
     }
 
-    /// Combinations of all parameters that the readings tell less of than is known beforehand: eigenvectors of the
-    /// information in units of what is known, with edges anywhere they may be.
-    fn weak(&self, sum: &Sum, point: &Point) -> Vec<Weak> {
-        let (n, all) = (self.problem.free.len(), sum.information.nrows());
-        let edges = sum.information.view((n, n), (all - n, all - n)).into_owned();
-        let cross = sum.information.view((0, n), (n, all - n)).into_owned();
-        let mut told = sum.information.view((0, 0), (n, n)).into_owned();
-        if let Some(factor) = edges.cholesky() {
-            told -= &cross * factor.solve(&cross.transpose());
-        }
-        let known: Vec<f64> = self.problem.free.iter().map(|p| self.plausible(*p, point)).collect();
-        let unit = TWO_SIDED_95 * TWO_SIDED_95 * sum.inflation;
-        let scaled = DMatrix::from_fn(n, n, |x, y| told[(x, y)] * known[x] * known[y] / unit);
-        let eigen = scaled.symmetric_eigen();
-        let mut weak = Vec::new();
-        for (direction, told) in eigen.eigenvectors.column_iter().zip(eigen.eigenvalues.iter()) {
-            if *told >= 1.0 {
-                continue;
-            }
-            let most = direction.amax();
-            let mut parts: Vec<usize> = (0..n).filter(|k| direction[*k].abs() >= 0.3 * most).collect();
-            parts.sort_by(|x, y| direction[*y].abs().total_cmp(&direction[*x].abs()));
-            let part = |k: usize| {
-                let parameter = self.problem.free[k];
-                (parameter.name(), direction[k] * known[k] / parameter.unit().1)
-            };
-            weak.push(Weak { told: told.max(0.0), parts: parts.into_iter().map(part).collect() });
-        }
-        weak.sort_by(|a, b| a.told.total_cmp(&b.told));
-        weak
-    }
-
     /// Whether the simulated currents reach to both sides of the magnet.
     pub(super) fn drives_both_ways(&self, point: &Point) -> bool {
         let axis = |k: usize| standstill_numeric::cos(point.plant.angle - 2.0 * PI / 3.0 * k as f64);
@@ -246,6 +196,15 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     *angle -= tau * (*angle / tau).floor();
     let free = solved.free.clone();
     let frame = work.problem.frame.clone();
+    let Known { sum, spread, .. } = work.known(&solved.point, &free, &solved.scatter)?;
+    let between = work.between(&sum, &solved.point, free.len(), &spread.off).ok_or(FitError::NoPlant)?;
+    work.problem.free.clone_from(&free);
+    solved.point = work.problem.moved(&solved.point, &between.mean);
+    for parameter in free.iter().filter(|p| p.is_never_negative()) {
+        // Rounding.
+        let least = -parameter.get(&solved.point).min(0.0);
+        parameter.add(&mut solved.point, least, work.problem.channels);
+    }
     let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
     let channels = work.problem.channels;
@@ -259,27 +218,33 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             value = falls.map_or(0.0, |falls| falls[fall]);
             terms = fall_terms(fall, &free, &solved.point, &frame);
         }
-        let half = if place.is_some() {
-            let half = spread.half(&terms, parameter);
+        let mut off = if place.is_some() {
+            let off = between.interval(&terms);
             match (iron, parameter.fall()) {
-                (Iron::Seen(series), Some(fall)) => hypot(half, value - series[fall]),
-                _ => half,
+                (Iron::Seen(series), Some(fall)) => {
+                    off.map(|off| hypot(off, value - series[fall]).copysign(off))
+                }
+                _ => off,
             }
         } else {
-            parameter.plausible(&solved.point, work.reach, work.link)
+            let half = parameter.plausible(&solved.point, work.reach, work.link);
+            [-half, half]
         };
+        if parameter.is_never_negative() {
+            off[0] = off[0].max(-value);
+        }
         let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
         let value = value + one;
         parameters.push(Estimate {
             name: parameter.name(),
             unit,
             value: value / factor,
-            interval: Some([(value - half) / factor, (value + half) / factor]),
+            interval: Some(off.map(|off| (value + off) / factor)),
             identified: place.is_some(),
         });
     }
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
-    parameters.splice(after..after, last_gains(&spread, &free, &solved.point, channels));
+    parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
     let leans = leans(&spread, &free, &fixed, &parameters);
     let weak = work.weak(&sum, &solved.point);
     let traces = traces(&work, &solved.point).ok_or(FitError::NoPlant)?;
@@ -325,18 +290,18 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
 
 /// The gain of the last channel, which follows from the others', and that which all channels have in common, which nothing
 /// tells.
-fn last_gains(spread: &Spread, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
+fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
     let are_gains = |(k, p): (usize, &Parameter)| matches!(p, Parameter::Gain(_)).then_some((k, -1.0));
     let gains: Vec<(usize, f64)> = free.iter().enumerate().filter_map(are_gains).collect();
     let value = 1.0 + point.gain[last(channels)];
     // It follows from the others' only if all of them are told.
     let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
-    let half = if told { spread.half(&gains, Parameter::Gain(0)) } else { 0.03 };
+    let off = if told { between.interval(&gains) } else { [-0.03, 0.03] };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
         value,
-        interval: Some([value - half, value + half]),
+        interval: Some(off.map(|off| value + off)),
         identified: told,
     };
     let common =
@@ -359,24 +324,6 @@ fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> 
         }
     }
     terms
-}
-
-/// What the fixed parameters would move.
-fn leans(spread: &Spread, free: &[Parameter], fixed: &[Parameter], parameters: &[Estimate]) -> Vec<Lean> {
-    let mut leans = Vec::new();
-    for (f, (parameter, off)) in fixed.iter().zip(&spread.off).enumerate() {
-        let moves = free.iter().enumerate().filter_map(|(k, moved)| {
-            let name = moved.name();
-            let [low, high] = parameters.iter().find(|estimate| estimate.name == name)?.interval?;
-            let shift = spread.shifts[(k, f)] * off / moved.unit().1;
-            (moved.fall().is_none() && shift.abs() > 0.25 * (high - low)).then_some((name, shift))
-        });
-        let moves: Vec<(String, f64)> = moves.collect();
-        if !moves.is_empty() {
-            leans.push(Lean { fixed: (parameter.name(), off / parameter.unit().1), moves });
-        }
-    }
-    leans
 }
 
 fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {

@@ -257,7 +257,7 @@ impl Problem {
     }
 
     /// The point moved by a step.
-    fn moved(&self, point: &Point, step: &DVector<f64>) -> Point {
+    pub fn moved(&self, point: &Point, step: &DVector<f64>) -> Point {
         let mut moved = point.clone();
         for (parameter, change) in self.free.iter().zip(step.iter()) {
             parameter.add(&mut moved, *change, self.channels);

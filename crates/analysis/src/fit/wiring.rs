@@ -157,7 +157,7 @@ mod tests {
     }
 
     fn wiring_of(record: &Record) -> Option<Wiring> {
-        miswired(&pieces(record), [true; 3], &resting(record))
+        miswired(&pieces(0, record), [true; 3], &resting(record))
     }
 
     #[test]

@@ -33,10 +33,16 @@ pub struct Scope {
     pub delay: f64,
 }
 
+/// Between two samples in s: as the drive's timer counts. Every edge lies at the same place between two samples.
+pub const DRIVES_BEAT: f64 = 1e-6;
+
+/// Between two samples in s, by another clock: edges lie at four places between samples, for pulses begin 337.51 samples apart.
+pub const FOUR_PLACES: f64 = 1.037e-6;
+
 impl Scope {
     /// Eight bits, half a step of noise, gains that differ by percents.
     pub const fn of(range: f64) -> Self {
-        Self { interval: 1e-6, range, noise: 0.5, gain: [1.008, 0.995, 0.997], delay: 0.7e-6 }
+        Self { interval: DRIVES_BEAT, range, noise: 0.5, gain: [1.008, 0.995, 0.997], delay: 0.7e-6 }
     }
 }
 

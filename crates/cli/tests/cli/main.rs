@@ -3,11 +3,13 @@
 
 mod answers;
 mod bits;
+mod budgets;
 mod campaigns;
 mod clusters;
 mod compared;
 #[cfg(unix)]
 mod endless;
+mod explained;
 mod failing;
 mod files;
 #[cfg(target_os = "linux")]
@@ -21,12 +23,15 @@ mod maps;
 mod methods;
 mod mistakes;
 mod nameplates;
+mod odds;
 mod pages;
 mod printed;
 mod questions;
 mod replaced;
+mod requirements;
 mod scenarios;
 mod terminal;
+mod tuning;
 mod widths;
 mod wording;
 

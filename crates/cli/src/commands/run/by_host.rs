@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use standstill_campaign::store::{Row, Shard, Sweep as Trials};
 use standstill_detect::Method;
 use standstill_interface::PoleEvidence;
-use standstill_report::table::{Column, Columns, Kind, Value};
 use standstill_scenario::{Plan, Scenario};
+use standstill_table::{Column, Columns, Kind, Value};
 
 use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};

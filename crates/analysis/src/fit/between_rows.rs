@@ -1,0 +1,267 @@
+//! What the readings tell where edges lie between rows.
+//!
+//! A row says when it was read, not when the legs changed: an edge was anywhere between two rows. A shift of all edges is a delay
+//! of the channels, a shift of some of them a dead time, so that both are known no better than the edges' places allow. These
+//! have bounds, and a normal distribution has none: the likelihood is
+//! ```text
+//!   L(θ, s) ∝ exp(gᵀx − ½ xᵀJx),  x = (θ, s),   −½ ≤ s ≤ ½ in intervals between rows
+//! ```
+//! with the score g and the information J of the readings alone. The estimates are its mean and its 2.5 and 97.5 % quantiles.
+//!
+//! How the edges lie is one of two things, and the readings tell which (by the integral of L over all unknowns):
+//!
+//! - each edge for itself, anywhere;
+//! - all edges of a record alike, as where drive and scope count by the same beat: a whole number of rows apart.
+//!
+//! The estimates are those of both, weighted by how likely the two are.
+
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use standstill_numeric::{erfc, exp, ln};
+
+use super::parameters::Point;
+use super::solve::Sum;
+use super::truncated::{Drawn, draw};
+use super::{TWO_SIDED_95, Work};
+
+/// Information about an edge's place in units of its interval that is added to the readings', so that the place of all edges
+/// together, which is that of the channels' delay, is a number: a hundred intervals. Within its bounds that is nothing.
+const NEXT_TO_NOTHING: f64 = 1e-4;
+
+/// Intervals between rows that count as alike, as a share.
+const ALIKE: f64 = 0.05;
+
+/// Deviations from 0 from which a parameter that is not negative need not be held there.
+const FAR: f64 = 6.0;
+
+/// One of the two things, with its draws.
+struct Case {
+    /// ln ∫ L, but for a constant that all cases have.
+    evidence: f64,
+    /// Weights and free parameters' means of the draws.
+    means: Vec<(f64, DVector<f64>)>,
+    /// And the edges' places in s.
+    edges: Vec<DVector<f64>>,
+    /// Covariance of the free parameters at each draw.
+    covariance: DMatrix<f64>,
+    /// By how much each free parameter (row) moves with one half interval of a fixed one (column).
+    shifts: DMatrix<f64>,
+}
+
+/// The distribution of the free parameters, as what they are beside the point it was made at.
+pub struct Between {
+    cases: Vec<Case>,
+    /// Free parameters first, then the edges' shifts.
+    pub mean: DVector<f64>,
+}
+
+/// The readings' score and information at a point: free parameters, then edges with no shift.
+struct Told {
+    score: DVector<f64>,
+    information: DMatrix<f64>,
+    /// Of the fixed parameters (columns), each times half the width of its interval.
+    fixed: DMatrix<f64>,
+}
+
+impl Work<'_> {
+    /// The distribution at a point at which the free parameters and then others that are fixed were looked at; `off` is by how
+    /// much the fixed ones may be off. None: the information is singular.
+    pub(super) fn between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Option<Between> {
+        let told = self.told_between(sum, point, free, off);
+        let edges = &self.problem.edges;
+        let interval = |k: usize| {
+            let (piece, edge) = edges[k];
+            self.problem.pieces[piece].edges[edge].deviation * 12.0_f64.sqrt()
+        };
+        let intervals: Vec<f64> = (0..edges.len()).map(interval).collect();
+        let own: Vec<usize> = (0..edges.len()).collect();
+        let mut groups = vec![own];
+        let records: Vec<usize> = edges.iter().map(|(piece, _)| self.problem.pieces[*piece].record).collect();
+        let count = records.iter().max().map_or(0, |last| last + 1);
+        let alike = |record: usize| {
+            let own = || (0..edges.len()).filter(|k| records[*k] == record).map(|k| intervals[k]);
+            let (low, high) = own().fold((f64::INFINITY, 0.0), |(l, h): (f64, f64), x| (l.min(x), h.max(x)));
+            high <= (1.0 + ALIKE) * low
+        };
+        if count < edges.len() && (0..count).all(alike) {
+            groups.push(records);
+        }
+        let bound: Vec<f64> = (0..free)
+            .map(|k| {
+                let parameter = self.problem.free[k];
+                if parameter.is_never_negative() { -parameter.get(point) } else { f64::NEG_INFINITY }
+            })
+            .collect();
+        let cases: Option<Vec<Case>> =
+            groups.iter().map(|groups| told.case(groups, &intervals, &bound)).collect();
+        let mut cases = cases?;
+        let most = cases.iter().map(|case| case.evidence).fold(f64::NEG_INFINITY, f64::max);
+        if !most.is_finite() {
+            return None;
+        }
+        let total: f64 = cases.iter().map(|case| exp(case.evidence - most)).sum();
+        let mut mean = DVector::zeros(free + edges.len());
+        for case in &mut cases {
+            let share = exp(case.evidence - most) / total;
+            for ((weight, means), places) in case.means.iter_mut().zip(&case.edges) {
+                *weight *= share;
+                for (k, value) in means.iter().chain(places.iter()).enumerate() {
+                    mean[k] += *weight * value;
+                }
+            }
+        }
+        // As shifts of the point: it has some already.
+        for (k, (piece, edge)) in edges.iter().enumerate() {
+            mean[free + k] -= point.shifts[*piece][*edge];
+        }
+        Some(Between { cases, mean })
+    }
+
+    fn told_between(&self, sum: &Sum, point: &Point, free: usize, off: &[f64]) -> Told {
+        let all = self.problem.free.len();
+        let edges = self.problem.edges.len();
+        let place = |k: usize| if k < free { k } else { all - free + k };
+        let n = free + edges;
+        let mut score = DVector::from_fn(n, |k, _| sum.score[place(k)]);
+        let mut information = DMatrix::from_fn(n, n, |x, y| sum.information[(place(x), place(y))]);
+        let mut shifted = DVector::zeros(n);
+        for (k, (piece, edge)) in self.problem.edges.iter().enumerate() {
+            let deviation = self.problem.pieces[*piece].edges[*edge].deviation;
+            let (shift, known) = (point.shifts[*piece][*edge], 1.0 / (deviation * deviation));
+            // What is known of the edges beforehand is in both.
+            score[free + k] += shift * known;
+            information[(free + k, free + k)] -= known;
+            shifted[free + k] = shift;
+        }
+        score += &information * shifted;
+        let fixed = DMatrix::from_fn(n, off.len(), |x, f| sum.information[(place(x), free + f)] * off[f]);
+        Told {
+            score: score / sum.inflation,
+            information: information / sum.inflation,
+            fixed: fixed / sum.inflation,
+        }
+    }
+}
+
+impl Told {
+    /// Edges of the same group lie alike. `bound`: the least change of each free parameter.
+    fn case(&self, groups: &[usize], intervals: &[f64], bound: &[f64]) -> Option<Case> {
+        let free = bound.len();
+        let count = groups.iter().max().map_or(0, |last| last + 1);
+        let n = free + count;
+        // Units in which all unknowns are about as large: their deviation, or the interval.
+        let mut unite = DMatrix::zeros(self.score.len(), n);
+        for k in 0..free {
+            unite[(k, k)] = 1.0 / self.information[(k, k)].sqrt();
+        }
+        for (k, (group, interval)) in groups.iter().zip(intervals).enumerate() {
+            unite[(free + k, free + group)] = *interval;
+        }
+        let turned = unite.transpose();
+        let score = &turned * &self.score;
+        let mut information = &turned * &self.information * &unite;
+        let fixed = &turned * &self.fixed;
+        for k in free..n {
+            information[(k, k)] += NEXT_TO_NOTHING;
+        }
+        let covariance = Cholesky::new(information.clone())?.inverse();
+        let centre = &covariance * &score;
+        let least = |k: usize| bound[k] / unite[(k, k)];
+        let is_held = |k: &usize| *k >= free || least(*k) > centre[*k] - FAR * covariance[(*k, *k)].sqrt();
+        let (held, loose): (Vec<usize>, Vec<usize>) = (0..n).partition(is_held);
+        let part = |rows: &[usize], columns: &[usize]| {
+            DMatrix::from_fn(rows.len(), columns.len(), |x, y| information[(rows[x], columns[y])])
+        };
+        let bounds: Vec<[f64; 2]> =
+            held.iter().map(|k| if *k >= free { [-0.5, 0.5] } else { [least(*k), f64::INFINITY] }).collect();
+        let of_held = DMatrix::from_fn(held.len(), held.len(), |x, y| covariance[(held[x], held[y])]);
+        let centre_held = DVector::from_fn(held.len(), |k, _| centre[held[k]]);
+        let Drawn { ln_probability, draws } = draw(&centre_held, &of_held, &bounds)?;
+        let root = Cholesky::new(information.clone())?;
+        let evidence = 0.5 * (score.dot(&centre) + n as f64 * ln(TAU)) + ln_probability
+            - root.l_dirty().diagonal().iter().map(|x| ln(*x)).sum::<f64>();
+        // The loose ones given the held ones.
+        let inverse = Cholesky::new(part(&loose, &loose))?.inverse();
+        let gain = &inverse * part(&loose, &held);
+        let mut means = Vec::with_capacity(draws.len());
+        let mut edges = Vec::with_capacity(draws.len());
+        for (weight, held_at) in draws {
+            let off = &gain * (&held_at - &centre_held);
+            let mut all = centre.clone();
+            for (k, place) in held.iter().enumerate() {
+                all[*place] = held_at[k];
+            }
+            for (k, place) in loose.iter().enumerate() {
+                all[*place] -= off[k];
+            }
+            means.push((weight, DVector::from_fn(free, |k, _| all[k] * unite[(k, k)])));
+            edges.push(DVector::from_fn(groups.len(), |k, _| all[free + groups[k]] * intervals[k]));
+        }
+        let mut of_loose = DMatrix::zeros(free, free);
+        for (x, a) in loose.iter().enumerate() {
+            for (y, b) in loose.iter().enumerate() {
+                of_loose[(*a, *b)] = inverse[(x, y)] * unite[(*a, *a)] * unite[(*b, *b)];
+            }
+        }
+        // Edges' places as if they were normal: 1/12 of an interval's square.
+        for k in free..n {
+            information[(k, k)] += 12.0;
+        }
+        let moved = Cholesky::new(information)?.solve(&fixed);
+        let shifts = DMatrix::from_fn(free, fixed.ncols(), |k, f| -moved[(k, f)] * unite[(k, k)]);
+        Some(Case { evidence, means, edges, covariance: of_loose, shifts })
+    }
+}
+
+impl Between {
+    /// The 95 % interval of a sum of parameters, each with a factor, beside its mean.
+    pub fn interval(&self, terms: &[(usize, f64)]) -> [f64; 2] {
+        // A normal distribution about each draw.
+        let mut parts: Vec<(f64, f64, f64)> = Vec::new();
+        for case in &self.cases {
+            let along =
+                |column: nalgebra::DVectorView<f64>| terms.iter().map(|(k, a)| a * column[*k]).sum::<f64>();
+            let mut square = 0.0;
+            for (x, a) in terms {
+                for (y, b) in terms {
+                    square += a * b * case.covariance[(*x, *y)];
+                }
+            }
+            for column in case.shifts.column_iter() {
+                let shift = along(column) / TWO_SIDED_95;
+                square += shift * shift;
+            }
+            let deviation = square.max(0.0).sqrt();
+            parts.extend(
+                case.means.iter().map(|(weight, means)| (*weight, along(means.column(0)), deviation)),
+            );
+        }
+        let mean: f64 = terms.iter().map(|(k, a)| a * self.mean[*k]).sum();
+        let reach = |sign: f64| {
+            let ends = parts.iter().map(|(_, middle, deviation)| sign * (middle - mean) + 9.0 * deviation);
+            sign * ends.fold(0.0, f64::max)
+        };
+        let (lowest, highest) = (reach(-1.0), reach(1.0));
+        let below = |x: f64| -> f64 {
+            let part = |(weight, middle, deviation): &(f64, f64, f64)| {
+                let off = x + mean - middle;
+                let share = if *deviation > 0.0 {
+                    0.5 * erfc(-off / deviation * FRAC_1_SQRT_2)
+                } else {
+                    f64::from(u8::from(off >= 0.0))
+                };
+                weight * share
+            };
+            parts.iter().map(part).sum()
+        };
+        [0.025, 0.975].map(|share| {
+            let (mut low, mut high) = (lowest, highest);
+            for _ in 0..40 {
+                let middle = 0.5 * (low + high);
+                if below(middle) < share { low = middle } else { high = middle }
+            }
+            0.5 * (low + high)
+        })
+    }
+}
