@@ -112,6 +112,10 @@ fn ratios() -> Result<(), Box<dyn std::error::Error>> {
     let drawn = format!(
         "{paper}[tolerances]\n\"motor.winding.resistance\" = {{ normal = \"5 %\", truncated = 3 }}\n"
     );
+    let inductances = format!(
+        "{paper}[tolerances]\n\"motor.winding.mean_inductance\" = {{ normal = \"0.3 %\", truncated = 3 }}\n\
+         \"motor.winding.saliency\" = {{ normal = \"0.3 %\", truncated = 3 }}\n"
+    );
     let pairs = [
         ("a free rotor against a locked one", [paper.to_owned(), format!("{paper}rotor.state = \"free\"\n")]),
         (
@@ -119,6 +123,7 @@ fn ratios() -> Result<(), Box<dyn std::error::Error>> {
             ["motor = \"pm-reluctance\"\n".to_owned(), MAPPED.to_owned()],
         ),
         ("a motor drawn by each trial against a fixed one", [paper.to_owned(), drawn]),
+        ("the same of its two inductances", [paper.to_owned(), inductances]),
     ];
     println!(
         "\n| detections per time | `line-inductance-fast` | `bipolar` | `maximum-likelihood` |\n|---|---|---|---|"

@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use standstill_campaign::NUMERICS;
+use standstill_files::{read_at_most, read_text};
 use standstill_plant::Digest;
 
 use crate::commands::run::results::of_another_run;
@@ -88,13 +89,13 @@ impl Asked {
 
 /// What a file is: its size and its checksum.
 fn content(path: &Path) -> Option<String> {
-    Some(Digest::of(&std::fs::read(path).ok()?).to_string())
+    Some(Digest::of(&read_at_most(path, u64::MAX - 1).ok()?).to_string())
 }
 
 /// What a folder's note says of each command; nothing where there is none.
 fn kept(folder: &Path) -> BTreeMap<String, Question> {
-    let text = std::fs::read(folder.join(NOTE)).unwrap_or_default();
-    serde_json::from_slice(&text).unwrap_or_default()
+    let text = read_text(&folder.join(NOTE)).unwrap_or_default();
+    serde_json::from_str(&text).unwrap_or_default()
 }
 
 /// What tells a text from others, as files are told from others.

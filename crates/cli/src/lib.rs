@@ -35,7 +35,7 @@ use clap::error::ErrorKind;
 use arguments::{Arguments, Command};
 use error::Error;
 
-pub use commands::run::by_host::{Stopped, Trial};
+pub use commands::run::by_host::{Hosted, Stopped, Trial};
 pub use host::Host;
 
 /// What a command leaves to say, and the code it ends with.

@@ -51,7 +51,7 @@ impl fmt::Display for Digest {
 }
 
 /// Most bytes of a file: a map of 1,024 × 1,024 points as text has some 80 MB. In memory it takes a few times that.
-const MOST_BYTES: u64 = 128 << 20;
+pub const MOST_BYTES: u64 = 128 << 20;
 
 /// Most bytes of a data sheet or a scenario: a parser takes a hundred times as much memory.
 const MOST_TEXT: usize = 4 << 20;
@@ -62,6 +62,30 @@ const MOST_TEXT: usize = 4 << 20;
 /// # Errors
 /// Those of the operating system, what is not a regular file, and a file that is larger.
 pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
+    let file = open(path)?;
+    let length = file.metadata()?.len();
+    if length > most {
+        return Err(too_large(length, most));
+    }
+    let mut bytes = Vec::new();
+    // It may grow meanwhile, and files of the system (such as those of /proc) do not say how long they are.
+    file.take(most + 1).read_to_end(&mut bytes)?;
+    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
+}
+
+/// The same of a text that a program wrote, such as the results of an earlier run: of at most 128 MiB.
+///
+/// # Errors
+/// As [`read_at_most`], and bytes that are not UTF-8.
+pub fn read_text(path: &Path) -> io::Result<String> {
+    as_text(&read_at_most(path, MOST_BYTES)?).map(str::to_owned)
+}
+
+/// A file that has an end, to be read bit by bit. To open a pipe already would be to wait for who writes to it.
+///
+/// # Errors
+/// Those of the operating system, and what is not a regular file.
+pub fn open(path: &Path) -> io::Result<std::fs::File> {
     let kind = std::fs::metadata(path)?;
     if kind.is_dir() {
         return Err(io::Error::other("it is a folder; needed: a file"));
@@ -69,13 +93,15 @@ pub fn read_at_most(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     if !kind.is_file() {
         return Err(io::Error::other("it is a pipe or a device, which may have no end; needed: a file"));
     }
-    if kind.len() > most {
-        return Err(too_large(kind.len(), most));
-    }
-    let mut bytes = Vec::new();
-    // It may grow meanwhile, and files of the system (such as those of /proc) do not say how long they are.
-    std::fs::File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > most { Err(too_large(bytes.len() as u64, most)) } else { Ok(bytes) }
+    std::fs::File::open(path)
+}
+
+fn as_text(bytes: &[u8]) -> io::Result<&str> {
+    str::from_utf8(bytes).map_err(|error| {
+        let byte = error.valid_up_to() + 1;
+        let found = format!("found no text (byte {byte} is not UTF-8), needed one");
+        io::Error::new(io::ErrorKind::InvalidData, found)
+    })
 }
 
 fn too_large(bytes: u64, most: u64) -> io::Error {
@@ -127,12 +153,7 @@ impl Files {
         if bytes.len() > MOST_TEXT {
             return Err(too_large(bytes.len() as u64, MOST_TEXT as u64));
         }
-        let text = str::from_utf8(&bytes).map_err(|error| {
-            let byte = error.valid_up_to() + 1;
-            let found = format!("found no text (byte {byte} is not UTF-8), needed one");
-            io::Error::new(io::ErrorKind::InvalidData, found)
-        });
-        text.map(str::to_owned)
+        as_text(&bytes).map(str::to_owned)
     }
 
     /// The same files, and no further ones: asking for another is an error. So the digests of a run that has begun are

@@ -107,7 +107,7 @@ typedef struct sts_result {
     float angle;           /* rad */
     float angle_deviation; /* standard deviation that the angle has, rad */
     float pole_evidence;   /* for the north pole at `angle`, in standard deviations; negative: for the other end */
-    float pole_needed;     /* evidence that the detector asks for before it names a pole */
+    float pole_needed;     /* what the detector asks for before it names a pole, 0 or more; goes with pole_evidence */
     uint32_t reason;       /* of STS_AXIS and STS_FAILED: given to reason() */
 } sts_result;
 

@@ -180,6 +180,22 @@ fn sample(reading: &Reading<f64>, before: Nanos, half: u8) -> Sample {
     }
 }
 
+/// What speaks for the pole. Without the evidence that the detector asks for, that which there is would look like enough, also of a
+/// start whose pole it does not name.
+fn evidence(deviations: Option<f64>, needed: Option<f64>) -> Result<Option<PoleEvidence<f64>>, Fault<f64>> {
+    match (deviations, needed) {
+        // What it asks for is the same in every start, also where it did not come to ask.
+        (None, _) => Ok(None),
+        (Some(deviations), Some(needed)) if needed >= 0.0 => Ok(Some(PoleEvidence { deviations, needed })),
+        (Some(deviations), needed) => {
+            let found = needed.map_or("not given".to_owned(), |needed| needed.to_string());
+            Err(broken(&format!(
+                "pole_needed is {found} beside a pole_evidence of {deviations}, not 0 or more"
+            )))
+        }
+    }
+}
+
 impl Foreign {
     /// The next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
@@ -225,10 +241,7 @@ impl Foreign {
         let known = |value: f32| (!value.is_nan()).then(|| f64::from(value));
         let findings = Findings {
             angle_deviation: known(answer.angle_deviation),
-            pole_evidence: known(answer.pole_evidence).map(|deviations| PoleEvidence {
-                deviations,
-                needed: known(answer.pole_needed).unwrap_or(0.0),
-            }),
+            pole_evidence: evidence(known(answer.pole_evidence), known(answer.pole_needed))?,
             ..Findings::default()
         };
         let angle = || {

@@ -9,14 +9,14 @@ use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 use standstill_campaign::store::Row;
-use standstill_cli::Stopped;
+use standstill_cli::{Hosted, Stopped};
 use standstill_detect::Method;
 use standstill_interface::{
-    Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, Reading, Sampling, Sensed, Stage,
-    Step, Undetermined,
+    Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, PoleEvidence, Reading, Sampling,
+    Sensed, Stage, Step, Undetermined,
 };
 use standstill_scenario::{Record, Scenario};
-use standstill_sim::{NoProbe, run as simulate};
+use standstill_sim::{Ended, NoProbe, run as simulate};
 
 use crate::Error;
 use crate::command::{beside, host};
@@ -79,7 +79,6 @@ impl FromPython<'_> {
         let answer = self.object.bind(py).call_method1(step, (array(py, readings)?,))?;
         let class = answer.get_type();
         let is = |known: &Py<PyAny>| class.is(known.bind(py));
-        let findings = Findings::default();
         if is(&self.classes.drive) {
             return command(py, &answer).map(Step::Drive);
         }
@@ -93,14 +92,15 @@ impl FromPython<'_> {
         };
         let reason =
             |answer: &Bound<'_, PyAny>| answer.getattr(pyo3::intern!(py, "reason"))?.extract::<String>();
+        let findings = |answer| Ok::<_, PyErr>(Findings { pole_evidence: evidence(answer)?, ..Findings::default() });
         let outcome = if is(&self.classes.found) {
-            Outcome::Found { angle: angle(&answer)?, findings }
+            Outcome::Found { angle: angle(&answer)?, findings: findings(&answer)? }
         } else if is(&self.classes.axis) {
             self.reason = Some(reason(&answer)?);
-            Outcome::Axis { angle: angle(&answer)?, reason: Undetermined::NoSignature, findings }
+            Outcome::Axis { angle: angle(&answer)?, reason: Undetermined::NoSignature, findings: findings(&answer)? }
         } else if is(&self.classes.failed) {
             self.reason = Some(reason(&answer)?);
-            Outcome::Failed { fault: Fault::UnexpectedReadings, findings }
+            Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() }
         } else {
             let text = answer.repr()?;
             return Err(PyTypeError::new_err(format!(
@@ -108,6 +108,27 @@ impl FromPython<'_> {
             )));
         };
         Ok(Step::Done(outcome))
+    }
+}
+
+/// What it says that speaks for the pole: both numbers or neither. Without what is needed, any evidence would look like enough.
+fn evidence(answer: &Bound<'_, PyAny>) -> PyResult<Option<PoleEvidence<f64>>> {
+    let number =
+        |name: &Bound<'_, pyo3::types::PyString>| answer.getattr(name)?.extract::<Option<f64>>();
+    let py = answer.py();
+    match (number(pyo3::intern!(py, "evidence"))?, number(pyo3::intern!(py, "needed"))?) {
+        (None, None) => Ok(None),
+        (Some(deviations), Some(needed)) if !deviations.is_nan() && needed >= 0.0 => {
+            Ok(Some(PoleEvidence { deviations, needed }))
+        }
+        (evidence, needed) => {
+            let told = |number: Option<f64>| number.map_or("None".to_owned(), |number| number.to_string());
+            Err(PyValueError::new_err(format!(
+                "evidence of {} with needed of {}: needed both, a number and one of zero or more, or neither",
+                told(evidence),
+                told(needed)
+            )))
+        }
     }
 }
 
@@ -214,7 +235,7 @@ fn trial(
     classes: &Classes,
     scenario: &Scenario<Method<f64>>,
     number: u64,
-) -> PyResult<Row> {
+) -> PyResult<Hosted> {
     let object = Python::attach(|py| make.call0(py))?;
     let mut detector = FromPython { object, classes, raised: None, reason: None };
     let run = simulate(&scenario.case(number), &mut detector, false, &mut NoProbe);
@@ -223,12 +244,16 @@ fn trial(
     if let Some(error) = raised {
         return Err(error);
     }
+    let evidence = match &run.ended {
+        Ended::Outcome(outcome) => outcome.findings().pole_evidence,
+        Ended::Error(_) => None,
+    };
     let mut row = Row::from(&Record { trial: number, run });
     if let (Some(reason), false) = (reason, row.reason.is_empty()) {
         row.kind.clone_from(&reason);
         row.reason = reason;
     }
-    Ok(row)
+    Ok(Hosted { row, evidence })
 }
 
 /// A scenario's trials with detectors that `make` makes, one for each.

@@ -141,11 +141,27 @@ def test_law_an_angle_that_it_names_is_judged():
     assert set(axis["reason"]) == {"no pole"} and set(right["reason"]) == {""}
 
 
+def test_law_what_speaks_for_a_pole_stands_in_the_table():
+    def results(end):
+        return st.run("trials = 2", detector=lambda: Watches(st.Drive([st.Stage(OFF, 1e-3)]), [], end))
+
+    found, axis = results(st.Found(71.0, evidence=6.5, needed=5.1)), results(st.Axis(20.0, "no pole", -2.0, math.inf))
+    assert set(found["pole_evidence_deviations"]) == {6.5} and set(found["pole_evidence_needed"]) == {5.1}
+    assert set(axis["pole_evidence_deviations"]) == {-2.0} and set(axis["pole_evidence_needed"]) == {math.inf}
+    silent = results(st.Found(71.0))
+    assert np.isnan(silent["pole_evidence_deviations"]).all() and np.isnan(silent["pole_evidence_needed"]).all()
+
+
 @pytest.mark.parametrize(
     ("answer", "raised", "text"),
     [
         (lambda: 3, TypeError, "step returned 3: needed Drive, Found, Axis or Failed"),
         (lambda: st.Found(math.nan), ValueError, "an angle of NaN"),
+        (lambda: st.Axis(1.0, evidence=4.0), ValueError, "evidence of 4 with needed of None: needed both"),
+        (lambda: st.Found(1.0, needed=4.0), ValueError, "evidence of None with needed of 4"),
+        (lambda: st.Found(1.0, evidence=math.nan, needed=4.0), ValueError, "evidence of NaN"),
+        (lambda: st.Found(1.0, evidence=4.0, needed=-1.0), ValueError, "with needed of -1"),
+        (lambda: st.Found(1.0, evidence="much", needed=1.0), TypeError, "str"),
         (lambda: st.Drive([]), ValueError, "a command without a stage"),
         (lambda: st.Drive([st.Stage(OFF, 1e-3)] * 3), ValueError, "a command of 3 stages"),
         (lambda: st.Drive([st.Stage(("on", "off", "off"), 1e-3)]), ValueError, "a leg of 'on': needed"),

@@ -32,7 +32,7 @@ pub use estimate::or_nan;
 pub use estimate::{Estimate, at_most, fixed};
 pub use human::{Scale, decimals, listed, magnitude, number, rounded};
 pub use serial::Number;
-pub use text::{QuantityError, any_quantity, si_value, split};
+pub use text::{QuantityError, any_quantity, si_power, si_value, split};
 pub use unit::{Dimension, Unit};
 
 /// A value of one dimension, in SI.

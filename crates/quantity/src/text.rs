@@ -51,15 +51,7 @@ impl Dimension {
     pub(crate) fn parse(&self, text: &str) -> Result<f64, QuantityError> {
         let error = || QuantityError { found: text.to_owned(), dimension: *self };
         let (number, unit) = split(text);
-        let power = if unit.is_empty() {
-            0
-        } else if self.share && unit == "%" {
-            -2
-        } else {
-            self.spellings()
-                .find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?))
-                .ok_or_else(error)?
-        };
+        let power = self.power(unit).ok_or_else(error)?;
         // As text, so that "80 us" is exactly 80e-6 and not 80.0 * 1e-6.
         let value = if let Some((mantissa, exponent)) = number.split_once(['e', 'E']) {
             let exponent = exponent.parse::<i32>().map_err(|_| error())?;
@@ -68,6 +60,17 @@ impl Dimension {
             format!("{number}e{power}").parse()
         };
         value.ok().filter(|value: &f64| value.is_finite()).ok_or_else(error)
+    }
+
+    /// The power of ten of the SI unit that one of this unit is; none of another dimension's.
+    fn power(&self, unit: &str) -> Option<i32> {
+        if unit.is_empty() {
+            return Some(0);
+        }
+        if self.share && unit == "%" {
+            return Some(-2);
+        }
+        self.spellings().find_map(|symbol| Prefix::power_of(unit.strip_suffix(symbol)?))
     }
 
     /// A value in SI as the field writes it.
@@ -87,6 +90,20 @@ impl Dimension {
 /// that is no quantity of any dimension known here.
 pub fn si_value(text: &str) -> Option<f64> {
     any_quantity(text).map(|(value, _)| value)
+}
+
+/// The power of ten of the SI unit that one of this unit is, whatever its dimension; none of what is no unit known here.
+///
+/// ```
+/// use standstill_quantity::{rounded, si_power, si_value};
+///
+/// assert_eq!(si_power("us"), Some(-6));
+/// // A number and its text have one value in SI.
+/// assert_eq!(si_value("1.7 us"), Some(rounded(1.7, -6)));
+/// assert_eq!(si_power("parsec"), None);
+/// ```
+pub fn si_power(unit: &str) -> Option<i32> {
+    DIMENSIONS.iter().find_map(|dimension| dimension.power(unit))
 }
 
 /// The same with the symbol of its unit, which is empty for shares and plain numbers.

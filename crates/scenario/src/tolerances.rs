@@ -2,6 +2,7 @@
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
+use standstill_quantity::{rounded, si_power};
 use standstill_sim::{Purpose, Streams};
 use toml::Value;
 
@@ -35,6 +36,8 @@ pub(super) struct Drawn {
     width: f64,
     /// Of a normal distribution; none: uniform.
     cut: Option<f64>,
+    /// The power of ten of the SI unit that one of the mean's unit is.
+    power: Option<i32>,
 }
 
 impl Drawn {
@@ -76,7 +79,8 @@ impl Drawn {
         if cut.is_some_and(|cut| cut.is_nan() || cut < 0.1) {
             return Err(FileError::key(&path, "`truncated` below 0.1", "at least 0.1 standard deviations"));
         }
-        Ok(Self { key: key.to_owned(), mean, width, cut })
+        let power = si_power(&mean.unit);
+        Ok(Self { key: key.to_owned(), mean, width, cut, power })
     }
 
     pub(super) fn key(&self) -> &str {
@@ -91,6 +95,11 @@ impl Drawn {
     /// A number as the value of the key.
     pub(super) fn value(&self, number: f64) -> Value {
         Number { value: number, ..self.mean.clone() }.to_value()
+    }
+
+    /// The same in SI, as it is read from that value: to the last bit, but without a text. None of a unit that is none.
+    pub(super) fn si(&self, number: f64) -> Option<f64> {
+        Some(rounded(number, self.power?))
     }
 
     /// The number in a trial. Each key has its own draw: another tolerance does not shift it.

@@ -10,9 +10,7 @@ mod tests;
 
 use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor, Temperature};
-use standstill_quantity::si_value;
 use standstill_sim::Streams;
-use toml::Value;
 
 use self::setters::{Set, setter};
 use crate::build::{check_channel, check_memory};
@@ -101,13 +99,7 @@ impl Drawer<'_> {
             if !(*low..=*high).contains(&number) {
                 return None;
             }
-            // By the text that a document would have, which has the same bits.
-            let value = match drawn.value(number) {
-                Value::String(text) => si_value(&text)?,
-                Value::Float(value) => value,
-                Value::Integer(value) => value as f64,
-                _ => return None,
-            };
+            let value = drawn.si(number)?;
             match set {
                 Set::Number(set) => set(&mut scenario, value),
                 Set::Sheet(set) => {

@@ -170,7 +170,7 @@ impl Reader {
     }
 
     fn open_csv(path: &Path) -> Result<Self, TableError> {
-        let file = File::open(path).map_err(|error| TableError::Read { path: path.to_owned(), error })?;
+        let file = opened(path).map_err(|error| TableError::Read { path: path.to_owned(), error })?;
         let mut from = csv::ReaderBuilder::new().has_headers(false).from_reader(file);
         let mut record = StringRecord::new();
         if !advance(path, &mut from, &mut record)? {
@@ -197,10 +197,7 @@ impl Reader {
 
     fn open_parquet(path: &Path) -> Result<Self, TableError> {
         let read = |error| TableError::Read { path: path.to_owned(), error };
-        let file = File::open(path).map_err(read)?;
-        if !file.metadata().map_err(read)?.is_file() {
-            return Err(read(io::Error::from(io::ErrorKind::IsADirectory)));
-        }
+        let file = opened(path).map_err(read)?;
         let file = guarded(|| SerializedFileReader::new(file))
             .map_err(|error| failed(path, "not a complete Parquet file", error))?;
         let about = file.metadata().file_metadata();
@@ -272,11 +269,23 @@ fn advance(path: &Path, from: &mut csv::Reader<File>, record: &mut StringRecord)
     })
 }
 
+/// A file that has an end. To open a pipe already would be to wait for who writes to it.
+fn opened(path: &Path) -> io::Result<File> {
+    let kind = std::fs::metadata(path)?;
+    if kind.is_dir() {
+        return Err(io::Error::from(io::ErrorKind::IsADirectory));
+    }
+    if !kind.is_file() {
+        return Err(io::Error::other("it is a pipe or a device, which may have no end; needed: a file"));
+    }
+    File::open(path)
+}
+
 /// The line of a record, counted in the file: the library counts neither the blank lines before a record nor the second
 /// half of `\r\n`. Costs a pass over the file, once, since the error ends the table.
 fn line(path: &Path, record: Option<&csv::Position>) -> u64 {
     let start = record.map_or(0, csv::Position::byte);
-    let Ok(file) = File::open(path) else { return 0 };
+    let Ok(file) = opened(path) else { return 0 };
     let mut line = 1;
     for (at, byte) in (0..).zip(BufReader::new(file).bytes().map_while(Result::ok)) {
         if at >= start && !matches!(byte, b'\r' | b'\n') {

@@ -1,9 +1,9 @@
 //! `standstill fmu`: drive or motor as a functional mock-up unit.
 
-use std::io::Read as _;
+use std::io::{self, Read as _};
 use std::path::{Path, PathBuf};
 
-use standstill_files::read_at_most;
+use standstill_files::{open, read_at_most};
 use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
 use standstill_quantity::listed;
@@ -62,7 +62,9 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     replaces_nothing_else(&options.out)?;
     let content = pack(&model, version, &library).map_err(Error::writing(&options.out))?;
     // Equal questions give equal bytes.
-    if !options.force && std::fs::read(&options.out).is_ok_and(|there| there != content) {
+    let there = read_at_most(&options.out, content.len() as u64);
+    let other = there.map_or_else(|error| error.kind() != io::ErrorKind::NotFound, |there| there != content);
+    if !options.force && other {
         return Err(of_another_run(options.out.clone(), "this FMU is another one"));
     }
     let mut output = Output::create(folder, &[&name]).map_err(|error| match error {
@@ -112,7 +114,7 @@ fn replaces_nothing_else(out: &Path) -> Result<(), Error> {
     let Ok(there) = std::fs::symlink_metadata(out) else { return Ok(()) };
     let mut begin = [0; 4];
     let is_archive = there.is_file()
-        && std::fs::File::open(out).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
+        && open(out).and_then(|mut file| file.read_exact(&mut begin)).is_ok()
         && &begin == b"PK\x03\x04";
     if is_archive || there.is_dir() {
         return Ok(());

@@ -14,6 +14,7 @@ use standstill_campaign::Statistics;
 use standstill_campaign::store::{
     Earlier, Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally, beside,
 };
+use standstill_files::read_text;
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
 
@@ -247,7 +248,7 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
     }
     let code = u8::from(summary.errors() > 0);
     let text = if options.json {
-        std::fs::read_to_string(&path).map_err(|error| Error::Read(path, error))?
+        read_text(&path).map_err(|error| Error::Read(path, error))?
     } else {
         super::report::say_extension(&options.out);
         let trials = identity.trials;

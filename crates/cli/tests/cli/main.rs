@@ -7,6 +7,8 @@ mod budgets;
 mod campaigns;
 mod clusters;
 mod compared;
+#[cfg(unix)]
+mod endless;
 mod explained;
 mod failing;
 mod files;
@@ -30,6 +32,7 @@ mod requirements;
 mod scenarios;
 mod terminal;
 mod tuning;
+mod widths;
 mod wording;
 
 use std::fs;

@@ -7,13 +7,13 @@ use std::process::{Command, Output};
 use super::nameplates::{PLATES, sheet};
 use super::{folder, mistake, standstill};
 
-fn said(arguments: &[&str], folder: &Path) -> String {
+pub fn said(arguments: &[&str], folder: &Path) -> String {
     let output = standstill(arguments, folder);
     assert!(output.status.code() < Some(2), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).expect("text")
 }
 
-fn with(variables: &[(&str, &str)], arguments: &[&str], folder: &Path) -> Output {
+pub fn with(variables: &[(&str, &str)], arguments: &[&str], folder: &Path) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_standstill"));
     for name in ["COLUMNS", "NO_COLOR", "CLICOLOR", "CLICOLOR_FORCE"] {
         command.env_remove(name);
@@ -21,7 +21,7 @@ fn with(variables: &[(&str, &str)], arguments: &[&str], folder: &Path) -> Output
     command.envs(variables.iter().copied()).args(arguments).current_dir(folder).output().expect("it starts")
 }
 
-fn columns(text: &str) -> usize {
+pub fn columns(text: &str) -> usize {
     text.lines()
         .filter(|line| !line.starts_with("  ") || line.contains('─'))
         .map(|line| line.chars().count())
@@ -30,7 +30,7 @@ fn columns(text: &str) -> usize {
 }
 
 /// The table in a text: its line, and what stands around it until empty lines.
-fn tables(text: &str) -> impl Iterator<Item = &str> {
+pub fn tables(text: &str) -> impl Iterator<Item = &str> {
     text.split("\n\n").filter(|block| block.contains("──"))
 }
 
@@ -149,58 +149,6 @@ fn law_tables_fit_eighty_columns_on_motors_of_any_size() {
     let wide = String::from_utf8(wide.stdout).expect("text");
     assert!(wide.contains("limit °") && wide.contains(" J ") && !wide.contains("No room"), "{wide}");
     assert!(columns(&wide) > 100);
-}
-
-#[test]
-fn law_no_line_is_wider_than_the_terminal() {
-    let folder = folder();
-    let at = folder.path();
-    let commands: [&[&str]; 9] = [
-        &["motors"],
-        &["motors", "light-vehicle"],
-        &["check", "paper-5k5"],
-        &["magnetics", "paper-5k5"],
-        &["bounds", "paper-5k5", "--angles", "4"],
-        &["trace", "--out", "t"],
-        &["run", "paper-5k5", "--trials", "20", "--out", "r", "--force"],
-        &["explain", "r", "--worst", "1"],
-        &["compare", "--method", "bipolar", "--trials", "5", "--no-limit", "--out", "c"],
-    ];
-    for width in [60, 80] {
-        for arguments in commands {
-            let output = with(&[("COLUMNS", &width.to_string())], arguments, at);
-            assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
-            for line in String::from_utf8(output.stdout).expect("text").lines() {
-                assert!(line.chars().count() <= width, "{width}: {arguments:?}: {line}");
-            }
-        }
-    }
-    // What is for a program keeps its lines, and so does a pipe of which nothing is known.
-    let script = with(&[("COLUMNS", "30")], &["completions", "bash"], at);
-    assert!(columns(&String::from_utf8_lossy(&script.stdout)) > 60);
-    let json = with(&[("COLUMNS", "30")], &["run", "paper-5k5", "--trials", "20", "--json", "--force"], at);
-    assert!(serde_json::from_slice::<serde_json::Value>(&json.stdout).is_ok());
-    let bounds = said(&["bounds", "paper-5k5", "--angles", "4"], at);
-    assert!(bounds.lines().any(|line| line.chars().count() > 100), "{bounds}");
-}
-
-#[test]
-fn law_verdicts_are_coloured_only_where_that_is_wanted() {
-    let folder = folder();
-    let check = |variables: &[(&str, &str)]| {
-        let output = with(variables, &["check", "paper-5k5"], folder.path());
-        String::from_utf8(output.stdout).expect("text")
-    };
-    let plain = check(&[]);
-    assert!(!plain.contains('\u{1b}'), "not a terminal");
-    assert_eq!(check(&[("NO_COLOR", "1")]), plain);
-    let forced = check(&[("CLICOLOR_FORCE", "1")]);
-    assert!(forced.contains("\u{1b}[32msuited\u{1b}[0m"), "{forced}");
-    let mut stripped = forced.clone();
-    for code in ["\u{1b}[32m", "\u{1b}[31m", "\u{1b}[1m", "\u{1b}[0m"] {
-        stripped = stripped.replace(code, "");
-    }
-    assert_eq!(stripped, plain, "colours move no column");
 }
 
 #[test]

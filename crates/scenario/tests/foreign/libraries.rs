@@ -67,6 +67,11 @@ fn law_an_outcome_carries_what_the_library_told() {
     assert_eq!(findings.angle_deviation, Some(0.25));
     let evidence = findings.pole_evidence.expect("told");
     assert_eq!((evidence.deviations, evidence.needed), (4.0, 3.0));
+    // What it asks for says nothing of a start for whose pole nothing speaks.
+    let alone = of("needed-alone");
+    assert_eq!(alone.verdict(), Verdict::Undetermined);
+    let Ended::Outcome(outcome) = &alone.run.ended else { panic!("{alone:?}") };
+    assert_eq!(outcome.findings().pole_evidence, None);
     let axis = of("axis");
     assert_eq!(
         (axis.verdict(), axis.reason().as_str()),
@@ -99,6 +104,8 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
         ("leg", "leg a is asked for state 9"),
         ("status", "status 17, which is none of 0 to 3"),
         ("angle", "the angle is NaN"),
+        ("evidence-alone", "pole_needed is not given beside a pole_evidence of 4"),
+        ("needed-negative", "pole_needed is -1 beside a pole_evidence of -4"),
         ("never", "not done within 0.05 s"),
     ] {
         let text = asking(what).replace("[detector]\n", "[detector]\ntime_limit = \"50 ms\"\n");

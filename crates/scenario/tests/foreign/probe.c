@@ -126,6 +126,19 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         result->pole_needed = 3.0f;
         return STS_FOUND;
     }
+    if (is("evidence-alone")) {
+        result->pole_evidence = 4.0f;
+        return STS_AXIS;
+    }
+    if (is("needed-negative")) {
+        result->pole_evidence = -4.0f;
+        result->pole_needed = -1.0f;
+        return STS_FOUND;
+    }
+    if (is("needed-alone")) {
+        result->pole_needed = 3.0f;
+        return STS_AXIS;
+    }
     if (is("reads")) {
         /* What stands for 1 A is the angle that is configured. */
         result->angle = angle * sample->current[0];

@@ -11,6 +11,7 @@ use std::time::UNIX_EPOCH;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::{Bound, NUMERICS};
 use standstill_detect::Method;
+use standstill_files::read_text;
 use standstill_plant::Digest;
 use standstill_scenario::Scenario;
 
@@ -59,7 +60,7 @@ pub fn limit<E>(
         (folder.join(name), of)
     });
     if let Some((path, of)) = &place
-        && let Some(kept) = fs::read(path).ok().and_then(|text| serde_json::from_slice::<Kept>(&text).ok())
+        && let Some(kept) = read_text(path).ok().and_then(|text| serde_json::from_str::<Kept>(&text).ok())
         && kept.of == *of
     {
         return Ok((kept.bound.map(bound), None));

@@ -5,6 +5,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::store::{self, Shard, Sweep};
+use standstill_files::read_text;
 use standstill_scenario::Plan;
 
 use crate::error::Error;
@@ -54,7 +55,7 @@ impl Identity {
         if !path.exists() {
             return Ok(());
         }
-        let text = std::fs::read_to_string(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+        let text = read_text(path).map_err(|error| Error::Read(path.to_owned(), error))?;
         let difference = match serde_json::from_str::<Answered>(&text) {
             Ok(found) => found.question.difference(self),
             Err(_) => Some("this file does not say which".to_owned()),

@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+use standstill_files::read_text;
+
 use crate::asked::rewrite;
 use crate::commands::explain::options_of;
 use crate::commands::run::quoted;
@@ -45,7 +47,7 @@ pub fn mark(folder: &Path) -> Result<Vec<String>, Error> {
     let mut said = Vec::new();
     for (place, name, command) in pages(folder) {
         let of = folder.join(&place);
-        let Ok(page) = std::fs::read_to_string(of.join(name)) else { continue };
+        let Ok(page) = read_text(&of.join(name)) else { continue };
         let note = note(&command);
         if !page.contains(&note) {
             rewrite(&of, name, page.replacen(BEFORE, &format!("{note}{BEFORE}"), 1).as_bytes())?;

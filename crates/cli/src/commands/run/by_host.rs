@@ -7,8 +7,9 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use standstill_campaign::store::{Row, Shard, Sweep as Trials};
 use standstill_detect::Method;
+use standstill_interface::PoleEvidence;
 use standstill_scenario::{Plan, Scenario};
-use standstill_table::{Column, Columns, Value};
+use standstill_table::{Column, Columns, Kind, Value};
 
 use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};
@@ -20,7 +21,19 @@ use crate::{Host, progress, text};
 const BLOCK: u64 = 16;
 
 /// What carries out a trial: it gets the scenario, with what the trial draws, and the trial's number.
-pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Row, E> + Sync);
+pub type Trial<'a, E> = &'a (dyn Fn(&Scenario<Method<f64>>, u64) -> Result<Hosted, E> + Sync);
+
+/// A trial that a host carried out.
+#[derive(Debug)]
+pub struct Hosted {
+    /// As files of trials have it.
+    pub row: Row,
+    /// What its detector told of the pole.
+    pub evidence: Option<PoleEvidence<f64>>,
+}
+
+/// Columns behind a trial's, as the `result.json` of a trace calls them.
+const EVIDENCE: [&str; 2] = ["pole_evidence_deviations", "pole_evidence_needed"];
 
 /// Why a run by a host has no results.
 #[derive(Debug)]
@@ -66,8 +79,9 @@ impl Host {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build();
         let pool = pool.map_err(|error| Error::Threads(format!("no worker threads: {error}")))?;
         let mut points = Points::of(&identity)?;
-        let columns: Vec<Column> =
-            points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns()).collect();
+        let columns = points.axes.iter().map(|axis| axis.column.clone()).chain(trial_columns());
+        let evidence = EVIDENCE.into_iter().map(|name| Column::new(name, Kind::Number));
+        let columns: Vec<Column> = columns.chain(evidence).collect();
         let mut table = Columns::new(columns);
         let bar = progress::bar(identity.rows());
         let stop = self.flag();
@@ -88,14 +102,16 @@ impl Host {
             let mut done = 0;
             while done < identity.trials {
                 let end = (done + BLOCK * pool.current_num_threads() as u64).min(identity.trials);
-                let rows: Vec<Result<Row, Stopped<E>>> =
+                let rows: Vec<Result<Hosted, Stopped<E>>> =
                     pool.install(|| (done..end).into_par_iter().map(one).collect());
                 for row in rows {
-                    let row = row?;
+                    let Hosted { row, evidence } = row?;
                     let values = &points.coordinates[point].values;
                     let mut cells: Vec<Value<'_>> =
                         points.axes.iter().zip(values).map(|(axis, (_, value))| axis.value(value)).collect();
                     cells.extend(trial_values(&row));
+                    let evidence = evidence.map(|of| [of.deviations, of.needed].map(Value::Number));
+                    cells.extend(evidence.unwrap_or([Value::Empty, Value::Empty]));
                     table.row(&cells).map_err(Error::Table)?;
                     points.add(point, &row);
                 }

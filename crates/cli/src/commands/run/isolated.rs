@@ -16,6 +16,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
 
 use serde_json::{Value, json};
+use standstill_files::{MOST_BYTES, read_at_most};
 use standstill_foreign::{Description, Level, Library, LoadError, Timing, load_elsewhere};
 use standstill_scenario::{Document, FileError, Lost, Plan, Record, Remote};
 
@@ -144,7 +145,7 @@ fn level(of: &Value) -> Option<Level> {
 /// What a worker says of a library that it has loaded.
 fn described(path: &str) -> String {
     let path = PathBuf::from(path);
-    let read = std::fs::read(&path).map_err(|error| {
+    let read = read_at_most(&path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
     });
     match read.and_then(|bytes| Library::of(&path, &bytes.into())) {

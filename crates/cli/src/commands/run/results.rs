@@ -7,6 +7,7 @@ use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use standstill_campaign::store::{Identity, JournalError, Row, Shards};
 use standstill_campaign::{Estimate, Statistics, Summary};
+use standstill_files::read_text;
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Point, StopTable};
 use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
@@ -54,7 +55,7 @@ impl SummaryFile {
     /// That of a folder of results.
     pub fn read(folder: &Path) -> Result<Self, Error> {
         let path = folder.join(SUMMARY);
-        let text = std::fs::read_to_string(&path).map_err(|error| Error::Read(path.clone(), error))?;
+        let text = read_text(&path).map_err(|error| Error::Read(path.clone(), error))?;
         let error = |found: String| Error::Results {
             path: path.clone(),
             found,
