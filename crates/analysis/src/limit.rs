@@ -10,7 +10,7 @@ use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
 pub use self::read::{LimitError, MeasureError};
-use crate::bracket::Verdict;
+use crate::bracket::{Look, Verdict, forecast_trials};
 
 /// What is limited. Starts without an answer, undetermined or failed, count against each: as an error of 90°, as an
 /// error beyond every bound, as a wrong pole, as a start that moved too far, took too long or drew too much.
@@ -87,10 +87,10 @@ impl Measure {
     /// What a start contributes.
     fn of(self, record: &Record) -> f64 {
         let answered = record.verdict() == Ending::Found;
-        let flag = |is: bool| f64::from(u8::from(is || !answered));
+        // Without an answer infinite, whatever is measured.
         let unless = |value: f64| if answered { value } else { f64::INFINITY };
+        let flag = |is: bool| unless(f64::from(u8::from(is)));
         match self {
-            // Without an answer infinite: see `rms`.
             Self::Rms => unless(record.axis_error_deg().unwrap_or(f64::INFINITY)),
             Self::P95 | Self::P99 => unless(record.axis_error_deg().map_or(f64::INFINITY, f64::abs)),
             Self::Beyond(bound) => flag(record.error_deg().is_none_or(|error| error.abs() > bound)),
@@ -109,31 +109,61 @@ impl Measure {
     }
 
     /// The measure over starts with its 95 % interval.
-    pub(crate) fn estimate(self, mut values: Vec<f64>) -> Estimate {
+    pub(crate) fn estimate(self, values: Vec<f64>) -> Estimate {
+        let count = values.len() as f64;
+        self.estimates(values, &[count])[0]
+    }
+
+    /// The same with the intervals that so many trials like these would leave.
+    fn estimates(self, mut values: Vec<f64>, trials: &[f64]) -> Vec<Estimate> {
+        let mut quantiles = |share: f64| {
+            values.sort_by(f64::total_cmp);
+            trials.iter().map(|trials| quantile(&values, share, *trials)).collect()
+        };
         match self {
-            Self::Rms => rms::rms(&values),
-            Self::P95 => quantile(&mut values, 0.95),
-            Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantile(&mut values, 0.99),
+            Self::Rms => {
+                let seen = rms::Seen::of(&values);
+                trials.iter().map(|trials| seen.rms(*trials)).collect()
+            }
+            Self::P95 => quantiles(0.95),
+            Self::P99 | Self::Moved | Self::Duration | Self::PeakCurrent => quantiles(0.99),
             Self::Beyond(_) | Self::WrongPoles | Self::Undetermined | Self::Failed => {
                 let count = values.iter().filter(|value| **value > 0.0).count();
-                binomial_interval(count as u64, values.len() as u64)
+                trials.iter().map(|trials| share(count, values.len(), *trials)).collect()
             }
         }
     }
+
+    /// The measure over the starts that have an answer, if there are any; what counts those without is itself.
+    fn answered(self, values: &[f64]) -> f64 {
+        let answered: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+        if answered.is_empty() || matches!(self, Self::Undetermined | Self::Failed) {
+            return self.estimate(values.to_vec()).value;
+        }
+        self.estimate(answered).value
+    }
 }
 
-/// A quantile between order statistics, whose ranks are binomial.
-fn quantile(values: &mut [f64], share: f64) -> Estimate {
-    values.sort_by(f64::total_cmp);
+/// A share of which so many of all starts had a case, with the exact interval that so many trials like these would leave.
+fn share(count: usize, all: usize, trials: f64) -> Estimate {
+    let value = count as f64 / all as f64;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
+    let found = binomial_interval((value * trials).round() as u64, trials.round() as u64);
+    Estimate { value, low: found.low.min(value), high: found.high.max(value) }
+}
+
+/// A quantile of values in their order, between order statistics whose ranks are binomial, as far apart as so many trials would
+/// leave them.
+fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
-    let spread = 1.96 * (count * share * (1.0 - share)).sqrt();
+    let spread = 1.96 * (trials * share * (1.0 - share)).sqrt() * (count / trials);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below their number")]
     let at = |rank: f64| {
         let place = rank.ceil().max(1.0) as usize - 1;
         values.get(place).copied().unwrap_or(f64::INFINITY)
     };
     let middle = count * share;
-    Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + 1.0) }
+    Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + count / trials) }
 }
 
 impl Limits {
@@ -224,6 +254,47 @@ impl Tally {
     pub(crate) fn seen(&self) -> Vec<Estimate> {
         let both = self.limits.0.iter().zip(&self.values);
         both.map(|(limit, values)| limit.measure.seen(values.clone())).collect()
+    }
+
+    /// Starts.
+    pub fn count(&self) -> u64 {
+        self.values.first().map_or(0, |values| values.len() as u64)
+    }
+
+    /// With further starts.
+    pub(crate) fn extend(&mut self, further: Vec<Vec<f64>>) {
+        for (values, more) in self.values.iter_mut().zip(further) {
+            values.extend(more);
+        }
+    }
+
+    /// What they show of the limits. It is clear where a quarter of the trials, whose intervals are twice as wide, would show
+    /// the same surely: a look that ends as soon as it is clear is then seldom wrong.
+    pub fn look(&self) -> Look {
+        let count = self.count() as f64;
+        let then: Vec<f64> =
+            [count, count / 4.0].into_iter().chain(forecast_trials().map(|n| n as f64)).collect();
+        let both = || self.limits.0.iter().zip(&self.values);
+        let all: Vec<Vec<Estimate>> = both()
+            .map(|(limit, values)| {
+                let share = |e: Estimate| Estimate {
+                    value: e.value / limit.most,
+                    low: e.low / limit.most,
+                    high: e.high / limit.most,
+                };
+                limit.measure.estimates(values.clone(), &then).into_iter().map(share).collect()
+            })
+            .collect();
+        let worst =
+            |k: usize, of: fn(&Estimate) -> f64| all.iter().map(|then| of(&then[k])).fold(0.0, f64::max);
+        let [low, high] = [worst(1, |e| e.low), worst(1, |e| e.high)];
+        Look {
+            trials: self.count(),
+            shares: all.iter().map(|then| then[0]).collect(),
+            answered: both().map(|(limit, values)| limit.measure.answered(values) / limit.most).collect(),
+            forecast: (2..then.len()).map(|k| [worst(k, |e| e.low), worst(k, |e| e.high)]).collect(),
+            clear: if low > 1.0 { Some(false) } else { (high <= 1.0).then_some(true) },
+        }
     }
 
     /// The share of starts without an answer, where the root mean square is limited: they count in it as 90°.

@@ -1,6 +1,7 @@
 //! What a part must do: the largest or smallest value of a key with which limits hold.
 
-mod needed;
+use std::collections::HashMap;
+use std::ops::Range;
 
 use rayon::prelude::*;
 use standstill_campaign::Estimate;
@@ -9,8 +10,7 @@ use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
 
-pub use self::needed::{Seen, trials_needed};
-use crate::bracket::Verdict;
+use crate::bracket::Look;
 use crate::limit::{Limits, Tally};
 use crate::system::kept;
 use crate::{Halt, Watch};
@@ -31,14 +31,44 @@ pub struct Bench<'a> {
 pub struct Judgement {
     /// The measures, limit by limit.
     pub measures: Vec<Estimate>,
-    /// Whether the limits hold.
-    pub verdict: Verdict,
+    /// What they are to the limits.
+    pub look: Look,
     /// The share of starts without an answer, where the root mean square is limited.
     pub without_answer: Option<Estimate>,
 }
 
 /// Trials that a thread runs at a time.
 const AT_ONCE: u64 = 256;
+const LEAST_AT_ONCE: u64 = 32;
+
+/// Trials after which it is looked first whether a judgement is clear, and how many times as many are next.
+const FIRST: u64 = 64;
+const MORE: u64 = 4;
+
+/// Numbers that are kept of looks that may be continued: a few hundred megabytes.
+const NUMBERS: u64 = 30_000_000;
+
+/// What was taken at values, so that a closer look continues it.
+#[derive(Debug, Default)]
+pub struct Taken(HashMap<Vec<u64>, Tally>);
+
+impl Taken {
+    fn place(values: &[f64]) -> Vec<u64> {
+        values.iter().map(|value| value.to_bits()).collect()
+    }
+
+    fn remove(&mut self, values: &[f64]) -> Option<Tally> {
+        self.0.remove(&Self::place(values))
+    }
+
+    fn insert(&mut self, values: &[f64], tally: Tally) {
+        let numbers = |tally: &Tally| tally.count() * tally.values().len() as u64;
+        if self.0.values().map(numbers).sum::<u64>() + numbers(&tally) > NUMBERS {
+            self.0.clear();
+        }
+        self.0.insert(Self::place(values), tally);
+    }
+}
 
 impl<'a> Bench<'a> {
     /// Of keys whose values are numbers.
@@ -67,10 +97,14 @@ impl<'a> Bench<'a> {
         for ((key, whole), value) in self.keys.iter().zip(values) {
             document.set_value(key, number(*value, *whole), Origin::CommandLine)?;
         }
-        Plan::new(document)
+        let plan = Plan::new(document)?;
+        // What the detector refuses shows only now.
+        plan.scenario(0)?;
+        Ok(plan)
     }
 
-    /// What trials with these values show. None where the values cannot be.
+    /// What trials with these values show: so many, or fewer where those make it clear. The error within says why the values
+    /// cannot be.
     ///
     /// # Errors
     /// A trial that cannot be run; that it was stopped.
@@ -78,14 +112,30 @@ impl<'a> Bench<'a> {
         &self,
         values: &[f64],
         trials: u64,
+        taken: &mut Taken,
         watch: &dyn Watch,
-    ) -> Result<Option<Judgement>, Halt<FileError>> {
-        let tally = self.tally(values, self.document.load()?.seed, trials, watch)?;
-        Ok(tally.map(|tally| Judgement {
-            measures: tally.estimates(),
-            verdict: tally.verdict(),
-            without_answer: tally.without_answer(),
-        }))
+    ) -> Result<Result<Judgement, FileError>, Halt<FileError>> {
+        let plan = match self.plan(values) {
+            Ok(plan) => plan,
+            Err(error) => return Ok(Err(error)),
+        };
+        let seed = plan.file().seed;
+        let mut tally = taken.remove(values).unwrap_or_else(|| Tally::new(self.limits));
+        loop {
+            let done = tally.count();
+            if done > 0 {
+                let look = tally.look();
+                if done >= trials || look.clear.is_some() {
+                    let (measures, without_answer) = (tally.estimates(), tally.without_answer());
+                    taken.insert(values, tally);
+                    return Ok(Ok(Judgement { measures, look, without_answer }));
+                }
+            }
+            let next = (done * MORE).clamp(FIRST, trials.max(FIRST));
+            // Few more are no look of their own.
+            let next = if 2 * next >= trials { trials } else { next };
+            tally.extend(self.part(&plan, values, seed, done..next, watch)?);
+        }
     }
 
     /// What the first trials of a seed contribute with these values. None where the values cannot be.
@@ -102,28 +152,49 @@ impl<'a> Bench<'a> {
         let mut document = self.document.clone();
         document.set_value("seed", seed_value(seed), Origin::CommandLine)?;
         let Ok(plan) = self.plan_of(document, values) else { return Ok(None) };
-        let key = self.key(values, seed, trials);
-        let values = kept(watch, &key, |_| trials, || self.values(&plan, trials, watch))?;
-        Ok(Some(Tally::of(self.limits, values)))
+        Ok(Some(Tally::of(self.limits, self.part(&plan, values, seed, 0..trials, watch)?)))
+    }
+
+    /// What these trials contribute, unless that is kept from before.
+    fn part(
+        &self,
+        plan: &Plan,
+        values: &[f64],
+        seed: u64,
+        trials: Range<u64>,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
+        let key = self.key(values, seed, &trials);
+        let count = trials.end - trials.start;
+        kept(watch, &key, |_| count, || self.values(plan, trials, watch))
     }
 
     /// What a tally depends on but for the scenario.
-    fn key(&self, values: &[f64], seed: u64, trials: u64) -> String {
+    fn key(&self, values: &[f64], seed: u64, trials: &Range<u64>) -> String {
         let settings = self.keys.iter().zip(values).map(|((key, _), value)| format!("{key}={value:?}"));
         let settings: Vec<String> = settings.collect();
         let measures: Vec<String> = self.limits.0.iter().map(|limit| limit.measure.to_string()).collect();
-        format!("{trials} trials of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
+        format!("trials {trials:?} of seed {seed} with [{}]: {}", settings.join(", "), measures.join(", "))
     }
 
     /// What each start contributes to each limit.
-    fn values(&self, plan: &Plan, trials: u64, watch: &dyn Watch) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
+    fn values(
+        &self,
+        plan: &Plan,
+        trials: Range<u64>,
+        watch: &dyn Watch,
+    ) -> Result<Vec<Vec<f64>>, Halt<FileError>> {
         let scenario = plan.scenario(0)?;
         let mut tally = Tally::new(self.limits);
-        let parts = (0..trials.div_ceil(AT_ONCE)).into_par_iter().map(|part| {
+        let Range { start, end } = trials;
+        // Few trials keep several threads busy too.
+        let at_once = (end - start).div_ceil(4).clamp(LEAST_AT_ONCE, AT_ONCE);
+        let parts = (0..(end - start).div_ceil(at_once)).into_par_iter().map(|part| {
             if watch.stopped() {
                 return Err(Halt::Stopped);
             }
-            let mut numbers = part * AT_ONCE..trials.min((part + 1) * AT_ONCE);
+            let from = start + part * at_once;
+            let mut numbers = from..end.min(from + at_once);
             let mut records: Vec<Record> = Vec::new();
             plan.trials(0, &scenario, &mut numbers, &mut |record| records.push(record))
                 .map_err(|error| Halt::Failed(error.error))?;

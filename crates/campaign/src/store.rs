@@ -23,7 +23,7 @@ pub use identity::{Identity, Shard};
 pub use journal::{Journal, JournalError, Keep, Rows};
 pub use notes::Notes;
 pub use row::Row;
-pub use shards::{Shards, ShardsError, head};
+pub use shards::{Shards, ShardsError, beside, head};
 pub use survey::{State, Survey, Surveyed};
 pub use sweep::{Sweep, SweepError};
 pub use tally::{Tallied, Tally};

@@ -54,6 +54,16 @@ fn law_a_motor_without_saliency_has_no_axis_by_any_method() {
 }
 
 #[test]
+fn regress_delays_of_the_legs_are_no_saliency_to_a_rotating_injection() {
+    // At 12 V and 13.5 µH the injected 0.14 V are less than what the dead time takes, and legs whose delays differ make a tenth of it:
+    // 24 of 100 were taken for a saliency.
+    let mut motor = built_in("outrunner").expect("built in");
+    motor.winding.saliency = 0.0;
+    let s = on(&motor.linearised(), HfiRotating, ErrorSet::Harsh, 100);
+    assert!(s.found + s.undetermined <= 1 && s.errors == 0, "{s:?}");
+}
+
+#[test]
 fn law_a_saliency_of_two_per_cent_is_found_by_methods_that_compare_their_sensors() {
     for method in [Bipolar, MaximumLikelihood, MaximumLikelihoodAdaptive] {
         let s = on(&built_in("surface-magnet").expect("built in"), method, ErrorSet::Default, 40);
@@ -81,20 +91,40 @@ fn law_adaptive_pulses_stay_within_the_rated_current() {
 #[test]
 fn law_the_pole_is_named_behind_slow_sensors_and_the_axis_is_as_good() {
     for method in [MaximumLikelihood, MaximumLikelihoodAdaptive] {
-        for (bandwidth, most) in [("20 kHz", 0.3), ("50 kHz", 0.15), ("200 kHz", 0.15), ("1 MHz", 0.15)] {
+        for (kilohertz, most) in [(20, 0.3), (50, 0.15), (100, 0.15), (200, 0.15), (500, 0.15), (1000, 0.15)]
+        {
+            // The drive knows the nominal bandwidth; specimens are spread as in `field`.
             let text = format!(
-                "motor = \"paper-5k5\"\ndetector.method = \"{method}\"\ndetector.bandwidth = \"{bandwidth}\"\n[sensors]\nbandwidth = \"{bandwidth}\"\nbandwidth_mismatch = \"3 %\""
+                "motor = \"paper-5k5\"\ndetector.method = \"{method}\"\n[sensors]\nbandwidth = \"{kilohertz} kHz\"\nbandwidth_tolerance = \"20 %\"\nbandwidth_mismatch = \"3 %\""
             );
             let document = Document::parse(Path::new("scenario"), &text).expect("TOML");
             let motor = built_in("paper-5k5").expect("built in");
-            let nominal = document.scenario_of(&motor).unwrap_or_else(|error| panic!("{error}"));
-            for share in [0.8, 1.2] {
-                let mut scenario = nominal.clone();
-                scenario.sensors.bandwidth = scenario.sensors.bandwidth.map(|corner| corner * share);
-                let s = summary(&scenario, 25);
-                assert_eq!((s.found, s.wrong_poles), (25, 0), "{method} {bandwidth}: {s:?}");
-                assert!(s.rms_deg.value < most, "{method} {bandwidth}: {s:?}");
-            }
+            let scenario = document.scenario_of(&motor).unwrap_or_else(|error| panic!("{error}"));
+            let s = summary(&scenario, 100);
+            assert!(s.found >= 99 && s.wrong_poles == 0, "{method} {kilohertz} kHz: {s:?}");
+            assert!(s.rms_deg.value < most, "{method} {kilohertz} kHz: {s:?}");
         }
+    }
+}
+
+#[test]
+fn law_field_errors_cost_pulses_both_ways_no_pole_and_at_most_their_default_error_again() {
+    let motor = built_in("paper-5k5").expect("built in");
+    for method in [Bipolar, MaximumLikelihood, MaximumLikelihoodAdaptive] {
+        let [default, field] =
+            [ErrorSet::Default, ErrorSet::Field].map(|errors| on(&motor, method, errors, 100));
+        assert_eq!((field.found, field.wrong_poles), (100, 0), "{method}: {field:?}");
+        assert!(field.rms_deg.value < 2.0 * default.rms_deg.value, "{method}: {field:?}");
+    }
+}
+
+#[test]
+fn regress_what_edges_add_is_not_taken_for_too_little_current() {
+    // What an edge adds is as large as the first pulses that these raise in their line of most inductance.
+    for name in ["pm-reluctance", "reluctance-6k7"] {
+        let motor = built_in(name).expect("built in");
+        let s = on(&motor, MaximumLikelihoodAdaptive, ErrorSet::Field, 40);
+        assert!(s.reasons.keys().all(|reason| !reason.starts_with("too little current")), "{name}: {s:?}");
+        assert_eq!(s.wrong_poles, 0, "{name}: {s:?}");
     }
 }

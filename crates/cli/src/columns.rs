@@ -7,9 +7,9 @@ use std::io::Write;
 use serde::Serialize;
 use standstill_campaign::store::Row;
 use standstill_quantity::si_value;
-use standstill_report::table::{Column, Kind, Value};
 use standstill_scenario::Point;
 use standstill_sim::{Event, Snapshot, Trace};
+use standstill_table::{Column, Kind, Value};
 
 /// Columns of a trial in files of trials.
 const TRIAL: [(&str, Kind); 13] = [

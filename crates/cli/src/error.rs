@@ -13,8 +13,8 @@ use standstill_lab::ServerError;
 use standstill_plant::{MapError, MotorError, NoConvergence, TemperatureError, built_in_names};
 use standstill_report::figure::FigureError;
 use standstill_report::page::PageError;
-use standstill_report::table::TableError;
 use standstill_scenario::{FileError, quoted};
+use standstill_table::TableError;
 
 #[derive(Debug)]
 pub enum Error {

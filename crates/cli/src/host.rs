@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use indicatif::{ProgressBar, ProgressDrawTarget};
-use standstill_report::table::Columns;
+use standstill_table::Columns;
 
 use crate::{Report, text};
 

@@ -12,7 +12,7 @@ use numpy::{Element, PyArray1, ndarray::ArrayView1};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::{PyCapsule, PyDict, PyList, PyString};
-use standstill_report::table::{Columns, Data};
+use standstill_table::{Columns, Data};
 
 use crate::Error;
 

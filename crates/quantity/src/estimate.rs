@@ -116,17 +116,14 @@ pub fn fixed(value: f64, decimals: usize) -> String {
     }
 }
 
-/// What a share is at most, in per cent: two digits, rounded up, because a limit must not look lower than it is.
+/// What a share is at most, in per cent, with two digits: the end of its interval, as that prints it.
 ///
 /// ```
 /// assert_eq!(standstill_quantity::at_most(3.6889e-6), "0.00037");
 /// ```
 pub fn at_most(share: f64) -> String {
     let percent = 100.0 * share;
-    let decimals = magnitude(percent).map_or(0, |first| usize::try_from(1 - first).unwrap_or(0));
-    let power = format!("1e{decimals}").parse().unwrap_or(1.0);
-    // What arithmetic rounds is no reason for another digit.
-    fixed((percent * power - 1e-9).ceil().max(0.0) / power, decimals)
+    fixed(percent, magnitude(percent).map_or(0, |first| usize::try_from(1 - first).unwrap_or(0)))
 }
 
 #[cfg(test)]
@@ -164,13 +161,18 @@ mod tests {
     }
 
     #[test]
-    fn law_a_limit_is_never_printed_lower_than_it_is() {
-        for share in [3.688_9e-4, 0.037, 0.05, 0.1, 0.999_9, 1.0, 0.0, 1e-9, 0.0037] {
-            let shown: f64 = at_most(share).parse().expect("a number");
-            assert!(shown >= 100.0 * share * (1.0 - 1e-9), "{share}: {shown}");
-            assert!(shown <= 110.0 * share + 1e-12, "{share}: {shown}");
+    fn law_a_limit_is_the_upper_end_of_the_interval_beside_it() {
+        for (high, limit, interval) in [
+            (3.688_9e-4, "0.037", "0.000 [0.000, 0.037]"),
+            (1.843e-3, "0.18", "0.00 [0.00, 0.18]"),
+            (0.168, "17", "0 [0, 17]"),
+            (1.0, "100", "0 [0, 100]"),
+        ] {
+            assert_eq!(
+                (at_most(high).as_str(), of(0.0, 0.0, high).times(100.0).to_string()),
+                (limit, interval.into())
+            );
         }
-        assert_eq!(at_most(3.688_9e-4), "0.037");
-        assert_eq!(at_most(0.05), "5.0");
+        assert_eq!(at_most(0.0), "0");
     }
 }

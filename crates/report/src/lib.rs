@@ -1,6 +1,5 @@
-//! Tables and figures from records.
+//! Figures and pages of results.
 
 pub mod figure;
 pub mod page;
 pub mod study;
-pub mod table;

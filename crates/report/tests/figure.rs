@@ -54,8 +54,10 @@ fn decode(file: &[u8]) -> (u32, u32, Vec<[u8; 3]>) {
     let mut reader = png::Decoder::new(std::io::Cursor::new(file)).read_info().unwrap();
     let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
     let info = reader.next_frame(&mut bytes).unwrap();
-    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgb, png::BitDepth::Eight));
-    (info.width, info.height, bytes.as_chunks().0.to_vec())
+    assert_eq!((info.color_type, info.bit_depth), (png::ColorType::Rgba, png::BitDepth::Eight));
+    let pixels = bytes.as_chunks::<4>().0;
+    assert!(pixels.iter().all(|pixel| pixel[3] == 255), "nothing is transparent");
+    (info.width, info.height, pixels.iter().map(|[red, green, blue, _]| [*red, *green, *blue]).collect())
 }
 
 /// Tags closed in the order of their opening, and no ampersand without an entity.

@@ -12,7 +12,7 @@
 pub mod bank;
 pub mod driven;
 mod mode_ends;
-mod seats;
+mod slots;
 
 use standstill_numeric::{OnWidest, Wide, Width, on_widest};
 use standstill_plant::Magnetics;
@@ -21,7 +21,7 @@ use standstill_interface::{Command, Detector, Reading, Real};
 
 use self::bank::{Bank, Served};
 use self::driven::Driven;
-use self::seats::{Desk, Seats};
+use self::slots::{Adapter, Slots};
 use crate::case::{Case, Finished, Run};
 use crate::control::{Control, Want, can_move};
 use crate::trace::{NoProbe, Probe};
@@ -91,7 +91,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
     }
 
     /// Puts a run into a lane; its end, if it needs no step.
-    fn seat(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
+    fn begin(&mut self, lane: usize, control: Control<'a>, detector: &mut Orders<'_>) -> Option<Finished> {
         let finished = advance(self.lanes[lane].insert(control), &mut self.bank, detector, Want::Command);
         if finished.is_some() {
             self.bank.live &= !(1 << lane);
@@ -106,7 +106,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             let finished = if fits(&self.bank, &case) {
                 let control =
                     Control::new(case, &mut self.bank, lane, None, false, std::mem::take(&mut readings));
-                self.seat(lane, control, &mut |readings| host.step(lane, readings))
+                self.begin(lane, control, &mut |readings| host.step(lane, readings))
             } else {
                 Some(alone(&case, &mut |readings| host.step(lane, readings), false, &mut NoProbe, false))
             };
@@ -178,9 +178,9 @@ pub fn run<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    let mut desk = Desk::new();
-    let finished = alone(case, &mut |readings| desk.step(detector, readings), ledger, probe, false);
-    desk.run(finished)
+    let mut adapter = Adapter::new();
+    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, false);
+    adapter.run(finished)
 }
 
 /// The same by another method for each step, of order five and with nothing in common with the engine's own but the
@@ -191,9 +191,9 @@ pub fn referee<T: Real, D: Detector<T> + ?Sized>(
     ledger: bool,
     probe: &mut dyn Probe,
 ) -> Run<T> {
-    let mut desk = Desk::new();
-    let finished = alone(case, &mut |readings| desk.step(detector, readings), ledger, probe, true);
-    desk.run(finished)
+    let mut adapter = Adapter::new();
+    let finished = alone(case, &mut |readings| adapter.step(detector, readings), ledger, probe, true);
+    adapter.run(finished)
 }
 
 /// One run, in a bank for one.
@@ -231,7 +231,7 @@ pub fn run_side_by_side_in<'a, T: Real, D: Detector<T>>(
     cases: impl IntoIterator<Item = (Case<'a>, D)>,
     done: impl FnMut(usize, Run<T>),
 ) {
-    all(most, &mut Seats::new(cases.into_iter(), done));
+    all(most, &mut Slots::new(cases.into_iter(), done));
 }
 
 /// All runs of a host, side by side.
@@ -257,7 +257,7 @@ impl OnWidest for Work<'_, '_> {
             Bank::like(first.motor, &first.inverter, can_move(first.rotor), has_filters(&first));
         let mut side_by_side = SideBySide::new(bank);
         let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
-        if let Some(finished) = side_by_side.seat(0, control, &mut |readings| host.step(0, readings)) {
+        if let Some(finished) = side_by_side.begin(0, control, &mut |readings| host.step(0, readings)) {
             host.over(0, finished);
             side_by_side.fill(0, host);
         }

@@ -11,33 +11,56 @@ use crate::sobol::ratio;
 /// What a start without an answer counts as, in degrees.
 const COUNTS: f64 = 90.0;
 
-/// The root mean square with its 95 % interval; of a start without an answer the value is infinite.
-///
-/// The mean square is p 90² + (1 − p) m: p the share without an answer, m the mean square of the others. The distances
-/// from the estimate to the ends of both intervals, each by its effect, are added as squares (G. Y. Zou and A. Donner,
-/// "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095).
-pub(super) fn rms(values: &[f64]) -> Estimate {
-    let share = without_answer(values);
-    let mut squares: Vec<f64> = values.iter().filter(|e| e.is_finite()).map(|e| e * e).collect();
-    let whole = COUNTS * COUNTS;
-    let root = |x: f64| x.max(0.0).sqrt();
-    if squares.len() < 2 {
-        // Nothing is known of the others' errors but that they are below 90°.
-        let sum = share.value * whole + squares.iter().sum::<f64>() / (values.len() as f64).max(1.0);
-        return Estimate { value: root(sum), low: root(share.low * whole), high: COUNTS };
+/// What starts show of a root mean square.
+pub(super) struct Seen {
+    /// Starts without an answer, and all.
+    without: usize,
+    all: usize,
+    /// Mean square of the others, and their squares in order.
+    square: Estimate,
+    squares: Vec<f64>,
+}
+
+impl Seen {
+    /// Of a start without an answer the value is infinite.
+    pub(super) fn of(values: &[f64]) -> Self {
+        let mut squares: Vec<f64> = values.iter().filter(|e| e.is_finite()).map(|e| e * e).collect();
+        let square = ratio(squares.iter().map(|square| (*square, 1.0)));
+        squares.sort_by(f64::total_cmp);
+        Self { without: values.len() - squares.len(), all: values.len(), square, squares }
     }
-    let m = ratio(squares.iter().map(|square| (*square, 1.0)));
-    let m = Estimate { low: m.low.max(least(&mut squares)), ..m };
-    let value = share.value * whole + (1.0 - share.value) * m.value;
-    let end = |share_apart: f64, m_apart: f64| {
-        let [a, b] = [share_apart * (whole - m.value), (1.0 - share.value) * m_apart];
-        (a * a + b * b).sqrt()
-    };
-    let low = value - end(share.value - share.low, m.value - m.low);
-    // It is at least what both make at their lower ends.
-    let low = low.max(share.low * whole + (1.0 - share.high) * m.low);
-    let high = value + end(share.high - share.value, m.high - m.value);
-    Estimate { value: root(value), low: root(low), high: root(high) }
+
+    /// The root mean square with the 95 % interval that so many trials like these would leave.
+    ///
+    /// The mean square is p 90² + (1 − p) m: p the share without an answer, m the mean square of the others. The distances
+    /// from the estimate to the ends of both intervals, each by its effect, are added as squares (G. Y. Zou and A. Donner,
+    /// "Construction of confidence limits about effect measures", 2008, doi:10.1002/sim.3095).
+    pub(super) fn rms(&self, trials: f64) -> Estimate {
+        let share = super::share(self.without, self.all, trials);
+        let whole = COUNTS * COUNTS;
+        let root = |x: f64| x.max(0.0).sqrt();
+        if self.squares.len() < 2 {
+            // Nothing is known of the others' errors but that they are below 90°.
+            let sum = share.value * whole + self.squares.iter().sum::<f64>() / (self.all as f64).max(1.0);
+            return Estimate { value: root(sum), low: root(share.low * whole), high: COUNTS };
+        }
+        // An interval narrows with the root of the trials.
+        let wider = (self.all as f64 / trials).sqrt();
+        let m = self.square;
+        let [below, above] = [m.value - m.low, m.high - m.value].map(|apart| apart * wider);
+        let answered = trials * self.squares.len() as f64 / self.all as f64;
+        let m = Estimate { low: (m.value - below).max(least(&self.squares, answered)), ..m };
+        let value = share.value * whole + (1.0 - share.value) * m.value;
+        let end = |share_apart: f64, m_apart: f64| {
+            let [a, b] = [share_apart * (whole - m.value), (1.0 - share.value) * m_apart];
+            (a * a + b * b).sqrt()
+        };
+        let low = value - end(share.value - share.low, m.value - m.low);
+        // It is at least what both make at their lower ends.
+        let low = low.max(share.low * whole + (1.0 - share.high) * m.low);
+        let high = value + end(share.high - share.value, above);
+        Estimate { value: root(value), low: root(low), high: root(high) }
+    }
 }
 
 /// The same with the interval of what is seen alone: what a search compares on the same random numbers.
@@ -55,8 +78,8 @@ pub(super) fn without_answer(values: &[f64]) -> Estimate {
 }
 
 /// What the mean is at least: half the lower end of the median, because half of all is above the median.
-fn least(squares: &mut [f64]) -> f64 {
-    0.5 * super::quantile(squares, 0.5).low
+fn least(squares: &[f64], trials: f64) -> f64 {
+    0.5 * super::quantile(squares, 0.5, trials).low
 }
 
 /// What starts without an answer have to do with a root mean square.
@@ -105,6 +128,10 @@ mod tests {
     use super::*;
 
     const NONE: f64 = f64::INFINITY;
+
+    fn rms(values: &[f64]) -> Estimate {
+        Seen::of(values).rms(values.len() as f64)
+    }
 
     #[test]
     fn analytic_starts_without_an_answer_widen_the_interval_before_one_is_seen() {

@@ -1,11 +1,12 @@
 //! What run it is, and which part of it.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
+use standstill_quantity::Quantity;
 use standstill_scenario::StopTable;
 
 /// Which part of a run this is: all rows, or where points may end early all points, in equal parts.
@@ -104,52 +105,78 @@ impl Identity {
         all.into_iter().chain(files).map(|(key, value)| (key.to_owned(), value)).collect()
     }
 
-    /// Whether its trials are the first ones of `longer`: the same run but for fewer trials.
+    /// Whether its trials are the first ones of `longer`: the same run but for fewer trials, or for a rule that ends points earlier.
     pub fn begins(&self, longer: &Self) -> bool {
-        let apart = |run: &Self| Self { trials: 0, scenario: without_trials(&run.scenario), ..run.clone() };
-        self.trials < longer.trials && apart(self) == apart(longer)
+        let apart = |run: &Self| Self {
+            trials: 0,
+            stop_at: StopTable::default(),
+            scenario: without_length(&run.scenario),
+            ..run.clone()
+        };
+        let more = self.trials < longer.trials || self.stop_at != longer.stop_at;
+        let later = ends_later(self.stop_at, longer.stop_at);
+        more && later && self.trials <= longer.trials && apart(self) == apart(longer)
     }
 
-    /// The first difference from another run, in words; none: they are the same.
+    /// All differences from another run, in words; none: they are the same.
     pub fn difference(&self, other: &Self) -> Option<String> {
-        let differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
-            Some(format!("{what} is {own} there and {other} here"))
+        let mut all: Vec<String> = Vec::new();
+        let mut differ = |what: &str, own: &dyn fmt::Display, other: &dyn fmt::Display| {
+            let [own, other] = [own, other].map(ToString::to_string);
+            if own != other {
+                all.push(format!("{what} is {own} there and {other} here"));
+            }
         };
-        if self.version != other.version {
-            return differ("the program's version", &self.version, &other.version);
+        differ("the program's version", &self.version, &other.version);
+        differ("the number of the program's numerics", &self.numerics, &other.numerics);
+        differ("the seed", &self.seed, &other.seed);
+        differ("the number of trials", &self.trials, &other.trials);
+        differ("the shard", &self.shard, &other.shard);
+        let [own, others] = [self, other].map(|run| values(&run.scenario));
+        // What was named above is not named again.
+        let named = |key: &String| match key.as_str() {
+            "seed" => self.seed != other.seed,
+            "trials" => self.trials != other.trials,
+            _ => false,
+        };
+        let keys: BTreeSet<&String> = own.keys().chain(others.keys()).filter(|key| !named(key)).collect();
+        let set = |values: &BTreeMap<String, String>, key: &String| {
+            values.get(key).cloned().unwrap_or_else(|| "not set".to_owned())
+        };
+        for key in keys {
+            differ(&format!("`{key}`"), &set(&own, key), &set(&others, key));
         }
-        if self.numerics != other.numerics {
-            return differ("the number of the program's numerics", &self.numerics, &other.numerics);
+        let read = |files: &BTreeMap<String, String>, path: &String| {
+            files.get(path).map_or_else(|| "not read".to_owned(), |digest| format!("of {digest}"))
+        };
+        let paths: BTreeSet<&String> = self.files.keys().chain(other.files.keys()).collect();
+        for path in paths {
+            differ(&format!("the file {path}"), &read(&self.files, path), &read(&other.files, path));
         }
-        if self.seed != other.seed {
-            return differ("the seed", &self.seed, &other.seed);
-        }
-        if self.trials != other.trials {
-            return differ("the number of trials", &self.trials, &other.trials);
-        }
-        if self.shard != other.shard {
-            return differ("the shard", &self.shard, &other.shard);
-        }
-        if self.scenario != other.scenario {
-            let [own, others] = [self, other].map(|run| values(&run.scenario));
-            let mut keys = own.keys().chain(others.keys());
-            let Some(key) = keys.find(|key| own.get(*key) != others.get(*key)) else {
-                return Some("the scenarios are written in another way".to_owned());
+        if all.is_empty() && self != other {
+            let written = if self.scenario == other.scenario {
+                "the points are others"
+            } else {
+                "the scenarios are written in another way"
             };
-            let of = |values: &BTreeMap<String, String>| {
-                values.get(key).cloned().unwrap_or_else(|| "not set".to_owned())
-            };
-            return differ(&format!("`{key}`"), &of(&own), &of(&others));
+            all.push(written.to_owned());
         }
-        let paths = self.files.keys().chain(other.files.keys());
-        if let Some(path) = paths.into_iter().find(|path| self.files.get(*path) != other.files.get(*path)) {
-            let of = |files: &BTreeMap<String, String>| {
-                files.get(path).map_or_else(|| "not read".to_owned(), |digest| format!("of {digest}"))
-            };
-            return differ(&format!("the file {path}"), &of(&self.files), &of(&other.files));
-        }
-        (self != other).then(|| "the points are others".to_owned())
+        (!all.is_empty()).then(|| all.join("; "))
     }
+}
+
+/// Whether a rule ends no point after `later` does: each of its limits is there too, and is as narrow at least; or nothing ends a
+/// point early any more.
+fn ends_later(rule: StopTable, later: StopTable) -> bool {
+    let narrower = |before: Option<f64>, after: Option<f64>| match (before, after) {
+        (Some(before), Some(after)) => after <= before,
+        (before, _) => before.is_none(),
+    };
+    let value = |of: StopTable| [of.rms.map(Quantity::value), of.wrong_poles.map(Quantity::value)];
+    let ([rms, poles], [rms_later, poles_later]) = (value(rule), value(later));
+    rule == later
+        || later.is_empty()
+        || !rule.is_empty() && narrower(rms, rms_later) && narrower(poles, poles_later)
 }
 
 /// The values that a scenario's text sets, by full key such as `detector.pulse`.
@@ -169,11 +196,21 @@ fn values(scenario: &str) -> BTreeMap<String, String> {
     all
 }
 
-/// A scenario's text without its number of trials, which stands before all tables.
-fn without_trials(scenario: &str) -> String {
-    let number = scenario.lines().position(|line| line.starts_with("trials = "));
-    let rest = scenario.lines().enumerate().filter(|(line, _)| Some(*line) != number);
-    rest.flat_map(|(_, line)| [line, "\n"]).collect()
+/// A scenario's text without its number of trials, which stands before all tables, and the rule that ends points early.
+fn without_length(scenario: &str) -> String {
+    let mut table = "";
+    let mut kept = String::new();
+    for line in scenario.lines() {
+        if line.starts_with('[') {
+            table = line;
+        }
+        let trials = table.is_empty() && line.starts_with("trials = ");
+        if !trials && table != "[stop_at]" && !line.is_empty() {
+            kept += line;
+            kept.push('\n');
+        }
+    }
+    kept
 }
 
 #[cfg(test)]
@@ -196,6 +233,49 @@ mod tests {
         }
         let shard = Shard { index: 1, count: 2 };
         assert!(!short.begins(&Identity { shard, ..of(9000, 1, "") }));
+    }
+
+    #[test]
+    fn law_a_run_that_a_rule_ended_is_extended_by_a_narrower_one_or_none() {
+        let of = |trials: u64, stop: &str| {
+            let rule = if stop.is_empty() { String::new() } else { format!("\n[stop_at]\n{stop}\n") };
+            Identity {
+                stop_at: toml::from_str(stop).expect("a rule"),
+                trials,
+                scenario: format!("trials = {trials}\n{rule}\n[rotor]\nstate = \"free\"\n"),
+                ..identity("{}", Shard::WHOLE)
+            }
+        };
+        let short = of(8000, "rms = \"5 %\"");
+        for longer in [of(8000, "rms = \"2 %\""), of(8000, ""), of(9000, "rms = \"5 %\""), of(9000, "")] {
+            assert!(short.begins(&longer), "{longer:?}");
+        }
+        // A wider rule, another one, one where there was none, and fewer trials might end before the rows that are there.
+        for other in [of(9000, "rms = \"6 %\""), of(9000, "wrong_poles = \"1 %\""), of(7000, "rms = \"2 %\"")]
+        {
+            assert!(!short.begins(&other), "{other:?}");
+        }
+        assert!(!of(8000, "").begins(&of(9000, "rms = \"5 %\"")));
+        let both = of(8000, "rms = \"2 %\"\nwrong_poles = \"1 %\"");
+        assert!(short.begins(&both) && !both.begins(&of(9000, "rms = \"1 %\"")));
+    }
+
+    #[test]
+    fn regress_a_refusal_names_all_that_differs() {
+        let of = |trials: u64, noise: &str, digest: &str| Identity {
+            trials,
+            scenario: format!("trials = {trials}\n[sensors]\nnoise = \"{noise}\"\n"),
+            files: BTreeMap::from([("m.toml".to_owned(), digest.to_owned())]),
+            ..identity("{}", Shard::WHOLE)
+        };
+        let run = of(8000, "5 mA", "1");
+        assert_eq!(run.difference(&run), None);
+        assert_eq!(
+            run.difference(&of(9000, "8 mA", "2")).as_deref(),
+            Some(
+                "the number of trials is 8000 there and 9000 here; `sensors.noise` is \"5 mA\" there and \"8 mA\" here; the file m.toml is of 1 there and of 2 here"
+            )
+        );
     }
 
     #[test]

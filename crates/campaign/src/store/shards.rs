@@ -37,23 +37,29 @@ pub(super) fn identity(path: &Path) -> Result<Identity, JournalError> {
     }
 }
 
+/// What two shards are if the run was split in two ways: their rows overlap.
+pub(super) fn split(paths: [&Path; 2], of: [&Identity; 2]) -> Result<(), ShardsError> {
+    let shards = of.map(|identity| identity.shard);
+    if shards[0].count == shards[1].count {
+        return Ok(());
+    }
+    Err(ShardsError::Split { paths: paths.map(Path::to_owned), shards })
+}
+
 /// Why two journals are not shards of one run, if they are not.
 pub(super) fn difference(paths: [&Path; 2], of: [&Identity; 2]) -> Option<String> {
-    let [count, counts] = of.map(|identity| identity.shard.count);
     let keeps = |tally| if tally { "statistics alone" } else { "rows" };
     let [there, here] = paths.map(is_tally);
-    (count != counts)
-        .then(|| format!("it is one of {count} shards there and of {counts} here"))
-        .or_else(|| of[0].whole().difference(&of[1].whole()))
-        .or_else(|| {
-            (there != here)
-                .then(|| format!("it keeps {} there and {} here (--rows)", keeps(there), keeps(here)))
-        })
+    of[0].whole().difference(&of[1].whole()).or_else(|| {
+        (there != here).then(|| format!("it keeps {} there and {} here (--rows)", keeps(there), keeps(here)))
+    })
 }
 
 /// Whether a shard is of a run whose first trials those of another's run are, in as many shards.
 pub(super) fn begins(shorter: &Identity, longer: &Identity) -> bool {
-    shorter.shard.count == longer.shard.count && shorter.whole().begins(&longer.whole())
+    shorter.shard.count == longer.shard.count
+        && shorter.stop_at == longer.stop_at
+        && shorter.whole().begins(&longer.whole())
 }
 
 /// Whether a journal has all that it should, and how many trials are missing, at most.
@@ -84,6 +90,13 @@ pub enum ShardsError {
         first: PathBuf,
         /// Where it is again.
         second: PathBuf,
+    },
+    /// Two are of different splits.
+    Split {
+        /// Both.
+        paths: [PathBuf; 2],
+        /// Which they are.
+        shards: [Shard; 2],
     },
     /// One is of another run.
     Foreign {
@@ -142,6 +155,12 @@ impl fmt::Display for ShardsError {
             Self::Overlap { shard, first, second } => {
                 write!(f, "shard {shard} is there twice: {} and {}", first.display(), second.display())
             }
+            Self::Split { paths: [first, second], shards: [one, other] } => write!(
+                f,
+                "{} is shard {one} and {} shard {other}: shards of two splits overlap; needed those of one, in a folder of their own",
+                first.display(),
+                second.display()
+            ),
             Self::Foreign { path, first, difference } => {
                 write!(f, "{} is not of the same run as {}: {difference}", path.display(), first.display())
             }
@@ -197,6 +216,7 @@ impl Shards {
                 return Err(ShardsError::Numerics { path, found: identity.numerics });
             }
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
+            split([first, &path], [of, &identity])?;
             let difference = difference([&path, first], [&identity, of]);
             if let Some(difference) = difference {
                 let (shorter, longer) = if begins(&identity, of) {
@@ -273,6 +293,31 @@ impl Shards {
         }
         Ok(())
     }
+}
+
+/// Whether the journal of a shard may stand in this folder: not beside shards of another split, nor, unless `others` may be, beside
+/// those of another run. What cannot be read says nothing.
+///
+/// # Errors
+/// What is there.
+pub fn beside(folder: &Path, own: &Identity, others: bool) -> Result<(), ShardsError> {
+    let path = folder.join(own.shard.file_name());
+    for other in journals(&[folder.to_owned()]).unwrap_or_default() {
+        let Ok(of) = identity(&other) else { continue };
+        if other == path || of.shard == Shard::WHOLE {
+            continue;
+        }
+        split([&other, &path], [&of, own])?;
+        let whole = [of.whole(), own.whole()];
+        let extends = whole[0].begins(&whole[1]) || whole[1].begins(&whole[0]);
+        if !others
+            && !extends
+            && let Some(difference) = whole[0].difference(&whole[1])
+        {
+            return Err(ShardsError::Foreign { path: other, first: path, difference });
+        }
+    }
+    Ok(())
 }
 
 /// The journals in these folders, each once.
@@ -380,10 +425,17 @@ mod tests {
         );
         let other = write(&at("thirds"), &identity(3, 3, 1), 0);
         let message = refused(&[parts[..3].to_vec(), vec![other]].concat());
-        assert!(
-            message.contains("thirds") && message.contains("one of 3 shards there and of 4"),
-            "{message}"
-        );
+        assert!(message.contains("is shard 2/4 and ") && message.contains("thirds"), "{message}");
+        assert!(message.contains("shard 3/3: shards of two splits overlap"), "{message}");
+        // Nor may one be begun there, whatever is to be replaced; of another run only if that is.
+        for leave in [false, true] {
+            let message = beside(&parts[0], &identity(3, 3, 1), leave).expect_err("refused").to_string();
+            assert!(message.contains("shard 3/3") && message.contains("/4 and "), "{message}");
+        }
+        let message = beside(&parts[0], &identity(4, 4, 2), false).expect_err("refused").to_string();
+        assert!(message.contains("the seed is 1 there and 2 here"), "{message}");
+        beside(&parts[0], &identity(4, 4, 2), true).expect("with leave");
+        beside(&parts[0], &identity(4, 4, 1), false).expect("of the same run");
         let short = write(&at("short"), &identity(3, 4, 1), 2);
         let message = refused(&[parts[..3].to_vec(), vec![short]].concat());
         assert!(

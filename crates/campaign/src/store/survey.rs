@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::identity::{Identity, Shard};
 use super::journal::{Journal, JournalError, Rows, is_tally};
-use super::shards::{ShardsError, begins, difference, identity, journals};
+use super::shards::{ShardsError, begins, difference, identity, journals, split};
 use super::tally::Tallied;
 
 /// How far a shard is.
@@ -70,6 +70,7 @@ impl Survey {
                 }
             };
             let (first, of) = run.get_or_insert_with(|| (path.clone(), identity.clone()));
+            split([first, &path], [of, &identity])?;
             let difference = difference([&path, first], [&identity, of]);
             if let Some(difference) = difference.filter(|_| !begins(&identity, of) && !begins(of, &identity))
             {

@@ -6,7 +6,7 @@ use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
 use standstill_analysis::limit::{LimitError, Limits, Measure, MeasureError, Subject};
 use standstill_campaign::store::Shard;
-use standstill_report::table::Format;
+use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
 use super::{Force, MOST_ROWS, trial, whole};

@@ -1,8 +1,8 @@
 //! The tables of a trace: waveform and events, with the columns of their CSV files.
 
 use standstill_inverter::Conduction;
-use standstill_report::table::{Column, Kind, TableError, Value};
 use standstill_sim::{Event, Snapshot, Trace};
+use standstill_table::{Column, Kind, TableError, Value};
 
 /// Takes rows.
 type Sink<'a> = &'a mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>;

@@ -100,13 +100,17 @@ pub fn run(options: &Check) -> Result<Report, Error> {
 /// motor's are told by `standstill motors`.
 fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
-        let values: Vec<String> = entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
+        let values: Vec<String> =
+            entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
         (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
     };
     let left_out = sheet.assumed();
     let is_written = |entry: &Entry| {
         let is_left_out = left_out.iter().any(|other| other.key == entry.key);
-        entry.source == Source::Assumed && !is_left_out && DataSheet::built_in(sheet.name()).is_none()
+        // Saturation that is not given is nothing that was assumed: the verdict says what is open without.
+        let is_open = entry.key == "nameplate.saturation";
+        let is_built_in = DataSheet::built_in(sheet.name()).is_some();
+        entry.source == Source::Assumed && !is_left_out && !is_open && !is_built_in
     };
     let written: Vec<Entry> = sheet.entries().into_iter().filter(is_written).collect();
     let said = [

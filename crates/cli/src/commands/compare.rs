@@ -160,9 +160,11 @@ impl Row {
 /// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
 fn columns(rows: &[Row]) -> [Column; 17] {
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
-    // What happened anywhere has its column.
-    let count =
-        |title: &str, of: fn(&Row) -> u64| number(title, u8::from(rows.iter().all(|row| of(row) == 0)));
+    // What happened anywhere keeps its column; what did not, `right %` says as well.
+    let count = |title: &str, rank: u8, of: fn(&Row) -> u64| {
+        number(title, if rows.iter().all(|row| of(row) == 0) { rank } else { 0 })
+    };
+    let limits = if rows.iter().any(|row| row.bound_deg.is_some()) { 0 } else { 8 };
     [
         Column::word("method"),
         Column::word("rotor"),
@@ -172,15 +174,15 @@ fn columns(rows: &[Row]) -> [Column; 17] {
         number("rms °", 0).bracket(9),
         number("p95 °", 2).bracket(10),
         number("max °", 6),
-        count("wrong", |row| row.wrong_poles).judged(),
-        count("undet.", |row| row.undetermined),
-        count("failed", |row| row.failed + row.simulation_errors),
+        count("wrong", 1, |row| row.wrong_poles).judged(),
+        count("undet.", 6, |row| row.undetermined),
+        count("failed", 6, |row| row.failed + row.simulation_errors),
         number("ms", 0),
         number("peak A", 3),
         number("J", 8),
         number("moved °", 1),
-        number("limit °", 4),
-        number("eff.", 5),
+        number("limit °", 4 + limits),
+        number("eff.", 5 + limits),
     ]
 }
 

@@ -3,7 +3,7 @@
 mod ends;
 mod identity;
 
-pub use ends::Key;
+pub use ends::{Key, allowed};
 pub use identity::Identity;
 
 use std::path::{Path, PathBuf};

@@ -16,8 +16,8 @@ use serde_json::json;
 use standstill_campaign::store::{Identity, Journal, Rows, Shard};
 use standstill_report::figure::Figure;
 use standstill_report::study::{ErrorCloud, figures};
-use standstill_report::table::{Format, Reader};
 use standstill_scenario::{Document, ScenarioFile};
+use standstill_table::{Format, Reader};
 
 use super::reproduce::file_list;
 
@@ -69,7 +69,8 @@ pub fn run(options: &Report) -> Result<Said, Error> {
     let files = output.finish()?;
     remove_stale(&out, &files);
     if !options.json {
-        text += &format!("\n{}", file_list(&out, &files));
+        text += "\n";
+        text += &file_list(&out, &files);
     }
     Ok(Said { text, code: 0 })
 }

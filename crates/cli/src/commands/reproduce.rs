@@ -11,10 +11,10 @@ use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};
 use standstill_quantity::Quantity;
 use standstill_report::study::ErrorCloud;
-use standstill_report::table::{Format, TableError, Writer};
 use standstill_scenario::{Document, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Specimen};
 use standstill_sim::{Trace, run as simulate};
+use standstill_table::{Format, TableError, Writer};
 
 use crate::Report;
 use crate::arguments::Reproduce;

@@ -1,22 +1,25 @@
 //! `standstill require`: what a part must do for limits to hold.
 
+mod refused;
 mod tradeoff;
 mod unanswered;
+mod words;
 
 pub use tradeoff::{EVERYWHERE, Point};
 pub use unanswered::{Unanswered, percent};
+pub use words::shown;
 
 use serde::Serialize;
 use serde_json::json;
 use standstill_analysis::Halt;
-use standstill_analysis::bracket::{Edge, Found, Search, Side};
+use standstill_analysis::bracket::{Bound, Edge, Found, Search, Side, Stretch};
 use standstill_analysis::limit::Limits;
-use standstill_analysis::require::{Bench, Judgement};
+use standstill_analysis::require::{Bench, Judgement, Taken};
 use standstill_campaign::Estimate;
-use standstill_quantity::{Scale, listed};
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::{FileError, Plan};
 
+use self::refused::Refused;
 use super::question::{
     self, Answer, Identity, Key, document, folder, interrupted, json as with_setup, on_threads, plan,
     setting, unless_stopped,
@@ -28,7 +31,6 @@ use crate::error::Error;
 use crate::figures::{self, Judged};
 use crate::output::Output;
 use crate::progress::Watched;
-use crate::summary::{decimals_of, fixed};
 
 const FILES: [&str; 5] = ["require.csv", "require.json", "require.html", "require.svg", "require.png"];
 
@@ -56,26 +58,35 @@ struct Question<'a> {
     search: Search,
     identity: Identity,
     watched: &'a Watched,
+    taken: Taken,
     judged: Vec<Judged>,
     rows: Vec<Row>,
+    refused: Refused,
 }
 
 impl Question<'_> {
     /// The edge over the last key, with these values of the keys before it.
     fn find(&mut self, before: &[f64]) -> Result<Found, Halt<FileError>> {
-        let Self { bench, search, watched, judged, rows, .. } = self;
+        let Self { bench, search, watched, taken, judged, rows, refused, .. } = self;
         search.find(&mut |value, trials| {
             let values: Vec<f64> = before.iter().copied().chain([value]).collect();
             if before.is_empty() {
                 watched.bar.set_message(format!("{trials} trials at {}", shown(&bench.keys[0].0, value)));
             }
-            let Some(judgement) = bench.judge(&values, trials, *watched)? else { return Ok(None) };
-            let Judgement { measures, verdict, without_answer } = judgement;
+            let judgement = match bench.judge(&values, trials, taken, *watched)? {
+                Ok(judgement) => judgement,
+                Err(error) => {
+                    refused.add(value, error);
+                    return Ok(None);
+                }
+            };
+            let Judgement { measures, look, without_answer } = judgement;
             let measures_text: Vec<String> = measures.iter().map(measure).collect();
             let measures_text = measures_text.join("; ");
+            let (trials, verdict) = (look.trials, look.verdict());
             rows.push(Row { value, trials, holds: verdict.holds, measures: measures_text });
-            judged.push(Judged { value, trials, measures, without_answer });
-            Ok(Some(verdict))
+            judged.push(Judged { value, trials, clear: look.clear.is_some(), measures, without_answer });
+            Ok(Some(look))
         })
     }
 }
@@ -127,8 +138,17 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     )?;
     let watched = question::watched(question, "require", &identity, 0)?;
     let limits = options.limit.clone();
-    let mut asked =
-        Question { bench, limits, search, identity, watched: &watched, judged: Vec::new(), rows: Vec::new() };
+    let mut asked = Question {
+        bench,
+        limits,
+        search,
+        identity,
+        watched: &watched,
+        taken: Taken::default(),
+        judged: Vec::new(),
+        rows: Vec::new(),
+        refused: Refused::default(),
+    };
     if last == 1 {
         return tradeoff::run(options, &plan, &mut asked, ranges[0]);
     }
@@ -142,6 +162,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
             &format!("{} values were judged", asked.rows.len()),
         ));
     };
+    asked.refused.check(&asked.judged)?;
     answer(options, &plan, &asked, &found)?.report(question, &asked.identity)
 }
 
@@ -162,59 +183,62 @@ fn range(options: &Options, bench: &Bench<'_>, number: usize) -> Result<(f64, f6
     }
 }
 
-/// A key's value in its unit.
-pub fn shown(key: &str, value: f64) -> String {
-    if standstill_scenario::is_share(key) {
-        return format!("{} %", listed(&[100.0 * value], "").trim_end());
-    }
-    listed(&[value], &standstill_scenario::unit(key).unwrap_or_default()).trim_end().to_owned()
-}
-
-/// A key's value with its interval, in the unit that suits it, in no more digits than two of half the interval's width; of whole
-/// numbers all.
-fn shown_interval((key, whole): (&str, bool), [value, low, high]: [f64; 3]) -> String {
-    let scale = if standstill_scenario::is_share(key) {
-        Scale::percent()
-    } else {
-        Scale::suiting(&standstill_scenario::unit(key).unwrap_or_default(), value.abs())
-    };
-    let all = [value, low, high].map(|x| scale.number(x));
-    let decimals = if whole { 0 } else { decimals_of(all) };
-    let gap = if scale.unit.is_empty() || scale.unit == "°" { "" } else { " " };
-    let [value, low, high] = all.map(|x| fixed(x, decimals) + gap + &scale.unit);
-    format!("{value} [{low}, {high}]")
-}
-
-fn sentence(key: &str, whole: bool, limits: &Limits, edge: &Edge) -> String {
-    let side = match edge.side {
+const fn side(side: Side) -> &'static str {
+    match side {
         Side::Largest => "at most",
         Side::Smallest => "at least",
-    };
-    let value = shown_interval((key, whole), [edge.value, edge.interval.0, edge.interval.1]);
-    format!("{key} {side} {value} for {limits}")
+    }
 }
 
-/// What else there is to say of an edge.
-fn notes(key: &str, search: &Search, edge: &Edge, needed: Option<u64>) -> Vec<String> {
-    let mut notes = vec![format!(
-        "[95 % interval], {} trials at the last values, the same random numbers at each",
-        edge.trials
-    )];
-    if !edge.is_monotone(search) {
-        let stretches: Vec<String> = edge
-            .stretches
-            .iter()
-            .map(|(from, to)| format!("{} to {}", shown(key, *from), shown(key, *to)))
-            .collect();
-        notes.push(format!(
-            "not monotone: of the values looked at it holds from {}",
-            stretches.join(", and from ")
-        ));
+/// What binds beyond an edge, in words that stand in the JSON.
+fn bound(limits: &Limits, bound: &Bound) -> Vec<String> {
+    match bound {
+        Bound::Limits(numbers) => {
+            numbers.iter().map(|number| Limits(vec![limits.0[*number]]).to_string()).collect()
+        }
+        Bound::Unanswered => vec!["starts without an answer".to_owned()],
+        Bound::Refused => vec!["values that cannot be".to_owned()],
     }
-    if !edge.narrow {
-        notes.push(unanswered::wide(search.width, needed));
+}
+
+fn edge_json(limits: &Limits, judged: &[Judged], edge: &Edge) -> serde_json::Value {
+    json!({
+        "side": side(edge.side),
+        "value": edge.value,
+        "low": edge.interval[0],
+        "high": edge.interval[1],
+        "narrow": edge.narrow,
+        "trials": edge.trials,
+        "trials_needed": edge.needed,
+        "bound": bound(limits, &edge.bound),
+        "without_answer": Unanswered::of(limits, judged, edge),
+    })
+}
+
+/// What is answered by a stretch: JSON, headline, details and whether it is sure.
+fn stretched(
+    asked: &Question<'_>,
+    found: &Stretch,
+    json: &mut serde_json::Value,
+) -> (String, Vec<String>, Tone) {
+    let (key, whole) = &asked.bench.keys[0];
+    let limits = &asked.limits;
+    let edges: Vec<_> = found.edges.iter().map(|edge| edge_json(limits, &asked.judged, edge)).collect();
+    if let (Some(last), Some(edge)) = (edges.last(), found.last()) {
+        for name in ["value", "low", "high", "trials_needed", "without_answer"] {
+            json[name] = last[name].clone();
+        }
+        json["answer"] = if edges.len() > 1 { "between" } else { side(edge.side) }.into();
     }
-    notes
+    let narrow = found.edges.iter().all(|edge| edge.narrow);
+    json["monotone"] = (found.is_one() && edges.len() == 1).into();
+    json["narrow"] = narrow.into();
+    json["stretches"] = json!(found.all);
+    json["edges"] = edges.into();
+    let details = words::details(asked, found);
+    let sure = narrow && found.is_one();
+    let headline = words::sentence(key, *whole, limits, &found.edges);
+    (headline, details, if sure { Tone::Neutral } else { Tone::Warning })
 }
 
 fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -> Result<Answer, Error> {
@@ -224,51 +248,30 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
     let (from, to) = asked.search.range;
     let looked = format!("from {} to {}", shown(key, from), shown(key, to));
     let limits = &options.limit;
+    let refused = asked.refused.told(asked.bench.document, key, &asked.judged);
     let mut json = json!({
         "key": key, "value": null, "low": null, "high": null, "limit": limits.to_string(),
         "searched": [from, to],
+        "refused": refused.iter().map(refused::Told::json).collect::<Vec<_>>(),
         "trials": asked.rows.iter().map(|row| row.trials).sum::<u64>(),
     });
-    let (headline, details, tone) = match found {
+    let possible = if refused.is_empty() { "" } else { " that can be" };
+    let (headline, mut details, tone) = match found {
         Found::Nowhere => {
             json["answer"] = "no value meets it".into();
-            (format!("No value of {key} {looked} meets {limits}"), Vec::new(), Tone::Bad)
+            (format!("No value of {key} {looked}{possible} meets {limits}"), Vec::new(), Tone::Bad)
         }
         Found::Everywhere => {
             json["answer"] = "every value meets it".into();
-            (format!("Every value of {key} {looked} meets {limits}"), Vec::new(), Tone::Good)
+            (format!("Every value of {key} {looked}{possible} meets {limits}"), Vec::new(), Tone::Good)
         }
-        Found::Edge(edge) => {
-            json["answer"] = match edge.side {
-                Side::Largest => "at most",
-                Side::Smallest => "at least",
-            }
-            .into();
-            json["value"] = edge.value.into();
-            json["low"] = edge.interval.0.into();
-            json["high"] = edge.interval.1.into();
-            json["monotone"] = edge.is_monotone(&asked.search).into();
-            json["narrow"] = edge.narrow.into();
-            let needed = (!edge.narrow)
-                .then(|| unanswered::trials_needed(limits, &asked.judged, edge, asked.search.width))
-                .flatten();
-            json["trials_needed"] = json!(needed);
-            let mut details = notes(key, &asked.search, edge, needed);
-            let unanswered = Unanswered::of(limits, &asked.judged, edge);
-            details.extend(unanswered.iter().map(ToString::to_string));
-            details.extend(unanswered::too_few(limits, edge));
-            json["without_answer"] = json!(unanswered);
-            let sure = edge.narrow && edge.is_monotone(&asked.search);
-            (
-                sentence(key, asked.bench.keys[0].1, limits, edge),
-                details,
-                if sure { Tone::Neutral } else { Tone::Warning },
-            )
-        }
+        Found::Stretch(stretch) => stretched(asked, stretch, &mut json),
     };
+    details.extend(refused.iter().map(ToString::to_string));
     let lines: Vec<String> = details.iter().map(|note| format!("  {note}\n")).collect();
     let figure = figures::require(key, limits, &asked.judged, found, setting.clone());
-    let caption = "Each measure over its limit, at each value that was judged, with its 95 % interval.";
+    let caption = "Each measure over its limit at each value that was looked at, with its 95 % interval where trials were added \
+                   until that was narrow; elsewhere a mark, where few trials made it clear. Hatched: there the limits do not hold.";
     let blocks = vec![Block::Verdict { tone, headline: headline.clone(), details }];
     Ok(Answer {
         name: "require",
@@ -282,21 +285,6 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, found: &Found) -
             sections: vec![Section { title: "Answer".to_owned(), blocks }],
             footer: String::new(),
         },
-        code: u8::from(!matches!(found, Found::Edge(_))),
+        code: u8::from(!matches!(found, Found::Stretch(_))),
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn law_values_have_no_digits_beyond_their_intervals() {
-        let said = |key: &str, all: [f64; 3]| shown_interval((key, false), all);
-        let noise = said("sensors.noise", [0.014_483, 0.014_221, 0.014_744]);
-        assert_eq!(noise, "14.48 mA [14.22 mA, 14.74 mA]");
-        assert_eq!(said("sensors.noise", [0.0145, 0.0108, 0.0161]), "14.5 mA [10.8 mA, 16.1 mA]");
-        assert_eq!(said("sensors.gain_error", [0.0051, 0.0048, 0.0054]), "0.510 % [0.480 %, 0.540 %]");
-        assert_eq!(shown_interval(("detector.rounds", true), [3.0, 3.0, 4.0]), "3 [3, 4]");
-    }
 }

@@ -7,13 +7,12 @@ mod opening;
 mod points;
 pub mod results;
 
-use std::fmt::Write as _;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
 use standstill_campaign::Statistics;
 use standstill_campaign::store::{
-    Earlier, Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally,
+    Earlier, Identity, Journal, JournalError, Keep, Row, Shard, Shards, Sweep as Trials, Tally, beside,
 };
 use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Origin, Plan};
@@ -26,7 +25,7 @@ use crate::error::Error;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::scenario::{self, Shorthands};
-use crate::terminal::{for_reading, tell};
+use crate::terminal::{for_reading, paragraph, tell};
 use crate::{doubts, host, progress};
 
 pub fn run(options: &Run) -> Result<Report, Error> {
@@ -79,6 +78,9 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
     let stop = interrupt::flag();
     // Made and removed again: what cannot be written shows before the first trial.
     drop(Output::create(out, &results::names(options))?);
+    if !whole {
+        beside(out, &identity, options.results.force)?;
+    }
     if path.exists() && !options.resume {
         make_way(&path, options.results.force)?;
     }
@@ -118,8 +120,7 @@ fn carry_out(options: &Run, document: Document) -> Result<Report, Error> {
             found.remove();
             let statistics = options.rows == Rows::None && !found.tallies.is_empty();
             if (found.rows.taken() > 0 || statistics) && !options.results.json {
-                let _ =
-                    writeln!(report.text, "The run of {} trials that was there was extended.", found.trials);
+                report.text += &paragraph("", &found.said(out));
             }
             Ok(report)
         }

@@ -7,10 +7,10 @@ mod verify;
 use serde_json::json;
 use standstill_detect::MethodName;
 use standstill_interface::Abc;
-use standstill_report::table::{Columns, Format, Writer};
 use standstill_scenario::{Plan, ScenarioFile};
 use standstill_scenario::{Record, Scenario, Verdict};
 use standstill_sim::{Ended, Ledger, NoProbe, Run, Trace, run as simulate};
+use standstill_table::{Columns, Format, Writer};
 
 use crate::Report;
 use crate::arguments::{Source, Trace as Options};

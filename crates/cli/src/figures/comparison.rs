@@ -73,6 +73,12 @@ pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
     } else {
         format!("{subtitle}; not drawn, because no start found an axis: {}", without.join(", "))
     };
+    let rings = entries.iter().any(|entry| has_axis(&entry.method) && 1.0 - right(&entry.summary) > FAILING);
+    let subtitle = if rings {
+        format!("{subtitle}; ring: more than 1 % of starts without a right answer")
+    } else {
+        subtitle
+    };
     let drawn: Vec<&Entry> = entries.iter().filter(|entry| has_axis(&entry.method)).collect();
     let values = drawn
         .iter()
@@ -127,7 +133,7 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
         let shares =
             || entries.iter().filter(|e| e.method == name).map(|e| (right(&e.summary), e.summary.trials));
         let range = range(shares()).filter(|_| shares().any(|(share, _)| share < GOOD));
-        range.map_or_else(|| name.to_owned(), |range| format!("{name}\n{range} right"))
+        range.map_or_else(|| name.to_owned(), |range| format!("{name}, {range} right"))
     };
     let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, named(name))).collect();
     let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
@@ -152,7 +158,6 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
         series[known].ways.extend([(rms, y), (p95, y), (f64::NAN, y)]);
         limits.push((limit(entry), y));
     }
-    let rings = series.iter().any(|series| !series.failing.is_empty());
     for Series { label, style, points, failing, ways } in series {
         panel = panel.with(Layer::Line { label: None, points: ways, style }).with(Layer::Points {
             label: Some(label.clone()),
@@ -162,10 +167,6 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
         if !failing.is_empty() {
             panel = panel.with(Layer::hollow(&label, style, failing));
         }
-    }
-    if rings {
-        let label = Some("ring: more than 1 % of starts without a right answer".to_owned());
-        panel = panel.with(Layer::Hatched { label, spans: Vec::new() });
     }
     if limits.iter().any(|(limit, _)| limit.is_finite()) {
         let label = Some("Cramér–Rao limit of its samples".to_owned());

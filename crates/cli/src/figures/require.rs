@@ -1,6 +1,6 @@
 //! What a part must do.
 
-use standstill_analysis::bracket::Found;
+use standstill_analysis::bracket::{Edge, Found, Side};
 use standstill_analysis::limit::Limits;
 use standstill_campaign::Estimate;
 use standstill_quantity::Scale;
@@ -14,20 +14,22 @@ use crate::commands::require::{EVERYWHERE, Point};
 pub struct Judged {
     pub value: f64,
     pub trials: u64,
+    /// Whether they made it clear, so that no more were taken.
+    pub clear: bool,
     pub measures: Vec<Estimate>,
     /// The share of starts without an answer, where the root mean square is limited.
     pub without_answer: Option<Estimate>,
 }
 
-/// A key's axis, and the one unit of it that suits all values.
-fn axis(key: &str, values: impl Iterator<Item = f64>) -> (Axis, Scale) {
+/// A key's axis, and the one unit of it: that which suits `typical`, or else the largest value.
+fn axis(key: &str, values: impl Iterator<Item = f64>, typical: Option<f64>) -> (Axis, Scale) {
     let values: Vec<f64> = values.collect();
     let scale = if file::is_share(key) {
         Scale::percent()
     } else {
         let largest =
             values.iter().copied().filter(|value| value.is_finite()).fold(0.0, |a: f64, b| a.max(b.abs()));
-        Scale::suiting(&file::unit(key).unwrap_or_default(), largest)
+        Scale::suiting(&file::unit(key).unwrap_or_default(), typical.unwrap_or(largest))
     };
     let label = if scale.unit.is_empty() { key.to_owned() } else { format!("{key} ({})", scale.unit) };
     let axis = Axis::new(label);
@@ -37,38 +39,54 @@ fn axis(key: &str, values: impl Iterator<Item = f64>) -> (Axis, Scale) {
     (if log { axis.log10() } else { axis }, scale)
 }
 
-/// Of each value what was judged with the most trials: looks with fewer were superseded by it.
+/// Of each value what was judged with the most trials, in their order: looks with fewer were superseded by it.
 fn latest(judged: &[Judged]) -> Vec<&Judged> {
     let superseded =
         |of: &&Judged| judged.iter().any(|other| other.value == of.value && other.trials > of.trials);
-    judged.iter().filter(|of| !superseded(of)).collect()
+    let mut latest: Vec<&Judged> = judged.iter().filter(|of| !superseded(of)).collect();
+    latest.sort_by(|a, b| a.value.total_cmp(&b.value));
+    latest
 }
 
 /// Measures over their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
-    let (x, scale) = axis(key, judged.iter().map(|judged| judged.value));
+    let edges = match found {
+        Found::Stretch(stretch) => &stretch.edges[..],
+        _ => &[],
+    };
+    let (x, scale) = axis(key, judged.iter().map(|judged| judged.value), edges.last().map(|edge| edge.value));
     let mut panel = Panel::new(x, Axis::new("measure / limit").log10());
+    // Beyond its edges it does not hold.
+    let beyond = |edge: &Edge| match edge.side {
+        Side::Largest => (scale.number(edge.value), f64::INFINITY),
+        Side::Smallest => (f64::NEG_INFINITY, scale.number(edge.value)),
+    };
+    if !edges.is_empty() {
+        let label = Some(format!("{limits} does not hold"));
+        panel = panel.with(Layer::Hatched { label, spans: edges.iter().map(beyond).collect() });
+    }
     for (k, limit) in limits.0.iter().enumerate() {
         let label = Limits(vec![*limit]).to_string();
         let bars = judged.iter().map(|judged| {
             let Estimate { value, low, high } = judged.measures[k];
             let [value, low, high] = [value, low, high].map(|x| x / limit.most);
-            (scale.number(judged.value), value, low, high)
+            (judged.clear, (scale.number(judged.value), value, low, high))
         });
         // What is zero has no place on a logarithmic axis: what is known of it is that it lies below its interval's end.
-        let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, value, ..)| *value == 0.0);
-        panel = panel.with(Layer::error_bars(&label, Style::nth(k), some));
+        let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, (_, value, ..))| *value == 0.0);
+        panel = panel.with(Layer::line(&label, Style::nth(k), some.iter().map(|(_, (x, y, ..))| (*x, *y))));
+        // The bars of few trials would hide the others.
+        let (clear, close): (Vec<_>, Vec<_>) = some.into_iter().partition(|(clear, _)| *clear);
+        panel = panel
+            .with(Layer::points(&label, Style::nth(k), clear.into_iter().map(|(_, (x, y, ..))| (x, y))))
+            .with(Layer::error_bars(&label, Style::nth(k), close.into_iter().map(|(_, bar)| bar)));
         if !none.is_empty() {
-            let ends = none.into_iter().map(|(x, .., high)| (x, high));
+            let ends = none.into_iter().map(|(_, (x, .., high))| (x, high));
             panel = panel.with(Layer::upper_limits(&format!("{label}: none seen"), Style::nth(k), ends));
         }
     }
     panel = panel.with(Layer::level("limit", 1.0));
-    if let Found::Edge(edge) = found {
-        let [from, to] = [edge.interval.0, edge.interval.1].map(|end| scale.number(end));
-        panel = panel.with(Layer::instant("95 % interval from", from)).with(Layer::instant("to", to));
-    }
     Figure {
         title: format!("What {key} must be"),
         subtitle: Some(subtitle),
@@ -80,20 +98,32 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
 
 /// One key over the other.
 pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: String) -> Figure {
-    let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first));
+    let (mut x, first) = axis(keys[0], points.iter().map(|point| point.first), None);
     let places: Vec<f64> = points.iter().map(|point| first.number(point.first)).collect();
     let edges = cell_edges(&places, x.scale);
     if let [low, .., high] = edges[..] {
         x = x.range(low, high);
     }
-    let ends = points.iter().flat_map(|point| [point.second, point.low, point.high]).flatten();
-    let (y, second) = axis(keys[1], ends);
-    let curve =
-        points.iter().filter_map(|point| Some((first.number(point.first), second.number(point.second?))));
-    let bars = points.iter().filter_map(|point| {
-        let [value, low, high] = [point.second?, point.low?, point.high?].map(|value| second.number(value));
-        Some((first.number(point.first), value, low, high))
+    let ends = points
+        .iter()
+        .flat_map(|point| [point.second, point.low, point.high, point.from, point.from_low, point.from_high])
+        .flatten();
+    let (y, second) = axis(keys[1], ends, None);
+    let curve = |of: fn(&Point) -> Option<f64>| {
+        let at =
+            points.iter().filter_map(|point| Some((first.number(point.first), second.number(of(point)?))));
+        at.collect::<Vec<_>>()
+    };
+    // Where an interval is open, its whisker ends at the value.
+    let bars = points.iter().flat_map(|point| {
+        let ends = [(point.second, [point.low, point.high]), (point.from, [point.from_low, point.from_high])];
+        ends.into_iter().filter_map(|(value, [low, high])| {
+            let [value, low, high] =
+                [value?, low.or(value)?, high.or(value)?].map(|value| second.number(value));
+            Some((first.number(point.first), value, low, high))
+        })
     });
+    let bars: Vec<_> = bars.collect();
     // The curve ends where there is no edge: that is an answer too.
     let met = |point: &Point| point.second.is_none() && point.answer == EVERYWHERE;
     let never =
@@ -106,11 +136,10 @@ pub fn tradeoff(keys: [&str; 2], points: &[Point], limits: &str, subtitle: Strin
     for at in points.iter().zip(&places).filter(|(point, _)| met(point)).map(|(_, at)| *at) {
         panel = panel.with(Layer::instant(&format!("every {} meets it", keys[1]), at));
     }
-    let panel = panel.with(Layer::line(limits, Style::Blue, curve)).with(Layer::error_bars(
-        limits,
-        Style::Blue,
-        bars,
-    ));
+    let panel = panel
+        .with(Layer::line(limits, Style::Blue, curve(|point| point.second)))
+        .with(Layer::line(limits, Style::Blue, curve(|point| point.from)))
+        .with(Layer::error_bars(limits, Style::Blue, bars));
     Figure {
         title: format!("{} against {}", keys[0], keys[1]),
         subtitle: Some(subtitle),
@@ -129,6 +158,7 @@ mod tests {
         let limits: Limits = "wrong_poles <= 1 %".parse().expect("limits");
         let judged = |value, share: f64| Judged {
             trials: 1000,
+            clear: false,
             without_answer: None,
             value,
             measures: vec![Estimate { value: share, low: 0.5 * share, high: share + 0.004 }],
@@ -136,8 +166,11 @@ mod tests {
         let all = [judged(0.01, 0.0), judged(0.02, 0.02)];
         let figure = require("sensors.noise", &limits, &all, &Found::Nowhere, String::new());
         let layers = &figure.panels[0].layers;
-        let Layer::ErrorBars { points: bars, .. } = &layers[0] else { panic!("bars") };
-        let Layer::UpperLimits { points: ends, label, .. } = &layers[1] else { panic!("limits") };
+        let found = |is: fn(&Layer) -> bool| layers.iter().find(|layer| is(layer)).expect("a layer");
+        let bars = found(|layer| matches!(layer, Layer::ErrorBars { .. }));
+        let Layer::ErrorBars { points: bars, .. } = bars else { panic!("bars") };
+        let ends = found(|layer| matches!(layer, Layer::UpperLimits { .. }));
+        let Layer::UpperLimits { points: ends, label, .. } = ends else { panic!("limits") };
         assert_eq!(bars.iter().map(|bar| bar.0).collect::<Vec<_>>(), [20.0]);
         assert_eq!((ends.len(), ends[0].0), (1, 10.0));
         // 0.4 % of a limit of 1 %.
@@ -147,16 +180,30 @@ mod tests {
 
     #[test]
     fn regress_a_look_with_few_trials_is_superseded_by_one_with_more() {
-        let judged = |value, trials| Judged { trials, without_answer: None, value, measures: Vec::new() };
+        let judged = |value, trials| Judged {
+            trials,
+            clear: false,
+            without_answer: None,
+            value,
+            measures: Vec::new(),
+        };
         let all = [judged(0.01, 100), judged(0.02, 100), judged(0.01, 3000), judged(0.01, 800)];
         let kept: Vec<(f64, u64)> = latest(&all).into_iter().map(|kept| (kept.value, kept.trials)).collect();
-        assert_eq!(kept, [(0.02, 100), (0.01, 3000)]);
+        assert_eq!(kept, [(0.01, 3000), (0.02, 100)]);
     }
 
     #[test]
     fn regress_a_trade_off_says_where_no_value_meets_the_limits() {
-        let point =
-            |first, second: Option<f64>, answer| Point { first, second, low: second, high: second, answer };
+        let point = |first, second: Option<f64>, answer| Point {
+            first,
+            second,
+            low: second,
+            high: second,
+            from: None,
+            from_low: None,
+            from_high: None,
+            answer,
+        };
         let all = [
             point(0.01, None, EVERYWHERE),
             point(0.02, Some(0.005), "edge"),

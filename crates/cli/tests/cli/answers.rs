@@ -1,4 +1,4 @@
-//! `odds`, `budget`, `require`, `tune` and `explain`.
+//! What `odds`, `budget`, `require` and `tune` have in common, and lists of `trace`.
 
 use std::fs;
 use std::process::{Command, Stdio};
@@ -18,7 +18,7 @@ pub fn answer(arguments: &[&str], code: i32, folder: &std::path::Path) -> Value 
 }
 
 /// The keys that scripts rely on.
-fn has(value: &Value, keys: &[&str]) {
+pub fn has(value: &Value, keys: &[&str]) {
     for key in keys {
         assert!(value.get(key).is_some(), "{key} in {value}");
     }
@@ -26,199 +26,6 @@ fn has(value: &Value, keys: &[&str]) {
 
 pub fn number(value: &Value, key: &str) -> f64 {
     value[key].as_f64().unwrap_or_else(|| panic!("{key} of {value}"))
-}
-
-#[test]
-fn odds_of_what_is_not_rare_are_those_of_plain_trials_on_any_number_of_threads() {
-    let folder = folder();
-    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
-    let arguments = ["odds", "s.toml", "--event", "|e| > 1 deg", "--json"];
-    let one = answer(&[&arguments[..], &["--threads", "1"]].concat(), 0, folder.path());
-    assert_eq!(one, answer(&[&arguments[..], &["--threads", "3"]].concat(), 0, folder.path()));
-    has(&one, &["event", "probability", "low", "high", "trials", "levels"]);
-    let (low, high) = (number(&one, "low"), number(&one, "high"));
-    assert!(low < 0.24 && 0.22 < high && high - low < 0.02, "{low} to {high}");
-    assert_eq!((&one["event"], &one["levels"]), (&"|e| > 1 deg".into(), &1.into()));
-    assert_eq!(number(&one, "trials"), 32_000.0);
-    assert_eq!(names(folder.path()), ["s.toml"], "with --json no files");
-}
-
-#[test]
-fn a_budget_has_its_keys_and_writes_its_files() {
-    let folder = folder();
-    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
-    let arguments = ["budget", "s.toml", "--pairs", "200", "--json", "--out", "b"];
-    let budget = answer(&arguments, 0, folder.path());
-    assert!((0.6..1.1).contains(&number(&budget, "rms_deg")));
-    let sources = budget["sources"].as_array().expect("a list");
-    let share: f64 = sources.iter().map(|source| number(source, "share")).sum();
-    assert!((share - 1.0).abs() < 1e-9, "{share}");
-    // The page says of what it is, and how to make it again.
-    let page = fs::read_to_string(folder.path().join("b/budget.html")).expect("a page");
-    for part in [
-        "paper-5k5",
-        "inverter.dead_time",
-        "winding.resistance",
-        "standstill budget scenario.toml --pairs 200",
-    ] {
-        assert!(page.contains(part), "{part}");
-    }
-    for name in ["method", "sensors.noise", "sensors.gain_error", "sensors.bits", "interaction"] {
-        let source = sources.iter().find(|source| source["source"] == name).expect(name);
-        has(
-            source,
-            &["source", "alone_rms_deg", "without_rms_deg", "share", "share_low", "share_high", "total"],
-        );
-        assert!(number(source, "share_low") <= number(source, "share_high"));
-        let end = |of: &str, end: &str| source[format!("{of}_{end}_deg")].as_f64();
-        let wide = |of: &str| end(of, "low") < end(of, "high");
-        assert!(name == "interaction" || wide("alone_rms") && wide("without_rms"), "{source}");
-    }
-    let expected = [
-        "budget.csv",
-        "budget.html",
-        "budget.json",
-        "budget.png",
-        "budget.svg",
-        "over_angle.png",
-        "over_angle.svg",
-    ];
-    assert_eq!(names(&folder.path().join("b")), expected);
-}
-
-#[test]
-fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
-    let folder = folder();
-    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
-    let require = |limit: &str, more: &[&str], code: i32| {
-        let arguments = ["require", "s.toml", "--key", "sensors.noise", "--limit", limit, "--json"];
-        answer(&[&arguments[..], more].concat(), code, folder.path())
-    };
-    // Noise of 10 mA makes 0.84°; the gains alone 0.63°.
-    let edge = require("rms <= 1 deg", &["--between", "2 mA:50 mA", "--most", "4000"], 0);
-    let (low, value, high) = (number(&edge, "low"), number(&edge, "value"), number(&edge, "high"));
-    assert!(0.010 < value && value <= high && high < 0.020, "{edge}");
-    // Of 4,000 starts up to 0.09 % may be without an answer, which make 2.7°: surely it holds nowhere.
-    assert_eq!((low, &edge["without_answer"]["decide"]), (0.002, &"interval".into()), "{edge}");
-    has(&edge, &["key", "value", "low", "high", "limit"]);
-    assert_eq!((&edge["key"], &edge["limit"]), (&"sensors.noise".into(), &"rms <= 1 deg".into()));
-    let none = require("rms <= 0.1 deg", &["--between", "5 mA:50 mA"], 1);
-    assert!(none["value"].is_null() && none["answer"] == "no value meets it");
-    let all = require("rms <= 60 deg", &["--between", "5 mA:20 mA"], 1);
-    assert_eq!(all["answer"], "every value meets it");
-}
-
-#[test]
-fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
-    let folder = folder();
-    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
-    let arguments = [
-        "tune",
-        "s.toml",
-        "-s",
-        "detector.pulse=40 us",
-        "-s",
-        "detector.rounds=1",
-        "--vary",
-        "detector.pulse=20us:200us",
-        "--vary",
-        "detector.rounds=1:4",
-        "--minimise",
-        "rms",
-        "--subject-to",
-        "duration <= 26 ms, undetermined <= 2 %",
-        "--trials",
-        "1600",
-        "--starts",
-        "2",
-        "--json",
-        "--out",
-        "t",
-    ];
-    let tuned = answer(&arguments, 0, folder.path());
-    has(&tuned, &["settings", "start", "best"]);
-    let rms = |of: &str| number(&tuned[of]["measures"]["rms"], "value");
-    // The default's pulse and rounds make 0.84°.
-    assert!(rms("start") > 1.8 && rms("best") < 1.05 * 0.84, "{} to {}", rms("start"), rms("best"));
-    // Of 1600 starts up to 0.23 % may lack an answer unseen, which make 4.3° of rms.
-    assert!(tuned["surely_better"] == false && tuned["unseen"].is_object());
-    assert_eq!(tuned["limits_hold"]["likely"], true);
-    assert_eq!(tuned["start"]["settings"]["detector.pulse"], 40e-6);
-    assert_eq!(tuned["settings"], tuned["best"]["settings"]);
-    assert_eq!(tuned["judged_on_seed"], 3);
-    let duration = number(&tuned["best"]["measures"]["duration"], "value");
-    assert!(duration <= 26e-3, "{duration}");
-    // What is to be copied is what was judged: `run` finds the same on the seed that is named.
-    fs::write(
-        folder.path().join("best.toml"),
-        format!("{SCENARIO}{}", tuned["toml"].as_str().expect("text")),
-    )
-    .expect("written");
-    let again = ["run", "best.toml", "--trials", "1600", "--seed", "3", "--json", "--out", "r"];
-    let again = answer(&again, 0, folder.path());
-    let found = number(&again["summary"]["rms_deg"], "value");
-    assert!((found / rms("best") - 1.0).abs() < 1e-6, "{found} and {}", rms("best"));
-    assert_eq!(
-        names(&folder.path().join("t")),
-        ["tune.csv", "tune.html", "tune.json", "tune.png", "tune.svg"]
-    );
-    // What the figure compares is of one seed, and what the search looked at is said to be of another.
-    let page = fs::read_to_string(folder.path().join("t/tune.html")).expect("a page");
-    for label in
-        ["none better in both, by seed 3", "start, by seed 3", "best, by seed 3", "looked at, by seed 1"]
-    {
-        assert!(page.contains(label), "{label}");
-    }
-    let front = tuned["front"].as_array().expect("a list");
-    assert!(front.contains(&tuned["best"]), "the best is one of the front, on the same trials");
-}
-
-#[test]
-fn a_trial_is_explained_as_it_was_and_by_what_it_drew() {
-    let folder = folder();
-    let path = folder.path();
-    fs::write(path.join("s.toml"), SCENARIO).expect("written");
-    assert!(standstill(&["run", "s.toml", "--trials", "300", "--out", "r"], path).status.success());
-    let trials = fs::read_to_string(path.join("r/trials.csv")).expect("trials.csv");
-    let axis_error = |line: &str| line.split(',').nth(9).and_then(|cell| cell.parse::<f64>().ok());
-    let worst = trials.lines().skip(1).filter_map(axis_error).map(f64::abs).fold(0.0, f64::max);
-    let told = answer(&["explain", "r", "--json", "--out", "e"], 0, path);
-    let trial = &told["trials"][0];
-    let error = number(&trial["ended"], "axis_error_deg");
-    assert!((error.abs() - worst).abs() < 1e-9, "{error} and {worst}");
-    let causes = trial["causes"].as_array().expect("a list");
-    let cause = |name: &str| causes.iter().find(|cause| cause["error"] == name).expect(name);
-    for name in ["gain of a", "gain of b", "gain of c", "noise of all current samples"] {
-        assert!(cause(name)["without"]["outcome"] == "found", "{name}");
-    }
-    // An error in the tail is one of several that add up: without the first it is smaller.
-    let without = number(&causes[0]["without"], "axis_error_deg");
-    assert!(without.abs() < error.abs(), "{without}");
-    // Without all of them the method's own error is left, which is below 0.7° at each angle.
-    assert!(number(&trial["without_all"], "axis_error_deg").abs() < 0.7);
-    assert!(
-        cause("gain of a")["drawn_deviations"]
-            .as_f64()
-            .is_some_and(|drawn| drawn != 0.0 && drawn.abs() < 5.0)
-    );
-    let made = names(&path.join("e"));
-    assert!(
-        ["explain.csv", "explain.html", "explain.json"].iter().all(|name| made.contains(&(*name).to_owned()))
-    );
-    assert_eq!(made.iter().filter(|name| name.starts_with("trial_0_")).count(), 2);
-    // What cannot be is said.
-    assert!(mistake(&["explain", "r", "--wrong-poles"], path).contains("no wrong pole"));
-    assert!(mistake(&["explain", "r", "--trial", "300"], path).contains("from 0 to 299"));
-    let early = ["run", "s.toml", "--trials", "400", "--stop-at", "rms=20%", "--out", "early"];
-    assert!(standstill(&early, path).status.success());
-    assert!(
-        mistake(&["explain", "early", "--trial", "399"], path)
-            .contains("ended early (stop_at), with trial 99")
-    );
-    let summary = fs::read_to_string(path.join("r/summary.json")).expect("summary.json");
-    let foreign = summary.replace("\"numerics\": ", "\"numerics\": 9");
-    fs::write(path.join("r/summary.json"), foreign).expect("written");
-    assert!(mistake(&["explain", "r", "--trial", "1"], path).contains("cannot be repeated"));
 }
 
 #[test]
@@ -385,18 +192,4 @@ fn mistakes_name_what_there_is() {
     says(&traced("50", &["-s", "trials=50"]), &["--trial 50", "needed from 0 to 49"]);
     says(&["budget", "s.toml", "-s", "axes.\"sensors.noise\"=[\"1 mA\", \"2 mA\"]"], &["axes", "without"]);
     assert_eq!(names(folder.path()), ["s.toml"], "nothing half-written");
-}
-
-/// A part of the turn, or all of it, without an axis is a gap or a message, and no panic.
-#[test]
-fn regress_a_budget_of_starts_without_an_axis_says_so() {
-    let folder = super::folder();
-    let path = folder.path();
-    std::fs::write(path.join("s.toml"), format!("{SCENARIO}errors = \"default\"\n")).expect("written");
-    let none =
-        super::mistake(&["budget", "s.toml", "--pairs", "100", "-s", "detector.least_saliency=0.9"], path);
-    assert!(none.contains("of 100 pairs of starts 0 have an axis"), "{none}");
-    let some = ["-s", "sensors.noise=1 mA", "-s", "errors=none", "-s", "detector.least_saliency=0.23"];
-    let output = standstill(&[&["budget", "s.toml", "--pairs", "360"][..], &some].concat(), path);
-    assert!(!String::from_utf8_lossy(&output.stderr).contains("panicked"), "{output:?}");
 }

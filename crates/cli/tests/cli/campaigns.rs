@@ -171,7 +171,7 @@ fn law_a_longer_run_goes_on_from_a_shorter_one_with_the_bytes_of_one_from_the_st
         run("300", "whole", more);
         let longer = |out: &str| run("300", out, &[more, &["--resume"]].concat());
         run("110", "short", more);
-        assert!(longer("short").contains("of 110 trials that was there was extended"), "{more:?}");
+        assert!(longer("short").contains("trials that was there was extended to"), "{more:?}");
         // How often a journal was written is not what it says.
         let results = |out: &str| {
             let mut files = files(&path.join(out));

@@ -211,3 +211,61 @@ fn law_results_in_other_formats_replace_each_other() {
         assert!(path.join(format!("trace/waveform.{format}")).exists());
     }
 }
+
+#[test]
+fn regress_shards_of_two_splits_are_not_put_into_one_folder() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    let shard = |of: &'static str| ["run", "s.toml", "--trials", "20", "--shard", of, "--out", "shards"];
+    succeed(&shard("1/3"), path);
+    let other = shard("1/4");
+    for more in [&[][..], &["--resume"], &["--force"]] {
+        let message = mistake(&[&other[..], more].concat(), path);
+        for part in ["shard-1-of-3.journal is shard 1/3", "shard-1-of-4.journal shard 1/4", "two splits"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+    }
+    // Nor those of another run, unless it is to take their place.
+    let seed = [&shard("2/3")[..], &["--seed", "2"]].concat();
+    assert!(mistake(&seed, path).contains("the seed is 1 there and 2 here"));
+    assert_eq!(names(&path.join("shards")), ["shard-1-of-3.journal"]);
+    succeed(&[&seed[..], &["--force"]].concat(), path);
+}
+
+#[test]
+fn regress_a_run_that_a_rule_ended_is_extended_by_a_narrower_rule_or_none() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SWEEP).expect("written");
+    // Lines are as wide as a terminal.
+    let run = |out: &str, more: &[&str]| {
+        let text = succeed(&[&["run", "s.toml", "-s", "axes={}", "--out", out], more].concat(), path);
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let summary = |out: &str| fs::read(path.join(out).join("summary.json")).expect("there");
+    for rows in ["all", "none"] {
+        run("short", &["--trials", "300", "--stop-at", "rms=14%", "--rows", rows]);
+        // More trials change nothing where the rule is met, and it says so.
+        let said = run("short", &["--trials", "320", "--stop-at", "rms=14%", "--rows", rows, "--resume"]);
+        assert!(said.contains("is as long as before: stop_at is met"), "{said}");
+        for (k, longer) in
+            [&["--trials", "320", "--stop-at", "rms=9%"][..], &["--trials", "330"]].into_iter().enumerate()
+        {
+            let whole = format!("{rows}-{k}");
+            run(&whole, &[longer, &["--rows", rows]].concat());
+            let said = run("short", &[longer, &["--rows", rows, "--resume"]].concat());
+            assert!(said.contains("was extended to"), "{said}");
+            assert_eq!(summary("short"), summary(&whole), "{rows} {longer:?}");
+        }
+        // A wider one would have ended before.
+        let wider = ["run", "s.toml", "-s", "axes={}", "--trials", "400", "--stop-at", "rms=20%", "--resume"];
+        let wider = [&wider[..], &["--rows", rows, "--out", "short"]].concat();
+        let message = mistake(&wider, path);
+        assert!(
+            message.contains("the number of trials is 330 there and 400 here; `stop_at.rms`"),
+            "{message}"
+        );
+        fs::remove_dir_all(path.join("short")).expect("gone");
+    }
+}

@@ -286,3 +286,33 @@ fn regress_sweeps_are_compared_at_the_points_that_both_have() {
     assert!(json["rows"].as_array().expect("rows").iter().all(|row| row["point"] != "sensors.noise = 40 mA"));
     assert_eq!(json["settings"][0]["key"], "axes.sensors.noise");
 }
+
+#[test]
+fn regress_a_method_that_answers_few_starts_does_not_look_good() {
+    let folder = folder();
+    let path = folder.path();
+    let compare = ["compare", "--method", "bipolar,hfi-rotating", "--rotor", "locked", "--errors", "default"];
+    let noise = |noise: &str, out: &str| {
+        let all = [&compare[..], &["--trials", "20", "--no-limit", "-s", noise, "--out", out]].concat();
+        let output = standstill(&all, path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let read = |name: &str| fs::read_to_string(path.join(out).join(name)).expect("written");
+        (String::from_utf8(output.stdout).expect("text"), read("comparison.csv"), read("comparison.svg"))
+    };
+    // No pole is certain with so much noise: all errors are of starts without an answer.
+    let (text, table, figure) = noise("sensors.noise=80 mA", "noisy");
+    assert!(text.contains("right"), "{text}");
+    let right = table.lines().next().and_then(|head| head.split(',').position(|name| name == "right"));
+    let shares: Vec<f64> = table
+        .lines()
+        .skip(1)
+        .map(|row| {
+            row.split(',').nth(right.expect("a column")).and_then(|x| x.parse().ok()).expect("a share")
+        })
+        .collect();
+    assert!(shares[0] == 0.0 && shares[1] > 0.5, "{shares:?}");
+    assert!(figure.contains("bipolar, 0 % right") && figure.contains("ring: more than 1 %"), "{figure}");
+    // Where all are answered there is nothing to warn of.
+    let (_, _, figure) = noise("sensors.noise=1 mA", "quiet");
+    assert!(!figure.contains("right"), "{figure}");
+}

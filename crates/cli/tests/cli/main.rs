@@ -3,9 +3,11 @@
 
 mod answers;
 mod bits;
+mod budgets;
 mod campaigns;
 mod clusters;
 mod compared;
+mod explained;
 mod failing;
 mod files;
 #[cfg(target_os = "linux")]
@@ -19,12 +21,15 @@ mod maps;
 mod methods;
 mod mistakes;
 mod nameplates;
+mod odds;
 mod pages;
 mod printed;
 mod questions;
 mod replaced;
+mod requirements;
 mod scenarios;
 mod terminal;
+mod tuning;
 mod wording;
 
 use std::fs;

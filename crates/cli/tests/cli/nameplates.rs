@@ -79,6 +79,27 @@ fn motors_of_any_size_are_checked_traced_and_run() {
         assert!(summary["rms_deg"]["value"].as_f64().is_some_and(|rms| rms < 1.0), "{motor}");
         fs::remove_dir_all(at.join("r")).expect("removed");
         fs::remove_dir_all(at.join("t")).expect("removed");
+        // Fixed pulses may leave a pole open.
+        for (method, errors) in [
+            ("bipolar", "default"),
+            ("bipolar", "field"),
+            ("maximum-likelihood", "default"),
+            ("maximum-likelihood", "field"),
+        ] {
+            let set = [format!("detector.method={method}"), format!("errors={errors}")];
+            run(&["run", "s.toml", "-s", &set[0], "-s", &set[1], "--out", "r"]);
+            let summary = &json(&at.join("r/summary.json"))["summary"];
+            assert_eq!(
+                (&summary["wrong_poles"], &summary["failed"]),
+                (&0.into(), &0.into()),
+                "{motor} {method} {errors}: {summary}"
+            );
+            assert!(
+                summary["rms_deg"]["value"].as_f64().is_some_and(|rms| rms < 1.6),
+                "{motor} {method} {errors}: {summary}"
+            );
+            fs::remove_dir_all(at.join("r")).expect("removed");
+        }
     }
 }
 

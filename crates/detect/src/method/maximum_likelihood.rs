@@ -60,9 +60,12 @@ impl<T: Real> MaximumLikelihood<T> {
     pub fn new(settings: MaximumLikelihoodSettings<T>) -> Result<Self, SettingsError> {
         settings.check()?;
         let zero = T::zero();
+        let sensing = &settings.pulses.sensing;
+        let mut train = Train::new(settings.pulses.train);
+        train.spoilt_end = sensing.skew > Nanos::ZERO || sensing.blank() > zero;
         Ok(Self {
             settings,
-            train: Train::new(settings.pulses.train),
+            train,
             curves: [[[zero; MOST_SAMPLES]; 2]; 3],
             gains: GainComparison::new(),
             dc_link: zero,

@@ -59,7 +59,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         &mut self,
         s: &InjectionSettings<T>,
         noise: T,
-        doubt: T,
+        dc_link: T,
         findings: &mut Findings<T>,
         margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
@@ -79,6 +79,7 @@ impl<T: Real> Demodulator<T> for Pulsating<T> {
         let resistive = s.resistance / reactance;
         let inductive = mean / (T::one() + resistive * resistive);
         let spread = noise / mean;
+        let doubt = s.doubt(dc_link, s.voltage, significance::of_pulsating_delays);
         let variance = spread * spread * T::of(4.0 / 3.0) / samples + doubt;
         // More inductance makes less of this current only where it exceeds the resistance: Im 1/(R + jωL) has its extreme at
         // R = ωL, and beyond that the d-axis would be taken for the q-axis.

@@ -61,7 +61,7 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         &mut self,
         s: &InjectionSettings<T>,
         noise: T,
-        doubt: T,
+        dc_link: T,
         findings: &mut Findings<T>,
         margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>> {
@@ -82,6 +82,10 @@ impl<T: Real> Demodulator<T> for Rotating<T> {
         findings.mean_inductance = Some(s.voltage / (positive * s.frequency() * T::of(1.5)));
         // N has a noise of σ √(2/3)/√n in each component; half of its angle's.
         let spread = noise / positive;
+        // What the devices take where a current is near zero lowers the voltage that drives it.
+        let impedance = (s.frequency() / s.mean_admittance()).hypot(s.resistance);
+        let driven = s.voltage.min(positive * impedance);
+        let doubt = s.doubt(dc_link, driven, significance::of_rotating_delays);
         let variance = spread * spread * T::of(2.0 / 3.0) / samples + doubt;
         significance::check(margin, ratio, significance::known(variance), s.least_saliency)?;
         findings.angle_deviation = Some(noise * T::of(1.0 / 6.0).sqrt() / (samples.sqrt() * negative));

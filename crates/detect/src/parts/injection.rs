@@ -131,10 +131,14 @@ impl<T: Real> InjectionSettings<T> {
         (T::one() / self.d_axis_inductance + T::one() / self.q_axis_inductance) / T::of(2.0)
     }
 
-    /// What gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}.
-    fn doubt(&self, dc_link: T) -> T {
+    /// What gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}, where `voltage` V drove the current
+    /// that was read; `of_delays` is what the legs' delays make of it.
+    pub(crate) fn doubt(&self, dc_link: T, voltage: T, of_delays: impl Fn(T, T, T, T) -> T) -> T {
+        let pwm = &self.modulation;
+        let [dead_time, period] = [pwm.dead_time, pwm.carrier_period].map(|time| T::of(time.seconds()));
         significance::of_phases(self.gain_tolerance)
-            + significance::of_modulation(self.modulation.lost(dc_link) * dc_link, self.voltage)
+            + significance::of_modulation(pwm.lost(dc_link) * dc_link, voltage)
+            + of_delays(dead_time, period, dc_link, voltage)
     }
 
     pub(crate) fn saliency(&self) -> SaliencySign {
@@ -182,13 +186,13 @@ pub trait Demodulator<T: Real> {
     /// The current in A at the end of a carrier period of the measurement.
     fn add(&mut self, settings: &InjectionSettings<T>, clock: Clock, current: AlphaBeta<T>);
 
-    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms; `doubt` is what
-    /// gains and modulation add to the variance of each component of |L_B|/L_A e^{j2θ}.
+    /// After a measurement: the axis, or none if there is to be another one. `noise` of a reading in A rms, the DC link's voltage
+    /// in V.
     fn conclude(
         &mut self,
         settings: &InjectionSettings<T>,
         noise: T,
-        doubt: T,
+        dc_link: T,
         findings: &mut Findings<T>,
         margin: &mut Margin<T>,
     ) -> Result<Option<Angle<T>>, Fault<T>>;
@@ -267,8 +271,8 @@ impl<T: Real, D: Demodulator<T>> Injection<T, D> {
         clock.advance(s.periods);
         if clock.cycle >= s.ramp + s.cycles {
             let noise = self.settler.noise.deviation();
-            let (doubt, margin) = (s.doubt(self.dc_link), &mut self.settler.margin);
-            let concluded = self.demodulator.conclude(s, noise, doubt, &mut self.findings, margin)?;
+            let (link, margin) = (self.dc_link, &mut self.settler.margin);
+            let concluded = self.demodulator.conclude(s, noise, link, &mut self.findings, margin)?;
             if let Some(axis) = concluded {
                 let mut test = PolarityTest::new(s.polarity, self.settler, axis, s.d_axis_inductance);
                 let wait = test.begin();

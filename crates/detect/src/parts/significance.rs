@@ -20,7 +20,7 @@
 //!   `I (1 + Σ δ_k/3) + I* Σ δ_k e^{j2γ_k}/3`, γ_k = 0°, 120°, 240°. What is conjugate looks like saliency:
 //!   `σ² = ε²/6`, 0.408 ε again: [`of_phases`].
 //! * **Pulse-width modulation**: what its compensation leaves of dead time and drops, as a share of the injected voltage:
-//!   [`of_modulation`].
+//!   [`of_modulation`]; and the legs' delays, of which no compensation knows: [`of_rotating_delays`], [`of_pulsating_delays`].
 
 use standstill_interface::{Fault, Real};
 
@@ -59,6 +59,27 @@ pub(crate) fn of_timing<T: Real>(dead_time: T, pulse: T) -> T {
 pub(crate) fn of_modulation<T: Real>(lost: T, voltage: T) -> T {
     let share = T::of(LEFT) * lost / voltage;
     share * share
+}
+
+/// Standard deviation in V of what a leg loses in each period of its carrier, because it switches on and off with other delays
+/// than are compensated. It is lost against the current, so that it changes its sign with it.
+fn of_a_leg<T: Real>(dead_time: T, period: T, dc_link: T) -> T {
+    T::of(DELAY * core::f64::consts::SQRT_2) * dead_time / period * dc_link
+}
+
+/// Variance of each component of z by the legs' delays, of a rotating voltage.
+///
+/// Leg k loses δ_k sign(cos(ωt − γ_k)), whose fundamental is 4/π δ_k cos(ωt − γ_k). As a vector, 2/3 Σ a^k of these, the part that
+/// turns backwards is `4/(3π) Σ δ_k e^{j2γ_k}`: `σ = 4/(3π) √(3/2) σ_δ/V`.
+pub(crate) fn of_rotating_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
+    let share = of_a_leg(dead_time, period, dc_link) / voltage;
+    T::of(8.0 / (3.0 * core::f64::consts::PI * core::f64::consts::PI)) * share * share
+}
+
+/// The same of a pulsating one: all legs' fundamentals have one phase, so that across the axis stands `2/3 · 4/π Σ δ_k sin γ_k`, which is
+/// twice as much.
+pub(crate) fn of_pulsating_delays<T: Real>(dead_time: T, period: T, dc_link: T, voltage: T) -> T {
+    T::of(4.0) * of_rotating_delays(dead_time, period, dc_link, voltage)
 }
 
 /// [`SIGNIFICANT`]² times a variance of each component of z that is known, or estimated from a hundred samples and more.
@@ -122,6 +143,47 @@ mod tests {
             (x.alpha - y.beta).hypot(x.beta + y.alpha) / 2.0
         });
         assert!((phases / of_phases(0.01) - 1.0).abs() < 0.03, "{phases}");
+    }
+
+    #[test]
+    fn law_delays_of_legs_make_as_much_saliency_as_stated() {
+        let (dead_time, period, dc_link, voltage) = (2e-6, 1e-4, 12.0, 0.15);
+        let deviation = of_a_leg(dead_time, period, dc_link);
+        let of_leg = |k: usize| (120.0 * k as f64).to_radians().sin_cos();
+        // The part of a period's mean losses that turns backwards, of a current that turns.
+        let rotating = component(|noise| {
+            let lost: [f64; 3] = core::array::from_fn(|_| deviation * noise.gauss());
+            let steps = 90;
+            let (mut real, mut imaginary) = (0.0, 0.0);
+            for step in 0..steps {
+                let (sin, cos) = ((f64::from(step) + 0.5) * 360.0 / f64::from(steps)).to_radians().sin_cos();
+                let legs = Abc(core::array::from_fn(|k| {
+                    let (sine, cosine) = of_leg(k);
+                    lost[k] * (cos * cosine + sin * sine).signum()
+                }));
+                let vector = legs.clarke();
+                real += (vector.alpha * cos - vector.beta * sin) / f64::from(steps);
+                imaginary += (vector.alpha * sin + vector.beta * cos) / f64::from(steps);
+            }
+            real.hypot(imaginary) / voltage
+        });
+        let stated = of_rotating_delays(dead_time, period, dc_link, voltage);
+        assert!((rotating / stated - 1.0).abs() < 0.03, "{rotating} {stated}");
+        // Across the axis, of a current along it, at any angle.
+        let mut noise = Noise::new(7);
+        let trials = 20_000;
+        let square = (0..trials).map(|number| {
+            let (sin, cos) = (f64::from(number) * 0.123).sin_cos();
+            let legs = Abc(core::array::from_fn(|k| {
+                let (sine, cosine) = of_leg(k);
+                deviation * noise.gauss() * (cos * cosine + sin * sine).signum()
+            }));
+            let vector = legs.clarke();
+            (4.0 / core::f64::consts::PI * (vector.beta * cos - vector.alpha * sin) / voltage).powi(2)
+        });
+        let pulsating = square.sum::<f64>() / f64::from(trials);
+        let stated = of_pulsating_delays(dead_time, period, dc_link, voltage);
+        assert!((pulsating / stated - 1.0).abs() < 0.03, "{pulsating} {stated}");
     }
 
     #[test]

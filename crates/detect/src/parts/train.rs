@@ -209,6 +209,8 @@ pub(crate) struct Train<T> {
     pub settings: PulseTrainSettings<T>,
     /// How much before the end of its interval each sample of a pulse is taken.
     pub lead: Nanos,
+    /// Whether the sample at the end of a pulse is no measure of its peak: part of it comes after the edge, or the edge adds to it.
+    pub spoilt_end: bool,
     zeroings: u16,
     /// Pulses given, and the one whose readings come next.
     given: u16,
@@ -233,6 +235,7 @@ impl<T: Real> Train<T> {
         Self {
             settings,
             lead,
+            spoilt_end: false,
             zeroings: 0,
             given: 0,
             under_way: None,
@@ -252,7 +255,7 @@ impl<T: Real> Train<T> {
             if readings.len() != self.settings.samples() {
                 return Err(Fault::UnexpectedReadings);
             }
-            let peak = self.current(slot, &readings[self.settings.samples_on() - 1])?;
+            let peak = self.peak(slot, readings)?;
             let needed = self.settings.least_current;
             self.margin.at_least(peak, needed);
             if peak < needed || !peak.is_finite() {
@@ -346,6 +349,18 @@ impl<T: Real> Train<T> {
         self.settings = settings;
         self.given = 0;
         self.under_way = None;
+    }
+
+    /// The current in A at the end of a pulse: as the sample there shows it, or where that is spoilt as the one before would go on.
+    fn peak(&self, slot: Slot, readings: &[Reading<T>]) -> Result<T, Fault<T>> {
+        let s = &self.settings;
+        let (end, delay) = (s.samples_on() - 1, s.dead_time);
+        let risen = s.interval * end as u64 - delay;
+        if !self.spoilt_end || risen == Nanos::ZERO {
+            return self.current(slot, &readings[end]);
+        }
+        let more = (s.pulse - delay).seconds() / risen.seconds();
+        Ok(self.current(slot, &readings[end - 1])? * T::of(more))
     }
 
     /// The line's current in A in the direction of the pulse, offsets removed: the mean of what the two sensors show.

@@ -16,14 +16,14 @@ impl Png {
         Pixmap::new(width * DENSITY, height * DENSITY).map(Self)
     }
 
-    /// The picture as a file. Nothing of a figure is transparent.
+    /// The picture as a file. Nothing of a figure is transparent; the fourth byte of each pixel stays all the same, for a file without it
+    /// is smaller by a twentieth only, and whoever takes it out goes through all pixels.
     pub fn finish(self) -> Result<Vec<u8>, png::EncodingError> {
         let mut file = Vec::new();
         let mut encoder = png::Encoder::new(&mut file, self.0.width(), self.0.height());
-        encoder.set_color(png::ColorType::Rgb);
-        let rgb: Vec<u8> = self.0.pixels().iter().flat_map(|p| [p.red(), p.green(), p.blue()]).collect();
+        encoder.set_color(png::ColorType::Rgba);
         let mut writer = encoder.write_header()?;
-        writer.write_image_data(&rgb)?;
+        writer.write_image_data(self.0.data())?;
         writer.finish()?;
         Ok(file)
     }

@@ -1,9 +1,12 @@
 //! The two ends between which a command looks for a key's value: `--between` of `require`, `--vary` of `tune`.
 
+use standstill_analysis::limit::Limits;
+use standstill_analysis::require::Bench;
 use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, unit};
 use toml::Value;
 
+use crate::commands::require::shown;
 use crate::error::Error;
 
 /// A key whose values are numbers.
@@ -43,13 +46,19 @@ impl Key<'_> {
             (Some(_), false) => Value::Float(number),
             (None, false) => Value::String(text.to_owned()),
         };
-        let mut tried = document.clone();
-        let possible = tried.set_value(self.name, value, Origin::CommandLine).and_then(|()| Plan::new(tried));
-        possible.map(|_| number).map_err(|error| self.impossible(text, plain, error))
+        possible(document, self.name, value)
+            .map(|()| number)
+            .map_err(|error| self.impossible((text, number), plain, document, error))
     }
 
     /// A value that cannot be. Where its unit was left out, that is the likeliest reason.
-    fn impossible(&self, text: &str, plain: Option<f64>, error: FileError) -> Error {
+    fn impossible(
+        &self,
+        (text, number): (&str, f64),
+        plain: Option<f64>,
+        document: &Document,
+        error: FileError,
+    ) -> Error {
         let unit = unit(self.name).filter(|unit| !unit.is_empty());
         match (plain, unit, &error) {
             (Some(_), Some(unit), FileError::Key { key, message, .. }) if key == self.name => {
@@ -59,7 +68,41 @@ impl Key<'_> {
                     self.option
                 ))
             }
+            // The detector speaks of its settings, which follow from keys: what the key may be is found by trying.
+            (.., FileError::Key { key, message, .. }) if key != self.name && !self.whole => {
+                let needed = allowed(document, self.name, number)
+                    .map_or_else(String::new, |allowed| format!("; {allowed}"));
+                Error::Arguments(format!(
+                    "{}: found {text} for {}, which cannot be: {message}{needed}",
+                    self.option, self.name
+                ))
+            }
             _ => error.into(),
         }
     }
+}
+
+/// Whether a scenario can be run with a value.
+fn possible(document: &Document, key: &str, value: Value) -> Result<(), FileError> {
+    let mut tried = document.clone();
+    tried.set_value(key, value, Origin::CommandLine)?;
+    Plan::new(tried)?.scenario(0).map(|_| ())
+}
+
+/// Which values a key may have instead of one that cannot be, as far as the scenario's own goes: `needed at least 2 µs`.
+pub fn allowed(document: &Document, key: &str, refused: f64) -> Option<String> {
+    let none = Limits(Vec::new());
+    let own = Bench::new(document, &none, &[key.to_owned()]).ok()?.nominal(0)?;
+    let can = |value: f64| possible(document, key, Value::Float(value)).is_ok();
+    if !(can(own) && own > 0.0 && refused > 0.0) {
+        return None;
+    }
+    let (mut good, mut bad) = (own, refused);
+    // To a thousandth.
+    while (bad / good - 1.0).abs() > 1e-3 {
+        let middle = (good * bad).sqrt();
+        if can(middle) { good = middle } else { bad = middle }
+    }
+    let side = if own > refused { "at least" } else { "at most" };
+    Some(format!("needed {side} {}", shown(key, good)))
 }

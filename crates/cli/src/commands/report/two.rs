@@ -314,20 +314,16 @@ impl Common {
             ]
         });
         let measured = of_both.as_ref().unwrap_or(&self.summaries);
-        let angle = |name,
-                     of: fn(&Summary) -> Estimate,
-                     paired: &dyn Fn(&[(f64, f64)], [Estimate; 2]) -> Estimate| {
-            let values = measured.each_ref().map(of);
-            let both = errors.as_ref().filter(|both| both.len() > 1);
-            let apart = match &errors {
-                Some(both) if both.len() > 1 => paired(both, values),
-                Some(_) => Estimate::UNKNOWN,
-                None => independent(values),
-            };
-            Row::new(&self.name, name, values, apart, both.map(|both| both.len() as u64))
+        let both = errors.as_deref().filter(|both| both.len() > 1);
+        let [rms, p95] = [measured.each_ref().map(|s| s.rms_deg), measured.each_ref().map(|s| s.p95_deg)];
+        let [rms_apart, p95_apart] = match (both, &errors) {
+            (Some(both), _) => [paired_rms(both), paired_percentile(both, p95)],
+            (None, Some(_)) => [Estimate::UNKNOWN; 2],
+            (None, None) => [independent(rms), independent(p95)],
         };
-        rows.push(angle(RMS, |s| s.rms_deg, &|both, _| paired_rms(both)));
-        rows.push(angle(P95, |s| s.p95_deg, &paired_percentile));
+        let pairs = both.map(|both| both.len() as u64);
+        rows.push(Row::new(&self.name, RMS, rms, rms_apart, pairs));
+        rows.push(Row::new(&self.name, P95, p95, p95_apart, pairs));
         for (case, name) in CASES.into_iter().enumerate() {
             let of = |s: &Summary| match case {
                 // Of a run that named no pole, nothing is known of wrong ones.

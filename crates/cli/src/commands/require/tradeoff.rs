@@ -7,7 +7,8 @@ use standstill_analysis::bracket::{Found, Search};
 use standstill_report::page::{Block, Page, Section, Tone};
 use standstill_scenario::Plan;
 
-use super::{Question, shown, shown_interval};
+use super::words::shown_interval;
+use super::{Question, shown};
 use crate::Report;
 use crate::arguments::Require as Options;
 use crate::columns;
@@ -29,9 +30,14 @@ pub const EVERYWHERE: &str = "every value meets it";
 #[derive(Clone, Debug, Serialize)]
 pub struct Point {
     pub first: f64,
+    /// The edge of the second key, and its interval; where it has two the upper one.
     pub second: Option<f64>,
     pub low: Option<f64>,
     pub high: Option<f64>,
+    /// Its lower edge, where it has two.
+    pub from: Option<f64>,
+    pub from_low: Option<f64>,
+    pub from_high: Option<f64>,
     pub answer: &'static str,
 }
 
@@ -66,16 +72,30 @@ pub fn run(
 }
 
 fn point(first: f64, found: &Found) -> Point {
+    let none = |answer| Point {
+        first,
+        second: None,
+        low: None,
+        high: None,
+        from: None,
+        from_low: None,
+        from_high: None,
+        answer,
+    };
     match found {
-        Found::Nowhere => Point { first, second: None, low: None, high: None, answer: "no value meets it" },
-        Found::Everywhere => Point { first, second: None, low: None, high: None, answer: EVERYWHERE },
-        Found::Edge(edge) => Point {
-            first,
-            second: Some(edge.value),
-            low: Some(edge.interval.0),
-            high: Some(edge.interval.1),
-            answer: "edge",
-        },
+        Found::Nowhere => none("no value meets it"),
+        Found::Everywhere => none(EVERYWHERE),
+        Found::Stretch(stretch) => {
+            let mut point = none("edge");
+            if let [from, _] = &stretch.edges[..] {
+                point.answer = "between";
+                (point.from, [point.from_low, point.from_high]) = (Some(from.value), from.interval);
+            }
+            if let Some(last) = stretch.last() {
+                (point.second, [point.low, point.high]) = (Some(last.value), last.interval);
+            }
+            point
+        }
     }
 }
 
@@ -85,10 +105,12 @@ fn answer(options: &Options, plan: &Plan, asked: &Question<'_>, points: &[Point]
     let setting = setting(plan.file(), &scenario);
     let limits = asked.limits.to_string();
     let cells = |point: &Point| {
-        let second_text = match (point.second, point.low, point.high) {
-            (Some(value), Some(low), Some(high)) => {
-                shown_interval((second, asked.bench.keys[1].1), [value, low, high])
-            }
+        let interval = |value, ends| shown_interval((second, asked.bench.keys[1].1), value, ends);
+        let to = point.second.map(|value| interval(value, [point.low, point.high]));
+        let from = point.from.map(|value| interval(value, [point.from_low, point.from_high]));
+        let second_text = match (from, to) {
+            (Some(from), Some(to)) => format!("{from} to {to}"),
+            (_, Some(to)) => to,
             _ => point.answer.to_owned(),
         };
         vec![shown(first, point.first), second_text]

@@ -6,7 +6,6 @@ use serde::Serialize;
 use standstill_analysis::bracket::Edge;
 use standstill_analysis::limit::rms::{Part, made_by, part, widens};
 use standstill_analysis::limit::{Limits, Measure};
-use standstill_analysis::require::{Seen, trials_needed as needed};
 use standstill_campaign::Estimate;
 
 use crate::arguments::MOST_AT_A_VALUE as MOST;
@@ -94,18 +93,6 @@ pub fn too_few(limits: &Limits, edge: &Edge) -> Option<String> {
     })
 }
 
-/// About how many trials would make an interval as narrow as it should be, of a single limit.
-pub fn trials_needed(limits: &Limits, judged: &[Judged], edge: &Edge, width: f64) -> Option<u64> {
-    let [limit] = limits.0[..] else { return None };
-    let last = judged.iter().filter(|judged| judged.trials == edge.trials);
-    let seen = last.map(|judged| Seen {
-        value: judged.value,
-        measure: judged.measures[0],
-        without_answer: judged.without_answer,
-    });
-    needed(limit.measure, &seen.collect::<Vec<_>>(), edge, width)
-}
-
 /// That the interval is wider than asked for, and what would help.
 pub fn wide(width: f64, needed: Option<u64>) -> String {
     let wide = format!("the interval is wider than {} of the value", percent(width));
@@ -130,13 +117,14 @@ mod tests {
 
     #[test]
     fn analytic_starts_that_were_not_seen_are_told_where_they_keep_an_interval_wide() {
-        use standstill_analysis::bracket::Side;
+        use standstill_analysis::bracket::{Bound, Side};
 
         let limits: Limits = "rms <= 1 deg".parse().expect("limits");
         // Of 60,000 up to 0.00615 % may lack an answer: 0.498 deg² of the 0.52 between 1 and 1.52.
         let judged = [Judged {
             value: 0.014,
             trials: 60_000,
+            clear: false,
             measures: vec![Estimate { value: 1.0, low: 0.99, high: 1.52_f64.sqrt() }],
             without_answer: Some(Estimate { value: 0.0, low: 0.0, high: 6.15e-5 }),
         }];
@@ -144,10 +132,11 @@ mod tests {
             let edge = Edge {
                 side: Side::Largest,
                 value: 0.014,
-                interval: (0.010, 0.0146),
+                interval: [Some(0.010), Some(0.0146)],
                 narrow,
-                stretches: Vec::new(),
                 trials: 60_000,
+                needed: None,
+                bound: Bound::Limits(vec![0]),
             };
             Unanswered::of(&limits, &judged, &edge).map(|told| told.to_string())
         };

@@ -7,8 +7,8 @@ use std::sync::atomic::Ordering;
 use rayon::prelude::*;
 use standstill_campaign::store::{Row, Shard, Sweep as Trials};
 use standstill_detect::Method;
-use standstill_report::table::{Column, Columns, Value};
 use standstill_scenario::{Plan, Scenario};
+use standstill_table::{Column, Columns, Value};
 
 use super::results::{Points, Results};
 use crate::arguments::{Arguments, Command, Run};

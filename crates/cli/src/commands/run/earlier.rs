@@ -5,8 +5,8 @@ use std::sync::mpsc::{Receiver, sync_channel};
 
 use standstill_campaign::store::{Earlier, Identity, Journal, Row, Shard, Tallied};
 use standstill_campaign::store::{JournalError, head};
-use standstill_report::table::{Column, Format, Reader, Value};
 use standstill_scenario::Verdict;
+use standstill_table::{Column, Format, Reader, Value};
 
 use super::results::{STATISTICS, SummaryFile, trials_name};
 use crate::columns::trial_columns;
@@ -26,6 +26,8 @@ pub struct Found {
     pub tallies: Vec<Tallied>,
     /// Trials of the longest of those runs.
     pub trials: u64,
+    /// Trials in all of the one that was finished.
+    finished: Option<u64>,
     /// Journals that are of no more use once the longer run is done.
     journals: Vec<PathBuf>,
 }
@@ -93,6 +95,7 @@ impl Found {
         if !summary.run.begins(identity) {
             return;
         }
+        self.finished = Some(summary.trials());
         let names = [Format::Csv, Format::Parquet].map(trials_name);
         let Some(path) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
             let others = [Format::Npz, Format::Mat].map(|format| folder.join(trials_name(format)));
@@ -107,6 +110,20 @@ impl Found {
         }
         self.trials = self.trials.max(summary.run.trials);
         self.rows.add(rows(reader).into_iter().flatten());
+    }
+
+    /// What became of the run that was there, once its files are in place.
+    pub fn said(&self, folder: &Path) -> String {
+        let now = SummaryFile::read(folder).ok().map(|summary| summary.trials());
+        match (self.finished, now) {
+            (Some(before), Some(now)) if before == now => format!(
+                "The run of {before} trials that was there is as long as before: stop_at is met. A narrower stop_at extends it, or none."
+            ),
+            (Some(before), Some(now)) => {
+                format!("The run of {before} trials that was there was extended to {now}.")
+            }
+            _ => format!("The run of {} trials that was there was extended.", self.trials),
+        }
     }
 
     /// Removes the journals that were put aside.

@@ -8,8 +8,8 @@ use serde::{Deserialize, Serialize};
 use standstill_campaign::store::{Identity, JournalError, Row, Shards};
 use standstill_campaign::{Estimate, Statistics, Summary};
 use standstill_quantity::Quantity;
-use standstill_report::table::{Column, Columns, Format, TableError, Value, Writer};
 use standstill_scenario::{Document, Point, StopTable};
+use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
 
 use super::points;
 use crate::Report;

@@ -196,6 +196,24 @@ fn law_a_pulse_that_is_none_is_a_fault() {
 }
 
 #[test]
+fn law_a_sample_that_an_edge_spoils_is_no_peak() {
+    let taken = |spoilt_end: bool, peak: f64| {
+        let (mut train, _) = zeroed(|_| [0.1; 3]);
+        train.spoilt_end = spoilt_end;
+        let _ = train.next();
+        let slot = train.under_way.expect("a pulse");
+        let mut readings = pulse(&train, slot, peak, 0.0);
+        readings[3].current = Abc([0.1; 3]);
+        train.take(&readings)
+    };
+    assert!(matches!(taken(false, 2.0), Err(Fault::NoCurrent { .. })));
+    assert!(matches!(taken(true, 2.0), Ok(Some(_))));
+    // From 73 to 98 µs after the dead time a current of 0.49 A grows to 0.4933 A: from 0.3675 A.
+    let Err(Fault::NoCurrent { peak, .. }) = taken(true, 0.49) else { panic!("too little") };
+    assert!((peak - 0.75 * 0.49 * 98.0 / 73.0).abs() < 1e-12, "{peak}");
+}
+
+#[test]
 fn analytic_two_sensors_in_line_tell_the_gains_of_the_lines() {
     // A phase without a sensor shows what the other one of its line does.
     let gain = [0.01_f64, -0.005, 0.002];

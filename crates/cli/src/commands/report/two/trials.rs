@@ -2,8 +2,8 @@
 
 use standstill_campaign::store::Row;
 use standstill_campaign::{Statistics, Summary};
-use standstill_report::table::{Column, Kind, Value};
 use standstill_scenario::Verdict;
+use standstill_table::{Column, Kind, Value};
 
 use super::Run;
 use crate::error::Error;

@@ -6,7 +6,7 @@
 //! formats of NumPy and MATLAB it holds the whole table twice. Equal tables give equal bytes.
 //!
 //! ```
-//! use standstill_report::table::{Column, Format, Kind, Value, Writer};
+//! use standstill_table::{Column, Format, Kind, Value, Writer};
 //!
 //! let columns = vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)];
 //! let run = [("seed".to_owned(), "7".to_owned())];
@@ -16,7 +16,7 @@
 //! table.row(&[Value::from(1), Value::Empty])?;
 //! table.finish()?;
 //! assert_eq!(file, b"trial,error_deg,run\n0,0.25,\"{\"\"seed\"\":\"\"7\"\"}\"\n1,,\n");
-//! # Ok::<(), standstill_report::table::TableError>(())
+//! # Ok::<(), standstill_table::TableError>(())
 //! ```
 //!
 //! # What a cell holds
@@ -47,6 +47,11 @@ use std::path::Path;
 pub use columns::{Columns, Data, Texts};
 pub use error::{Place, TableError};
 pub use read::Reader;
+
+/// The examples of the README run too.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+pub struct Readme;
 
 /// Name of the column that holds the metadata of a CSV table. No other column may have it.
 pub const METADATA: &str = "run";

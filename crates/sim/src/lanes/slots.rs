@@ -7,12 +7,12 @@ use super::Host;
 use crate::case::{Case, Ended, Finished, Run};
 
 /// What stands between a detector and the engine: readings and commands in both's numbers, and its outcome.
-pub struct Desk<T: Real> {
+pub struct Adapter<T: Real> {
     readings: Vec<Reading<T>>,
     outcome: Option<Outcome<T>>,
 }
 
-impl<T: Real> Desk<T> {
+impl<T: Real> Adapter<T> {
     /// For a run that has not begun.
     pub fn new() -> Self {
         Self { readings: Vec::new(), outcome: None }
@@ -50,28 +50,28 @@ impl<T: Real> Desk<T> {
 }
 
 /// Cases with a detector each, in their lanes.
-pub struct Seats<T: Real, D, C, F> {
+pub struct Slots<T: Real, D, C, F> {
     cases: C,
     done: F,
     begun: usize,
-    lanes: [Option<Seat<T, D>>; MOST_LANES],
+    lanes: [Option<Slot<T, D>>; MOST_LANES],
 }
 
-/// Who has a lane: the number of the case, and its detector.
-struct Seat<T: Real, D> {
+/// What a lane is taken by: the number of the case, and its detector.
+struct Slot<T: Real, D> {
     number: usize,
     detector: Option<D>,
-    desk: Desk<T>,
+    adapter: Adapter<T>,
 }
 
-impl<T: Real, D, C, F> Seats<T, D, C, F> {
+impl<T: Real, D, C, F> Slots<T, D, C, F> {
     /// For these cases; `done` gets each run with the number of its case.
     pub fn new(cases: C, done: F) -> Self {
         Self { cases, done, begun: 0, lanes: [const { None }; MOST_LANES] }
     }
 }
 
-impl<'a, T, D, C, F> Host<'a> for Seats<T, D, C, F>
+impl<'a, T, D, C, F> Host<'a> for Slots<T, D, C, F>
 where
     T: Real,
     D: Detector<T>,
@@ -80,23 +80,26 @@ where
 {
     fn next(&mut self, lane: usize) -> Option<Case<'a>> {
         let (case, detector) = self.cases.next()?;
-        let seat =
-            self.lanes[lane].get_or_insert_with(|| Seat { number: 0, detector: None, desk: Desk::new() });
-        seat.number = self.begun;
-        seat.detector = Some(detector);
+        let slot = self.lanes[lane].get_or_insert_with(|| Slot {
+            number: 0,
+            detector: None,
+            adapter: Adapter::new(),
+        });
+        slot.number = self.begun;
+        slot.detector = Some(detector);
         self.begun += 1;
         Some(case)
     }
 
     fn step(&mut self, lane: usize, readings: &[Reading<f64>]) -> Option<Command<f64>> {
-        let seat = self.lanes[lane].as_mut()?;
-        seat.desk.step(seat.detector.as_mut()?, readings)
+        let slot = self.lanes[lane].as_mut()?;
+        slot.adapter.step(slot.detector.as_mut()?, readings)
     }
 
     fn over(&mut self, lane: usize, finished: Finished) {
-        if let Some(seat) = &mut self.lanes[lane] {
-            let run = seat.desk.run(finished);
-            (self.done)(seat.number, run);
+        if let Some(slot) = &mut self.lanes[lane] {
+            let run = slot.adapter.run(finished);
+            (self.done)(slot.number, run);
         }
     }
 }

@@ -9,7 +9,7 @@ use parquet::data_type::{DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
-use standstill_report::table::{Format, Reader, TableError, Value};
+use standstill_table::{Format, Reader, TableError, Value};
 use tempfile::TempDir;
 
 use super::{FORMATS, Row, metadata, some_rows, text, write};

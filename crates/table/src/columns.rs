@@ -5,7 +5,7 @@ use super::{Column, Kind, TableError, Value, check_row};
 /// A table in memory.
 ///
 /// ```
-/// use standstill_report::table::{Column, Columns, Data, Kind, Value};
+/// use standstill_table::{Column, Columns, Data, Kind, Value};
 ///
 /// let mut table = Columns::new(vec![Column::new("trial", Kind::Whole), Column::new("error_deg", Kind::Number)]);
 /// table.row(&[Value::from(0), Value::from(0.25)])?;
@@ -13,7 +13,7 @@ use super::{Column, Kind, TableError, Value, check_row};
 /// let [(_, Data::Whole(trials)), (_, Data::Number(errors))] = &table.into_columns()[..] else { unreachable!() };
 /// assert_eq!(*trials, [0, 1]);
 /// assert!(errors[0] == 0.25 && errors[1].is_nan());
-/// # Ok::<(), standstill_report::table::TableError>(())
+/// # Ok::<(), standstill_table::TableError>(())
 /// ```
 #[derive(Clone, Debug)]
 pub struct Columns {

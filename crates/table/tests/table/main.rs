@@ -6,7 +6,7 @@ use std::io::{self, Write};
 
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
-use standstill_report::table::{Column, Format, Kind, TableError, Value, Writer};
+use standstill_table::{Column, Format, Kind, TableError, Value, Writer};
 
 mod read;
 mod whole;

@@ -2,7 +2,7 @@
 
 use std::io::{Cursor, Read};
 
-use standstill_report::table::{Column, Format, Kind, TableError, Value, Writer};
+use standstill_table::{Column, Format, Kind, TableError, Value, Writer};
 
 use super::{columns, metadata, text, write};
 

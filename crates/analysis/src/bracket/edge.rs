@@ -1,0 +1,206 @@
+//! An end of the stretch where something holds.
+
+use super::{Look, Looks, Search, Side, View};
+
+/// The end of a stretch where it holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Edge {
+    /// Which end of the stretch.
+    pub side: Side,
+    /// The last value with which it holds.
+    pub value: f64,
+    /// 95 % interval; none where it is open: to that end nothing that was looked at shows where it surely holds, or surely not.
+    pub interval: [Option<f64>; 2],
+    /// Whether that is as narrow as it should be.
+    pub narrow: bool,
+    /// Trials at each of the last values.
+    pub trials: u64,
+    /// About how many trials would make it as narrow, where it is not.
+    pub needed: Option<u64>,
+    /// What does not hold beyond it.
+    pub bound: Bound,
+}
+
+/// Why something does not hold beyond an edge.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Bound {
+    /// These limits are broken, by their numbers.
+    Limits(Vec<usize>),
+    /// Starts without an answer: with the others alone all limits would be kept.
+    Unanswered,
+    /// Values beyond cannot be.
+    Refused,
+}
+
+/// Where a condition changes: the last place that was seen to fulfil it, and the next one that was seen not to.
+#[derive(Clone, Copy, Debug)]
+struct Turn {
+    last: Option<f64>,
+    next: Option<f64>,
+}
+
+impl Bound {
+    fn of(look: Option<&Look>) -> Self {
+        let Some(look) = look else { return Self::Refused };
+        let broken = look.broken();
+        if !broken.is_empty() && broken.iter().all(|k| look.answered[*k] <= 1.0) {
+            Self::Unanswered
+        } else {
+            Self::Limits(broken)
+        }
+    }
+}
+
+impl Search {
+    /// The edge between a place where it holds and the next, the one of this number, with trials enough. Places go from
+    /// inside the stretch outwards. None where it holds up to the last one after all.
+    pub(super) fn edge<E>(
+        &self,
+        looks: &mut Looks<'_, '_, E>,
+        places: &[f64],
+        end: usize,
+        side: Side,
+    ) -> Result<Option<Edge>, E> {
+        let mut trials = self.trials;
+        loop {
+            let middle = self.turn(looks, places, end, trials, View::Likely)?;
+            let (Some(last), Some(beyond)) = (middle.last, middle.next) else { return Ok(None) };
+            let value = self.at(last);
+            let foreseen = self.needed(looks, value, side, trials);
+            if trials < self.most && foreseen.is_some_and(|needed| needed > 2 * trials) {
+                trials = self.more(trials, foreseen);
+                continue;
+            }
+            let inner = if self.may_be_sure(looks, &places[..end], trials)? {
+                self.turn(looks, places, end, trials, View::Bad)?.last
+            } else {
+                None
+            };
+            // Up to where it was seen not to hold: what lies between was not looked at.
+            let outer = self.turn(looks, places, end, trials, View::Good)?;
+            let outer = if self.whole { outer.next.and(outer.last) } else { outer.next };
+            let [inner, outer] = [inner, outer].map(|place| place.map(|place| self.at(place)));
+            let interval = match side {
+                Side::Largest => [inner.map(|x| x.min(value)), outer.map(|x| x.max(value))],
+                Side::Smallest => [outer.map(|x| x.min(value)), inner.map(|x| x.max(value))],
+            };
+            let narrow = match interval {
+                // Whole numbers cannot be told more closely than to one.
+                [Some(low), Some(high)] => {
+                    high - low <= self.width * value.abs() || (self.whole && high - low <= 1.0)
+                }
+                _ => false,
+            };
+            let needed = if narrow { None } else { self.needed(looks, value, side, trials) };
+            if narrow || trials >= self.most {
+                let bound = Bound::of(looks.at(beyond, trials)?);
+                return Ok(Some(Edge { side, value, interval, narrow, trials, needed, bound }));
+            }
+            trials = self.more(trials, needed);
+        }
+    }
+
+    /// How many trials are next where about so many are needed.
+    fn more(&self, trials: u64, needed: Option<u64>) -> u64 {
+        // What is forecast from few trials is no more than a guess.
+        let most = trials.saturating_mul(60);
+        let next = needed.map_or(trials * 4, |needed| needed + needed / 10).clamp(2 * trials, most);
+        next.max(self.sure_from.saturating_mul(2).min(most)).min(self.most)
+    }
+
+    /// Whether so many trials may show at any of these places that it surely holds: seen at the one that is likeliest to.
+    fn may_be_sure<E>(&self, looks: &mut Looks<'_, '_, E>, places: &[f64], trials: u64) -> Result<bool, E> {
+        if trials < self.sure_from {
+            return Ok(false);
+        }
+        let mut best = None;
+        for place in places {
+            let Some(look) = looks.at(*place, self.trials)? else { continue };
+            let high = if look.clear == Some(true) { 0.0 } else { look.foreseen(trials) };
+            if best.is_none_or(|(least, _)| high < least) {
+                best = Some((high, *place));
+            }
+        }
+        let Some((_, place)) = best else { return Ok(false) };
+        Ok(looks.at(place, trials)?.is_some_and(|look| look.holds(View::Bad)))
+    }
+
+    /// Finds where a condition ceases to hold, searching from the place of this number.
+    fn turn<E>(
+        &self,
+        looks: &mut Looks<'_, '_, E>,
+        places: &[f64],
+        end: usize,
+        trials: u64,
+        view: View,
+    ) -> Result<Turn, E> {
+        // By how much it holds: the logarithm of the share, up to zero.
+        let mut look = |place: f64| -> Result<(bool, f64), E> {
+            let look = looks.at(place, trials)?;
+            Ok(look.map_or((false, f64::INFINITY), |look| {
+                (look.holds(view), standstill_numeric::ln(look.worst(view)))
+            }))
+        };
+        // Outwards while it is still true, inwards until it is.
+        let mut outside = end;
+        let mut bad = loop {
+            let Some(place) = places.get(outside) else {
+                return Ok(Turn { last: places.last().copied(), next: None });
+            };
+            let (holds, margin) = look(*place)?;
+            if !holds {
+                break (*place, margin);
+            }
+            outside += 1;
+        };
+        let mut good = loop {
+            let Some(inside) = outside.checked_sub(1) else {
+                return Ok(Turn { last: None, next: places.first().copied() });
+            };
+            outside = inside;
+            let (holds, margin) = look(places[inside])?;
+            if holds {
+                break (places[inside], margin);
+            }
+            bad = (places[inside], margin);
+        };
+        // Steps that shortened the bracket by less than half.
+        let mut slow = 0;
+        for _ in 0..60 {
+            let [near, far] = [good, bad].map(|(place, _)| self.at(place));
+            let (gap, close) = ((far - near).abs(), 0.1 * self.width * near.abs());
+            let middle = (good.0 + bad.0) / 2.0;
+            let at = self.at(middle);
+            if at == near || at == far || gap < close {
+                break;
+            }
+            let apart = bad.0 - good.0;
+            let guess = (slow < 2 && !self.whole).then(|| guess(good, bad, apart * close / gap)).flatten();
+            let place = guess.unwrap_or(middle);
+            let (holds, margin) = look(place)?;
+            if holds {
+                good = (place, margin);
+            } else {
+                bad = (place, margin);
+            }
+            let is_slow = guess.is_some() && (bad.0 - good.0).abs() > 0.5 * apart.abs();
+            slow = if is_slow { slow + 1 } else { 0 };
+        }
+        Ok(Turn { last: Some(good.0), next: Some(bad.0) })
+    }
+}
+
+/// Where the logarithm of the share crosses zero, if it is a straight line between the two: somewhat to the side of the
+/// farther one, so that the next look closes the bracket. `close` is the bracket's length that suffices.
+fn guess(good: (f64, f64), bad: (f64, f64), close: f64) -> Option<f64> {
+    let crossing = -good.1 / (bad.1 - good.1);
+    if !(0.0..=1.0).contains(&crossing) || !(bad.1 - good.1).is_finite() || bad.1 == good.1 {
+        return None;
+    }
+    let apart = bad.0 - good.0;
+    let aside = if crossing < 0.5 { 0.4 * close } else { -0.4 * close };
+    // Not at the ends, which are known.
+    let [least, most] = [0.4 * close / apart, 1.0 - 0.4 * close / apart];
+    let at = (crossing + aside / apart).clamp(least.min(0.5), most.max(0.5));
+    Some(good.0 + at * apart)
+}

@@ -1,0 +1,83 @@
+//! Values that cannot be: what the scenario or its detector refuses.
+
+use std::fmt;
+
+use serde_json::json;
+use standstill_scenario::{Document, FileError};
+
+use super::shown;
+use crate::commands::question::allowed;
+use crate::error::Error;
+use crate::figures::Judged;
+
+/// The values that were refused, and why.
+#[derive(Debug, Default)]
+pub struct Refused(Vec<(f64, FileError)>);
+
+/// A range of them.
+pub struct Told {
+    key: String,
+    from: f64,
+    to: f64,
+    message: String,
+    allowed: Option<String>,
+}
+
+impl Refused {
+    pub fn add(&mut self, value: f64, error: FileError) {
+        self.0.push((value, error));
+    }
+
+    /// An error if nothing was judged, because all was refused.
+    pub fn check(&mut self, judged: &[Judged]) -> Result<(), Error> {
+        if judged.is_empty() && !self.0.is_empty() {
+            return Err(self.0.remove(0).1.into());
+        }
+        Ok(())
+    }
+
+    /// What is told of them: neighbours that are refused for the same reason together.
+    pub fn told(&self, document: &Document, key: &str, judged: &[Judged]) -> Vec<Told> {
+        let mut all: Vec<(f64, String)> =
+            self.0.iter().map(|(value, error)| (*value, reason(error))).collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut told: Vec<Told> = Vec::new();
+        for (value, message) in all {
+            let between = |from: f64| judged.iter().any(|judged| from < judged.value && judged.value < value);
+            match told.last_mut() {
+                Some(last) if last.message == message && !between(last.to) => last.to = value,
+                _ => told.push(Told { key: key.to_owned(), from: value, to: value, message, allowed: None }),
+            }
+        }
+        for told in &mut told {
+            told.allowed = allowed(document, key, told.to).or_else(|| allowed(document, key, told.from));
+        }
+        told
+    }
+}
+
+/// What is wrong, without the place, which is this command's.
+fn reason(error: &FileError) -> String {
+    match error {
+        FileError::Key { message, .. } => message.clone(),
+        other => other.to_string(),
+    }
+}
+
+impl Told {
+    pub fn json(&self) -> serde_json::Value {
+        json!({ "from": self.from, "to": self.to, "message": self.message, "allowed": self.allowed })
+    }
+}
+
+impl fmt::Display for Told {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { key, from, to, message, allowed } = self;
+        write!(f, "{key} cannot be {}", shown(key, *from))?;
+        if from < to {
+            write!(f, " to {}", shown(key, *to))?;
+        }
+        write!(f, ": {message}")?;
+        allowed.as_ref().map_or(Ok(()), |allowed| write!(f, "; {allowed}"))
+    }
+}

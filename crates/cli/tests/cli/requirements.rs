@@ -1,0 +1,93 @@
+//! `standstill require`.
+
+use std::fs;
+
+use super::answers::{SCENARIO, answer, has, number};
+use super::{folder, mistake};
+
+#[test]
+fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
+    let folder = folder();
+    fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
+    let require = |limit: &str, more: &[&str], code: i32| {
+        let arguments = ["require", "s.toml", "--key", "sensors.noise", "--limit", limit, "--json"];
+        answer(&[&arguments[..], more].concat(), code, folder.path())
+    };
+    // Noise of 10 mA makes 0.84°; the gains alone 0.63°.
+    let edge = require("rms <= 1 deg", &["--between", "2 mA:50 mA", "--most", "4000"], 0);
+    let (value, high) = (number(&edge, "value"), number(&edge, "high"));
+    assert!(0.010 < value && value <= high && high < 0.020, "{edge}");
+    // Of 4,000 starts up to 0.09 % may be without an answer, which make 2.7°: surely it holds nowhere, so that end is open.
+    assert!(edge["low"].is_null() && edge["narrow"] == false, "{edge}");
+    assert_eq!(edge["without_answer"]["decide"], "interval", "{edge}");
+    has(&edge, &["key", "value", "low", "high", "limit"]);
+    assert_eq!((&edge["key"], &edge["limit"]), (&"sensors.noise".into(), &"rms <= 1 deg".into()));
+    let none = require("rms <= 0.1 deg", &["--between", "5 mA:50 mA"], 1);
+    assert!(none["value"].is_null() && none["answer"] == "no value meets it");
+    let all = require("rms <= 60 deg", &["--between", "5 mA:20 mA"], 1);
+    assert_eq!(all["answer"], "every value meets it");
+}
+
+#[test]
+fn a_limit_that_holds_between_two_values_has_both_edges_and_what_binds_at_each() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), format!("{SCENARIO}rotor.state = \"free\"\n")).expect("written");
+    // Too short a pulse is noisy, too long a one moves the rotor; beyond 0.95 ms the detector's period is too short for it.
+    let limits = "p95 <= 3 deg, moved <= 0.05 deg";
+    let arguments =
+        ["require", "s.toml", "--key", "detector.pulse", "--limit", limits, "--json", "--out", "r"];
+    let found = answer(&arguments, 0, path);
+    has(&found, &["key", "value", "low", "high", "limit", "edges", "refused", "stretches"]);
+    assert_eq!(found["answer"], "between", "{found}");
+    let edges = found["edges"].as_array().expect("a list");
+    let binds = [("at least", "p95 <= 3 deg"), ("at most", "moved <= 0.05 deg")];
+    assert_eq!(edges.len(), 2);
+    for (edge, (side, bound)) in edges.iter().zip(binds) {
+        let [low, value, high] = ["low", "value", "high"].map(|key| number(edge, key));
+        assert!(low <= value && value <= high && high - low <= 0.05 * value, "{edge}");
+        assert!(edge["narrow"] == true && edge["side"] == side && edge["bound"][0] == bound, "{edge}");
+    }
+    assert_eq!(found["value"], edges[1]["value"]);
+    let refused = &found["refused"][0];
+    assert!(
+        refused["allowed"].as_str().is_some_and(|text| text.starts_with("needed at most 9")),
+        "{refused}"
+    );
+    let page = fs::read_to_string(path.join("r/require.html")).expect("a page");
+    for text in ["below it p95 &lt;= 3 deg is broken", "detector.pulse cannot be 1.0"] {
+        assert!(page.contains(text), "{text}");
+    }
+    // A value that was asked for and cannot be is named with its key and what it may be.
+    let between =
+        ["require", "s.toml", "--key", "detector.pulse", "--limit", limits, "--between", "50us:2ms"];
+    let message = mistake(&between, path);
+    for part in ["--between", "2ms", "detector.pulse", "longer than two pulses", "needed at most 9"] {
+        assert!(message.contains(part), "{part} in {message}");
+    }
+}
+
+#[test]
+fn cross_the_trials_that_are_named_make_the_interval_narrow_and_half_as_many_do_not() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    for (limit, between) in [
+        ("p95 <= 2 deg", "5 mA:40 mA"),
+        ("P(|e| > 1 deg) <= 40 %", "5 mA:40 mA"),
+        ("p99 <= 4 deg, failed <= 5 %", "10 mA:60 mA"),
+    ] {
+        let asked = |most: u64| {
+            let most = most.to_string();
+            let arguments = ["require", "s.toml", "--key", "sensors.noise", "--limit", limit, "--between"];
+            answer(&[&arguments[..], &[between, "--most", &most, "--json"]].concat(), 0, path)
+        };
+        let few = asked(1000);
+        assert_eq!(few["narrow"], false, "{few}");
+        let needed = few["trials_needed"].as_u64().unwrap_or_else(|| panic!("{few}"));
+        assert!(needed > 1000, "{few}");
+        let enough = asked(2 * needed);
+        assert_eq!(enough["narrow"], true, "{limit}: twice {needed}");
+        assert_eq!(asked(needed / 2)["narrow"], false, "{limit}: half of {needed}");
+    }
+}
