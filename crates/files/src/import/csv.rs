@@ -12,6 +12,9 @@ use crate::import::arrays::MOST_POINTS;
 /// Columns that a line may have: those of a wide table.
 const MOST_COLUMNS: usize = 2048;
 
+/// Bytes that a line may have: a wide table's has some 60 kB. A file without line ends would be one name of a column.
+const LONGEST_LINE: usize = 1 << 20;
+
 /// A line that is neither blank nor a comment.
 #[derive(Clone, Copy)]
 pub(super) struct Line<'a> {
@@ -78,6 +81,10 @@ pub(super) fn read(file: &str, bytes: &[u8], layout: &MapLayout) -> Result<MapSa
         source.error(line, "bytes that are not UTF-8".to_owned(), "a text".to_owned())
     })?;
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    if let Some(at) = text.lines().position(|line| line.len() > LONGEST_LINE) {
+        let needed = "at most 1 MiB in a line, and lines that end";
+        return Err(source.error(at + 1, "a line of more than 1 MiB".to_owned(), needed.to_owned()));
+    }
     let lines = || {
         let numbered = text.lines().enumerate().map(|(at, line)| (at + 1, line.trim()));
         numbered.filter(|(_, line)| !line.is_empty() && !line.starts_with(['#', '%']))

@@ -19,6 +19,19 @@ fn close(samples: &MapSamples, within: f64) {
 }
 
 #[test]
+fn regress_a_line_without_an_end_is_no_name_of_a_column() {
+    for text in
+        ["\0".repeat(20 << 20), "1,".repeat(10 << 20), format!("i_d_A,i_q_A\n{}", "7".repeat(20 << 20))]
+    {
+        let message = read_plain(&text).expect_err("must be refused").to_string();
+        assert!(
+            message.contains("found a line of more than 1 MiB; needed: at most 1 MiB in a line"),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn regress_csv_is_read_in_any_order_and_its_faults_are_named() {
     let text =
         "\u{feff}psi_d_Wb, i_d_A,i_q_A,psi_q_Wb\r\n# measured\r\n0.45,-1,2,0.03\r\n\r\n0.5, 1,2,0.04\r\n";
