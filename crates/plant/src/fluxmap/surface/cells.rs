@@ -37,7 +37,7 @@ pub(super) struct Spot {
 pub(super) struct Cells {
     /// The ends of cells, and [`DEGREE`] more beyond either end.
     knots: Vec<f64>,
-    cells: Vec<Cell>,
+    spans: Vec<Cell>,
     /// Of the cells.
     powers: Vec<Powers>,
     /// The axis in equal parts, none wider than a cell: the cell in which each begins.
@@ -92,17 +92,17 @@ impl Cells {
             #[allow(clippy::cast_possible_truncation)]
             parts.push(at as u16);
         }
-        Self { knots, cells, powers, parts, low, high, parts_per_flux }
+        Self { knots, spans: cells, powers, parts, low, high, parts_per_flux }
     }
 
     /// How many.
     pub(super) fn count(&self) -> usize {
-        self.cells.len()
+        self.spans.len()
     }
 
     /// How many functions.
     pub(super) fn functions(&self) -> usize {
-        self.cells.len() + DEGREE
+        self.spans.len() + DEGREE
     }
 
     /// The nearest flux that a cell contains.
@@ -118,8 +118,8 @@ impl Cells {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let part = (((flux - self.low) * self.parts_per_flux) as usize).min(self.parts.len() - 1);
         let begins = usize::from(self.parts[part]);
-        let cell = (begins + usize::from(flux >= self.cells[begins].end)).min(self.cells.len() - 1);
-        let Cell { start, per_width, .. } = self.cells[cell];
+        let cell = (begins + usize::from(flux >= self.spans[begins].end)).min(self.spans.len() - 1);
+        let Cell { start, per_width, .. } = self.spans[cell];
         Spot { cell, t: (flux - start) * per_width, per_width }
     }
 
@@ -161,7 +161,7 @@ impl Cells {
 
     /// Of a cell, on average, in Wb.
     pub(super) fn width(&self) -> f64 {
-        (self.high - self.low) / self.cells.len() as f64
+        (self.high - self.low) / self.spans.len() as f64
     }
 }
 
@@ -204,7 +204,7 @@ mod tests {
     fn analytic_functions_sum_to_one_and_their_derivatives_are_those_of_polynomials() {
         let cells = uneven();
         assert_eq!(cells.functions(), 29);
-        let widths = || cells.cells.iter().map(|cell| cell.end - cell.start);
+        let widths = || cells.spans.iter().map(|cell| cell.end - cell.start);
         let (least, most) = (widths().fold(f64::INFINITY, f64::min), widths().fold(0.0, f64::max));
         assert!(least < 0.3 * most, "{least} {most}");
         // Blossoms: coefficients of x² are the symmetric sums of the knots within a function.
@@ -236,10 +236,10 @@ mod tests {
     #[test]
     fn law_every_flux_is_in_the_cell_that_is_found_for_it() {
         let cells = uneven();
-        let mut fluxes: Vec<f64> = cells.cells.iter().flat_map(|cell| [cell.start, cell.end]).collect();
+        let mut fluxes: Vec<f64> = cells.spans.iter().flat_map(|cell| [cell.start, cell.end]).collect();
         fluxes.extend((0..10_000).map(|k| cells.low + (cells.high - cells.low) * f64::from(k) / 9_999.0));
         for flux in fluxes {
-            let cell = &cells.cells[cells.find(cells.inside(flux)).cell];
+            let cell = &cells.spans[cells.find(cells.inside(flux)).cell];
             assert!(cell.start <= flux + 1e-15 && flux <= cell.end + 1e-15, "{flux}");
         }
     }
