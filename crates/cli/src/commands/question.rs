@@ -136,7 +136,7 @@ pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &st
 /// Motor, method and errors that an answer speaks of, in a line.
 pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String {
     let notes = pole_note(scenario).map(str::to_owned).into_iter().chain(scenario.motor.map_note());
-    let note: String = notes.map(|note| format!("\n({note})")).collect();
+    let note = notes.fold(String::new(), |all, note| all + "\n(" + &note + ")");
     format!(
         "{}, {}, {} errors, {} rotor, seed {}{note}",
         scenario.motor.name,
