@@ -248,7 +248,7 @@ const SCENARIOS: [(&str, u64, &str); 5] = [
          winding = { pole_pairs = 2, resistance = \"0.63 Ω\" }\nmap.file = \"examples/maps/both_sides.csv\"\n\
          rotor = { inertia = \"0.015 kg m²\", stiction = \"0.2 N m\", coulomb = \"0.2 N m\", viscous = \"0 N m s\" }",
         12,
-        "0x71bdb1b926943fe7",
+        "0x16db191e8a2b9de7",
     ),
     (
         "motor = \"paper-5k5\"\nrotor.magnet_temperature = \"60 °C\"\n[tolerances]\n\

@@ -76,7 +76,10 @@ fn compare_writes_a_table_a_csv_and_a_figure() {
     }
     assert_eq!(names(&folder.path().join("c")), ["comparison.csv", "comparison.png", "comparison.svg"]);
     let csv = fs::read_to_string(folder.path().join("c/comparison.csv")).expect("written");
-    assert!(csv.starts_with("method,rotor,errors,trials,rms_deg,") && csv.lines().count() == 3, "{csv}");
+    assert!(
+        csv.starts_with("method,rotor,errors,trials,right,rms_deg,") && csv.lines().count() == 3,
+        "{csv}"
+    );
 }
 
 #[test]

@@ -170,7 +170,7 @@ fn law_a_trace_is_the_campaigns_trial_to_the_last_bit() {
         assert!(resistance.ends_with('Ω') && text.contains(resistance), "{resistance}: {text}");
         for part in [
             "trial ",
-            "of 4",
+            "(of 0 to 3)",
             "sensors.noise = ",
             "rotor starts at",
             "current gains",

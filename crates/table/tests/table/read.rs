@@ -5,7 +5,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use parquet::data_type::{DoubleType, Int64Type};
+use parquet::data_type::{BoolType, DoubleType, Int64Type};
 use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
@@ -120,7 +120,8 @@ fn regress_csv_names_line_column_and_what_was_found() {
 
 /// A Parquet file of another make: columns that cannot be empty, without compression.
 fn foreign(number: &[f64]) -> Vec<u8> {
-    let schema = parse_message_type("message m { required int64 n; required double x; }").expect("a schema");
+    let schema = parse_message_type("message m { required int64 n; required double x; required boolean b; }")
+        .expect("a schema");
     let properties = Arc::new(WriterProperties::builder().build());
     let mut file = SerializedFileWriter::new(Vec::new(), Arc::new(schema), properties).expect("a file");
     let mut group = file.next_row_group().expect("a group");
@@ -129,6 +130,9 @@ fn foreign(number: &[f64]) -> Vec<u8> {
     column.close().expect("complete");
     let mut column = group.next_column().expect("a column").expect("the second");
     column.typed::<DoubleType>().write_batch(number, None, None).expect("values");
+    column.close().expect("complete");
+    let mut column = group.next_column().expect("a column").expect("the third");
+    column.typed::<BoolType>().write_batch(&vec![true; number.len()], None, None).expect("values");
     column.close().expect("complete");
     group.close().expect("complete");
     file.into_inner().expect("memory takes everything")
@@ -145,8 +149,9 @@ fn regress_parquet_of_another_make() {
     assert_eq!(read(&foreign(&[f64::NAN, 0.5]), [1]), Ok(vec![None, Some(0.5)]));
     let infinite = "T, row 2, column `x`: found inf, needed a finite number";
     assert_eq!(read(&foreign(&[0.0, f64::INFINITY]), [1]), Err(infinite.to_owned()));
-    let whole = "T: unreadable after row 0: the column `n` has no numbers";
-    assert_eq!(read(&foreign(&[0.0]), [0]), Err(whole.to_owned()));
+    assert_eq!(read(&foreign(&[0.0]), [0]), Ok(vec![Some(1.0)]));
+    let neither = "T: unreadable after row 0: the column `b` has no numbers";
+    assert_eq!(read(&foreign(&[0.0]), [2]), Err(neither.to_owned()));
 }
 
 #[test]

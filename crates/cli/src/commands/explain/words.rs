@@ -152,10 +152,10 @@ mod tests {
     fn law_parts_have_no_digits_beyond_their_intervals() {
         let said = |value: f64, half: f64| part(&Estimate { value, low: value - half, high: value + half });
         assert_eq!(said(-2.0518, 0.1719), "-2.05 ± 0.17°");
-        assert_eq!(said(0.7104, 0.0601), "+0.710 ± 0.060°");
+        assert_eq!(said(0.7104, 0.0601), "+0.71 ± 0.06°");
         assert_eq!(said(31.25, 12.5), "+31 ± 12°");
         assert_eq!(said(-0.008_7, 0.001_6), "-0.009 ± 0.002°");
-        assert_eq!(said(1.5, 0.0), "+1.500°");
+        assert_eq!(said(1.5, 0.0), "+1.50°");
         // Small parts have digits, and zeros no sign.
         assert_eq!(said(-0.000_21, 0.000_043), "-0.00021 ± 0.00004°");
         assert_eq!(said(-0.000_001, 0.000_4), "0.0000 ± 0.0004°");

@@ -230,8 +230,11 @@ impl<'a> Two<'a> {
     fn fewer(&self) -> Option<String> {
         let pairs: usize = self.points.iter().flat_map(|point| &point.pairs).map(Vec::len).sum();
         let axes: usize = self.points.iter().filter_map(Common::errors).map(|both| both.len()).sum();
-        (self.unpaired.is_none() && axes < pairs)
-            .then(|| format!("rms and p95 are of the {axes} of {pairs} trials in which both found an axis"))
+        let is_apart = self.points.iter().filter_map(Common::errors).any(|both| both.is_empty());
+        let else_of = if is_apart { "; where there is none, of each run's own" } else { "" };
+        let said =
+            format!("rms and p95 are of the {axes} of {pairs} trials in which both found an axis{else_of}");
+        (self.unpaired.is_none() && axes < pairs).then_some(said)
     }
 
     /// The trials that both have of each point, if they can be compared one by one.
@@ -319,7 +322,8 @@ impl Common {
                 summary(both().map(|pair| &pair.1), self.summaries[1].limit_deg),
             ]
         });
-        let measured = of_both.as_ref().unwrap_or(&self.summaries);
+        // Where no trial has an axis in both, each run's own errors say at least what it did.
+        let measured = of_both.as_ref().filter(|both| both[0].axes > 0).unwrap_or(&self.summaries);
         let both = errors.as_deref().filter(|both| both.len() > 1);
         let [rms, p95] = [measured.each_ref().map(|s| s.rms_deg), measured.each_ref().map(|s| s.p95_deg)];
         let [rms_apart, p95_apart] = match (both, &errors) {
