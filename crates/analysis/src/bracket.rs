@@ -29,12 +29,12 @@ pub struct Verdict {
     pub possibly: bool,
 }
 
-/// What trials showed at one value.
+/// The result of the trials at one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Look {
-    /// How many they were: fewer than asked for where that was clear.
+    /// The number of trials: fewer than asked for where the result was clear before.
     pub trials: u64,
-    /// What each limited measure is as a share of its limit, with its 95 % interval: up to one it is kept.
+    /// Each measure divided by its limit, with its 95 % interval. A limit is kept up to 1.
     pub shares: Vec<Estimate>,
     /// The same of the starts with an answer alone.
     pub answered: Vec<f64>,
@@ -78,7 +78,7 @@ impl Look {
         self.clear.unwrap_or_else(|| self.worst(view) <= 1.0)
     }
 
-    /// What is said of it.
+    /// Whether the value keeps the limits: likely, surely, possibly.
     pub fn verdict(&self) -> Verdict {
         Verdict {
             holds: self.holds(View::Likely),
@@ -231,7 +231,7 @@ impl Search {
         self.settle(&mut looks, &mut scan)?;
         let stretches = stretches::of(&scan);
         let count = scan.len();
-        // What begins or ends with the range counts first, else the widest.
+        // A stretch that begins or ends with the range is chosen first, otherwise the widest.
         let first = stretches.iter().find(|part| part.start == 0);
         let last = stretches.iter().find(|part| part.end == count);
         let widest = || stretches.iter().rev().max_by_key(|part| part.len());

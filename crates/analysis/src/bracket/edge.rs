@@ -17,7 +17,7 @@ pub struct Edge {
     pub trials: u64,
     /// About how many trials would make it as narrow, where it is not.
     pub needed: Option<u64>,
-    /// What does not hold beyond it.
+    /// The limits that are broken beyond the edge, or why no value is possible there.
     pub bound: Bound,
 }
 
@@ -32,7 +32,7 @@ pub enum Bound {
     Refused,
 }
 
-/// Where a condition changes: the last place that was seen to fulfil it, and the next one that was seen not to.
+/// A change of a condition: the last place that fulfils it, and the next place that does not.
 #[derive(Clone, Copy, Debug)]
 struct Turn {
     last: Option<f64>,

@@ -65,8 +65,7 @@ pub(super) const SETTERS: &[(&str, Set)] = &[
     ("sensors.dc_link_noise", Number(|s, x| s.sensors.dc_link.noise = x)),
 ];
 
-// Each where it is called from alone, with what it lacks a value.
-#[allow(clippy::unnecessary_wraps)]
+#[allow(clippy::unnecessary_wraps, reason = "setters that lack a value give none")]
 fn put<U: Unit>(number: &mut Sourced<U>, value: f64) -> Option<()> {
     number.value = Quantity::si(value);
     Some(())

@@ -81,8 +81,11 @@ impl Bends {
             let shares = [one, other].map(|sample| (flux(sample, axis) - low) / (high - low));
             let rise = (shares[1] - shares[0]).abs().max(1e-6);
             let bend = change(one.inductance.inverse(), other.inductance.inverse()) / rise;
-            // From 0 to 1.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            #[allow(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "shares are from 0 to 1"
+            )]
             let part = |share: f64| ((share * PARTS as f64) as usize).min(PARTS - 1);
             let (first, last) = (part(shares[0].min(shares[1])), part(shares[0].max(shares[1])));
             for most in &mut bends[first..=last] {
@@ -124,8 +127,7 @@ impl Bends {
             sums.push(sums[sums.len() - 1] + more);
         }
         let whole = sums[sums.len() - 1];
-        // A few thousand at most.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a few thousand at most")]
         let wanted = (whole * per_cell as f64) as usize;
         let parts = wanted.clamp(per_cell * count, 2 * per_cell * count);
         let place = |k: usize| {
