@@ -2,21 +2,30 @@
 
 use super::*;
 
-#[test]
-fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_their_probabilities() {
-    let settings = Settings::default();
-    let of = |probability: f64, end: End, failures: usize| Run {
-        end,
+/// A run that ended so, and knows its probability to a tenth.
+fn run(probability: f64, end: End) -> Run {
+    Run {
         probability,
-        variation: 0.2,
+        end,
+        variation: 0.1,
         levels: 5,
         curve: Vec::new(),
         trials: 50_000,
         acceptance: 0.4,
         ancestors: 50,
         unread: [0.0; 8],
-        failures: (0..failures).map(|k| Tape::new(1, k as u64)).collect(),
+        failures: Vec::new(),
         plain_hits: 0,
+    }
+}
+
+#[test]
+fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_their_probabilities() {
+    let settings = Settings::default();
+    let of = |probability: f64, end: End, failures: usize| Run {
+        variation: 0.2,
+        failures: (0..failures).map(|k| Tape::new(1, k as u64)).collect(),
+        ..run(probability, end)
     };
     let odds = Odds::of_runs(
         &settings,
@@ -39,19 +48,6 @@ fn analytic_runs_make_their_mean_the_interval_of_their_spread_and_weights_by_the
 #[test]
 fn law_an_alarm_widens_the_interval() {
     let settings = Settings::default();
-    let run = |probability: f64, end: End| Run {
-        end,
-        probability,
-        variation: 0.1,
-        levels: 5,
-        curve: Vec::new(),
-        trials: 50_000,
-        acceptance: 0.4,
-        ancestors: 50,
-        unread: [0.0; 8],
-        failures: Vec::new(),
-        plain_hits: 0,
-    };
     let told = |all: &[f64]| {
         let runs = all.iter().map(|p| run(*p, if *p > 0.0 { End::Reached } else { End::TooRare })).collect();
         let mut odds = Odds::of_runs(&settings, runs);
