@@ -3,17 +3,19 @@
 //! ```text
 //!   cargo run --release -p standstill-analysis --example coverage -- 1000          all three probabilities
 //!   cargo run --release -p standstill-analysis --example coverage -- 1000 1e-9     one of them
+//!   cargo run --release -p standstill-analysis --example coverage -- 200 hidden    an event of which runs miss a part
 //! ```
 //! A two-vector test in Gaussian noise has the closed form Q(Δ/(√2 σ)). Each answer is eight runs; its seed is its number. A
 //! line is printed after every twenty answers, and counts all so far. The last column is the exact 95 % interval (Clopper and
-//! Pearson) of the share of intervals that hold the truth.
+//! Pearson) of the share of intervals that hold the truth. Those are the intervals of the runs' own spread. Of the answers that
+//! ring an alarm the two columns after it count how many of these hold it, and how many as the alarm widens them.
 
 use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use standstill_analysis::{Halt, Odds, subset::Settings};
-use standstill_campaign::binomial_interval;
+use standstill_analysis::{Halt, Odds, System, subset::Settings};
+use standstill_campaign::{Estimate, binomial_interval};
 
 #[path = "../tests/systems/mod.rs"]
 mod systems;
@@ -30,30 +32,40 @@ struct Counts {
     above: u64,
     near: u64,
     alarms: u64,
+    /// Of the answers with an alarm: intervals that hold the truth as the runs have them, and widened.
+    alarmed: [u64; 2],
     /// Sums of value over truth, of upper end over value, of trials.
     sums: [f64; 3],
 }
 
 impl Counts {
-    fn add(&mut self, odds: &Odds, truth: f64) {
+    fn add(&mut self, odds: &mut Odds, truth: f64) {
         let p = odds.probability;
+        let holds = |p: Estimate| u64::from(p.low <= truth && truth <= p.high);
         self.answers += 1;
-        self.held += u64::from(p.low <= truth && truth <= p.high);
+        self.held += holds(p);
         self.below += u64::from(p.high < truth);
         self.above += u64::from(p.low > truth);
         self.near += u64::from((2.0 / 3.0..=1.5).contains(&(p.value / truth)));
-        self.alarms += u64::from(!odds.alarms.is_empty());
+        if !odds.alarms.is_empty() {
+            odds.doubt(&Settings::default());
+            self.alarms += 1;
+            self.alarmed[0] += holds(p);
+            self.alarmed[1] += holds(odds.probability);
+        }
         for (sum, x) in self.sums.iter_mut().zip([p.value / truth, p.high / p.value, odds.trials as f64]) {
             *sum += x;
         }
     }
 
     fn say(&self, truth: f64) {
-        let Self { answers, held, below, above, near, alarms, sums } = self;
+        let Self { answers, held, below, above, near, alarms, alarmed, sums } = self;
         let [mean, width, trials] = sums.map(|sum| sum / *answers as f64);
         let share = binomial_interval(*held, *answers);
         println!(
-            "{truth:.0e}  {answers:>7}  {held:>5}  {below:>5}  {above:>5}  {near:>10}  {mean:>10.4}  {width:>5.3}  {alarms:>6}  {trials:>16.0}  {:.1} % [{:.1}, {:.1}]",
+            "{truth:.0e}  {answers:>7}  {held:>5}  {below:>5}  {above:>5}  {near:>10}  {mean:>10.4}  {width:>5.3}  {alarms:>6}  {:>4}  {:>7}  {trials:>16.0}  {:.1} % [{:.1}, {:.1}]",
+            alarmed[0],
+            alarmed[1],
             100.0 * share.value,
             100.0 * share.low,
             100.0 * share.high,
@@ -64,31 +76,42 @@ impl Counts {
 fn main() -> Result<(), Halt<Infallible>> {
     let mut arguments = std::env::args().skip(1);
     let answers: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(50);
-    let truth: Option<f64> = arguments.next().and_then(|text| text.parse().ok());
+    let only = arguments.next();
     println!("{answers} answers each, seeds 1 to {answers}");
     println!(
-        "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  trials an answer  held, with interval"
+        "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  held, with interval"
     );
+    if only.as_deref() == Some("hidden") {
+        return count(&systems::Hidden, systems::Hidden::probability(), answers);
+    }
+    let truth: Option<f64> = only.and_then(|text| text.parse().ok());
     for truth in truth.map_or_else(|| vec![1e-3, 1e-6, 1e-9], |truth| vec![truth]) {
-        let system = systems::TwoVectors::of(truth);
-        let answer = |seed| {
-            let settings = Settings { seed, ..Settings::default() };
-            let odds = Odds::of(&system, &settings, &AtomicBool::new(false), |_| {})?;
-            // Thousands of answers with all their tapes would fill the memory.
-            Ok(Odds { failures: Vec::new(), ..odds })
-        };
-        let mut counts = Counts::default();
-        while counts.answers < answers {
-            let (first, last) = (counts.answers + 1, answers.min(counts.answers + LINE));
-            let some = (first..=last)
-                .into_par_iter()
-                .map(answer)
-                .collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
-            for odds in &some {
-                counts.add(odds, truth);
-            }
-            counts.say(truth);
+        count(&systems::TwoVectors::of(truth), truth, answers)?;
+    }
+    Ok(())
+}
+
+/// Prints counts of so many answers for this system, whose event has this probability.
+fn count<S: System<Error = Infallible> + Sync>(
+    system: &S,
+    truth: f64,
+    answers: u64,
+) -> Result<(), Halt<Infallible>> {
+    let answer = |seed| {
+        let settings = Settings { seed, ..Settings::default() };
+        let odds = Odds::of(system, &settings, &AtomicBool::new(false), |_| {})?;
+        // Thousands of answers with all their tapes would fill the memory.
+        Ok(Odds { failures: Vec::new(), ..odds })
+    };
+    let mut counts = Counts::default();
+    while counts.answers < answers {
+        let (first, last) = (counts.answers + 1, answers.min(counts.answers + LINE));
+        let some =
+            (first..=last).into_par_iter().map(answer).collect::<Result<Vec<Odds>, Halt<Infallible>>>()?;
+        for mut odds in some {
+            counts.add(&mut odds, truth);
         }
+        counts.say(truth);
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ pub mod rms;
 
 use std::fmt;
 
-use standstill_campaign::{Estimate, binomial_interval};
+use standstill_campaign::{Estimate, binomial_interval, quantile_ranks};
 use standstill_quantity::rounded;
 use standstill_scenario::{Record, Verdict as Ending};
 
@@ -152,18 +152,23 @@ fn share(count: usize, all: usize, trials: f64) -> Estimate {
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
-/// A quantile of values in their order, between order statistics whose ranks are binomial, as far apart as so many trials would
-/// leave them.
+/// A quantile of values in their order, none of which is below zero, with the interval that so many trials like these would leave.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
-    let spread = 1.96 * (trials * share * (1.0 - share)).sqrt() * (count / trials);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
+    let [value, ..] = quantile_ranks(share, count as u64);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
+    let [_, low, high] = quantile_ranks(share, trials.round() as u64);
+    let at = |rank: u64| usize::try_from(rank).ok().and_then(|rank| values.get(rank).copied());
+    // A rank among that many trials is as far up among these.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below their number")]
-    let at = |rank: f64| {
-        let place = rank.ceil().max(1.0) as usize - 1;
-        values.get(place).copied().unwrap_or(f64::INFINITY)
-    };
-    let middle = count * share;
-    Estimate { value: at(middle), low: at(middle - spread), high: at(middle + spread + count / trials) }
+    let here = |rank: u64| ((rank as f64 + 0.5) * count / trials) as u64;
+    let end = |rank: Option<u64>| rank.map(here).and_then(at);
+    Estimate {
+        value: value.and_then(at).unwrap_or(f64::INFINITY),
+        low: end(low).unwrap_or(0.0),
+        high: end(high).unwrap_or(f64::INFINITY),
+    }
 }
 
 impl Limits {

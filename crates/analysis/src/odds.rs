@@ -264,7 +264,7 @@ impl Odds {
     /// one may have missed a part of the event, or few independent states are left, it goes from the least run to the greatest,
     /// each with twice its own error, and from zero where one did not reach the event. Of failures that nothing leads to only
     /// the first levels' plain trials know how many there are.
-    pub(crate) fn doubt(&mut self, settings: &Settings) {
+    pub fn doubt(&mut self, settings: &Settings) {
         let parts = |alarm: &Alarm| {
             matches!(
                 alarm,

@@ -255,8 +255,9 @@ fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: boo
         }
         if summary.p95_deg.value > demands.error_deg {
             objections.push(format!(
-                "95 of 100 errors within {:.2}°, rotor {state}, where {}° are demanded",
-                summary.p95_deg.value, demands.error_deg
+                "95 of 100 errors within {}°, rotor {state}, where {}° are demanded",
+                summary.p95_deg.alone(),
+                demands.error_deg
             ));
         }
         if has_pole && summary.wrong_poles > 0 {

@@ -20,7 +20,7 @@ pub use numerics::NUMERICS;
 pub use plan::Glance;
 pub use statistics::{
     Estimate, Occurrence, Statistics, Summary, binomial_interval, correlated_difference,
-    independent_difference, paired_difference, paired_rms, student,
+    independent_difference, paired_difference, paired_rms, quantile_ranks, student,
 };
 
 /// The examples of the README run too.

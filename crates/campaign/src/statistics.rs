@@ -324,12 +324,17 @@ impl Statistics {
     }
 }
 
-/// A quantile with its distribution-free interval: the order statistics that enclose it with 95 %.
-fn quantile(values: &Magnitudes, p: f64) -> Estimate {
-    let n = values.count();
+/// The ranks, counted from 0, of a quantile among so many values in their order and of the ends of its distribution-free interval:
+/// the order statistics that enclose it with 95 %. An end is none, or beyond the last value, where there are too few.
+pub fn quantile_ranks(p: f64, count: u64) -> [Option<u64>; 3] {
     // With n values, as many as Bin(n, p) lie below the quantile.
-    let below = |q: f64| binomial::quantile(n, p, q);
-    let ranks = [rank(p, n), below(0.025).checked_sub(1), Some(below(0.975))];
+    let below = |q: f64| binomial::quantile(count, p, q);
+    [rank(p, count), below(0.025).checked_sub(1), Some(below(0.975))]
+}
+
+/// A quantile with its interval.
+fn quantile(values: &Magnitudes, p: f64) -> Estimate {
+    let ranks = quantile_ranks(p, values.count());
     let [value, low, high] = values.at(ranks).map(|value| value.unwrap_or(f64::NAN));
     Estimate { value, low, high }
 }

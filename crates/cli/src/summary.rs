@@ -46,17 +46,28 @@ pub fn share_of(share: f64, starts: u64) -> String {
     format!("{:.decimals$}", 100.0 * share)
 }
 
-/// The share of starts that were answered rightly in per cent, with its interval.
-pub fn right_interval(s: &Summary) -> String {
-    let known = binomial_interval(s.found.saturating_sub(s.wrong_poles), s.trials);
+/// The share of starts that were answered rightly: an angle, and the right pole.
+pub fn right(s: &Summary) -> f64 {
+    s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
+}
+
+/// The share of starts that are as they should be: answered rightly, or where poles are not judged (`open`), with an axis.
+pub fn good(s: &Summary, open: bool) -> f64 {
+    if open { s.axes as f64 / s.trials as f64 } else { right(s) }
+}
+
+/// The same in per cent, with its interval.
+pub fn good_interval(s: &Summary, open: bool) -> String {
+    let count = if open { s.axes } else { s.found.saturating_sub(s.wrong_poles) };
+    let known = binomial_interval(count, s.trials);
     let decimals = share_decimals(&known, s.trials);
     let [value, low, high] = [known.value, known.low, known.high].map(|share| fixed(100.0 * share, decimals));
     format!("{value} [{low}, {high}]")
 }
 
-/// The share of starts that were answered rightly: an angle, and the right pole.
-pub fn right(s: &Summary) -> f64 {
-    s.found.saturating_sub(s.wrong_poles) as f64 / s.trials as f64
+/// The heading of that share.
+pub const fn good_heading(open: bool) -> &'static str {
+    if open { "axis %" } else { "right %" }
 }
 
 /// More starts than this that are not answered rightly make a point no good, whatever its error.
@@ -67,14 +78,14 @@ pub const GOOD: f64 = 0.999;
 
 /// Which of two points is better: by the share of right answers, to a tenth of a per cent, which chance hardly changes;
 /// then by the rms error.
-pub fn rank(a: &Summary, b: &Summary) -> std::cmp::Ordering {
-    let missed = |s: &Summary| (1000.0 * (1.0 - right(s))).round();
+pub fn rank(a: &Summary, b: &Summary, open: bool) -> std::cmp::Ordering {
+    let missed = |s: &Summary| (1000.0 * (1.0 - good(s, open))).round();
     let rms = |s: &Summary| if s.rms_deg.value.is_nan() { f64::INFINITY } else { s.rms_deg.value };
     missed(a).total_cmp(&missed(b)).then(rms(a).total_cmp(&rms(b)))
 }
 
-/// Every figure with its interval, a line each.
-pub fn text(s: &Summary) -> String {
+/// Every figure with its interval, a line each; wrong poles only where they are judged.
+pub fn text(s: &Summary, open: bool) -> String {
     let trials = if s.trials == 1 { "trial" } else { "trials" };
     let mut text = format!("Monte Carlo: {} {trials}, [95 % intervals]\n", s.trials);
     let share = |count: u64, of: &Estimate| format!("{count}, probability {} %", percent(of));
@@ -85,6 +96,11 @@ pub fn text(s: &Summary) -> String {
     );
     let beyond = format!("P(|e| > {}°)", s.limit_deg);
     let poles = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Good };
+    let wrong = if open {
+        "not judged".to_owned()
+    } else {
+        painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))
+    };
     let mut lines = vec![
         ("rms axis error", format!("{}° over {} axes", s.rms_deg, s.axes)),
         ("mean axis error", format!("{}°", s.bias_deg)),
@@ -93,7 +109,7 @@ pub fn text(s: &Summary) -> String {
         ("99th percentile", format!("{}°", s.p99_deg)),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
         (beyond.as_str(), format!("{} % of {} found", percent(&s.beyond_limit), s.found)),
-        ("wrong poles", painted(poles, &share(s.wrong_poles, &s.wrong_pole_probability))),
+        ("wrong poles", wrong),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),
         ("rotor moved at most", format!("{:.2}° electrical", s.max_moved_deg)),
@@ -136,9 +152,9 @@ mod tests {
             (s.trials, s.found, s.rms_deg.value) = (1000, found, rms);
             s
         };
-        assert_eq!(rank(&of(1000, 2.0), &of(700, 0.1)), std::cmp::Ordering::Less);
-        assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1)), std::cmp::Ordering::Greater);
-        assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0)), std::cmp::Ordering::Greater);
+        assert_eq!(rank(&of(1000, 2.0), &of(700, 0.1), false), std::cmp::Ordering::Less);
+        assert_eq!(rank(&of(1000, 2.0), &of(1000, 0.1), false), std::cmp::Ordering::Greater);
+        assert_eq!(rank(&of(0, f64::NAN), &of(0, 90.0), false), std::cmp::Ordering::Greater);
         assert!(right(&of(700, 0.1)) < GOOD && 1.0 - right(&of(700, 0.1)) > FAILING);
     }
 

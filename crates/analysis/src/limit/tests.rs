@@ -103,6 +103,10 @@ fn analytic_quantiles_lie_between_order_statistics() {
         "{estimate:?}"
     );
     assert_eq!(quantile(&[1.0, 2.0], 0.99, 2.0).high, f64::INFINITY);
+    // A quarter of the trials would leave an interval twice as wide: 4 (237.5 ± 1.96 √(250 · 0.95 · 0.05)) = 950 ± 27.
+    let fewer = quantile(&values, 0.95, 250.0);
+    assert_eq!(fewer.value, 950.0);
+    assert!((918.0..928.0).contains(&fewer.low) && (972.0..984.0).contains(&fewer.high), "{fewer:?}");
 }
 
 #[test]

@@ -88,3 +88,31 @@ impl System for TwoModes {
         Ok(tapes.iter().map(value).collect())
     }
 }
+
+/// Two modes of which the rare one needs a path that the levels leave: it is likelier far out, but further from the middle.
+#[derive(Clone, Copy, Debug)]
+#[allow(dead_code, reason = "not of all that take this file")]
+pub struct Hidden;
+
+#[allow(dead_code, reason = "not of all that take this file")]
+impl Hidden {
+    pub fn probability() -> f64 {
+        upper_tail(4.5) + upper_tail(6.2)
+    }
+}
+
+impl System for Hidden {
+    type Error = Infallible;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+        let value = |tape| {
+            let mut draws = Streams::taped(tape).open(Purpose::CurrentGain);
+            let [x, y] = [draws.normal(), draws.normal()];
+            // Along x the values rise early and end beyond six deviations; along y they rise late, to an event at 4.5.
+            let early = x - 6.2;
+            let late = if y > 3.9 { 10.0 * (y - 4.5) } else { f64::NEG_INFINITY };
+            early.max(late)
+        };
+        Ok(tapes.iter().map(value).collect())
+    }
+}

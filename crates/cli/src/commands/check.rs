@@ -158,8 +158,8 @@ fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     let tone = if candidate.objections.is_empty() { Tone::Good } else { Tone::Bad };
     let cells = vec![
         candidate.method.name().to_owned(),
-        number(locked.p95_deg.value, 2),
-        number(free.p95_deg.value, 2),
+        locked.p95_deg.alone(),
+        free.p95_deg.alone(),
         milliseconds(free.mean_duration_s),
         amperes(locked.peak_current_a.max(free.peak_current_a)),
         if free.trials > 0 { number(free.max_moved_deg, 2) } else { "–".to_owned() },

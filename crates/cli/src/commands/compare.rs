@@ -28,7 +28,7 @@ use crate::figures;
 use crate::interrupt::{self, INTERRUPTED};
 use crate::output::Output;
 use crate::progress;
-use crate::summary::{right, right_interval};
+use crate::summary::{good_heading, good_interval, right};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 
@@ -47,11 +47,12 @@ struct Row {
     rotor: &'static str,
     errors: &'static str,
     trials: u64,
-    /// Share of starts that were answered rightly: with an angle and the right pole. All figures of errors are of starts with an
-    /// axis alone.
-    right: f64,
+    /// Share of starts that were answered rightly: with an angle and the right pole; none where the motor's data do not tell the
+    /// poles. All figures of errors are of starts with an axis alone.
+    right: Option<f64>,
+    /// The same, or the share of starts with an axis, as it is printed.
     #[serde(skip)]
-    right_percent: String,
+    good_percent: String,
     rms_deg: Option<f64>,
     rms_low_deg: Option<f64>,
     rms_high_deg: Option<f64>,
@@ -62,9 +63,10 @@ struct Row {
     #[serde(skip)]
     p95: Estimate,
     max_deg: Option<f64>,
-    wrong_poles: u64,
+    /// None where they are not judged.
+    wrong_poles: Option<u64>,
     /// Upper end of the 95 % interval of their probability.
-    wrong_poles_at_most: f64,
+    wrong_poles_at_most: Option<f64>,
     undetermined: u64,
     failed: u64,
     simulation_errors: u64,
@@ -89,6 +91,11 @@ struct Row {
     map_note: Option<String>,
 }
 
+/// Whether the motor's data do not tell its poles.
+fn is_open(motor: &Motor) -> bool {
+    motor.has_magnet() && motor.pole_knowledge().is_open()
+}
+
 fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)
 }
@@ -96,13 +103,14 @@ fn finite(value: f64) -> Option<f64> {
 impl Row {
     fn new(entry: &Entry, motor: &Motor) -> Self {
         let s = &entry.summary;
+        let open = is_open(motor);
         Self {
             method: entry.method.clone(),
             rotor: entry.rotor.name(),
             errors: entry.errors.name(),
             trials: s.trials,
-            right: right(s),
-            right_percent: right_interval(s),
+            right: (!open).then(|| right(s)),
+            good_percent: good_interval(s, open),
             rms_deg: finite(s.rms_deg.value),
             rms_low_deg: finite(s.rms_deg.low),
             rms_high_deg: finite(s.rms_deg.high),
@@ -111,8 +119,8 @@ impl Row {
             rms: s.rms_deg,
             p95: s.p95_deg,
             max_deg: finite(s.max_deg),
-            wrong_poles: s.wrong_poles,
-            wrong_poles_at_most: s.wrong_pole_probability.high,
+            wrong_poles: (!open).then_some(s.wrong_poles),
+            wrong_poles_at_most: (!open).then_some(s.wrong_pole_probability.high),
             undetermined: s.undetermined,
             failed: s.failed,
             simulation_errors: s.errors,
@@ -149,11 +157,11 @@ impl Row {
             self.rotor.to_owned(),
             self.errors.to_owned(),
             self.trials.to_string(),
-            self.right_percent.clone(),
+            self.good_percent.clone(),
             self.rms.to_string(),
             self.p95.to_string(),
             number(self.max_deg, 2),
-            self.wrong_poles.to_string(),
+            self.wrong_poles.map_or_else(|| "–".to_owned(), |count| count.to_string()),
             self.undetermined.to_string(),
             (self.failed + self.simulation_errors).to_string(),
             rounded(1, self.duration_ms),
@@ -167,7 +175,7 @@ impl Row {
 }
 
 /// The columns; where there is no room, the method stands above its rows, and what tells methods apart the least goes first.
-fn columns(rows: &[Row]) -> [Column; 17] {
+fn columns(rows: &[Row], open: bool) -> [Column; 17] {
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
     // What happened anywhere keeps its column; what did not, `right %` says as well.
     let count = |title: &str, rank: u8, of: fn(&Row) -> u64| {
@@ -179,11 +187,11 @@ fn columns(rows: &[Row]) -> [Column; 17] {
         Column::word("rotor"),
         Column::word("errors"),
         number("trials", 7),
-        number("right %", 0).bracket(11),
+        number(good_heading(open), 0).bracket(11),
         number("rms °", 0).bracket(9),
         number("p95 °", 2).bracket(10),
         number("max °", 6),
-        count("wrong", 1, |row| row.wrong_poles).judged(),
+        count("wrong", 1, |row| row.wrong_poles.unwrap_or(0)).judged(),
         count("undet.", 6, |row| row.undetermined),
         count("failed", 6, |row| row.failed + row.simulation_errors),
         number("ms", 0),
@@ -273,10 +281,10 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     }
     let csv = columns::csv(&rows).map_err(|error| Error::Write("comparison.csv".into(), error))?;
     output.file("comparison.csv", &csv)?;
-    let open = motor.has_magnet() && motor.pole_knowledge().is_open();
+    let open = is_open(&motor);
     let judged = if open { ", poles not judged" } else { "" };
     let subtitle = format!("{}, seed {seed}{judged}", motor.name);
-    let figure = figures::comparison(&entries, subtitle);
+    let figure = figures::comparison(&entries, subtitle, open);
     output.file("comparison.svg", figure.svg()?.as_bytes())?;
     output.file("comparison.png", &figure.png()?)?;
     let files = output.finish()?;
@@ -287,11 +295,13 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
         decimals(2, largest(|row| row.energy.unwrap_or_default())),
     ];
     let lines = rows.iter().enumerate().map(|(k, row)| {
-        let tone = if row.wrong_poles > 0 { Tone::Bad } else { Tone::Neutral };
+        let tone = if row.wrong_poles.is_some_and(|count| count > 0) { Tone::Bad } else { Tone::Neutral };
         (tone, row.cells(k.checked_sub(1).map(|before| &rows[before]), digits))
     });
-    text += &Table::new(columns(&rows)).judged(lines).headed().text();
-    let _ = write!(text, "\n{}", paragraph("", LEGEND));
+    text += &Table::new(columns(&rows, open)).judged(lines).headed().text();
+    let good =
+        if open { "axis: starts with an axis." } else { "right: starts with an angle and the right pole." };
+    let _ = write!(text, "\n{}", paragraph("", &format!("{good} {LEGEND}")));
     if let Some(note) = rows[0].pole_note {
         let _ = writeln!(text, "wrong, undet.: {note}.");
     }
@@ -308,6 +318,6 @@ pub fn run(options: &Compare) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-const LEGEND: &str = "right: starts with an angle and the right pole. rms, p95, max: error of the axis, of starts that have one. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
+const LEGEND: &str = "rms, p95, max: error of the axis, of starts that have one. wrong: wrong poles; undet.: axis without pole; failed: no angle. ms, peak A, J: \
      time, largest current and mean energy of a detection. moved: furthest that a rotor moved. limit: Cramér–Rao, from the \
      method's samples (line pulses without the polarity test that follows); eff.: limit / rms.";

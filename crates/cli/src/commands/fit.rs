@@ -7,7 +7,7 @@ use serde_json::json;
 use standstill_analysis::fit::record::{Record, RecordError};
 use standstill_analysis::fit::{Estimate, Fit, MISFIT, Start, Weak, fit};
 use standstill_plant::{DataSheet, Files, Motor, built_in};
-use standstill_quantity::{Scale, magnitude};
+use standstill_quantity::Scale;
 use standstill_scenario::Document;
 
 use super::reproduce::file_list;
@@ -20,6 +20,7 @@ use crate::interrupt;
 use crate::output::Output;
 use crate::progress;
 use crate::scenario::{self, Shorthands};
+use crate::summary::{decimals_of, fixed};
 use crate::table::{Column, Table};
 use crate::terminal::paragraph;
 
@@ -200,10 +201,8 @@ fn cells(estimate: &Estimate) -> [String; 2] {
     } else {
         Scale::suiting(estimate.unit, estimate.value.abs().max(high - low))
     };
-    let half = scale.number((high - low).abs() / 2.0);
-    let digits = magnitude(half).map_or(3, |magnitude| usize::try_from(1 - magnitude).unwrap_or(0));
-    // Adding zero turns −0 into 0.
-    let number = |value: f64| format!("{:.digits$}", scale.number(value) + 0.0);
+    let decimals = decimals_of([estimate.value, low, high].map(|value| scale.number(value)));
+    let number = |value: f64| fixed(scale.number(value), decimals);
     let unit = scale.unit.replace("ohm", "Ω");
     let value = format!("{} {unit}", number(estimate.value)).trim_end().to_owned();
     let interval = match estimate.interval {

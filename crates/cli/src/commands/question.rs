@@ -311,10 +311,10 @@ fn probability_to(value: f64, last: i32) -> String {
     }
 }
 
-/// An estimate of a probability with its interval, in no more digits than two of half its width.
+/// An estimate of a probability with its interval, in the digits that this supports.
 pub fn probability_interval(estimate: &Estimate) -> String {
     let Estimate { value, low, high } = *estimate;
-    let last = magnitude((high - low) / 2.0).map_or(i32::MIN, |half| half - 1);
+    let last = estimate.last_place().unwrap_or(i32::MIN);
     let [value, low, high] = [value, low, high].map(|p| probability_to(p, last));
     format!("{value} [{low}, {high}]")
 }
@@ -326,12 +326,12 @@ mod tests {
     #[test]
     fn law_probabilities_have_no_digits_beyond_their_intervals() {
         let text = |value, low, high| probability_interval(&Estimate { value, low, high });
-        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "4.95e-5 [4.37e-5, 5.60e-5]");
-        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3.0e-6 [5e-7, 1.20e-5]");
+        assert_eq!(text(4.954e-5, 4.371e-5, 5.604e-5), "5.0e-5 [4.4e-5, 5.6e-5]");
+        assert_eq!(text(3.04e-6, 5.02e-7, 1.203e-5), "3e-6 [5e-7, 1.2e-5]");
         assert_eq!(text(0.015_61, 0.014_72, 0.016_53), "0.0156 [0.0147, 0.0165]");
         assert_eq!(text(0.21, 0.042, 0.43), "0.21 [0.04, 0.43]");
         assert_eq!(text(0.21, 0.004, 0.43), "0.21 [0.004, 0.43]");
-        assert_eq!(text(0.5, 0.5, 0.5), "0.5000 [0.5000, 0.5000]");
+        assert_eq!(text(0.5, 0.5, 0.5), "0.500 [0.500, 0.500]");
         assert_eq!((probability(0.0), probability(1.152_8e-4)), ("0".to_owned(), "1.15e-4".to_owned()));
     }
 }

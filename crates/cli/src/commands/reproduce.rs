@@ -95,7 +95,7 @@ pub fn run(options: &Reproduce) -> Result<Report, Error> {
 
     let figures = statistics.summary();
     let interrupted = done < file.trials;
-    text += &summary::text(&figures);
+    text += &summary::text(&figures, false);
     let json = serde_json::json!({
         "setup": super::setup_json(file, &scenario.motor),
         "trials_asked_for": file.trials,

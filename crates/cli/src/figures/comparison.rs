@@ -6,7 +6,7 @@ use standstill_scenario::ErrorSet;
 
 use super::WIDTH;
 use crate::commands::report::range;
-use crate::summary::{FAILING, GOOD, right};
+use crate::summary::{FAILING, GOOD, good};
 
 /// Conditions in the order in which they share the room of a method, from top to bottom.
 struct Row {
@@ -59,8 +59,8 @@ fn limit(entry: &Entry) -> f64 {
 
 /// Error of each method under each set of conditions on a logarithmic axis: rms, the way to the 95th percentile, and the
 /// Cramér–Rao limit of its samples. In one panel, or in one for each state of the rotor where there would be more
-/// conditions than styles.
-pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
+/// conditions than styles. Where poles are not judged (`open`), a start with an axis is as it should be.
+pub fn comparison(entries: &[Entry], subtitle: String, open: bool) -> Figure {
     // A method of which no start found an axis, whatever the conditions, has nothing to draw.
     let has_axis = |method: &str| {
         entries.iter().any(|entry| entry.method == method && entry.summary.rms_deg.value.is_finite())
@@ -73,9 +73,11 @@ pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
     } else {
         format!("{subtitle}; not drawn, because no start found an axis: {}", without.join(", "))
     };
-    let rings = entries.iter().any(|entry| has_axis(&entry.method) && 1.0 - right(&entry.summary) > FAILING);
+    let rings =
+        entries.iter().any(|entry| has_axis(&entry.method) && 1.0 - good(&entry.summary, open) > FAILING);
     let subtitle = if rings {
-        format!("{subtitle}; ring: more than 1 % of starts without a right answer")
+        let without = if open { "an axis" } else { "a right answer" };
+        format!("{subtitle}; ring: more than 1 % of starts without {without}")
     } else {
         subtitle
     };
@@ -97,7 +99,7 @@ pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
             }
         }
     }
-    let panels: Vec<Panel> = groups.iter().map(|group| panel(group, ends)).collect();
+    let panels: Vec<Panel> = groups.iter().map(|group| panel(group, ends, open)).collect();
     let heights: f64 = panels.iter().map(|panel| panel.weight).sum();
     // Of some hundred pixels.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -112,7 +114,7 @@ pub fn comparison(entries: &[Entry], subtitle: String) -> Figure {
 }
 
 /// Its weight is the height that it should have, in pixels.
-fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
+fn panel(entries: &[&Entry], (low, high): (f64, f64), open: bool) -> Panel {
     let conditions = conditions(entries);
     let mut methods: Vec<&str> = Vec::new();
     for entry in entries {
@@ -130,10 +132,12 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
     };
     // The error is that of starts with an axis alone: a method that answers few of them would look good.
     let named = |name: &str| {
-        let shares =
-            || entries.iter().filter(|e| e.method == name).map(|e| (right(&e.summary), e.summary.trials));
+        let shares = || {
+            entries.iter().filter(|e| e.method == name).map(|e| (good(&e.summary, open), e.summary.trials))
+        };
         let range = range(shares()).filter(|_| shares().any(|(share, _)| share < GOOD));
-        range.map_or_else(|| name.to_owned(), |range| format!("{name}, {range} right"))
+        let did = if open { "with an axis" } else { "right" };
+        range.map_or_else(|| name.to_owned(), |range| format!("{name}, {range} {did}"))
     };
     let names = methods.iter().rev().enumerate().map(|(k, name)| (k as f64, named(name))).collect();
     let x = Axis { ticks: decades(low, high), ..Axis::new("error of the axis (° electrical)") };
@@ -150,7 +154,7 @@ fn panel(entries: &[&Entry], (low, high): (f64, f64)) -> Panel {
             series.push(Series { label, style, points: Vec::new(), failing: Vec::new(), ways: Vec::new() });
             series.len() - 1
         });
-        if 1.0 - right(&entry.summary) > FAILING {
+        if 1.0 - good(&entry.summary, open) > FAILING {
             series[known].failing.push((rms, y, f64::NAN, f64::NAN));
         } else {
             series[known].points.push((rms, y));

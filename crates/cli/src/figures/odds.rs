@@ -32,7 +32,8 @@ pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
     let found = odds.probability;
     if found.value > 0.0 {
         let bar = [(event.bound(), found.value, found.low, found.high)];
-        panel = panel.with(Layer::error_bars("all runs, 95 % interval", Style::Vermilion, bar));
+        let label = if odds.widened { "all runs, interval widened" } else { "all runs, 95 % interval" };
+        panel = panel.with(Layer::error_bars(label, Style::Vermilion, bar));
     } else {
         let limit = [(event.bound(), found.high)];
         panel = panel.with(Layer::upper_limits("upper limit, 97.5 %", Style::Vermilion, limit));

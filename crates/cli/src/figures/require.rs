@@ -48,6 +48,26 @@ fn latest(judged: &[Judged]) -> Vec<&Judged> {
     latest
 }
 
+/// The least share of a limit that is drawn as a value: what matters is near the limit, and rare cases would stretch the axis over many
+/// decades.
+const LEAST: f64 = 0.01;
+
+/// The range of the measures over their limits. Values, what shares without a case are at most, and the upper ends that are drawn are in it;
+/// lower ends, which of a share by one case are next to nothing, are cut off.
+fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
+    let each = judged.iter().flat_map(|judged| {
+        judged.measures.iter().zip(&limits.0).map(|(estimate, limit)| (judged.clear, estimate, limit))
+    });
+    let shares = each.flat_map(|(clear, estimate, limit)| {
+        let [value, high] = [estimate.value, estimate.high].map(|x| (x / limit.most).max(LEAST));
+        let value = if estimate.value == 0.0 { high } else { value };
+        [value, if clear { value } else { high }]
+    });
+    let finite = shares.filter(|share| share.is_finite());
+    let (low, high) = finite.fold((1.0_f64, 1.0_f64), |(low, high), share| (low.min(share), high.max(share)));
+    (low / 1.5, high * 1.5)
+}
+
 /// Measures over their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
@@ -56,7 +76,9 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         _ => &[],
     };
     let (x, scale) = axis(key, judged.iter().map(|judged| judged.value), edges.last().map(|edge| edge.value));
-    let mut panel = Panel::new(x, Axis::new("measure / limit").log10());
+    let y = Axis::new("measure / limit").log10();
+    let (low, high) = shown(limits, &judged);
+    let mut panel = Panel::new(x, y.range(low, high));
     // Beyond its edges it does not hold.
     let beyond = |edge: &Edge| match edge.side {
         Side::Largest => (scale.number(edge.value), f64::INFINITY),
@@ -75,15 +97,19 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         });
         // What is zero has no place on a logarithmic axis: what is known of it is that it lies below its interval's end.
         let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, (_, value, ..))| *value == 0.0);
+        let (little, some): (Vec<_>, Vec<_>) =
+            some.into_iter().partition(|(_, (_, value, ..))| *value < LEAST);
         panel = panel.with(Layer::line(&label, Style::nth(k), some.iter().map(|(_, (x, y, ..))| (*x, *y))));
         // The bars of few trials would hide the others.
         let (clear, close): (Vec<_>, Vec<_>) = some.into_iter().partition(|(clear, _)| *clear);
         panel = panel
             .with(Layer::points(&label, Style::nth(k), clear.into_iter().map(|(_, (x, y, ..))| (x, y))))
             .with(Layer::error_bars(&label, Style::nth(k), close.into_iter().map(|(_, bar)| bar)));
-        if !none.is_empty() {
-            let ends = none.into_iter().map(|(_, (x, .., high))| (x, high));
-            panel = panel.with(Layer::upper_limits(&format!("{label}: none seen"), Style::nth(k), ends));
+        for (bars, said) in [(none, "none seen"), (little, "below a hundredth")] {
+            if !bars.is_empty() {
+                let ends = bars.into_iter().map(|(_, (x, .., high))| (x, high.max(LEAST)));
+                panel = panel.with(Layer::upper_limits(&format!("{label}: {said}"), Style::nth(k), ends));
+            }
         }
     }
     panel = panel.with(Layer::level("limit", 1.0));
@@ -176,6 +202,36 @@ mod tests {
         // 0.4 % of a limit of 1 %.
         assert!((ends[0].1 - 0.4).abs() < 1e-12, "{ends:?}");
         assert_eq!(label.as_deref(), Some("wrong_poles <= 1 %: none seen"));
+    }
+
+    #[test]
+    fn regress_rare_cases_do_not_stretch_the_axis() {
+        let limits: Limits = "rms <= 1 deg, wrong_poles <= 1 %".parse().expect("limits");
+        let judged = |value, share: f64| Judged {
+            trials: 100_000,
+            clear: false,
+            without_answer: None,
+            value,
+            measures: vec![
+                Estimate { value: 0.5, low: 0.4, high: 0.6 },
+                Estimate { value: share, low: 0.01 * share, high: 5.0 * share },
+            ],
+        };
+        // A thousandth and a twentieth of the limit.
+        let all = [judged(0.01, 1e-5), judged(0.02, 5e-4)];
+        let figure = require("sensors.noise", &limits, &all, &Found::Nowhere, String::new());
+        let panel = &figure.panels[0];
+        let (low, high) = panel.y.range.expect("a range");
+        assert!((LEAST / 2.0..LEAST).contains(&low) && (1.0..2.0).contains(&high), "{low} {high}");
+        let ends = panel.layers.iter().find_map(|layer| match layer {
+            Layer::UpperLimits { points, label, .. } => Some((points, label)),
+            _ => None,
+        });
+        let (points, label) = ends.expect("an arrow");
+        assert_eq!(
+            (&points[..], label.as_deref()),
+            (&[(10.0, LEAST)][..], Some("wrong_poles <= 1 %: below a hundredth"))
+        );
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use standstill_analysis::limit::Measure;
 use standstill_analysis::tune::{Judged, Question, Tuned, View};
+use standstill_quantity::{decimals, fixed};
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::WIDTH;
@@ -41,21 +42,43 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let xs = ends(told().map(|p| p.0).collect());
-    let ys = ends(told().flat_map(|p| [p.1, p.2, p.3]).collect());
-    let seen = |k: usize| {
+    // Starts without an answer that nobody saw may widen the interval of an rms upwards by far more than all settings differ: such a
+    // whisker is cut off at the frame.
+    let cut = |(_, value, low, high): (f64, f64, f64, f64)| {
+        if asked.goal.minimise == Measure::Rms { high.min(value + 3.0 * (value - low)) } else { high }
+    };
+    let highest = told().map(|p| p.3).filter(|high| high.is_finite()).fold(f64::NEG_INFINITY, f64::max);
+    let ys = ends(told().flat_map(|p| [p.1, p.2, cut(p)]).collect());
+    let subtitle = if highest > ys.1 {
+        let most = fixed(highest, decimals(1, highest));
+        let gap = if scales[1].unit == "°" { "" } else { " " };
+        format!("{subtitle}; whiskers that the frame cuts off go up to {most}{gap}{}", scales[1].unit)
+    } else {
+        subtitle
+    };
+    let drawn = |k: usize| {
         let of = |(_, (x, y)): &(bool, (f64, f64))| if k == 0 { *x } else { *y };
         ends(
             kept.iter()
                 .chain(&broken)
                 .map(of)
-                .chain(told().map(|p| if k == 0 { p.0 } else { p.1 }))
+                .chain(if k == 0 { [xs.0, xs.1] } else { [ys.0, ys.1] })
                 .collect(),
         )
     };
+    let around = |(low, high): (f64, f64)| {
+        let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
+        (low - room, high + room)
+    };
     // Logarithmic where that is more than a factor of three.
     let scaled = |k: usize| {
-        let (low, high) = seen(k);
-        if low > 0.0 && high > 3.0 * low { axis(k).log10() } else { axis(k) }
+        let (low, high) = drawn(k);
+        if low > 0.0 && high > 3.0 * low {
+            axis(k).log10().range(low / 1.1, 1.1 * high)
+        } else {
+            let (low, high) = around((low, high));
+            axis(k).range(low, high)
+        }
     };
     let points = |all: Vec<(bool, (f64, f64))>| all.into_iter().map(|(_, point)| point);
     // A setting can look better on the search's random numbers than on those of which start, best and front are.
@@ -81,10 +104,6 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         looks = looks.with(Layer::points(&label, Style::Orange, points(broken.clone())));
     }
     looks = looks.with(Layer::points(&searched, Style::Purple, points(kept.clone())));
-    let around = |(low, high): (f64, f64)| {
-        let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
-        (low - room, high + room)
-    };
     let [x, y] = [around(xs), around(ys)];
     let close = Panel::new(axis(0).range(x.0, x.1), axis(1).range(y.0, y.1)).titled("judged on fresh trials");
     Figure {

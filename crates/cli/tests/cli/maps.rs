@@ -224,7 +224,12 @@ fn poles_that_a_map_does_not_tell_are_counted_nowhere() {
     let rows: serde_json::Value =
         serde_json::from_str(&said(&[&compare[..], &["--json"]].concat())).expect("JSON");
     assert!(rows[0]["pole_note"].as_str().is_some_and(|said| said.contains(note)), "{rows}");
-    assert!(words(&said(&[&compare[..], &["--out", "c"]].concat())).contains(note));
+    for key in ["right", "wrong_poles", "wrong_poles_at_most"] {
+        assert!(rows[0].get(key).is_some_and(serde_json::Value::is_null), "{key} in {rows}");
+    }
+    let text = words(&said(&[&compare[..], &["--out", "c"]].concat()));
+    assert!(text.contains(note) && text.contains("axis %") && text.contains("axis: starts with"), "{text}");
+    assert!(!text.contains("right"), "{text}");
     let table = fs::read_to_string(at.join("c/comparison.csv")).expect("readable");
     assert!(table.lines().next().is_some_and(|head| head.contains("pole_note")), "{table}");
     assert!(table.lines().nth(1).is_some_and(|row| row.contains(note)), "{table}");
@@ -232,7 +237,13 @@ fn poles_that_a_map_does_not_tell_are_counted_nowhere() {
     assert!(figure.contains("poles not judged"), "the figure does not say it");
     fs::write(at.join("s.toml"), "motor = \"own.toml\"\ntrials = 40\ndetector.method = \"bipolar\"\n")
         .expect("written");
-    assert!(words(&said(&["run", "s.toml", "--out", "r"])).contains(note));
+    let text = words(&said(&["run", "s.toml", "--out", "r"]));
+    assert!(text.contains(note) && text.contains("wrong poles not judged"), "{text}");
+    let scenario = fs::read_to_string(at.join("s.toml")).expect("readable");
+    fs::write(at.join("w.toml"), scenario + "[axes]\n\"sensors.noise\" = [\"5 mA\", \"10 mA\"]\n")
+        .expect("written");
+    let text = words(&said(&["run", "w.toml", "--out", "w"]));
+    assert!(text.contains("axis %") && !text.contains("right %"), "{text}");
     said(&["report", "r"]);
     let page = fs::read_to_string(at.join("r/report/report.html")).expect("readable");
     for part in ["Poles not judged", "100 % with an axis", note] {

@@ -71,6 +71,12 @@ fn regress_an_answer_is_not_replaced_by_that_to_another_question() {
             assert!(message.contains(&expected), "{message}");
             let message = mistake(&asked(first, &[more, &["--seed", "2"]].concat()), path);
             assert!(message.contains("another question: the seed is 1 there and 2 here"), "{message}");
+            // All that differs is named: a key of the scenario, the seed and the command's own option.
+            let several = ["--seed", "2", "-s", "sensors.noise=12 mA"];
+            let message = mistake(&asked(other, &[more, &several].concat()), path);
+            for part in ["the seed is 1 there and 2 here", "`sensors.noise` is not set there", difference] {
+                assert!(message.contains(part), "{part} in {message}");
+            }
         }
         assert_eq!(kept(), before, "{name}: nothing was touched");
         // The same question may be asked again, another one with leave.

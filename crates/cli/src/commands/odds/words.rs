@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, Sector};
 use standstill_campaign::Estimate;
-use standstill_quantity::rounded;
+use standstill_quantity::{magnitude, rounded};
 use standstill_report::page::{Block, Page, Section, Table, TableColumn, Tone};
 
 use super::Row;
@@ -48,10 +48,12 @@ fn method(odds: &Odds) -> String {
     if odds.probability.value > 0.0 { format!("{interval}, {how}") } else { how }
 }
 
-/// One in so many starts: two digits where the interval is wider than a tenth of the value, else three.
+/// One in so many starts, in the digits that the interval supports, three at most.
 fn one_in(p: &Estimate) -> Option<String> {
     const NAMES: [(f64, &str); 3] = [(1e12, " million million"), (1e9, " billion"), (1e6, " million")];
-    let digits = if p.high - p.low > 0.1 * p.value { 1 } else { 2 };
+    let often = Estimate { value: 1.0 / p.value, low: 1.0 / p.high, high: 1.0 / p.low };
+    let behind = magnitude(often.value)? - often.last_place()?;
+    let digits = usize::try_from(behind.clamp(0, 2)).unwrap_or(0);
     let often = (p.value > 0.0).then(|| format!("{:.digits$e}", 1.0 / p.value).parse::<f64>().ok())??;
     let (unit, name) = NAMES.into_iter().find(|(unit, _)| often >= *unit).unwrap_or((1.0, ""));
     Some(format!("one in {}{name} starts", rounded(often / unit, 0)))

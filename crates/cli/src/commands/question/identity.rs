@@ -30,16 +30,18 @@ impl Identity {
         Ok(Self { of, options: set.collect() })
     }
 
-    /// The first difference from another question, in words; none: they are the same.
+    /// All differences from another question, in words; none: they are the same.
     fn difference(&self, other: &Self) -> Option<String> {
         let of = |question: &Self, name: &str| {
             question.options.get(name).map_or_else(|| "not set".to_owned(), |value| format!("`{value}`"))
         };
-        let mut names = self.options.keys().chain(other.options.keys());
-        self.of.difference(&other.of).or_else(|| {
-            let name = names.find(|name| self.options.get(*name) != other.options.get(*name))?;
-            Some(format!("{name} is {} there and {} here", of(self, name), of(other, name)))
-        })
+        let only_there = other.options.keys().filter(|name| !self.options.contains_key(*name));
+        let names = self.options.keys().chain(only_there);
+        let others = names
+            .filter(|name| self.options.get(*name) != other.options.get(*name))
+            .map(|name| format!("{name} is {} there and {} here", of(self, name), of(other, name)));
+        let all: Vec<String> = self.of.difference(&other.of).into_iter().chain(others).collect();
+        (!all.is_empty()).then(|| all.join("; "))
     }
 
     /// Refuses to replace the answer to another question, or a file that is none. The same question may be asked again: its

@@ -12,14 +12,17 @@ use super::verdict::verdict;
 use super::{Run, setup};
 use crate::commands::run::quoted;
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{number, right, share_of};
+use crate::summary::{good, number, share_of};
 use crate::units::Shown;
 
 pub fn page(run: &Run, figures: &[(String, Figure)]) -> Page {
     let summary = &run.summary;
+    let open = summary.run.pole_is_open;
     let mut results = Vec::new();
     // Axes are varied on purpose: what they say together depends on how they were chosen.
-    results.push(Block::Table(summary.whole().map_or_else(|| points(&summary.points), statistics)));
+    results.push(Block::Table(
+        summary.whole().map_or_else(|| points(&summary.points, open), |s| statistics(s, open)),
+    ));
     if summary.each().any(|s| !s.reasons.is_empty()) {
         results.push(Block::Table(reasons(summary)));
     }
@@ -88,7 +91,7 @@ fn trials(summary: &SummaryFile) -> String {
 pub const NOTHING: Estimate = Estimate { value: f64::NAN, low: f64::NAN, high: f64::NAN };
 
 /// Every figure with its interval.
-fn statistics(s: &Summary) -> Table {
+fn statistics(s: &Summary, open: bool) -> Table {
     let degrees = |name: &str, e: &Estimate| {
         let [value, low, high] = e.texts();
         vec![name.to_owned(), "°".to_owned(), value, low, high, String::new()]
@@ -111,6 +114,7 @@ fn statistics(s: &Summary) -> Table {
     // Of what was never asked nothing is known.
     let (wrong, wrong_probability, beyond_limit) = match s.found {
         0 => (None, &NOTHING, &NOTHING),
+        _ if open => (None, &NOTHING, &s.beyond_limit),
         _ => (Some(s.wrong_poles), &s.wrong_pole_probability, &s.beyond_limit),
     };
     Table {
@@ -191,11 +195,11 @@ fn column(axis: &Shown, points: &[PointSummary]) -> TableColumn {
     }
 }
 
-fn points(points: &[PointSummary]) -> Table {
+fn points(points: &[PointSummary], open: bool) -> Table {
     let shown = Shown::of(points);
     let results = [
         ("trials", ""),
-        ("right", "%"),
+        (if open { "axis" } else { "right" }, "%"),
         ("rms", "°"),
         ("from", "°"),
         ("to", "°"),
@@ -207,6 +211,7 @@ fn points(points: &[PointSummary]) -> Table {
     ];
     let results = results.map(|(name, unit)| TableColumn::number(name, unit));
     let columns: Vec<TableColumn> = shown.iter().map(|axis| column(axis, points)).chain(results).collect();
+    let unjudged = |s: &Summary| open || s.found == 0;
     let row = |point: &PointSummary| {
         let s = &point.summary;
         let [rms, low, high] = s.rms_deg.texts();
@@ -215,13 +220,13 @@ fn points(points: &[PointSummary]) -> Table {
         values
             .chain([
                 s.trials.to_string(),
-                share_of(right(s), s.trials),
+                share_of(good(s, open), s.trials),
                 rms,
                 low,
                 high,
                 p95,
-                if s.found == 0 { String::new() } else { s.wrong_poles.to_string() },
-                if s.found == 0 { String::new() } else { at_most(s.wrong_pole_probability.high) },
+                if unjudged(s) { String::new() } else { s.wrong_poles.to_string() },
+                if unjudged(s) { String::new() } else { at_most(s.wrong_pole_probability.high) },
                 s.undetermined.to_string(),
                 (s.failed + s.errors).to_string(),
             ])

@@ -17,7 +17,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     let shown = Shown::of(points);
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
     let of = run.summary.points.iter().enumerate();
-    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary));
+    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary, run.summary.run.pole_is_open));
     let points = if let Some(whole) = run.summary.whole() {
         vec![point(Vec::new(), whole)]
     } else {

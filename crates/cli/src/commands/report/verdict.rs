@@ -5,7 +5,7 @@ use standstill_quantity::at_most;
 use standstill_report::page::Tone;
 
 use crate::commands::run::results::{PointSummary, SummaryFile};
-use crate::summary::{FAILING, GOOD, rank, right, share_of};
+use crate::summary::{FAILING, GOOD, good, rank, share_of};
 use crate::units::Shown;
 
 /// More starts than this without an answer are worth a warning.
@@ -92,7 +92,7 @@ impl Poles {
 
     /// The share of starts that are as they should be, as far as that is judged.
     fn right(self, s: &Summary) -> f64 {
-        if self == Self::Open { s.axes as f64 / s.trials as f64 } else { right(s) }
+        good(s, self == Self::Open)
     }
 
     /// What these starts did.
@@ -184,11 +184,7 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         many => Some(format!("wrong poles at {many} of {} points", points.len())),
     };
     let poles = poles.map(|text| judged.qualified(text));
-    let by = |a: &&PointSummary, b: &&PointSummary| {
-        let (a, b) = (&a.summary, &b.summary);
-        let of_axes = || right(b).total_cmp(&right(a)).then(a.rms_deg.value.total_cmp(&b.rms_deg.value));
-        if open { of_axes() } else { rank(a, b) }
-    };
+    let by = |a: &&PointSummary, b: &&PointSummary| rank(&a.summary, &b.summary, open);
     let best = points.iter().min_by(by);
     let rms = best.map(|best| match best.summary.axes {
         0 => "no axis found".to_owned(),

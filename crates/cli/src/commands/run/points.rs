@@ -13,24 +13,25 @@ use crate::units::Shown;
 const MOST_LINES: usize = 30;
 
 /// A line each; of many points, the best and the worst.
-pub fn text(points: &[PointSummary]) -> String {
+pub fn text(points: &[PointSummary], open: bool) -> String {
     let mut order: Vec<&PointSummary> = points.iter().collect();
     let mut heading = format!("{} points, [95 % intervals]\n\n", points.len());
     if points.len() > MOST_LINES {
-        order.sort_by(|a, b| summary::rank(&a.summary, &b.summary));
+        order.sort_by(|a, b| summary::rank(&a.summary, &b.summary, open));
         order.drain(MOST_LINES / 2..points.len() - MOST_LINES / 2);
         heading = format!(
-            "{} points: the best {} and the worst {}, by the share of starts answered rightly, then by the rms error, [95 % intervals]",
+            "{} points: the best {} and the worst {}, by the share of starts {}, then by the rms error, [95 % intervals]",
             points.len(),
             MOST_LINES / 2,
-            MOST_LINES / 2
+            MOST_LINES / 2,
+            if open { "with an axis" } else { "answered rightly" }
         );
         heading = paragraph("", &heading) + "\n";
     }
-    heading + &table(points, &order).text()
+    heading + &table(points, &order, open).text()
 }
 
-fn table(points: &[PointSummary], order: &[&PointSummary]) -> Table {
+fn table(points: &[PointSummary], order: &[&PointSummary], open: bool) -> Table {
     let shown = Shown::of(points);
     let number = |title: &str, rank: u8| Column::number(title).rank(rank);
     // What did not happen at any point goes early: `right %` alone says as much. What did keeps its column, without its share if
@@ -41,7 +42,7 @@ fn table(points: &[PointSummary], order: &[&PointSummary]) -> Table {
     };
     let results = [
         number("trials", 10),
-        number("right %", 0).bracket(8),
+        number(summary::good_heading(open), 0).bracket(8),
         number("rms °", 0).bracket(4),
         number("p95 °", 9).bracket(9),
         count("wrong poles", 6, |s| s.wrong_poles).judged(),
@@ -52,14 +53,14 @@ fn table(points: &[PointSummary], order: &[&PointSummary]) -> Table {
     let rows = order.iter().map(|point| {
         let s = &point.summary;
         let values = shown.iter().zip(point.values.values()).map(|(axis, value)| axis.text(value));
-        let tone = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Neutral };
+        let tone = if s.wrong_poles > 0 && !open { Tone::Bad } else { Tone::Neutral };
         let cells = values
             .chain([
                 s.trials.to_string(),
-                summary::right_interval(s),
+                summary::good_interval(s, open),
                 s.rms_deg.to_string(),
                 s.p95_deg.to_string(),
-                share(s.wrong_poles, &s.wrong_pole_probability),
+                if open { "–".to_owned() } else { share(s.wrong_poles, &s.wrong_pole_probability) },
                 share(s.undetermined, &s.undetermined_probability),
                 share(s.failed, &s.failed_probability),
             ])
@@ -93,7 +94,7 @@ mod tests {
         let points = [point(0.2, "default", 0, 0, 0), point(0.4, "harsh", 11, 523, 1024)];
         let order: Vec<&PointSummary> = points.iter().collect();
         for width in [60, 80, 100, 120] {
-            let text = table(&points, &order).within(width, false);
+            let text = table(&points, &order, false).within(width, false);
             assert!(text.lines().all(|line| line.chars().count() <= width), "{width}:\n{text}");
             let table = text.split("No room").next().unwrap_or_default();
             for cell in ["harsh", "12.3", "11", "523", "1024"] {
@@ -103,7 +104,7 @@ mod tests {
         // What happened at none goes first.
         let none = [point(0.2, "default", 0, 0, 0), point(0.4, "harsh", 0, 0, 1024)];
         let order: Vec<&PointSummary> = none.iter().collect();
-        let text = table(&none, &order).within(80, false);
+        let text = table(&none, &order, false).within(80, false);
         assert!(
             !text.split("──").next().expect("titles").contains("undetermined") && text.contains("1024"),
             "{text}"

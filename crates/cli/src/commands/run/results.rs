@@ -328,7 +328,8 @@ impl Results {
             return Report { text: json, code };
         }
         let mut text = String::new();
-        text += &file.whole().map_or_else(|| points::text(&file.points), summary::text);
+        let open = file.run.pole_is_open;
+        text += &file.whole().map_or_else(|| points::text(&file.points, open), |s| summary::text(s, open));
         if let Some(note) = file.unreached() {
             text += "\n";
             text += &paragraph("", &note);
