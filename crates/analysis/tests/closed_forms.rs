@@ -16,32 +16,49 @@ use systems::{Hidden, TwoModes, TwoVectors, deviations, upper_tail};
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
-fn odds<S: System<Error = Infallible>>(system: &S, seed: u64) -> Odds {
+/// One kind of system for all, so that the levels are compiled once and not once for each.
+struct Any<'a>(&'a dyn System<Error = Infallible>);
+
+impl System for Any<'_> {
+    type Error = Infallible;
+
+    fn values(&self, tapes: &[Tape]) -> Result<Vec<f64>, Infallible> {
+        self.0.values(tapes)
+    }
+}
+
+fn odds(system: &dyn System<Error = Infallible>, seed: u64) -> Odds {
     let settings = Settings { seed, ..Settings::default() };
-    Odds::of(system, &settings, &NEVER, |_| {}).expect("no trial fails")
+    Odds::of(&Any(system), &settings, &NEVER, |_| {}).expect("no trial fails")
 }
 
 #[test]
 fn analytic_intervals_hold_a_two_vector_test_in_95_of_100_answers() {
     // `examples/coverage.rs` has 1,000 answers each; its output is in docs/odds-coverage.txt.
+    const ANSWERS: u32 = 16;
+    let (mut held, mut ratios) = (0, 0.0);
     for truth in [1e-3, 1e-6, 1e-9] {
         let system = TwoVectors::of(truth);
-        let answers: Vec<Odds> = (1..=50).into_par_iter().map(|seed| odds(&system, seed)).collect();
-        let held = answers.iter().filter(|odds| {
-            let probability = odds.probability;
-            probability.low <= truth && truth <= probability.high
-        });
-        // 42 of 50 or fewer would happen by chance in one of 200 cases.
-        let held = held.count();
-        assert!(held >= 43, "{held} of 50 at {truth:e}");
+        let answers: Vec<Odds> =
+            (1..=u64::from(ANSWERS)).into_par_iter().map(|seed| odds(&system, seed)).collect();
+        let mut sum = 0.0;
         for odds in &answers {
-            let ratio = odds.probability.value / truth;
+            let (probability, ratio) = (odds.probability, odds.probability.value / truth);
+            held += u32::from(probability.low <= truth && truth <= probability.high);
             assert!((2.0 / 3.0..1.5).contains(&ratio), "{ratio} at {truth:e}");
             assert!(odds.trials < 1_000_000);
+            sum += ratio;
         }
-        let mean = answers.iter().map(|odds| odds.probability.value / truth).sum::<f64>() / 50.0;
-        assert!((mean - 1.0).abs() < 0.03, "no bias: {mean}");
+        // An answer errs by 4 to 7 %, their mean by a quarter of that.
+        let mean = sum / f64::from(ANSWERS);
+        assert!((mean - 1.0).abs() < 0.06, "no bias at {truth:e}: {mean}");
+        ratios += sum;
     }
+    // Of 48, 41 or fewer happen by chance in one of 100 cases. Intervals that hold 80 of 100 fail in 87 of 100 cases, those
+    // that hold 70 in all but four of 1,000.
+    assert!(held >= 42, "{held} of {}", 3 * ANSWERS);
+    let mean = ratios / f64::from(3 * ANSWERS);
+    assert!((mean - 1.0).abs() < 0.03, "no bias: {mean}");
 }
 
 #[test]
@@ -81,8 +98,9 @@ impl System for Lazy {
 fn analytic_a_vector_that_grows_as_it_is_read_changes_nothing() {
     let truth = 1e-6;
     let answers: Vec<Odds> =
-        (1..=6).into_par_iter().map(|seed| odds(&Lazy(deviations(truth)), seed)).collect();
-    let mean = answers.iter().map(|odds| odds.probability.value / truth).sum::<f64>() / 6.0;
+        (1..=3).into_par_iter().map(|seed| odds(&Lazy(deviations(truth)), seed)).collect();
+    // An answer errs by some 6 %, the mean of three by 3 %: a bias of a fifth is seen.
+    let mean = answers.iter().map(|odds| odds.probability.value / truth).sum::<f64>() / 3.0;
     assert!((mean - 1.0).abs() < 0.1, "{mean}");
 }
 
@@ -91,13 +109,13 @@ fn law_the_answer_does_not_depend_on_threads() {
     let system = TwoModes { above: 3.0, below: 3.2 };
     let on = |threads: usize| {
         let pool = ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| run(&system, &Settings::default(), 3, &NEVER).expect("runs"))
+        pool.install(|| run(&Any(&system), &Settings::default(), 3, &NEVER).expect("runs"))
     };
     let one = on(1);
     assert_eq!(one.end, End::Reached);
     assert_eq!(one, on(2));
     assert_eq!(one, on(5));
-    let other = run(&system, &Settings::default(), 4, &NEVER).expect("runs");
+    let other = run(&Any(&system), &Settings::default(), 4, &NEVER).expect("runs");
     assert_ne!(one.probability, other.probability, "runs are independent");
 }
 

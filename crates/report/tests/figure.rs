@@ -79,7 +79,7 @@ fn assert_well_formed(svg: &str) {
 }
 
 #[test]
-fn an_svg_has_the_size_and_the_texts_of_its_figure() {
+fn law_an_svg_has_the_size_and_the_texts_of_its_figure() {
     let svg = everything().svg().unwrap();
     assert_well_formed(&svg);
     assert!(svg.contains("width=\"600\" height=\"400\" viewBox=\"0 0 600 400\""));
@@ -90,7 +90,7 @@ fn an_svg_has_the_size_and_the_texts_of_its_figure() {
 }
 
 #[test]
-fn a_png_has_twice_the_size_and_its_line_where_it_belongs() {
+fn law_a_png_has_twice_the_size_and_its_line_where_it_belongs() {
     let picture = figure(vec![panel().with(line(vec![(0.0, 0.0), (1.0, 0.0)]))]).png().unwrap();
     let (width, height, pixels) = decode(&picture);
     assert_eq!((width, height), (1200, 800));
@@ -102,7 +102,7 @@ fn a_png_has_twice_the_size_and_its_line_where_it_belongs() {
 }
 
 #[test]
-fn a_spike_among_many_points_is_seen() {
+fn law_a_spike_among_many_points_is_seen() {
     let mut points: Vec<_> = (0..30_000).map(|i| (f64::from(i) / 30_000.0, -0.9)).collect();
     points[15_001].1 = 0.9;
     let svg = figure(vec![panel().with(line(points))]).svg().unwrap();
@@ -115,7 +115,7 @@ fn a_spike_among_many_points_is_seen() {
 }
 
 #[test]
-fn twenty_thousand_points_keep_the_svg_small() {
+fn law_twenty_thousand_points_keep_the_svg_small() {
     let points = (0..20_000).map(|i| (f64::from(i) / 2e4, (f64::from(i) * 0.618).fract())).collect();
     let layer = Layer::Points { label: None, points, style: Style::Blue };
     let svg = figure(vec![panel().with(layer)]).svg().unwrap();
@@ -123,13 +123,13 @@ fn twenty_thousand_points_keep_the_svg_small() {
 }
 
 #[test]
-fn equal_figures_give_equal_files() {
+fn law_equal_figures_give_equal_files() {
     assert_eq!(everything().svg(), everything().svg());
     assert_eq!(everything().png(), everything().png());
 }
 
 #[test]
-fn no_data_is_said() {
+fn law_no_data_is_said() {
     for layers in [vec![], vec![line(vec![])], vec![line(vec![(f64::NAN, 1.0)])]] {
         let empty = figure(vec![Panel { layers, ..Panel::new(Axis::new("x"), Axis::new("y")) }]);
         assert!(empty.svg().unwrap().contains("no data"));
@@ -140,7 +140,7 @@ fn no_data_is_said() {
 }
 
 #[test]
-fn awkward_data_are_drawn() {
+fn law_awkward_data_are_drawn() {
     let awkward = [
         vec![(0.0, 1.0)],
         vec![(0.0, 0.0), (1.0, 0.0)],
@@ -182,7 +182,7 @@ fn awkward_data_are_drawn() {
 }
 
 #[test]
-fn sizes_have_limits() {
+fn law_sizes_have_limits() {
     let small = Figure { width: 200, height: 200, ..everything() };
     let (width, height, _) = decode(&small.png().unwrap());
     assert_eq!((width, height), (400, 400));

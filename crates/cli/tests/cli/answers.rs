@@ -29,7 +29,7 @@ pub fn number(value: &Value, key: &str) -> f64 {
 }
 
 #[test]
-fn a_trace_lays_settings_over_one_another() {
+fn law_a_trace_lays_settings_over_one_another() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
@@ -65,8 +65,20 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
     let questions: [(&str, &[&str]); 4] = [
         ("odds", &["--event", "|e| > 1 deg"]),
-        ("budget", &["--pairs", "1500"]),
-        ("require", &["--key", "sensors.noise", "--limit", "rms <= 1 deg", "--most", "8000"]),
+        ("budget", &["--pairs", "500"]),
+        (
+            "require",
+            &[
+                "--key",
+                "sensors.noise",
+                "--limit",
+                "rms <= 1 deg",
+                "--between",
+                "5 mA:30 mA",
+                "--most",
+                "3000",
+            ],
+        ),
         (
             "tune",
             &[
@@ -75,7 +87,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
                 "--minimise",
                 "rms",
                 "--trials",
-                "2000",
+                "1000",
                 "--starts",
                 "2",
             ],
@@ -124,7 +136,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
 }
 
 #[test]
-fn mistakes_name_what_there_is() {
+fn law_mistakes_name_what_there_is() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
     let says = |arguments: &[&str], parts: &[&str]| {

@@ -6,7 +6,7 @@ use super::answers::{SCENARIO, answer, has, number};
 use super::{folder, names, standstill};
 
 #[test]
-fn a_budget_has_its_keys_and_writes_its_files() {
+fn law_a_budget_has_its_keys_and_writes_its_files() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
     let arguments = ["budget", "s.toml", "--pairs", "200", "--json", "--out", "b"];

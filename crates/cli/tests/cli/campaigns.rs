@@ -120,7 +120,7 @@ fn law_shards_merge_to_the_bytes_of_the_whole() {
 }
 
 #[test]
-fn a_run_writes_the_axes_before_the_columns_of_reproduce_and_what_it_was() {
+fn law_a_run_writes_the_axes_before_the_columns_of_reproduce_and_what_it_was() {
     let folder = folder();
     let path = folder.path();
     scenario(path, SWEEP);
@@ -263,7 +263,7 @@ fn law_nothing_of_an_earlier_run_is_lost_or_mixed_in() {
 }
 
 #[test]
-fn ctrl_c_keeps_what_is_done_and_says_how_to_go_on() {
+fn law_ctrl_c_keeps_what_is_done_and_says_how_to_go_on() {
     let folder = folder();
     let path = folder.path();
     scenario(path, SWEEP);
@@ -292,7 +292,7 @@ fn ctrl_c_keeps_what_is_done_and_says_how_to_go_on() {
 }
 
 #[test]
-fn an_example_scenario_runs_as_it_is_and_is_never_overwritten() {
+fn law_an_example_scenario_runs_as_it_is_and_is_never_overwritten() {
     let folder = folder();
     let path = folder.path();
     succeed(&["init"], path);
@@ -303,7 +303,7 @@ fn an_example_scenario_runs_as_it_is_and_is_never_overwritten() {
 }
 
 #[test]
-fn a_sweep_takes_axes_from_the_command_line() {
+fn law_a_sweep_takes_axes_from_the_command_line() {
     let folder = folder();
     let path = folder.path();
     succeed(&["init", "s.toml"], path);
@@ -336,7 +336,7 @@ fn a_sweep_takes_axes_from_the_command_line() {
 }
 
 #[test]
-fn a_rule_that_is_not_reached_is_said() {
+fn law_a_rule_that_is_not_reached_is_said() {
     let folder = folder();
     let path = folder.path();
     succeed(&["init", "s.toml"], path);
@@ -348,7 +348,7 @@ fn a_rule_that_is_not_reached_is_said() {
 }
 
 #[test]
-fn a_report_is_one_file_that_says_what_was_run() {
+fn law_a_report_is_one_file_that_says_what_was_run() {
     let folder = folder();
     let path = folder.path();
     scenario(path, SWEEP);

@@ -92,7 +92,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
 }
 
 #[test]
-fn two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
+fn law_two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");

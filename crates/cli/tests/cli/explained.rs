@@ -6,7 +6,7 @@ use super::answers::{SCENARIO, answer, number};
 use super::{folder, mistake, names, standstill};
 
 #[test]
-fn a_trial_is_explained_as_it_was_and_by_what_it_drew() {
+fn law_a_trial_is_explained_as_it_was_and_by_what_it_drew() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");

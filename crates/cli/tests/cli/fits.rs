@@ -9,7 +9,7 @@ use super::{folder, mistake, names, standstill};
 const TRACE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../examples/traces/six_vectors.csv");
 
 #[test]
-fn a_trace_becomes_a_motor_that_loads() {
+fn law_a_trace_becomes_a_motor_that_loads() {
     let folder = folder();
     let at = folder.path();
     let output = standstill(&["fit", TRACE, "--motor", "paper-5k5", "--out", "f", "--json"], at);
@@ -47,7 +47,7 @@ fn a_trace_becomes_a_motor_that_loads() {
 }
 
 #[test]
-fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
+fn law_mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
     let folder = folder();
     let at = folder.path();
     let trace = fs::read_to_string(TRACE).expect("the trace");
@@ -101,7 +101,7 @@ fn mistakes_in_traces_name_file_line_and_column_and_leave_nothing() {
 }
 
 #[test]
-fn no_file_that_is_read_is_overwritten() {
+fn law_no_file_that_is_read_is_overwritten() {
     let folder = folder();
     let at = folder.path();
     let sheet = "[nameplate]\n";

@@ -82,7 +82,7 @@ fn names(folder: &Path) -> Vec<String> {
 }
 
 #[test]
-fn reproduce_writes_all_files_and_repeats_itself_on_any_number_of_threads() {
+fn law_reproduce_writes_all_files_and_repeats_itself_on_any_number_of_threads() {
     let folder = folder();
     let run = |out: &str, more: &[&str]| {
         let arguments = [&["reproduce", "--trials", "600", "--out", out], more].concat();
@@ -132,7 +132,7 @@ fn reproduce_writes_all_files_and_repeats_itself_on_any_number_of_threads() {
 }
 
 #[test]
-fn a_failed_trial_keeps_its_row() {
+fn law_a_failed_trial_keeps_its_row() {
     let folder = folder();
     let sheet = fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../plant/motors/paper-5k5.toml"))
         .expect("the data sheet");
@@ -151,7 +151,7 @@ fn a_failed_trial_keeps_its_row() {
 }
 
 #[test]
-fn trace_writes_waveforms_events_and_result() {
+fn law_trace_writes_waveforms_events_and_result() {
     let folder = folder();
     let arguments =
         ["trace", "--angle", "241.6", "--decay", "fast", "--rotor", "free", "--verify", "--out", "t"];
@@ -200,7 +200,7 @@ fn trace_writes_waveforms_events_and_result() {
 }
 
 #[test]
-fn motors_names_the_source_of_each_number() {
+fn law_motors_names_the_source_of_each_number() {
     let folder = folder();
     let text = String::from_utf8(standstill(&["motors", "paper-5k5"], folder.path()).stdout).expect("text");
     for part in ["paper-5k5", "given", "inferred", "assumed", "9.2 mH", "winding.magnet_flux"] {
@@ -212,7 +212,7 @@ fn motors_names_the_source_of_each_number() {
 }
 
 #[test]
-fn magnetics_tells_which_pole_draws_more_current() {
+fn law_magnetics_tells_which_pole_draws_more_current() {
     let folder = folder();
     for (motor, signature) in
         [("paper-5k5", "normal"), ("pm-reluctance", "inverted"), ("reluctance-6k7", "none")]
@@ -231,7 +231,7 @@ fn magnetics_tells_which_pole_draws_more_current() {
 }
 
 #[test]
-fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
+fn law_mistakes_are_named_in_a_line_and_leave_nothing_behind() {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("taken"), "a file").expect("written");
@@ -303,7 +303,7 @@ fn mistakes_are_named_in_a_line_and_leave_nothing_behind() {
 }
 
 #[test]
-fn an_interrupt_keeps_what_is_done() {
+fn law_an_interrupt_keeps_what_is_done() {
     let folder = folder();
     let child = Command::new(env!("CARGO_BIN_EXE_standstill"))
         .args(["reproduce", "--trials", "1000000", "--out", "out"])
@@ -337,7 +337,7 @@ fn an_interrupt_keeps_what_is_done() {
 }
 
 #[test]
-fn an_unwritable_folder_is_named() {
+fn law_an_unwritable_folder_is_named() {
     let folder = folder();
     // Not even root can make folders in /proc.
     if Path::new("/proc/self").exists() {

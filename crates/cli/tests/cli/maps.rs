@@ -31,7 +31,7 @@ pub fn write_sheet(folder: &Path) {
 }
 
 #[test]
-fn a_scenario_finds_a_motor_and_its_map_and_notices_when_they_change() {
+fn law_a_scenario_finds_a_motor_and_its_map_and_notices_when_they_change() {
     let folder = folder();
     let at = folder.path();
     fs::create_dir(at.join("motors")).expect("made");
@@ -69,7 +69,7 @@ fn a_scenario_finds_a_motor_and_its_map_and_notices_when_they_change() {
 }
 
 #[test]
-fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
+fn law_magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
     let folder = folder();
     let at = folder.path();
     write_map(&at.join("map.csv"), 1);
@@ -123,7 +123,7 @@ fn magnetics_reads_flux_maps_and_says_how_far_they_are_from_an_energy() {
 }
 
 #[test]
-fn what_is_wrong_with_a_map_is_named() {
+fn law_what_is_wrong_with_a_map_is_named() {
     let folder = folder();
     let at = folder.path();
     write_map(&at.join("map.csv"), 1);
@@ -206,7 +206,7 @@ fn write_example(folder: &Path, map: &str, more: &str) {
 }
 
 #[test]
-fn poles_that_a_map_does_not_tell_are_counted_nowhere() {
+fn law_poles_that_a_map_does_not_tell_are_counted_nowhere() {
     let folder = folder();
     let at = folder.path();
     write_example(at, "one_side.csv", "beyond = \"fitted\"");
@@ -255,7 +255,7 @@ fn poles_that_a_map_does_not_tell_are_counted_nowhere() {
 }
 
 #[test]
-fn a_map_that_is_too_coarse_is_said_to_be_so_wherever_it_is_used() {
+fn law_a_map_that_is_too_coarse_is_said_to_be_so_wherever_it_is_used() {
     let folder = folder();
     let at = folder.path();
     write_example(at, "both_sides.csv", "");
@@ -279,7 +279,7 @@ fn a_map_that_is_too_coarse_is_said_to_be_so_wherever_it_is_used() {
 }
 
 #[test]
-fn a_limit_that_leaves_the_map_is_left_out_and_the_row_says_why() {
+fn law_a_limit_that_leaves_the_map_is_left_out_and_the_row_says_why() {
     let folder = folder();
     let at = folder.path();
     write_example(at, "both_sides.csv", "");

@@ -15,7 +15,7 @@ fn json(arguments: &[&str]) -> (Value, Option<i32>) {
 }
 
 #[test]
-fn compare_prints_a_list_with_common_random_numbers() {
+fn law_compare_prints_a_list_with_common_random_numbers() {
     let arguments = [
         "compare",
         "--method",
@@ -65,7 +65,7 @@ fn compare_prints_a_list_with_common_random_numbers() {
 }
 
 #[test]
-fn compare_writes_a_table_a_csv_and_a_figure() {
+fn law_compare_writes_a_table_a_csv_and_a_figure() {
     let folder = folder();
     let arguments = ["compare", "--method", "bipolar", "--rotor", "locked", "--trials", "12", "--out", "c"];
     let output = standstill(&arguments, folder.path());
@@ -83,7 +83,7 @@ fn compare_writes_a_table_a_csv_and_a_figure() {
 }
 
 #[test]
-fn compare_takes_each_of_a_list_once_and_no_limit_beyond_a_guess() {
+fn law_compare_takes_each_of_a_list_once_and_no_limit_beyond_a_guess() {
     let (list, _) = json(&[
         "compare",
         "--method",
@@ -116,7 +116,7 @@ fn changed(name: &str, changes: &[(&str, &str)]) -> String {
 }
 
 #[test]
-fn motors_on_any_dc_link_are_within_the_range_of_its_sensor() {
+fn law_motors_on_any_dc_link_are_within_the_range_of_its_sensor() {
     let folder = folder();
     for link in ["24 V", "1500 V"] {
         // Resistance, inductances and magnet in proportion, hence the same pulses.
@@ -154,7 +154,7 @@ fn motors_on_any_dc_link_are_within_the_range_of_its_sensor() {
 }
 
 #[test]
-fn compare_told_wrongly_names_the_wrong_pole() {
+fn law_compare_told_wrongly_names_the_wrong_pole() {
     let (list, _) = json(&[
         "compare",
         "--method",
@@ -190,7 +190,7 @@ fn compare_told_wrongly_names_the_wrong_pole() {
 }
 
 #[test]
-fn check_gives_a_verdict_with_reasons_and_its_code() {
+fn law_check_gives_a_verdict_with_reasons_and_its_code() {
     let (suited, code) = json(&["check", "paper-5k5", "--json"]);
     assert_eq!((code, &suited["suited"]), (Some(0), &Value::Bool(true)), "{suited}");
     assert_eq!(suited["recommended"]["settings"]["train.pulse"], "200 µs", "{suited}");
@@ -213,7 +213,7 @@ fn check_gives_a_verdict_with_reasons_and_its_code() {
 }
 
 #[test]
-fn trace_shows_another_method() {
+fn law_trace_shows_another_method() {
     let folder = folder();
     let arguments = ["trace", "--angle", "43.2", "--method", "maximum-likelihood-adaptive", "--out", "t"];
     let output = standstill(&arguments, folder.path());
@@ -229,7 +229,7 @@ fn trace_shows_another_method() {
 }
 
 #[test]
-fn mistakes_of_methods_are_named() {
+fn law_mistakes_of_methods_are_named() {
     let folder = folder();
     let at = folder.path();
     let cases: [(&[&str], &[&str]); 12] = [
@@ -268,7 +268,7 @@ fn mistakes_of_methods_are_named() {
 }
 
 #[test]
-fn an_interrupted_comparison_keeps_its_finished_rows() {
+fn law_an_interrupted_comparison_keeps_its_finished_rows() {
     let folder = folder();
     let child = Command::new(env!("CARGO_BIN_EXE_standstill"))
         .args(["compare", "--method", "bipolar,dc-alignment", "--rotor", "locked", "--errors", "default"])

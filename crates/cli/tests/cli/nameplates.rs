@@ -41,7 +41,7 @@ fn json(path: &Path) -> Value {
 }
 
 #[test]
-fn motors_of_any_size_are_checked_traced_and_run() {
+fn law_motors_of_any_size_are_checked_traced_and_run() {
     let folder = folder();
     let at = folder.path();
     let mut motors: Vec<String> =
@@ -104,7 +104,7 @@ fn motors_of_any_size_are_checked_traced_and_run() {
 }
 
 #[test]
-fn a_motor_without_saturation_is_judged_on_everything_else() {
+fn law_a_motor_without_saturation_is_judged_on_everything_else() {
     let folder = folder();
     let at = folder.path();
     let unknown = ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", ""];
@@ -128,7 +128,7 @@ fn a_motor_without_saturation_is_judged_on_everything_else() {
 }
 
 #[test]
-fn all_that_is_wrong_with_a_nameplate_is_named_at_once() {
+fn law_all_that_is_wrong_with_a_nameplate_is_named_at_once() {
     let folder = folder();
     let at = folder.path();
     let text = "[nameplate]\npole_pairs = 3.5\nresistance = \"50 mH\"\nLd = \"2.1 mH\"\nL_q = \"-3 mH\"\nmagnet_flux = \"90 mWb\"\ndc_link = 48\nsaturation = { d = 6, plus_d = \"3 %\" }\n[winding]\nleakage = 0\n";
@@ -166,7 +166,7 @@ fn all_that_is_wrong_with_a_nameplate_is_named_at_once() {
 }
 
 #[test]
-fn a_nameplate_in_a_scenario_has_keys_like_any_other() {
+fn law_a_nameplate_in_a_scenario_has_keys_like_any_other() {
     let folder = folder();
     let at = folder.path();
     let own = ["4", "2 mΩ", "40 uH", "60 uH", "20 mWb", "300 A", "48 V", "6 %"];
@@ -188,7 +188,7 @@ fn a_nameplate_in_a_scenario_has_keys_like_any_other() {
 }
 
 #[test]
-fn a_data_sheet_to_fill_in_is_one_and_is_never_overwritten() {
+fn law_a_data_sheet_to_fill_in_is_one_and_is_never_overwritten() {
     let folder = folder();
     let at = folder.path();
     let output = standstill(&["init", "--motor", "mine.toml"], at);
@@ -209,7 +209,7 @@ fn a_data_sheet_to_fill_in_is_one_and_is_never_overwritten() {
 }
 
 #[test]
-fn motors_lists_a_line_each() {
+fn law_motors_lists_a_line_each() {
     let folder = folder();
     let text = String::from_utf8(standstill(&["motors"], folder.path()).stdout).expect("text");
     let lines: Vec<&str> = text.lines().take_while(|line| !line.is_empty()).collect();

@@ -6,7 +6,7 @@ use super::answers::{SCENARIO, answer, has, number};
 use super::{folder, names};
 
 #[test]
-fn odds_of_what_is_not_rare_are_those_of_plain_trials_on_any_number_of_threads() {
+fn law_odds_of_what_is_not_rare_are_those_of_plain_trials_on_any_number_of_threads() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
     let arguments = ["odds", "s.toml", "--event", "|e| > 1 deg", "--json"];

@@ -6,7 +6,7 @@ use super::answers::{SCENARIO, answer, has, number};
 use super::{folder, mistake};
 
 #[test]
-fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
+fn law_a_requirement_is_an_edge_or_an_answer_with_code_1() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
     let require = |limit: &str, more: &[&str], code: i32| {
@@ -29,7 +29,7 @@ fn a_requirement_is_an_edge_or_an_answer_with_code_1() {
 }
 
 #[test]
-fn a_limit_that_holds_between_two_values_has_both_edges_and_what_binds_at_each() {
+fn law_a_limit_that_holds_between_two_values_has_both_edges_and_what_binds_at_each() {
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), format!("{SCENARIO}rotor.state = \"free\"\n")).expect("written");
@@ -72,12 +72,13 @@ fn cross_the_trials_that_are_named_make_the_interval_narrow_and_half_as_many_do_
     let folder = folder();
     let path = folder.path();
     fs::write(path.join("s.toml"), SCENARIO).expect("written");
-    // Of a percentile and of a share; "p99 <= 4 deg, failed <= 5 %" between 10 mA and 60 mA holds as well, and takes half a minute.
-    for (limit, between) in [("p95 <= 2 deg", "5 mA:40 mA"), ("P(|e| > 1 deg) <= 40 %", "5 mA:40 mA")] {
+    // Of a percentile and of a share, both where the noise decides, so that few trials tell; "p95 <= 2 deg" from 5 mA, where the
+    // gains have their part, holds as well and takes seven times the trials.
+    for limit in ["p95 <= 4 deg", "P(|e| > 3 deg) <= 30 %"] {
         let asked = |most: u64| {
             let most = most.to_string();
             let arguments = ["require", "s.toml", "--key", "sensors.noise", "--limit", limit, "--between"];
-            answer(&[&arguments[..], &[between, "--most", &most, "--json"]].concat(), 0, path)
+            answer(&[&arguments[..], &["20 mA:80 mA", "--most", &most, "--json"]].concat(), 0, path)
         };
         let few = asked(1000);
         assert_eq!(few["narrow"], false, "{few}");

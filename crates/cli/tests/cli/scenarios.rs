@@ -246,7 +246,7 @@ fn law_check_takes_a_scenario_file_and_keys() {
 }
 
 #[test]
-fn mistakes_in_scenarios_of_other_commands_are_named() {
+fn law_mistakes_in_scenarios_of_other_commands_are_named() {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("axes.toml"), "[axes]\n\"sensors.noise\" = [\"1 mA\"]\n").expect("written");

@@ -6,7 +6,7 @@ use super::answers::{SCENARIO, answer, has, number};
 use super::{folder, names};
 
 #[test]
-fn tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
+fn law_tuning_recovers_what_was_spoiled_and_judges_on_fresh_seeds() {
     let folder = folder();
     fs::write(folder.path().join("s.toml"), SCENARIO).expect("written");
     let arguments = [

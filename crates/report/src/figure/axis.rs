@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn ticks_are_round_numbers() {
+    fn law_ticks_are_round_numbers() {
         assert_eq!(texts(&Ticks::Auto, (-0.05, 0.55)), ["0.0", "0.2", "0.4"].map(|t| t.replace("0.0", "0")));
         assert_eq!(texts(&Ticks::Auto, (-3.0, 2.0)), ["−3", "−2", "−1", "0", "1", "2"]);
         assert_eq!(texts(&Ticks::Step(60.0), (0.0, 180.0)), ["0", "60", "120", "180"]);
@@ -296,7 +296,7 @@ mod tests {
     }
 
     #[test]
-    fn too_fine_a_step_is_thinned() {
+    fn law_too_fine_a_step_is_thinned() {
         assert!(texts(&Ticks::Step(0.001), (0.0, 360.0)).len() <= 13);
     }
 }

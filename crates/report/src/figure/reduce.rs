@@ -184,7 +184,7 @@ mod tests {
     const AREA: Rect = Rect { left: 0.0, top: 0.0, right: 100.0, bottom: 50.0 };
 
     #[test]
-    fn thinning_keeps_the_extremes_of_a_column() {
+    fn law_thinning_keeps_the_extremes_of_a_column() {
         let mut points: Vec<Point> = (0..30_000).map(|i| (f64::from(i) * 0.003, 10.0)).collect();
         points[12_345].1 = 49.0;
         points[12_346].1 = 1.0;
@@ -196,13 +196,13 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_breaks_a_line() {
+    fn law_a_gap_breaks_a_line() {
         let points = [(0.0, 1.0), (1.0, f64::NAN), (2.0, 1.0), (3.0, 2.0), (f64::INFINITY, 1.0)];
         assert_eq!(runs(points.into_iter()), [vec![(0.0, 1.0)], vec![(2.0, 1.0), (3.0, 2.0)]]);
     }
 
     #[test]
-    fn a_line_is_clipped_where_it_crosses_the_edge() {
+    fn analytic_a_line_is_clipped_where_it_crosses_the_edge() {
         let parts = clip_line(&[(10.0, 25.0), (20.0, 75.0), (30.0, 25.0), (40.0, 25.0)], AREA);
         assert_eq!(parts.len(), 2);
         assert_eq!(parts[0], [(10.0, 25.0), (15.0, 50.0)]);
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn dashes_have_the_lengths_of_the_pattern() {
+    fn analytic_dashes_have_the_lengths_of_the_pattern() {
         let strokes = dash(&[(0.0, 0.0), (4.0, 0.0), (12.0, 0.0)], &[3.0, 2.0], 0.5);
         let ends: Vec<_> = strokes.iter().map(|s| (s[0].0, s[s.len() - 1].0)).collect();
         assert_eq!(ends, [(0.0, 3.0), (5.0, 8.0), (10.0, 12.0)]);

@@ -176,7 +176,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_symbols_have_indices() {
+    fn law_only_symbols_have_indices() {
         let of = |text| pieces(text).iter().map(|p| (p.text.to_owned(), p.index)).collect::<Vec<_>>();
         let plain = |text: &str| (text.to_owned(), false);
         let index = |text: &str| (text.to_owned(), true);
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn the_font_has_the_letters_of_the_trade() {
+    fn law_the_font_has_the_letters_of_the_trade() {
         for c in "Az09µΩΔαβγδθψωφλ°±−×·≤≥√²³⁻⁷₀₉→–—≈∞äöüß".chars()
         {
             assert_ne!(glyph(c).0, 0, "{c}");
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn wrapping_keeps_lines_within_the_limit() {
+    fn law_wrapping_keeps_lines_within_the_limit() {
         let lines = wrap("one two three four five", 10.0, 60.0);
         assert!(lines.len() > 1 && lines.iter().all(|line| width(line, 10.0) <= 60.0));
         assert_eq!(lines.join(" "), "one two three four five");
