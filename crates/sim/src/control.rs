@@ -2,7 +2,7 @@
 
 mod conduction;
 mod course;
-mod filtering;
+mod expected;
 mod gates;
 mod ledger;
 mod motion;

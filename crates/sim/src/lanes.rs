@@ -24,6 +24,7 @@ use self::driven::Driven;
 use self::slots::{Adapter, Slots};
 use crate::case::{Case, Finished, Run};
 use crate::control::{Control, Want, can_move};
+use crate::sensing::Sensed;
 use crate::trace::{NoProbe, Probe};
 
 /// Where runs come from and what becomes of them. Whatever detectors there are stands behind it, so that the engine is
@@ -61,10 +62,9 @@ fn advance<'a, V: Wide>(
     }
 }
 
-/// Whether the steps of a case are followed by its sensors.
-fn has_filters(case: &Case) -> bool {
-    let settings = &case.sensors.settings;
-    settings.bandwidth.is_some() || settings.dc_link.bandwidth.is_some() || settings.pick_up.is_some()
+/// Whether the steps of a case are looked at from within by its sensors.
+fn is_followed(case: &Case) -> bool {
+    case.sensors.settings.dc_link.bandwidth.is_some()
 }
 
 /// Whether the core of a case has kinks where its fluxes are zero.
@@ -76,7 +76,8 @@ fn has_kinks(case: &Case) -> bool {
 fn fits<V: Wide>(bank: &Bank<V>, case: &Case) -> bool {
     bank.machine.fits(case.motor, &case.inverter, can_move(case.rotor))
         && bank.bounds.sides.is_some() == has_kinks(case)
-        && (bank.follow || !has_filters(case))
+        && Sensed::fits(bank.sensed.as_ref(), &case.sensors.settings)
+        && (bank.follow || !is_followed(case))
 }
 
 /// Runs in the lanes of a bank.
@@ -127,6 +128,13 @@ impl<'a, V: Wide> SideBySide<'a, V> {
             for lane in lanes_of(accepted) {
                 if let Some(control) = &mut self.lanes[lane] {
                     control.follow(&self.bank, &thirds);
+                }
+            }
+        }
+        if self.bank.sensed.is_some() {
+            for lane in lanes_of(accepted) {
+                if let Some(control) = &mut self.lanes[lane] {
+                    control.sample_within(&self.bank);
                 }
             }
         }
@@ -253,8 +261,13 @@ impl OnWidest for Work<'_, '_> {
 
     fn with<V: Wide>(self) {
         let Self { first, host } = self;
-        let bank: Bank<'_, V> =
-            Bank::like(first.motor, &first.inverter, can_move(first.rotor), has_filters(&first));
+        let bank: Bank<'_, V> = Bank::like(
+            first.motor,
+            &first.inverter,
+            &first.sensors.settings,
+            can_move(first.rotor),
+            is_followed(&first),
+        );
         let mut side_by_side = SideBySide::new(bank);
         let control = Control::new(first, &mut side_by_side.bank, 0, None, false, Vec::new());
         if let Some(finished) = side_by_side.begin(0, control, &mut |readings| host.step(0, readings)) {

@@ -1,16 +1,18 @@
 //! The sensors: what the drive sees of the currents, the DC link and the rotor.
 
+mod filters;
 mod low_pass;
 mod pick_up;
 mod sampler;
+mod sensed;
 
 use standstill_interface::{Nanos, choice};
 use standstill_inverter::Modes;
 
-pub(crate) use low_pass::{LowPass, Rings};
+pub(crate) use low_pass::LowPass;
 pub use pick_up::PickUp;
-pub(crate) use pick_up::Ringing;
 pub(crate) use sampler::{Instant, Sampler};
+pub(crate) use sensed::Sensed;
 
 use crate::{Purpose, Streams};
 

@@ -11,5 +11,5 @@ pub mod modes;
 pub mod referee;
 pub mod ringing;
 mod stumpff;
-mod swing;
+pub mod swing;
 pub mod two_derivative;

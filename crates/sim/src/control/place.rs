@@ -7,6 +7,7 @@ use standstill_plant::NoConvergence;
 use super::run::Control;
 use crate::case::{Case, RunError};
 use crate::lanes::bank::Bank;
+use crate::physics::gates::NEVER;
 use crate::physics::plane::Plane;
 
 /// Why a machine cannot begin with the current that its iron is left with.
@@ -26,6 +27,9 @@ impl<'a> Control<'a> {
         let Case { motor, inverter, start_angle, load_torque, tolerance, .. } = &self.case;
         let (lane, motor, link, bridge) = (self.lane, *motor, inverter.link, inverter.bridge);
         bank.machine.put(lane, motor, &link, *start_angle, *load_torque);
+        if let Some(sensed) = &mut bank.sensed {
+            sensed.put(lane, &self.case.sensors);
+        }
         let heading = Heading::of(*start_angle);
         let mut rest = motor.magnetics.rest(heading);
         let iron = motor.magnetics.hysteresis().zip(motor.magnetics.cells());
@@ -58,14 +62,17 @@ impl<'a> Control<'a> {
         put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
         put(&mut accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
         put(&mut accuracy.per_flux_scale, 1.0 / scale);
-        put(&mut accuracy.filtered, if self.filters.is_some() { motor.winding.mean_inductance } else { 0.0 });
+        let filtered = self.case.sensors.settings.bandwidth.is_some();
+        put(&mut accuracy.filtered, if filtered { motor.winding.mean_inductance } else { 0.0 });
         put(&mut bank.hint, self.longest_step());
         put(&mut bank.longest, self.longest_step());
+        bank.hints.iter_mut().for_each(|hint| put(hint, self.longest_step()));
         for counted in
             [&mut bank.refused, &mut bank.peak, &mut bank.moved, &mut bank.steps, &mut bank.evaluations]
         {
             put(counted, 0.0);
         }
+        put(&mut bank.expected, NEVER);
         bank.to_mode_end &= !(1 << lane);
         bank.live |= 1 << lane;
         self.look(bank);

@@ -17,7 +17,7 @@ use crate::case::{Case, Finished, RunError, Work};
 use crate::lanes::bank::{Bank, NOTHING};
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
-use crate::sensing::{LowPass, Ringing, Sampler};
+use crate::sensing::{LowPass, Sampler};
 use crate::trace::{Event, Probe};
 
 /// What a run wants next.
@@ -52,9 +52,7 @@ pub struct Control<'a> {
     pub(super) sides: [f64; 2],
     pub(super) course: Course,
     pub(super) sampler: Sampler<'a>,
-    pub(super) filters: Option<[LowPass; 3]>,
     pub(super) link_filter: Option<LowPass>,
-    pub(super) ringing: Option<Ringing>,
     /// The readings of the last command.
     pub readings: Vec<Reading<f64>>,
     events: u32,
@@ -95,11 +93,7 @@ impl<'a> Control<'a> {
             sides: case.motor.magnetics.core().kinks().map(f64::from),
             course: Course::NONE,
             sampler: Sampler::new(&case.sensors, case.streams),
-            filters: settings
-                .bandwidth
-                .map(|corner| case.sensors.corner.map(|share| LowPass::new(corner * share, 0.0))),
             link_filter: settings.dc_link.bandwidth.map(|corner| LowPass::new(corner, link.source(0.0))),
-            ringing: settings.pick_up.map(Ringing::new),
             readings,
             events: 0,
             counted_from: 0.0,
@@ -251,9 +245,13 @@ impl<'a> Control<'a> {
             }
             self.show_change(bank);
             let sample = self.course.pending.map_or(NEVER, |(_, at)| at.0 as f64);
-            let stop = sample.min(end).min(self.next_source_instant(time));
+            let rests = self.rests(bank);
+            let mut stop = end.min(self.next_source_instant(time));
+            if rests || !self.reads_within(bank) {
+                stop = stop.min(sample);
+            }
             self.segments += 1;
-            if self.rests(bank) {
+            if rests {
                 let legs = &bank.machine.legs;
                 let edge = (0..3).map(|k| legs.gates[k].next_of(lane, time).0).fold(NEVER, f64::min);
                 self.wait(bank, stop.min(edge));
@@ -310,7 +308,6 @@ impl<'a> Control<'a> {
 
     /// Lets time pass while nothing happens.
     fn wait<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
-        self.note_edges(bank, self.time(bank));
         self.watch_waiting(bank, until);
         bank.here.time.put(self.lane, until);
         self.stale = true;

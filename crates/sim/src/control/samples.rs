@@ -23,6 +23,42 @@ impl<'a> Control<'a> {
         self.course.number += 1;
     }
 
+    /// Whether samples are read off the steps that pass them: filters follow a step between its ends as exactly as at them, and what
+    /// they show changes nothing. Where a capacitor or a filter stores the link's voltage, or a request matters, steps end at samples.
+    pub(super) fn reads_within<V: Wide>(&self, bank: &Bank<'a, V>) -> bool {
+        let settings = &self.case.sensors.settings;
+        settings.bandwidth.is_some()
+            && settings.arrangement != crate::Arrangement::LowSideShunts
+            && self.link_filter.is_none()
+            && bank.machine.links.storage.is_none()
+    }
+
+    /// Takes the samples that the step just accepted has passed.
+    pub fn sample_within<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+        let now = self.time(bank);
+        while let Some((nominal, at)) = self.course.pending
+            && at.0 as f64 <= now
+            && self.reads_within(bank)
+            && let Some(sensed) = &bank.sensed
+        {
+            // Those of the phases that are still to come, which may be later than the step.
+            let (first, skew) = (self.course.taken, self.case.sensors.settings.skew);
+            let mut times = [at; 3];
+            for k in first + 1..3 {
+                times[k] = (times[k - 1] + skew).min(self.course.end);
+            }
+            let times = times.map(|time| time.0 as f64);
+            let current = sensed.within(self.lane, times);
+            let dc_link = bank.machine.links.source_of(self.lane, times[first] * 1e-9).voltage;
+            for time in &times[first..] {
+                let read = *time <= now && self.convert(nominal, *time, current, dc_link, [Gate::Off; 3]);
+                if read || *time > now {
+                    break;
+                }
+            }
+        }
+    }
+
     /// Takes the sample that is due.
     #[inline(never)]
     pub(super) fn sample<V: Wide>(&mut self, bank: &mut Bank<'a, V>, nominal: Nanos) {
@@ -38,22 +74,32 @@ impl<'a> Control<'a> {
             let modes = bank.machine.legs.modes(self.lane, self.time(bank).next_down());
             current = settings.seen(current, modes);
         }
-        if let Some(filters) = &self.filters {
-            current = filters.map(|filter| filter.output());
-        }
-        if let Some(ringing) = &self.ringing {
-            let added = ringing.at(self.time(bank));
-            current = current.map(|current| current + added);
+        if let Some(sensed) = &bank.sensed {
+            current = sensed.at(self.lane, current);
         }
         let link = bank.here.state.link.get(self.lane);
         let dc_link = self.link_filter.map_or(link, |filter| filter.output());
-        let Some((current, dc_link)) = self.course.converted(current, dc_link, settings.skew) else { return };
+        self.convert(nominal, self.time(bank), current, dc_link, requested);
+    }
+
+    /// The converter takes what is there at a time in ns: currents in A and the link's voltage in V. Whether it has all for a reading.
+    fn convert(
+        &mut self,
+        nominal: Nanos,
+        time: f64,
+        current: [f64; 3],
+        dc_link: f64,
+        requested: [Gate; 3],
+    ) -> bool {
+        let skew = self.case.sensors.settings.skew;
+        let Some((current, dc_link)) = self.course.converted(current, dc_link, skew) else { return false };
         let there = Instant { current, dc_link, requested };
         let reading: Reading<f64> = self.sampler.read(nominal, &there);
         if self.probe.is_some() {
-            self.event(self.time(bank) * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
+            self.event(time * 1e-9, Event::Sample(reading.current.0, reading.dc_link));
         }
         self.readings.push(reading);
         self.next_trigger();
+        true
     }
 }

@@ -3,12 +3,11 @@
 use standstill_inverter::{Conduction, Gate, Modes};
 use standstill_numeric::Wide;
 
-use super::conduction::{NO_CURRENT, One};
+use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::case::RunError;
 use crate::lanes::bank::Bank;
 use crate::physics::bounds::BLOCKED;
-use crate::physics::plane::Plane;
 use crate::step::ends::POTENTIAL_DEEP;
 
 /// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
@@ -112,7 +111,9 @@ impl<'a> Control<'a> {
             let met = if mode == Conduction::Blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
             potential_in(k, mode) - met
         });
-        let slopes = self.slopes(bank, behind);
+        let rise = self.rise(bank, behind);
+        let axes = self.axes(bank);
+        let slopes = axes.map(|axis| axis.dot(rise));
         // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
         let (damped, least) = (bridge.terminal_resistance > 0.0, NO_CURRENT * self.case.motor.rated_current);
         let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
@@ -127,21 +128,9 @@ impl<'a> Control<'a> {
             };
             self.move_terminal(bank, k, to, upper);
         }
+        self.expect(bank, modes, &bands, rise);
         bank.machine.legs.put(lane, modes);
         Ok(())
-    }
-
-    /// How fast the phases' currents rise in A/s with these potentials in V at the winding.
-    fn slopes<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> [f64; 3] {
-        let one = One::of(bank, &bank.here, self.lane);
-        let axes =
-            bank.machine.legs.axes.map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)));
-        let mut voltage = one.current * -self.case.motor.resistance;
-        for (axis, potential) in axes.iter().zip(potential) {
-            voltage = voltage + *axis * (potential * (2.0 / 3.0));
-        }
-        let rise = voltage.through(one.inverse_inductance) + one.drift;
-        axes.map(|axis| axis.dot(rise))
     }
 
     /// A device takes a terminal's potential to another at once, with a charge from the upper rail or the lower one.
@@ -153,8 +142,8 @@ impl<'a> Control<'a> {
         }
         bank.here.state.potential[leg].put(lane, to);
         let link = bank.here.state.link.get(lane);
-        if let Some(ringing) = &mut self.ringing {
-            ringing.jump(bank.here.time.get(lane), (to - from) / link);
+        if let Some(picked_up) = bank.sensed.as_mut().and_then(|sensed| sensed.picked_up.as_mut()) {
+            picked_up.jump(lane, (to - from) / link);
         }
         let charge = self.case.inverter.bridge.terminal_capacitance * (to - from);
         let mut left = link;

@@ -1,7 +1,7 @@
 //! Who watches a run, and what follows its steps from within: snapshots, the sensors' filters, the ledger.
 
 use standstill_interface::Phase;
-use standstill_inverter::{Conduction, Gate, Modes};
+use standstill_inverter::{Gate, Modes};
 use standstill_numeric::Wide;
 
 use super::conduction::One;
@@ -13,20 +13,10 @@ use crate::trace::{Event, Snapshot};
 impl<'a> Control<'a> {
     /// Follows the step that was just accepted, of which the bank has the inside at one and two thirds.
     pub fn follow<V: Wide>(&mut self, bank: &Bank<'a, V>, thirds: &[Here<V>; 2]) {
-        self.note_edges(bank, bank.begin.time.get(self.lane));
-        if self.filters.is_some() || self.link_filter.is_some() {
-            let h = bank.tried.h.get(self.lane);
+        if let Some(filter) = &mut self.link_filter {
             let points = [&bank.begin, &thirds[0], &thirds[1], &bank.tried.end]
-                .map(|here| (self.currents_at(bank, here), here.state.link.get(self.lane)));
-            let modes = bank.machine.legs.modes(self.lane, bank.begin.time.get(self.lane));
-            let rings = self.rings(bank, modes);
-            self.filter(h, modes, points, rings);
-        }
-        if let (Some(ringing), Some(floating)) = (&mut self.ringing, &bank.tried.floating) {
-            let (h, link) = (bank.tried.h.get(self.lane), bank.tried.end.state.link.get(self.lane));
-            let rise =
-                floating.rise.map(|all| all.iter().map(|rise| rise.get(self.lane)).sum::<f64>() / link);
-            ringing.glide(bank.begin.time.get(self.lane), h, rise);
+                .map(|here| here.state.link.get(self.lane));
+            filter.advance(bank.tried.h.get(self.lane), points);
         }
         if V::ALONE {
             if let Some(mut accounts) = self.accounts.take() {
@@ -34,17 +24,6 @@ impl<'a> Control<'a> {
                 self.accounts = Some(accounts);
             }
             self.watch(bank);
-        }
-    }
-
-    /// Hears the edges of the legs' potentials at a time in ns from which on nothing changes for a while.
-    pub(super) fn note_edges<V: Wide>(&mut self, bank: &Bank<'a, V>, time: f64) {
-        if let Some(ringing) = &mut self.ringing
-            && bank.machine.legs.elastance.is_none()
-        {
-            let legs = &bank.machine.legs;
-            let gates = legs.gates.each_ref().map(|gates| gates.of(self.lane, time));
-            ringing.follow(time, gates, legs.modes(self.lane, time));
         }
     }
 
@@ -130,18 +109,21 @@ impl<'a> Control<'a> {
     pub(super) fn watch_waiting<V: Wide>(&mut self, bank: &mut Bank<'a, V>, until: f64) {
         let begin = self.time(bank);
         let h = (until - begin) * 1e-9;
-        if h > 0.0 && (self.filters.is_some() || self.link_filter.is_some()) {
+        bank.rest_sensors(self.lane, h);
+        if let Some(filter) = &mut self.link_filter
+            && h > 0.0
+        {
             let link = &self.case.inverter.link;
-            let ripples = self.link_filter.is_some() && link.ripple != 0.0;
             // A filter takes a cubic through four points: too few for a ripple of which a long wait has several periods.
+            let ripples = link.ripple != 0.0;
             let parts = if ripples { (8.0 * h * link.ripple_frequency).ceil().max(1.0) } else { 1.0 };
             let mut part = 0.0;
             while part < parts {
                 let points = [0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0].map(|share| {
                     let time = begin * 1e-9 + (part + share) / parts * h;
-                    ([0.0; 3], bank.machine.links.source_of(self.lane, time).voltage)
+                    bank.machine.links.source_of(self.lane, time).voltage
                 });
-                self.filter(h / parts, [Conduction::Blocked; 3], points, [None; 2]);
+                filter.advance(h / parts, points);
                 part += 1.0;
             }
         }

@@ -4,7 +4,7 @@ use standstill_interface::{Abc, Command, Nanos, Reading, Sampling, Stage};
 use standstill_inverter::DcLink;
 
 use super::bank::{Bank, Served};
-use super::has_filters;
+use super::is_followed;
 use crate::case::{Case, Finished, RunError};
 use crate::control::{Control, Want, can_move};
 use crate::physics::plane::Plane;
@@ -89,8 +89,9 @@ impl<'a> Driven<'a> {
         refereed: bool,
     ) -> Self {
         let resolution = probe.as_ref().and_then(|probe| probe.resolution());
-        let follow = resolution.is_some() || ledger || has_filters(case);
-        let mut bank = Bank::like(case.motor, &case.inverter, can_move(case.rotor), follow);
+        let follow = resolution.is_some() || ledger || is_followed(case);
+        let sensors = &case.sensors.settings;
+        let mut bank = Bank::like(case.motor, &case.inverter, sensors, can_move(case.rotor), follow);
         bank.refereed = refereed;
         let control = Control::new(case.clone(), &mut bank, 0, probe, ledger, Vec::new());
         Self { bank, control }
@@ -114,6 +115,9 @@ impl<'a> Driven<'a> {
             if bank.follow && accepted != 0 {
                 let thirds = [bank.within(1.0 / 3.0), bank.within(2.0 / 3.0)];
                 control.follow(bank, &thirds);
+            }
+            if accepted != 0 {
+                control.sample_within(bank);
             }
             if broken != 0 {
                 return Err(bank.why_broken(0));

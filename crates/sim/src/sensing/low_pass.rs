@@ -1,26 +1,6 @@
-//! The sensors' filters.
+//! The filter of the link's sensor.
 
-use standstill_numeric::{exp, sin_cos};
-
-use crate::step::ringing::Oscillation;
-
-/// What of the phases' currents oscillates over a step.
-#[derive(Clone, Copy, Debug)]
-pub struct Rings {
-    /// How.
-    pub of: Oscillation,
-    /// How much of it each phase has.
-    pub share: [f64; 3],
-}
-
-impl Rings {
-    /// Its value at a share of the step.
-    pub fn at(&self, s: f64) -> f64 {
-        let ([re, im], [decay, angle]) = (self.of.phasor, self.of.turns);
-        let (sin, cos) = sin_cos(angle * s);
-        exp(decay * s) * (re * cos - im * sin)
-    }
-}
+use standstill_numeric::exp;
 
 /// A first-order low-pass filter, exact up to rounding for an input that is a cubic over the step.
 #[derive(Clone, Copy, Debug)]
@@ -36,18 +16,6 @@ impl LowPass {
 
     pub fn output(&self) -> f64 {
         self.output
-    }
-
-    /// Adds what an oscillation over the same `h` seconds, of which phases have a share, makes beside an input that was advanced over
-    /// before: `a/(a + σ) z e^(σ s)` and a transient.
-    pub fn ring(&mut self, h: f64, of: &Oscillation, share: f64) {
-        let a = h / self.time_constant;
-        let ([re, im], [decay, angle]) = (of.phasor, of.turns);
-        let [x, y] = [a + decay, angle];
-        let factor = share * a / (x * x + y * y);
-        let [re, im] = [factor * (re * x + im * y), factor * (im * x - re * y)];
-        let (sin, cos) = sin_cos(angle);
-        self.output += exp(decay) * (re * cos - im * sin) - exp(-a) * re;
     }
 
     /// Advances over `h` seconds of input with values `x` at 0, h/3, 2h/3 and h.

@@ -1,9 +1,15 @@
 //! What switching edges induce in the wires between current sensors and converter.
 
+#[cfg(test)]
+mod tests;
+
 use std::f64::consts::TAU;
 
-use standstill_inverter::{Conduction, Gate};
-use standstill_numeric::{exp, sin_cos};
+use standstill_numeric::{Lane, Mask, Wide, sin_cos};
+
+use crate::physics::legs::Conducting;
+use crate::step::ringing::Oscillation;
+use crate::step::swing::{Cubic, decayed, scaled};
 
 /// What an edge of a leg's potential from one rail to the other adds to all current readings, t seconds later:
 /// `± amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for an edge upwards.
@@ -17,126 +23,167 @@ pub struct PickUp {
     pub frequency: f64,
 }
 
-/// The pick-up of all edges so far. As all of them ring at one frequency, their sum is one complex number.
+/// The pick-up of all edges so far, of machines side by side. As all of them ring at one frequency, their sum is one complex number.
 #[derive(Clone, Copy, Debug)]
-pub struct Ringing {
-    of: PickUp,
+pub struct PickedUp<V> {
+    /// In A.
+    amplitude: V,
+    /// How fast it decays, in 1/s, and how fast it turns, in rad/s.
+    decay: V,
+    turn: V,
     /// Where the potential of each leg was last, as a share of the link: 0 and 1 at the rails, a half where it floats.
-    levels: [f64; 3],
-    /// Real and imaginary part in A at a time in ns.
-    phasor: [f64; 2],
-    since: f64,
+    levels: [V; 3],
+    /// Real and imaginary part in A.
+    phasor: [V; 2],
 }
 
-impl Ringing {
-    pub fn new(of: PickUp) -> Self {
-        Self { of, levels: [0.5; 3], phasor: [0.0; 2], since: 0.0 }
+/// In A, below what any reading shows: numbers that go on to decay would become subnormal.
+const NOTHING: f64 = 1e-30;
+
+impl<V: Wide> PickedUp<V> {
+    /// Nothing.
+    pub fn none() -> Self {
+        let zero = V::of(0.0);
+        Self { amplitude: zero, decay: zero, turn: zero, levels: [zero; 3], phasor: [zero; 2] }
     }
 
-    /// What it adds at a time in ns, in A.
-    pub fn at(&self, time: f64) -> f64 {
-        self.turned(time)[0]
+    /// Puts what rings so into a lane, at rest.
+    pub fn put(&mut self, lane: usize, of: PickUp) {
+        self.amplitude.put(lane, of.amplitude);
+        self.decay.put(lane, 1.0 / of.decay);
+        self.turn.put(lane, TAU * of.frequency);
+        self.levels.iter_mut().for_each(|level| level.put(lane, 0.5));
+        self.phasor.iter_mut().for_each(|part| part.put(lane, 0.0));
     }
 
-    fn turned(&self, time: f64) -> [f64; 2] {
-        let t = (time - self.since) * 1e-9;
-        // Below 1e-17 of what it was.
-        if t > 40.0 * self.of.decay {
-            return [0.0; 2];
-        }
-        let size = exp(-t / self.of.decay);
-        let (sin, cos) = sin_cos(TAU * self.of.frequency * t);
-        let [re, im] = self.phasor;
-        [size * (re * cos - im * sin), size * (re * sin + im * cos)]
+    /// What it adds in a lane, in A.
+    pub fn at(&self, lane: usize) -> f64 {
+        self.phasor[0].get(lane)
     }
 
-    /// A leg's potential moves at a time in ns by a share of the link at once.
-    pub fn jump(&mut self, time: f64, share: f64) {
-        self.phasor = self.turned(time);
-        self.phasor[0] += self.of.amplitude * share;
-        self.since = time;
+    /// What it adds in a lane, in A, after shares of a step of `h` seconds in which potentials move so.
+    #[inline(always)]
+    pub fn within(&self, lane: usize, share: V, h: f64, moves: Option<&Moves<V>>) -> V {
+        let mut then = Self {
+            amplitude: V::of(self.amplitude.get(lane)),
+            decay: V::of(self.decay.get(lane)),
+            turn: V::of(self.turn.get(lane)),
+            levels: self.levels,
+            phasor: pair!(n => V::of(self.phasor[n].get(lane))),
+        };
+        let moves = some!(moves, moves => moves.of_lane(lane, share));
+        then.advance(V::Mask::of_bits(u32::MAX), share * h, moves.as_ref());
+        then.phasor[0]
     }
 
-    /// Potentials move over `h` seconds from a time in ns on: by these shares of the link a step at its beginning and at its end, and
-    /// in between by what is linear.
-    pub fn glide(&mut self, time: f64, h: f64, share: [f64; 2]) {
-        let end = time + h * 1e9;
-        let turn = [-h / self.of.decay, TAU * self.of.frequency * h];
-        let size = turn[0] * turn[0] + turn[1] * turn[1];
-        if size == 0.0 || share == [0.0; 2] {
-            return;
-        }
-        let over =
-            |[re, im]: [f64; 2]| [(re * turn[0] + im * turn[1]) / size, (im * turn[0] - re * turn[1]) / size];
-        // ∫ e^(z (1 − s)) (a + (b − a) s) ds = a φ₁(z) + (b − a) φ₂(z), φ₁ = (e^z − 1)/z, φ₂ = (φ₁ − 1)/z.
-        let (mut first, mut second) = ([1.0, 0.0], [0.5, 0.0]);
-        if size > 1e-6 {
-            let grown = if turn[0] < -40.0 { 0.0 } else { exp(turn[0]) };
-            let (sin, cos) = sin_cos(turn[1]);
-            first = over([grown * cos - 1.0, grown * sin]);
-            second = over([first[0] - 1.0, first[1]]);
-        }
-        self.phasor = self.turned(end);
-        self.since = end;
-        for n in 0..2 {
-            self.phasor[n] += self.of.amplitude * (share[0] * first[n] + (share[1] - share[0]) * second[n]);
-        }
+    /// A leg's potential moves by a share of the link at once.
+    pub fn jump(&mut self, lane: usize, share: f64) {
+        self.phasor[0].put(lane, self.at(lane) + self.amplitude.get(lane) * share);
     }
 
-    /// Gates and modes are these from a time in ns on.
-    pub fn follow(&mut self, time: f64, gates: [Gate; 3], modes: [Conduction; 3]) {
+    /// The legs are these from now on, where they are `taken`: of terminals without a capacitance.
+    #[inline(always)]
+    pub fn follow(&mut self, taken: V::Mask, legs: &Conducting<V>) {
+        let (zero, half, one) = (V::of(0.0), V::of(0.5), V::of(1.0));
         for k in 0..3 {
-            let level = match (gates[k], modes[k]) {
-                (Gate::High, _) => 1.0,
-                (Gate::Low, _) => 0.0,
-                (Gate::Off, mode) if mode.is_upper() => 1.0,
-                (Gate::Off, mode) if mode.is_lower() => 0.0,
-                _ => 0.5,
-            };
+            let (on, flows) = (&legs.on[k], legs.flows[k]);
+            let off = !(on.high | on.low);
+            let upper = legs.leg[k].rail.above(half);
+            let floats = off & !flows;
+            let level = V::choose(on.high, one, V::choose(on.low, zero, V::only(upper, one)));
+            let level = V::choose(floats, half, level);
+            let old = self.levels[k];
             // A potential that floats drifts to a rail, and away from it, much more slowly than a switch moves it.
-            let drifts = level == 0.5 || (self.levels[k] == 0.5 && gates[k] == Gate::Off);
-            if level != self.levels[k] && !drifts {
-                self.phasor = self.turned(time);
-                self.phasor[0] += self.of.amplitude * (level - self.levels[k]);
-                self.since = time;
+            let floated = !(old.above(half) | half.above(old));
+            let moved = V::only(taken & !(floats | floated & off), level - old);
+            self.phasor[0] = self.phasor[0] + self.amplitude * moved;
+            self.levels[k] = V::choose(taken, level, old);
+        }
+    }
+
+    /// Lets `h` seconds pass where they are `taken`, in which potentials move so.
+    #[inline(always)]
+    pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<&Moves<V>>) {
+        let zero = V::of(0.0);
+        let z = [zero - self.decay * h, self.turn * h];
+        let size = decayed(self.decay * h);
+        let (sin, cos) = sin_cos(z[1]);
+        let grown = [size * cos, size * sin];
+        let mut next = times(self.phasor, grown);
+        if let Some(moves) = moves {
+            let sum = moves.answer(z, grown);
+            for n in 0..2 {
+                next[n] = next[n] + self.amplitude * sum[n];
             }
-            self.levels[k] = level;
+        }
+        let there = (next[0].abs() + next[1].abs()).above(V::of(NOTHING));
+        for n in 0..2 {
+            self.phasor[n] = V::choose(taken, V::choose(there, next[n], zero), self.phasor[n]);
         }
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use Conduction::{Blocked, LowerDiode, LowerSwitch, UpperDiode, UpperSwitch};
+/// By how many links the potentials of all terminals move a step: a cubic over it, and what oscillates beside it, with its share.
+#[derive(Clone, Copy, Debug)]
+pub struct Moves<V> {
+    /// The cubic.
+    pub cubic: Cubic<V>,
+    /// What oscillates.
+    pub rings: [(Oscillation<V>, V); 2],
+}
 
-    const OF: PickUp = PickUp { amplitude: 0.2, decay: 0.5e-6, frequency: 5e6 };
+impl<V: Wide> Moves<V> {
+    /// Those of a lane in all lanes, each over a share of the step.
+    #[inline(always)]
+    fn of_lane(&self, lane: usize, share: V) -> Self {
+        let one = |number: &V| V::of(number.get(lane));
+        let cubic = [one(&self.cubic[0]), one(&self.cubic[1]), one(&self.cubic[2]), one(&self.cubic[3])];
+        let rings = pair!(m => (self.rings[m].0.of_lane(lane, share), share * self.rings[m].1.get(lane)));
+        Self { cubic: scaled(&cubic, share, share), rings }
+    }
 
-    #[test]
-    fn analytic_edges_ring_and_add_up() {
-        let mut ringing = Ringing::new(OF);
-        let wave = |t: f64| (-t / 0.5e-6).exp() * (TAU * 5e6 * t).cos();
-        // From rest, leg a to the upper rail: half an edge. Leg b to the lower one cancels it.
-        ringing.follow(0.0, [Gate::High, Gate::Off, Gate::Off], [UpperSwitch, Blocked, LowerDiode]);
-        assert!((ringing.at(130.0) - 0.1 * wave(130e-9)).abs() < 1e-15);
-        // The gates go off: a's current goes on through the lower diode, a whole edge down; c's stays where it was.
-        ringing.follow(700.0, [Gate::Off; 3], [LowerDiode, Blocked, LowerDiode]);
-        for t in [700.0, 731.0, 1500.0] {
-            let expected = 0.1 * wave(t * 1e-9) - 0.2 * wave((t - 700.0) * 1e-9);
-            assert!((ringing.at(t) - expected).abs() < 1e-14, "{t} ns: {} A", ringing.at(t));
+    /// ∫ e^(z (1 − s)) x(s) ds over a step: n! φ_(n+1)(z) for a power of s, with φ_(n+1) = (φ_n − 1/n!)/z, and for an oscillation
+    /// w e^(σ s) and its conjugate w (e^σ − e^z)/(σ − z) each.
+    #[inline(always)]
+    fn answer(&self, z: [V; 2], grown: [V; 2]) -> [V; 2] {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        // On steps that are shorter than any the quotients would be rounding.
+        let far = (z[0] * z[0] + z[1] * z[1]).above(V::of(1e-6));
+        let by = [V::choose(far, z[0], one), V::only(far, z[1])];
+        let (mut sum, mut phi) = ([zero; 2], grown);
+        let (mut factorial, mut power) = (1.0, 0.0);
+        for n in 0..4 {
+            let next = over([phi[0] - 1.0 / factorial, phi[1]], by);
+            let limit = 1.0 / (factorial * (power + 1.0));
+            phi = [V::choose(far, next[0], V::of(limit)), V::only(far, next[1])];
+            let by = self.cubic[n] * factorial;
+            sum = [sum[0] + by * phi[0], sum[1] + by * phi[1]];
+            power += 1.0;
+            factorial *= power;
         }
-        assert_eq!(ringing.at(700.0 + 20_001.0), 0.0);
+        for m in 0..2 {
+            let (of, share) = &self.rings[m];
+            let half = *share * 0.5;
+            for sign in [1.0, -1.0] {
+                let to = [of.over[0] - grown[0], of.over[1] * sign - grown[1]];
+                let by = [of.turns[0] - z[0], of.turns[1] * sign - z[1]];
+                let part = over(times([of.phasor[0], of.phasor[1] * sign], to), by);
+                sum = [sum[0] + half * part[0], sum[1] + half * part[1]];
+            }
+        }
+        sum
     }
+}
 
-    #[test]
-    fn law_what_moves_no_potential_at_once_rings_not() {
-        let mut ringing = Ringing::new(OF);
-        ringing.follow(0.0, [Gate::Off; 3], [LowerDiode, UpperDiode, Blocked]);
-        // The switch beside a diode that conducts.
-        ringing.follow(1000.0, [Gate::Low, Gate::High, Gate::Off], [LowerDiode, UpperDiode, Blocked]);
-        ringing.follow(2000.0, [Gate::Low, Gate::High, Gate::Off], [LowerSwitch, UpperSwitch, Blocked]);
-        // Currents that end.
-        ringing.follow(3000.0, [Gate::Off; 3], [LowerDiode, Blocked, Blocked]);
-        assert!([0.0, 100.0, 1100.0, 2100.0, 3100.0].iter().all(|t| ringing.at(*t) == 0.0));
-    }
+/// The product of two complex numbers.
+#[inline(always)]
+fn times<V: Lane>([a, b]: [V; 2], [x, y]: [V; 2]) -> [V; 2] {
+    [a * x - b * y, a * y + b * x]
+}
+
+/// Their quotient.
+#[inline(always)]
+fn over<V: Lane>([a, b]: [V; 2], [x, y]: [V; 2]) -> [V; 2] {
+    let per = V::of(1.0) / (x * x + y * y);
+    [(a * x + b * y) * per, (b * x - a * y) * per]
 }

@@ -21,14 +21,16 @@ pub struct Floating<V: Wide> {
     pub range: [[[V; 2]; 3]; 2],
     /// Legs that swing within their modes, however often in the step.
     pub safe: [V::Mask; 3],
+    /// How far potentials swing, as a share of a large swing: one of a quarter of the link's voltage, or more.
+    pub size: V,
 }
 
 /// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
-/// currents and potentials say when.
-const SEEN: f64 = 0.36;
+/// currents and potentials say when. A smaller swing may turn by more: a cubic misses a share of it that grows with the fourth power.
+pub const SEEN: f64 = 0.36;
 
 /// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
-const LAGGED: f64 = 0.09;
+pub const LAGGED: f64 = 0.09;
 
 impl<V: Wide> Floating<V> {
     /// Of a step of `h` seconds between two places, where the machines change so and the devices carry these currents in A.
@@ -47,12 +49,15 @@ impl<V: Wide> Floating<V> {
         // What lags behind by eddy currents, and cells of the iron, are not part of the oscillators: cubics must follow.
         let may_turn = if machine.lags() { 0 } else { u32::MAX };
         let mut safe = [V::Mask::of_bits(may_turn); 3];
+        let mut size = zero;
         let range = pair!(e => three!(k => machine.legs.range(&legs.on[k]).at(places[e].state.link)));
         for e in 0..2_usize {
             let here = places[e];
             let axes = &machine.legs.axes;
             let swing = ringing.modes.swing(axes, elastance, here.at.current, change[e].current, h);
+            let per_quarter = V::of(4.0) / here.state.link;
             for k in 0..3_usize {
+                size = size.greatest(swing.potential[k] * per_quarter);
                 let carried = legs.leg[k].direction * (phases[e][k] - swing.ahead[k]) - swing.current[k];
                 let middle = here.state.potential[k] - swing.away[k];
                 let [low, high] = range[e][k];
@@ -61,16 +66,23 @@ impl<V: Wide> Floating<V> {
             }
         }
         let rise = change_of_potential(machine, legs, places, h);
-        Self { ringing, potential: pair!(e => places[e].state.potential), rise, range, safe }
+        Self {
+            ringing,
+            potential: pair!(e => places[e].state.potential),
+            rise,
+            range,
+            safe,
+            size: size.least(V::of(1.0)),
+        }
     }
 
     /// Above 1 where a leg's mode may end in a step that is too long to say when, or eddy currents lag behind in one.
     #[inline(always)]
     pub fn too_long(&self, lagged: bool) -> V {
-        let most = if lagged { LAGGED } else { SEEN };
+        let (most, size) = if lagged { (LAGGED, V::of(1.0)) } else { (SEEN, self.size) };
         let turned = self.ringing.turned[0].greatest(self.ringing.turned[1]) * (1.0 / most);
         let all_safe = self.safe[0] & self.safe[1] & self.safe[2];
-        V::choose(all_safe, V::of(0.0), turned * turned)
+        V::choose(all_safe, V::of(0.0), turned * turned * size)
     }
 
     /// How far a terminal's potential is from its lower and its upper bound in V over the step.

@@ -14,11 +14,11 @@
 //! quadrature of any other step. The winding's resistance damps: `f = f* − 2δ I`, and the damped oscillator is solved
 //! exactly as well, where a step is longer than the damping can be left to the cubics.
 
-use standstill_numeric::{Symmetric, Wide};
+use standstill_numeric::{Symmetric, Wide, sin_cos};
 
 use super::modes::Modes;
 use super::stumpff::stumpff;
-use super::swing::{Cubic, Far, Near, about, over, scaled};
+use super::swing::{Cubic, Far, Near, about, decayed, over, scaled};
 use super::two_derivative::Here;
 use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
@@ -28,8 +28,14 @@ use crate::physics::plane::Plane;
 /// From this square of the angle by which a mode turns in a step it is solved as what swings about a polynomial.
 const TURNS: f64 = 0.25;
 
+/// Up to this square of the angle a cubic follows what swings, within 3e-7 of it.
+const FOLLOWED: f64 = 0.01;
+
 /// Up to this share of a mode's frequency its damping is solved with it, so that it swings; cubics carry what is beyond.
 const MOST_DAMPED: f64 = 0.9;
+
+/// So many steps in a row may be off alike before they are off by the tolerance, where no damping takes it from them.
+pub const ALIKE: f64 = 80.0;
 
 /// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
 #[inline(always)]
@@ -151,15 +157,15 @@ impl<V: Wide> Ringing<V> {
         let turned = self.turned[m] * share * share;
         let damping = self.damping[m] * share;
         let velocity = self.velocity[m] * share;
-        let stumpff = stumpff(turned - damping * damping);
+        let (stumpff, decay) = (stumpff(turned - damping * damping), decayed(damping));
         let damped = damping.above(V::of(0.0));
         let far = damped & turned.above(V::of(TURNS));
-        let near = Near { turned, damping, stumpff }.after(velocity, &force, &remainder, damped);
+        let near = Near { turned, damping, decay, stumpff }.after(velocity, &force, &remainder, damped);
         if !V::any(far) {
             return (near[0], near[1]);
         }
         let [cos, sin, ..] = stumpff;
-        let by = Far { turned: V::choose(far, turned, V::of(1.0)), damping, cos, sin };
+        let by = Far { turned: V::choose(far, turned, V::of(1.0)), damping, decay, cos, sin };
         let [flux, mean] = by.after(velocity, &force, &remainder);
         (V::choose(far, flux, near[0]), V::choose(far, mean, near[1]))
     }
@@ -179,23 +185,44 @@ impl<V: Wide> Ringing<V> {
         left
     }
 
-    /// What of a lane's mode oscillates within the step: what I is without the polynomial about which it swings. None where it turns
-    /// so little that cubics follow it.
-    pub fn oscillation(&self, lane: usize, m: usize) -> Option<Oscillation> {
-        let turned = self.turned[m].get(lane);
-        if turned <= TURNS {
-            return None;
+    /// What of the modes' currents oscillates within the step.
+    #[inline(always)]
+    pub fn oscillations(&self) -> [Oscillation<V>; 2] {
+        let [first, mut second] = pair!(m => self.oscillation(m));
+        // Where the second mode does not ring: what the first one's current drops in it, −∫ across z e^(σ s).
+        let slow = !self.turned[1].above(V::of(0.0));
+        let ([re, im], [x, y]) = (first.phasor, first.turns);
+        let per = self.across / (x * x + y * y);
+        let dropped = [(re * x + im * y) * per, (im * x - re * y) * per];
+        for n in 0..2 {
+            second.phasor[n] = V::choose(slow, -dropped[n], second.phasor[n]);
+            second.turns[n] = V::choose(slow, first.turns[n], second.turns[n]);
+            second.over[n] = V::choose(slow, first.over[n], second.over[n]);
         }
-        let [force, j] = [&self.force[m], &self.remainder[m]].map(|of| of.each_ref().map(|a| a.get(lane)));
-        let damping = self.damping[m].get(lane);
-        let [zeroth, first, _] = about(turned, damping, &force, &j);
-        let angle = (turned - damping * damping).sqrt();
-        let away = j[0] - zeroth;
-        let rise = self.velocity[m].get(lane) + force[0] + j[1] - first;
-        Some(Oscillation { phasor: [away, -(rise + damping * away) / angle], turns: [-damping, angle] })
+        [first, second]
     }
 
-    /// What a step may be off in Wb as far as force and remainder are no cubics.
+    /// What of a mode oscillates: what I is without the polynomial about which it swings. Nothing where it turns so little that cubics
+    /// follow it.
+    #[inline(always)]
+    fn oscillation(&self, m: usize) -> Oscillation<V> {
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let there = self.turned[m].above(V::of(FOLLOWED));
+        let turned = V::choose(there, self.turned[m], one);
+        let damping = V::only(there, self.damping[m]);
+        let (force, j) = (&self.force[m], &self.remainder[m]);
+        let [zeroth, first, _] = about(turned, damping, force, j);
+        let angle = (turned - damping * damping).sqrt();
+        let away = j[0] - zeroth;
+        let rise = self.velocity[m] + force[0] + j[1] - first;
+        let phasor = [V::only(there, away), V::only(there, -(rise + damping * away) / angle)];
+        let decay = decayed(damping);
+        let (sin, cos) = sin_cos(angle);
+        Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * sin] }
+    }
+
+    /// What a step may be off in Wb as far as force and remainder are no cubics: as a share of what [`ALIKE`] steps in a row may
+    /// be off alike.
     #[inline(always)]
     pub fn error(&self) -> V {
         let mut all = V::of(0.0);
@@ -206,7 +233,9 @@ impl<V: Wide> Ringing<V> {
             // What pulls in time with a swing adds up until the damping holds it.
             let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
             let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
-            all = all + size * both;
+            // So many steps in a row add up before the damping has taken what the first was off by.
+            let alike = ((self.damping[m] + 1.0) / self.damping[m]).least(V::of(ALIKE));
+            all = all + size * both * alike * (1.0 / ALIKE);
         }
         all
     }
@@ -214,11 +243,25 @@ impl<V: Wide> Ringing<V> {
 
 /// Re z e^(σ s), s from 0 to 1 over a step.
 #[derive(Clone, Copy, Debug)]
-pub struct Oscillation {
+pub struct Oscillation<V> {
     /// z.
-    pub phasor: [f64; 2],
+    pub phasor: [V; 2],
     /// σ.
-    pub turns: [f64; 2],
+    pub turns: [V; 2],
+    /// e^σ.
+    pub over: [V; 2],
+}
+
+impl<V: Wide> Oscillation<V> {
+    /// That of a lane in all lanes, each over a share of the step.
+    #[inline(always)]
+    pub fn of_lane(&self, lane: usize, share: V) -> Self {
+        let [decay, turn] = pair!(n => share * self.turns[n].get(lane));
+        let left = decayed(V::of(0.0) - decay);
+        let (sin, cos) = sin_cos(turn);
+        let phasor = pair!(n => V::of(self.phasor[n].get(lane)));
+        Self { phasor, turns: [decay, turn], over: [left * cos, left * sin] }
+    }
 }
 
 /// What is known at the beginning of a step in which terminals ring.

@@ -7,43 +7,43 @@
 use standstill_numeric::{Lane, Wide};
 
 /// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
-pub(super) type Cubic<V> = [V; 4];
+pub type Cubic<V> = [V; 4];
 
 /// From values and slopes per step at both ends.
 #[inline(always)]
-pub(super) fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
+pub fn cubic<V: Wide>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
     let rise = value[1] - value[0];
     [value[0], slope[0], rise * 3.0 - slope[0] - slope[0] - slope[1], slope[0] + slope[1] - rise - rise]
 }
 
 /// The cubic, or the straight line as which it begins.
 #[inline(always)]
-pub(super) fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
+pub fn over<V: Wide, const CUBIC: bool>(value: [V; 2], slope: [V; 2]) -> Cubic<V> {
     if CUBIC { cubic(value, slope) } else { [value[0], slope[0], V::of(0.0), V::of(0.0)] }
 }
 
 /// The cubic over a share of the step, as a multiple of `first`.
 #[inline(always)]
-pub(super) fn scaled<V: Wide>(of: &Cubic<V>, share: V, first: V) -> Cubic<V> {
+pub fn scaled<V: Wide>(of: &Cubic<V>, share: V, first: V) -> Cubic<V> {
     let [a, b, c, d] = *of;
     let (two, three) = (share * share, share * share * share);
     [a * first, b * share * first, c * two * first, d * three * first]
 }
 
 #[inline(always)]
-pub(super) fn sum<V: Wide>(of: &Cubic<V>, with: &[V; 4]) -> V {
+pub fn sum<V: Wide>(of: &Cubic<V>, with: &[V; 4]) -> V {
     of[0] * with[0] + of[1] * with[1] + of[2] * with[2] + of[3] * with[3]
 }
 
 #[inline(always)]
-pub(super) fn at_end<V: Wide>(of: &Cubic<V>) -> V {
+pub fn at_end<V: Wide>(of: &Cubic<V>) -> V {
     of[0] + of[1] + of[2] + of[3]
 }
 
 /// The polynomial about which I swings: of `I″ + 2 y I′ + θ² I = f′ + J″ + 2 y J′`, whose right side is a parabola for cubics f and
 /// J, the solution that is one, too.
 #[inline(always)]
-pub(super) fn about<V: Lane>(turned: V, damping: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 3] {
+pub fn about<V: Lane>(turned: V, damping: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 3] {
     let twice = damping + damping;
     let pull = [
         f[1] + j[2] * 2.0 + twice * j[1],
@@ -57,17 +57,19 @@ pub(super) fn about<V: Lane>(turned: V, damping: V, f: &Cubic<V>, j: &Cubic<V>) 
 }
 
 /// A swing over a step in which it turns by little or is not damped.
-pub(super) struct Near<V> {
-    pub(super) turned: V,
-    pub(super) damping: V,
-    pub(super) stumpff: [V; 6],
+pub struct Near<V> {
+    pub turned: V,
+    pub damping: V,
+    /// e^(−y).
+    pub decay: V,
+    pub stumpff: [V; 6],
 }
 
 impl<V: Wide> Near<V> {
     /// ξ at its end and the mean of I, with η at its beginning; where it is damped what `e^(y s)` makes of force and remainder is taken
     /// for cubics.
     #[inline(always)]
-    pub(super) fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>, damped: V::Mask) -> [V; 2] {
+    pub fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>, damped: V::Mask) -> [V; 2] {
         let (turned, y) = (self.turned, self.damping);
         let [_, c1, c2, c3, c4, c5] = self.stumpff;
         // ∫ cos and ∫ sin of the rest of the step over the powers of time.
@@ -77,7 +79,7 @@ impl<V: Wide> Near<V> {
         if !V::any(damped) {
             return [c1 * velocity + sum(f, &cosines) - turned * sum(j, &sines), mean];
         }
-        let decay = decayed(y.least(V::of(1.0)));
+        let decay = self.decay;
         let (f, j) = (grown(f, y, decay, damped), grown(j, y, decay, damped));
         let pull = turned * sum(&j, &sines) + y * sum(&f, &sines);
         let flux = c1 * velocity + sum(&f, &cosines) - pull;
@@ -108,21 +110,21 @@ fn grown<V: Wide>(of: &Cubic<V>, y: V, decay: V, damped: V::Mask) -> Cubic<V> {
 }
 
 /// A damped swing over a step.
-pub(super) struct Far<V> {
-    /// θ², y, and cos w and sin w over w, w² = θ² − y².
-    pub(super) turned: V,
-    pub(super) damping: V,
-    pub(super) cos: V,
-    pub(super) sin: V,
+pub struct Far<V> {
+    /// θ², y, e^(−y), and cos w and sin w over w, w² = θ² − y².
+    pub turned: V,
+    pub damping: V,
+    pub decay: V,
+    pub cos: V,
+    pub sin: V,
 }
 
 impl<V: Wide> Far<V> {
     /// ξ at its end and the mean of I, with η at its beginning: a parabola, and what swings about it and decays.
     #[inline(always)]
-    pub(super) fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 2] {
-        let (turned, damping) = (self.turned, self.damping);
+    pub fn after(&self, velocity: V, f: &Cubic<V>, j: &Cubic<V>) -> [V; 2] {
+        let (turned, damping, decay) = (self.turned, self.damping, self.decay);
         let [zeroth, first, second] = about(turned, damping, f, j);
-        let decay = decayed(damping);
         let away = j[0] - zeroth;
         let rise = velocity + f[0] + j[1] - first + damping * away;
         let left = decay * (away * self.cos + rise * self.sin);
@@ -139,7 +141,7 @@ impl<V: Wide> Far<V> {
 
 /// e^(−x) for x of at least zero. From 64 on what is left is no more than rounding.
 #[inline(always)]
-pub(super) fn decayed<V: Wide>(x: V) -> V {
+pub fn decayed<V: Wide>(x: V) -> V {
     let part = x.least(V::of(64.0)) * (-1.0 / 128.0);
     let mut power = V::of(1.0);
     let mut n = 12.0;

@@ -12,6 +12,7 @@ use standstill_sim::{
 mod mosfets;
 #[path = "../script/mod.rs"]
 mod script;
+mod sensors;
 
 use Leg::{Duty, High, Low, Off};
 use script::*;
@@ -321,31 +322,6 @@ fn cross_the_referee_has_the_same_currents() {
 
 /// As a share of rated current.
 const BOUND: f64 = 5e-7;
-
-/// A filter follows an oscillation exactly however long the steps are: with samples in between, which make them short, it
-/// reads the same.
-#[test]
-fn law_slow_sensors_follow_what_rings_within_long_steps() {
-    let motor = linear(13e-3, 1.0);
-    let mut case = case(&motor, inverter(Devices::default(), OpenLeg::Open, 0.3e-9, LINK));
-    case.sensors = Sensors::nominal(SensorSettings { bandwidth: Some(200e3), ..SensorSettings::IDEAL });
-    let rows = |count| {
-        let pulse = Command::sequence(stage([High, Low, Off], 80), stage([Off; 3], 320), Sampling::NONE);
-        let (run, readings) = play(&case, &[sampled(pulse, count)]);
-        (
-            run.work.steps,
-            readings.into_iter().map(|reading| (reading.at, reading.current.0)).collect::<Vec<_>>(),
-        )
-    };
-    let ((few, coarse), (many, fine)) = (rows(5), rows(2000));
-    assert!(few < 400 && many >= 2000, "{few} {many}");
-    for (at, current) in coarse {
-        let (_, same) = fine.iter().find(|(time, _)| *time == at).expect("sampled");
-        for (a, b) in current.iter().zip(same) {
-            assert!((a - b).abs() < 1e-6, "{at:?}: {current:?} {same:?}");
-        }
-    }
-}
 
 #[test]
 fn law_a_run_has_the_same_bits_in_lanes_of_each_width() {

@@ -27,7 +27,8 @@ fn regress_events_are_counted_where_no_time_passes() {
     };
     // Until what is counted is said to chatter, with so much time in ns between two events.
     let until_chatter = |apart: f64| {
-        let mut bank: Bank<'_, f64> = Bank::like(&motor, &case.inverter, false, false);
+        let mut bank: Bank<'_, f64> =
+            Bank::like(&motor, &case.inverter, &SensorSettings::IDEAL, false, false);
         let mut control = Control::new(case.clone(), &mut bank, 0, None, false, Vec::new());
         (1..=5000_u32).find(|_| {
             bank.here.time += apart;

@@ -21,7 +21,7 @@ fn law_a_step_that_may_ring_is_the_other_where_nothing_rings() {
         for modes in
             [[UpperSwitch, LowerSwitch, Blocked], [UpperSwitch, LowerSwitch, LowerDiode], [Blocked; 3]]
         {
-            let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, free, false);
+            let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, &SensorSettings::IDEAL, free, false);
             bank.machine.put(0, &motor, &inverter.link, 0.4, 0.0);
             bank.machine.legs.put_bridge(0, &inverter.bridge);
             for (k, gate) in [Gate::High, Gate::Low, Gate::Off].into_iter().enumerate() {
@@ -67,7 +67,7 @@ fn regress_cells_leave_nothing_in_the_inductance() {
         link: DcLink::stiff(550.0),
         carrier_period: Nanos(100_000),
     };
-    let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, false, false);
+    let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, &SensorSettings::IDEAL, false, false);
     bank.machine.put(0, &motor, &inverter.link, 0.4, 0.0);
     bank.machine.legs.put_bridge(0, &inverter.bridge);
     for (k, gate) in [Gate::High, Gate::Low, Gate::Low].into_iter().enumerate() {
@@ -116,7 +116,7 @@ fn law_a_mode_that_had_ended_before_its_step_is_called_so() {
         carrier_period: Nanos(100_000),
     };
     let begun = |flux: Plane<f64>| {
-        let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, false, false);
+        let mut bank: Bank<'_, f64> = Bank::like(&motor, &inverter, &SensorSettings::IDEAL, false, false);
         bank.machine.put(0, &motor, &inverter.link, 0.0, 0.0);
         bank.machine.legs.put_bridge(0, &inverter.bridge);
         for (k, gate) in [Gate::High, Gate::Low, Gate::Low].into_iter().enumerate() {

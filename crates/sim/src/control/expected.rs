@@ -1,0 +1,155 @@
+//! What is expected of a step after other legs conduct than before: how long it may be, and when a current has carried a terminal
+//! from one bound to the other.
+
+use standstill_inverter::Modes;
+use standstill_numeric::{Symmetric, Wide};
+
+use super::conduction::One;
+use super::run::Control;
+use crate::lanes::bank::Bank;
+use crate::physics::gates::NEVER;
+use crate::physics::plane::Plane;
+use crate::physics::terminals::of_legs;
+use crate::step::floating::{LAGGED, SEEN};
+
+/// How many times as long as a constant current takes to carry a terminal to its bound a step is tried.
+const CARRIED: f64 = 1.2;
+
+/// The share of the longest angle in which cubics can tell where a swing ends a leg's mode that is tried.
+const NEARLY: f64 = 0.95;
+
+/// The angle in rad up to which four powers of time tell a current that swings: they miss x⁵/120 of the charge, 5e-6 of it.
+const TOLD: f64 = 0.22;
+
+impl<'a> Control<'a> {
+    /// Axes of the phases.
+    pub(super) fn axes<V: Wide>(&self, bank: &Bank<'a, V>) -> [Plane; 3] {
+        bank.machine.legs.axes.each_ref().map(|axis| Plane::new(axis.x.get(self.lane), axis.y.get(self.lane)))
+    }
+
+    /// How fast the current rises in A/s with these potentials in V at the winding.
+    pub(super) fn rise<V: Wide>(&self, bank: &Bank<'a, V>, potential: [f64; 3]) -> Plane {
+        let one = One::of(bank, &bank.here, self.lane);
+        let mut voltage = one.current * -self.case.motor.resistance;
+        for (axis, potential) in self.axes(bank).iter().zip(potential) {
+            voltage = voltage + *axis * (potential * (2.0 / 3.0));
+        }
+        voltage.through(one.inverse_inductance) + one.drift
+    }
+
+    /// The step to try next where other legs conduct than before: the one that was next when as many terminals floated last. No
+    /// longer than cubics can tell where a swing ends a leg's mode, and little longer than a current, which rises so in A/s, takes to
+    /// carry a terminal to its bound.
+    pub(super) fn expect<V: Wide>(
+        &self,
+        bank: &mut Bank<'a, V>,
+        modes: Modes,
+        bands: &[[f64; 2]; 3],
+        rise: Plane,
+    ) {
+        let lane = self.lane;
+        let legs = &bank.machine.legs;
+        let before: [f64; 3] = std::array::from_fn(|k| legs.direction(lane, k));
+        if (0..3).all(|k| before[k] == modes[k].direction()) {
+            return;
+        }
+        // The length of a step that carries a terminal says nothing of those in which it swings.
+        if bank.expected.get(lane) == NEVER && bank.swept >> lane & 1 == 0 {
+            let floated = before.iter().filter(|direction| **direction == 0.0).count();
+            bank.hints[floated].put(lane, bank.hint.get(lane));
+        }
+        bank.expected.put(lane, NEVER);
+        bank.swept &= !(1 << lane);
+        let floats = modes.map(|mode| mode.direction() == 0.0);
+        let count = floats.iter().filter(|floats| **floats).count();
+        let mut hint = bank.hints[count].get(lane);
+        if count > 0 {
+            let way = Way::of(self, bank, floats, rise);
+            let most = if bank.machine.lags() { LAGGED } else { SEEN };
+            hint = hint.min((most / way.square).sqrt() * NEARLY * 1e9);
+            let mut first = (f64::INFINITY, 0);
+            for k in (0..3).filter(|k| floats[*k]) {
+                let potential = bank.here.state.potential[k].get(lane);
+                let (time, told) = way.carries(k, potential, bands[k]);
+                hint = hint.min((time * CARRIED * 1e9).max(1.0));
+                if told < first.0 {
+                    first = (told, k);
+                }
+            }
+            let (told, leg) = first;
+            if told < f64::INFINITY {
+                let time = bank.here.time.get(lane) + told * 1e9;
+                bank.expected.put(lane, time);
+                bank.carried[lane] = leg;
+                bank.swept |= 1 << lane;
+                hint = hint.max(told * (1e9 * CARRIED));
+            }
+        }
+        bank.hint.put(lane, hint);
+    }
+}
+
+/// How currents go on in the next moment, in powers of time.
+struct Way {
+    axes: [Plane; 3],
+    /// The current in A, and its derivatives.
+    current: [Plane; 4],
+    /// At least the square of the frequency at which terminals ring, in 1/s².
+    square: f64,
+    /// Of a terminal, in F.
+    capacitance: f64,
+}
+
+impl Way {
+    fn of<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>, floats: [bool; 3], rise: Plane) -> Self {
+        let bridge = &control.case.inverter.bridge;
+        let one = One::of(bank, &bank.here, control.lane);
+        let axes = bank
+            .machine
+            .legs
+            .axes
+            .each_ref()
+            .map(|axis| Plane::new(axis.x.get(control.lane), axis.y.get(control.lane)));
+        let capacitance = bridge.terminal_capacitance;
+        let [none, winding] = [0.0, control.case.motor.resistance];
+        let each = |value: f64| floats.map(|floats| if floats { value } else { 0.0 });
+        let charging = of_legs(&axes, &each(1.0 / capacitance), Symmetric::new(none, none, none));
+        let met = of_legs(&axes, &each(bridge.terminal_resistance), Symmetric::new(winding, none, winding));
+        let gamma = one.inverse_inductance;
+        // i″ = −Γ (K i + R i′).
+        let bend = |current: Plane, rise: Plane| {
+            (current.through(charging) + rise.through(met)).through(gamma) * -1.0
+        };
+        let second = bend(one.current, rise);
+        let third = bend(rise, second);
+        let mut square = 0.0;
+        for k in (0..3).filter(|k| floats[*k]) {
+            square += axes[k].through(gamma).dot(axes[k]) * (2.0 / 3.0) / capacitance;
+        }
+        Self { axes, current: [one.current, rise, second, third], square, capacitance }
+    }
+
+    /// In what time in s the current takes a terminal from its potential in V to a bound: at constant current, and as its derivatives
+    /// tell, infinite where they do not tell it exactly.
+    fn carries(&self, k: usize, potential: f64, [low, high]: [f64; 2]) -> (f64, f64) {
+        let [mut i, mut a, mut b, mut c] = self.current.map(|of| self.axes[k].dot(of));
+        let mut room = (potential - low) * self.capacitance;
+        if i < 0.0 {
+            [i, a, b, c] = [-i, -a, -b, -c];
+            room = (high - potential) * self.capacitance;
+        }
+        let constant = room / i;
+        let most = TOLD / self.square.sqrt();
+        let mut time = constant;
+        if !(time > 0.0 && time < most) {
+            return (constant, f64::INFINITY);
+        }
+        for _ in 0..4 {
+            let flows = i + time * (a + time * (b * 0.5 + time * c * (1.0 / 6.0)));
+            let charge = time * (i + time * (a * 0.5 + time * (b * (1.0 / 6.0) + time * c * (1.0 / 24.0))));
+            time -= (charge - room) / flows;
+        }
+        let told = time > 0.0 && time < most;
+        (constant, if told { time } else { f64::INFINITY })
+    }
+}

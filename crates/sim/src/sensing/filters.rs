@@ -1,0 +1,158 @@
+//! The filters of the phases' sensors, of machines side by side.
+
+use standstill_numeric::Wide;
+
+use crate::step::ringing::Oscillation;
+use crate::step::swing::{Cubic, decayed, scaled, sum};
+
+/// First-order low-pass filters of the three phases.
+#[derive(Clone, Copy, Debug)]
+pub struct Filters<V> {
+    /// 1 over their time constants in 1/s.
+    rate: [V; 3],
+    /// In A.
+    pub output: [V; 3],
+}
+
+/// What a current that oscillates over a step is, in each phase.
+#[derive(Clone, Copy, Debug)]
+pub struct Rings<V> {
+    /// How.
+    pub of: Oscillation<V>,
+    /// How much of it each phase has.
+    pub share: [V; 3],
+}
+
+impl<V: Wide> Filters<V> {
+    /// At rest.
+    pub fn none() -> Self {
+        Self { rate: [V::of(0.0); 3], output: [V::of(0.0); 3] }
+    }
+
+    /// Puts filters with these corner frequencies in Hz into a lane, at rest.
+    pub fn put(&mut self, lane: usize, bandwidth: [f64; 3]) {
+        for k in 0..3 {
+            self.rate[k].put(lane, std::f64::consts::TAU * bandwidth[k]);
+            self.output[k].put(lane, 0.0);
+        }
+    }
+
+    /// Advances those that are `taken` over `h` seconds of such inputs in A: cubics over a step, and what oscillates beside them.
+    #[inline(always)]
+    pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Cubic<V>; 3], rings: Option<&[Rings<V>; 2]>) {
+        for k in 0..3 {
+            let rings = some!(rings, rings => pair!(m => (rings[m].of, rings[m].share[k])));
+            let output = after(self.output[k], h * self.rate[k], &input[k], rings.as_ref());
+            self.output[k] = V::choose(taken, output, self.output[k]);
+        }
+    }
+
+    /// Outputs of phases of a lane in such a step, side by side: of as many from phase `first` on as there are lanes, after these
+    /// shares of it.
+    #[inline(always)]
+    pub fn within(
+        &self,
+        lane: usize,
+        first: usize,
+        share: V,
+        h: f64,
+        input: &[Cubic<V>; 3],
+        rings: Option<&[Rings<V>; 2]>,
+    ) -> V {
+        // Lanes beyond the last phase have the first one's numbers.
+        let of = |number: &V| V::of(number.get(lane));
+        let (mut output, mut rate) = (of(&self.output[first]), of(&self.rate[first]));
+        let mut cubic =
+            [of(&input[first][0]), of(&input[first][1]), of(&input[first][2]), of(&input[first][3])];
+        let mut shares = [V::of(0.0); 2];
+        for n in 0..V::LANES.min(3 - first) {
+            let k = first + n;
+            output.put(n, self.output[k].get(lane));
+            rate.put(n, self.rate[k].get(lane));
+            for power in 0..4 {
+                cubic[power].put(n, input[k][power].get(lane));
+            }
+            if let Some(rings) = rings {
+                for m in 0..2 {
+                    shares[m].put(n, rings[m].share[k].get(lane));
+                }
+            }
+        }
+        let cubic = scaled(&cubic, share, V::of(1.0));
+        let rings = some!(rings, rings => pair!(m => (rings[m].of.of_lane(lane, share), shares[m])));
+        after(output, share * h * rate, &cubic, rings.as_ref())
+    }
+}
+
+/// What becomes of an output in a step `a` time constants long: exactly, up to rounding, for a cubic, and for what oscillates beside
+/// it, each with its share, to which a filter answers by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
+#[inline(always)]
+fn after<V: Wide>(output: V, a: V, input: &Cubic<V>, rings: Option<&[(Oscillation<V>, V); 2]>) -> V {
+    let (decay, means) = means(a);
+    let mut output = output * decay + a * sum(input, &means);
+    if let Some(rings) = rings {
+        for m in 0..2 {
+            let (of, share) = &rings[m];
+            let ([re, im], [grown, turned]) = (of.phasor, of.over);
+            let [x, y] = [a + of.turns[0], of.turns[1]];
+            let factor = *share * a / (x * x + y * y);
+            let more = (re * x + im * y) * (grown - decay) - (im * x - re * y) * turned;
+            output = output + factor * more;
+        }
+    }
+    output
+}
+
+/// Up to so many time constants the weights are summed from the last one on, beyond from the first.
+const SUMMED: f64 = 1.0;
+
+/// e^(−a), and ∫ e^(−a (1 − s)) sⁿ ds over a step for n from 0 to 3: n! φ_(n+1)(−a), with φ_(n+1)(−a) = (1/n! − φ_n(−a))/a.
+#[inline(always)]
+fn means<V: Wide>(a: V) -> (V, [V; 4]) {
+    let far = a.above(V::of(SUMMED));
+    if !V::any(far) {
+        return near(a);
+    }
+    if !V::any(!far) {
+        return beyond(a);
+    }
+    let (decay, means) = near(a.least(V::of(SUMMED)));
+    let (decay_beyond, beyond) = beyond(a.greatest(V::of(SUMMED)));
+    let mut all = means;
+    for n in 0..4 {
+        all[n] = V::choose(far, beyond[n], means[n]);
+    }
+    (V::choose(far, decay_beyond, decay), all)
+}
+
+/// The same of short steps, from the last one on.
+#[inline(always)]
+fn near<V: Wide>(a: V) -> (V, [V; 4]) {
+    let one = V::of(1.0);
+    let mut last = one;
+    let mut n = 18.0;
+    while n > 4.5 {
+        last = one - a * last * (1.0 / n);
+        n -= 1.0;
+    }
+    last = last * (1.0 / 24.0);
+    let third = V::of(1.0 / 6.0) - a * last;
+    let second = V::of(0.5) - a * third;
+    let first = one - a * second;
+    (one - a * first, [first, second, third * 2.0, last * 6.0])
+}
+
+/// The same of long ones, from the first one on.
+#[inline(always)]
+fn beyond<V: Wide>(a: V) -> (V, [V; 4]) {
+    let one = V::of(1.0);
+    let (per, decay) = (one / a, decayed(a));
+    let first = (one - decay) * per;
+    let second = (one - first) * per;
+    let third = (V::of(0.5) - second) * per;
+    let last = (V::of(1.0 / 6.0) - third) * per;
+    (decay, [first, second, third * 2.0, last * 6.0])
+}
+
+#[cfg(test)]
+mod tests;

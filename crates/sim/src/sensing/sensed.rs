@@ -1,0 +1,255 @@
+//! What the sensors of machines side by side make of a step: filters and pick-up follow it from its beginning to its end.
+
+use standstill_numeric::{Compute, Mask, Wide};
+
+use super::filters::{Filters, Rings};
+use super::pick_up::{Moves, PickedUp};
+use super::{Arrangement, SensorSettings, Sensors};
+use crate::physics::legs::Conducting;
+use crate::physics::plane::Plane;
+use crate::step::ringing::Ringing;
+use crate::step::swing::{Cubic, cubic};
+use crate::step::two_derivative::{Here, Tried};
+
+/// Sensors that remember what was before.
+#[derive(Clone, Debug)]
+pub struct Sensed<V: Wide> {
+    /// Their filters.
+    pub filters: Option<Filters<V>>,
+    /// What edges have added.
+    pub picked_up: Option<PickedUp<V>>,
+    /// Whether they see the currents of lower devices alone.
+    shunts: bool,
+    passed: Passed<V>,
+}
+
+/// What they ask of a step.
+#[derive(Clone, Debug)]
+struct Passed<V: Wide> {
+    taken: V::Mask,
+    /// When it began, in ns.
+    time: V,
+    /// In s.
+    h: V,
+    legs: Conducting<V>,
+    /// Currents in A at both ends, and how fast they rise, in A/s.
+    current: [Plane<V>; 2],
+    rise: [Plane<V>; 2],
+    /// Where terminals have a capacitance: how they ring, and by how many links an ampere moves a terminal in a second.
+    ringing: Option<(Ringing<V>, V)>,
+    /// The sensors at its beginning, and what their filters are given in it.
+    filters: Option<Filters<V>>,
+    picked_up: Option<PickedUp<V>>,
+    input: [Cubic<V>; 3],
+    rings: Option<[Rings<V>; 2]>,
+    moves: Option<Moves<V>>,
+}
+
+impl<V: Wide> Sensed<V> {
+    /// Of sensors of this kind; none where no sensor remembers anything. `legs`: any.
+    pub fn like(settings: &SensorSettings, legs: Conducting<V>) -> Option<Self> {
+        let (zero, none) = (V::of(0.0), Plane::new(V::of(0.0), V::of(0.0)));
+        let passed = Passed {
+            taken: V::Mask::of_bits(0),
+            time: zero,
+            h: zero,
+            legs,
+            current: [none; 2],
+            rise: [none; 2],
+            ringing: None,
+            filters: None,
+            picked_up: None,
+            input: [[zero; 4]; 3],
+            rings: None,
+            moves: None,
+        };
+        let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
+        there.then(|| Self {
+            filters: settings.bandwidth.map(|_| Filters::none()),
+            picked_up: settings.pick_up.map(|_| PickedUp::none()),
+            shunts: settings.arrangement == Arrangement::LowSideShunts,
+            passed,
+        })
+    }
+
+    /// Whether sensors are of the kind of these.
+    pub fn fits(of: Option<&Self>, settings: &SensorSettings) -> bool {
+        let Some(sensed) = of else { return settings.bandwidth.is_none() && settings.pick_up.is_none() };
+        sensed.filters.is_some() == settings.bandwidth.is_some()
+            && sensed.picked_up.is_some() == settings.pick_up.is_some()
+            && sensed.shunts == (settings.arrangement == Arrangement::LowSideShunts)
+    }
+
+    /// Puts sensors into a lane, at rest.
+    pub fn put(&mut self, lane: usize, sensors: &Sensors) {
+        if let (Some(filters), Some(bandwidth)) = (&mut self.filters, sensors.settings.bandwidth) {
+            filters.put(lane, sensors.corner.map(|share| bandwidth * share));
+        }
+        if let (Some(picked_up), Some(of)) = (&mut self.picked_up, sensors.settings.pick_up) {
+            picked_up.put(lane, of);
+        }
+    }
+
+    /// What they show in a lane in A, where these are the currents in A.
+    pub fn at(&self, lane: usize, current: [f64; 3]) -> [f64; 3] {
+        let mut shown = current;
+        if let Some(filters) = &self.filters {
+            shown = filters.output.each_ref().map(|output| output.get(lane));
+        }
+        let added = self.picked_up.as_ref().map_or(0.0, |picked_up| picked_up.at(lane));
+        shown.map(|shown| shown + added)
+    }
+
+    /// What the phases of a lane showed in A behind their filters, each at a time in ns within the step that was followed last.
+    pub fn within(&self, lane: usize, times: [f64; 3]) -> [f64; 3] {
+        V::compute(Within(&self.passed, lane, times))
+    }
+
+    /// Keeps of a step what is asked for, before its end becomes the place of those that took it; of terminals of such an elastance in 1/F.
+    #[inline(always)]
+    pub fn keep<const RARE: bool>(
+        &mut self,
+        taken: V::Mask,
+        begin: &Here<V>,
+        tried: &Tried<V>,
+        elastance: Option<V>,
+    ) {
+        let passed = &mut self.passed;
+        passed.taken = taken;
+        passed.time = begin.time;
+        passed.h = tried.h;
+        passed.legs = tried.legs;
+        passed.current = [begin.at.current, tried.end.at.current];
+        passed.rise = [tried.change[0].current, tried.change[1].current];
+        if RARE && let (Some(floating), Some(elastance)) = (&tried.floating, elastance) {
+            passed.ringing = Some((floating.ringing, elastance / tried.end.state.link));
+        }
+    }
+
+    /// Follows the step that was kept, of legs with these axes.
+    pub fn follow(&mut self, axes: &[Plane<V>; 3]) {
+        V::compute(Follow(self, axes));
+    }
+
+    /// Lets `h` seconds pass where they are `taken`, in which no current flows and no potential moves; the legs are those.
+    #[inline(always)]
+    pub fn rest(&mut self, taken: V::Mask, h: V, legs: &Conducting<V>) {
+        let none = [V::of(0.0); 4];
+        if let Some(filters) = &mut self.filters {
+            filters.advance(taken, h, &[none; 3], None);
+        }
+        if let Some(picked_up) = &mut self.picked_up {
+            picked_up.follow(taken, legs);
+            picked_up.advance(taken, h, None);
+        }
+    }
+}
+
+/// What the phases of a lane showed, each at its time.
+struct Within<'s, V: Wide>(&'s Passed<V>, usize, [f64; 3]);
+
+impl<V: Wide> Compute for Within<'_, V> {
+    type Output = [f64; 3];
+
+    #[inline(always)]
+    fn compute(self) -> [f64; 3] {
+        let Self(passed, lane, times) = self;
+        let h = passed.h.get(lane);
+        let mut shown = [0.0; 3];
+        let mut first = 0;
+        while first < 3 {
+            let count = V::LANES.min(3 - first);
+            let mut time = V::of(times[first]);
+            for n in 1..count {
+                time.put(n, times[first + n]);
+            }
+            let share = (time - passed.time.get(lane)) * (1e-9 / h);
+            let share = share.greatest(V::of(0.0)).least(V::of(1.0));
+            let mut sum = V::of(0.0);
+            if let Some(filters) = &passed.filters {
+                sum = filters.within(lane, first, share, h, &passed.input, passed.rings.as_ref());
+            }
+            if let Some(picked_up) = &passed.picked_up {
+                sum = sum + picked_up.within(lane, share, h, passed.moves.as_ref());
+            }
+            for n in 0..count {
+                shown[first + n] = sum.get(n);
+            }
+            first += count;
+        }
+        shown
+    }
+}
+
+/// Sensors follow a step.
+struct Follow<'s, V: Wide>(&'s mut Sensed<V>, &'s [Plane<V>; 3]);
+
+impl<V: Wide> Compute for Follow<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn compute(self) {
+        let Self(sensed, axes) = self;
+        let passed = &mut sensed.passed;
+        let (taken, h) = (passed.taken, passed.h);
+        let (zero, one) = (V::of(0.0), V::of(1.0));
+        let mut value = passed.current;
+        let mut slope = [passed.rise[0] * h, passed.rise[1] * h];
+        let mut of = None;
+        if let Some((ringing, _)) = &passed.ringing {
+            let oscillations = ringing.oscillations();
+            for m in 0..2 {
+                let to = ringing.modes.to[m];
+                let ([re, im], [decay, turn]) = (oscillations[m].phasor, oscillations[m].turns);
+                let [over, turned] = oscillations[m].over;
+                let rise = [re * decay - im * turn, re * turn + im * decay];
+                value[0] = value[0] - to * re;
+                value[1] = value[1] - to * (re * over - im * turned);
+                slope[0] = slope[0] - to * rise[0];
+                slope[1] = slope[1] - to * (rise[0] * over - rise[1] * turned);
+            }
+            of = Some((oscillations, ringing.modes.to));
+        }
+        let x = cubic([value[0].x, value[1].x], [slope[0].x, slope[1].x]);
+        let y = cubic([value[0].y, value[1].y], [slope[0].y, slope[1].y]);
+        if let Some(picked_up) = &mut sensed.picked_up {
+            passed.moves = None;
+            if let (Some((of, to)), Some((_, per_charge))) = (&of, &passed.ringing) {
+                // The currents of terminals that float move them.
+                let mut axis = Plane::new(zero, zero);
+                for k in 0..3 {
+                    axis = axis - axes[k] * V::choose(passed.legs.flows[k], zero, *per_charge * h);
+                }
+                let mut cubic = x;
+                for n in 0..4 {
+                    cubic[n] = axis.x * x[n] + axis.y * y[n];
+                }
+                passed.moves = Some(Moves { cubic, rings: pair!(m => (of[m], axis.dot(to[m]))) });
+            } else {
+                picked_up.follow(taken, &passed.legs);
+            }
+            passed.picked_up = Some(*picked_up);
+            picked_up.advance(taken, h, passed.moves.as_ref());
+        }
+        let Some(filters) = &mut sensed.filters else { return };
+        passed.filters = Some(*filters);
+        let mut seen = [one; 3];
+        if sensed.shunts {
+            let half = V::of(0.5);
+            seen = three!(k => {
+                let leg = &passed.legs.leg[k];
+                V::only(passed.legs.flows[k] & !leg.rail.above(half), one)
+            });
+        }
+        passed.rings = some!(&of, (of, to) => pair!(m => Rings {
+            of: of[m],
+            share: three!(k => axes[k].dot(to[m]) * seen[k]),
+        }));
+        for k in 0..3 {
+            for n in 0..4 {
+                passed.input[k][n] = (axes[k].x * x[n] + axes[k].y * y[n]) * seen[k];
+            }
+        }
+        filters.advance(taken, h, &passed.input, passed.rings.as_ref());
+    }
+}
