@@ -65,7 +65,8 @@ fn holds(name: &str, files: &[&str]) {
 
 #[test]
 fn golden_the_page_of_own_motors_says_what_the_program_says() {
-    let examples = ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"];
+    let examples =
+        ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"];
     holds("own-motor.md", &examples);
 }
 

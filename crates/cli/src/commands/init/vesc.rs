@@ -261,9 +261,8 @@ mod tests {
     #[test]
     fn regress_what_would_grow_without_end_is_refused() {
         let begin = std::time::Instant::now();
-        let entities: String = (1..12)
-            .map(|k| format!("<!ENTITY a{k} \"{}\">", format!("&a{};", k - 1).repeat(10)))
-            .collect();
+        let entities: String =
+            (1..12).map(|k| format!("<!ENTITY a{k} \"{}\">", format!("&a{};", k - 1).repeat(10))).collect();
         let laughs =
             format!("<!DOCTYPE x [<!ENTITY a0 \"lol\">{entities}]><x><foc_motor_r>&a11;</foc_motor_r></x>");
         let nested = format!("{}{}", "<a>".repeat(15_000), "</a>".repeat(15_000));
