@@ -2,6 +2,8 @@
 //! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval. The scope's samples are
 //! as far apart as the drive's timer counts, so that all edges lie alike between two samples (drive); or they follow a clock of its
 //! own, with each seed another one, so that edges lie anywhere (own); or the edges lie at four places between samples (pattern).
+//! Printed are the mean and the standard deviation of the estimates' errors beside the mean half width of the intervals, and how many
+//! truths lie below and above theirs.
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
@@ -47,10 +49,13 @@ fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seed
     let fits: Vec<_> =
         (0..seeds).into_par_iter().map(|seed| pulses.found(&scope(seed), seed, &start(seed))).collect();
     println!("{title}: {seeds} seeds, noise {} steps", scope(0).noise);
-    println!("  {:20} {:>12} {:>12} {:>12} {:>10}  told", "", "truth", "mean", "half width", "inside");
+    println!(
+        "  {:18} {:>13} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",
+        "", "truth", "bias", "deviation", "half width", "inside", "below", "above"
+    );
     for estimate in &fits[0].parameters {
         let Some(truth) = pulses.truth_of(&estimate.name, &scope(0)) else { continue };
-        let (mut inside, mut told, mut sum, mut width) = (0_u32, 0_u32, 0.0, 0.0);
+        let mut seen = Seen::default();
         for fit in &fits {
             let found = fit.parameters.iter().find(|one| one.name == estimate.name);
             let Some((found, [low, high])) = found.and_then(|one| Some((one, one.interval?))) else {
@@ -62,18 +67,9 @@ fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seed
             let value =
                 beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
             let turned = value - found.value;
-            told += 1;
-            inside += u32::from((low + turned..=high + turned).contains(&truth));
-            (sum, width) = (sum + value, width + (high - low) / 2.0);
+            seen.add(value - truth, [low + turned - truth, high + turned - truth]);
         }
-        let n = f64::from(told.max(1));
-        println!(
-            "  {:20} {truth:12.6e} {:12.6e} {:12.2e} {:>8.1} %  {told}",
-            estimate.name,
-            sum / n,
-            width / n,
-            100.0 * f64::from(inside) / n
-        );
+        seen.print(&estimate.name, truth);
     }
     let mean = |value: fn(&standstill_analysis::fit::Fit) -> f64| {
         fits.iter().map(value).sum::<f64>() / fits.len() as f64
@@ -85,4 +81,42 @@ fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seed
         mean(|fit| fit.widened),
         fits.iter().filter(|fit| fit.pole.identified).count()
     );
+}
+
+/// Estimates of one parameter, beside its truth.
+#[derive(Default)]
+struct Seen {
+    told: u32,
+    /// Truths below and above the interval.
+    beyond: [u32; 2],
+    sum: f64,
+    squares: f64,
+    width: f64,
+}
+
+impl Seen {
+    fn add(&mut self, off: f64, [low, high]: [f64; 2]) {
+        self.told += 1;
+        self.beyond[0] += u32::from(0.0 < low);
+        self.beyond[1] += u32::from(0.0 > high);
+        (self.sum, self.squares) = (self.sum + off, self.squares + off * off);
+        self.width += (high - low) / 2.0;
+    }
+
+    fn print(&self, name: &str, truth: f64) {
+        if self.told == 0 {
+            println!("  {name:18} {truth:13.6e} {:>66}  0", "");
+            return;
+        }
+        let n = f64::from(self.told);
+        let bias = self.sum / n;
+        let deviation = (self.squares / n - bias * bias).max(0.0).sqrt();
+        let [below, above] = self.beyond;
+        println!(
+            "  {name:18} {truth:13.6e} {bias:10.1e} {deviation:9.1e} {:10.1e} {:7.1} % {below:6} {above:6}  {}",
+            self.width / n,
+            100.0 * f64::from(self.told - below - above) / n,
+            self.told
+        );
+    }
 }

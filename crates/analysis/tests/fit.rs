@@ -64,14 +64,15 @@ fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
     }
 }
 
-/// Edges are anywhere between two rows. Where they lie alike, the delay is not known any better than that, for all the rows;
+/// Edges are anywhere between two rows. Where they lie alike, the delay is not known any better than that, for all the rows: 95 % of an
+/// interval, and what differences of the plant leave must not tell it from the edges' place;
 /// where each lies elsewhere, they bound it together, and a dead time is known in either case.
 #[test]
 fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
     let mut count = [0; 2];
     for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
         for (interval, delay, dead_time) in
-            [(scope::DRIVES_BEAT, 0.40..0.60, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
+            [(scope::DRIVES_BEAT, 0.46..0.55, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
         {
             let scope = Scope { interval, ..Scope::of(range) };
             for seed in 0..2 {

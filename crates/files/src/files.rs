@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::fs::OpenOptions;
 use std::io::{self, Read as _};
 use std::path::{Path, PathBuf, absolute};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -86,14 +87,22 @@ pub fn read_text(path: &Path) -> io::Result<String> {
 /// # Errors
 /// Those of the operating system, and what is not a regular file.
 pub fn open(path: &Path) -> io::Result<std::fs::File> {
-    let kind = std::fs::metadata(path)?;
-    if kind.is_dir() {
-        return Err(io::Error::other("it is a folder; needed: a file"));
+    open_as(path, OpenOptions::new().read(true))
+}
+
+/// The same as these options say, to write it or to make one that is not there.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_as(path: &Path, how: &OpenOptions) -> io::Result<std::fs::File> {
+    match std::fs::metadata(path) {
+        Ok(kind) if kind.is_dir() => Err(io::Error::other("it is a folder; needed: a file")),
+        Ok(kind) if !kind.is_file() => {
+            Err(io::Error::other("it is a pipe or a device, which may have no end; needed: a file"))
+        }
+        Err(error) if error.kind() != io::ErrorKind::NotFound => Err(error),
+        Ok(_) | Err(_) => how.open(path),
     }
-    if !kind.is_file() {
-        return Err(io::Error::other("it is a pipe or a device, which may have no end; needed: a file"));
-    }
-    std::fs::File::open(path)
 }
 
 fn as_text(bytes: &[u8]) -> io::Result<&str> {
@@ -105,8 +114,9 @@ fn as_text(bytes: &[u8]) -> io::Result<&str> {
 }
 
 fn too_large(bytes: u64, most: u64) -> io::Error {
-    let (bytes, most) = (bytes as f64 / f64::from(1 << 20), most >> 20);
-    io::Error::other(format!("it has {bytes:.1} MiB; needed: at most {most} MiB"))
+    let (unit, name) = if most < 1 << 20 { (1_u32 << 10, "KiB") } else { (1 << 20, "MiB") };
+    let (bytes, most) = (bytes as f64 / f64::from(unit), most / u64::from(unit));
+    io::Error::other(format!("it has {bytes:.1} {name}; needed: at most {most} {name}"))
 }
 
 impl Files {

@@ -52,6 +52,9 @@ const INTEGRATORS_ERROR: f64 = 1.0;
 /// Currents in A and their slopes in A/s.
 type Sampled = ([f64; 3], [f64; 3]);
 
+/// An unknown's place, and the derivative of each row's currents by it.
+type Column = (usize, Vec<[f64; 3]>);
+
 /// A piece's readings at a point.
 struct Part {
     likelihood: f64,
@@ -128,7 +131,7 @@ impl Problem {
             scores: [const { Vec::new() }; 3],
         };
         // ∂i/∂p of the unknowns that ask for another simulation.
-        let mut columns: Vec<(usize, Vec<[f64; 3]>)> = Vec::new();
+        let mut columns: Vec<Column> = Vec::new();
         let mut difference = |place: usize, step: f64, at: &dyn Fn(f64) -> Option<Vec<Sampled>>| {
             // One-sided where the other side is no plant: drops are not negative.
             let (high, low) = (at(step), at(-step));
@@ -159,9 +162,30 @@ impl Problem {
                     sampled(point, &shifts)
                 })?;
             }
+            columns.extend(self.delayed(piece, &columns));
         }
         self.read(piece, point, scatter, &nominal, &columns, &mut part);
         Some(part)
+    }
+
+    /// The delay's column, of a piece of which every edge has a place of its own: channels that are later read what later edges make.
+    /// Of differences of the edges and slopes of the currents apart, what their errors leave would tell the two from each
+    /// other, which no reading does.
+    fn delayed(&self, piece: &Piece, columns: &[Column]) -> Option<Column> {
+        let delay = self.free.iter().position(|parameter| *parameter == Parameter::Delay)?;
+        let shifts = || columns.iter().filter(|(place, _)| *place >= self.free.len());
+        if shifts().count() < piece.edges.len() {
+            return None;
+        }
+        let mut all = vec![[0.0; 3]; piece.rows.len()];
+        for (_, column) in shifts() {
+            for (sum, one) in all.iter_mut().zip(column) {
+                for (sum, one) in sum.iter_mut().zip(one) {
+                    *sum += one;
+                }
+            }
+        }
+        Some((delay, all))
     }
 
     /// Adds up what the rows say.
@@ -171,11 +195,14 @@ impl Problem {
         point: &Point,
         scatter: &[Scatter; 3],
         nominal: &[([f64; 3], [f64; 3])],
-        columns: &[(usize, Vec<[f64; 3]>)],
+        columns: &[Column],
         part: &mut Part,
     ) {
         let last = super::parameters::last(self.channels);
         let mut along: Vec<(usize, f64)> = Vec::new();
+        let known = |place: usize| columns.iter().any(|(known, _)| *known == place);
+        let others: Vec<(usize, Parameter)> =
+            self.free.iter().copied().enumerate().filter(|(place, _)| !known(*place)).collect();
         for (row, reading) in piece.rows.iter().enumerate() {
             for k in (0..3).filter(|k| self.channels[*k]) {
                 let gain = 1.0 + point.gain[k];
@@ -193,11 +220,11 @@ impl Problem {
                     .push(told.score / told.information.max(1e-30).sqrt().max(1e-3 / scatter[k].noise));
                 along.clear();
                 along.extend(columns.iter().map(|(place, column)| (*place, gain * column[row][k])));
-                for (place, parameter) in self.free.iter().enumerate() {
+                for (place, parameter) in others.iter().copied() {
                     let value = match parameter {
                         Parameter::Delay => -gain * slope,
-                        Parameter::Offset(own) if *own == k => 1.0,
-                        Parameter::Gain(own) if *own == k => current,
+                        Parameter::Offset(own) if own == k => 1.0,
+                        Parameter::Gain(own) if own == k => current,
                         Parameter::Gain(_) if k == last => -current,
                         _ => continue,
                     };

@@ -157,8 +157,7 @@ impl Pulses {
     /// As a scope writes it, with the noise of a seed; its trigger and its samples lie anywhere.
     pub fn text(&self, scope: &Scope, seed: u64) -> String {
         let mut draws = Streams::new(seed, 0).open(Purpose::CurrentNoise);
-        let uniform = |draw: f64| 0.5 + 0.5 * standstill_numeric::sin(draw * 1e3);
-        let (phase, trigger) = (uniform(draws.normal()), draws.normal() * 1e-4);
+        let (phase, trigger) = (draws.uniform(), draws.normal() * 1e-4);
         let offset: [f64; 3] = std::array::from_fn(|_| 0.01 * scope.range * draws.normal());
         let step = scope.range / 128.0;
         let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,u_dc_V,leg_a,leg_b,leg_c\n");

@@ -13,12 +13,17 @@ use std::io::{self, BufReader, BufWriter, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use standstill_files::{open, open_as};
+
 use super::identity::{Identity, Shard};
 use super::row::Row;
 use super::walk::Walk;
 
 /// What a journal of rows begins with.
 const ROWS: [u8; 8] = *b"stdstil1";
+
+/// Most bytes of a block. Those that a run writes have a thousandth of it; a damaged length may claim 4 GiB, which a sparse file has.
+const MOST_BLOCK: u32 = 64 << 20;
 
 /// What a journal of statistics begins with, see [`super::Tally`].
 pub(super) const TALLY: [u8; 8] = *b"stdstilT";
@@ -105,7 +110,7 @@ impl Journal {
     pub fn create(path: &Path, identity: &Identity) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         // Not truncated before it is locked: another process may be writing it.
-        let file = OpenOptions::new().write(true).create(true).truncate(false).open(path).map_err(io)?;
+        let file = open_as(path, OpenOptions::new().write(true).create(true).truncate(false)).map_err(io)?;
         lock(&file, path)?;
         file.set_len(0).map_err(io)?;
         let mut journal = Self {
@@ -127,7 +132,7 @@ impl Journal {
         mut seen: impl FnMut(usize, &Row),
     ) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        let mut file = open_as(path, OpenOptions::new().read(true).write(true)).map_err(io)?;
         lock(&file, path)?;
         let beginning = beginning(ROWS, identity).map_err(io)?;
         if file.metadata().map_err(io)?.len() < beginning.len() as u64 {
@@ -170,7 +175,7 @@ impl Journal {
 
     /// Whether another process is writing this journal.
     pub fn is_busy(path: &Path) -> bool {
-        File::open(path).is_ok_and(|file| matches!(lock(&file, path), Err(JournalError::Busy(_))))
+        open(path).is_ok_and(|file| matches!(lock(&file, path), Err(JournalError::Busy(_))))
     }
 }
 
@@ -270,12 +275,13 @@ pub(super) fn header(
 /// Whether a journal keeps statistics alone.
 pub(super) fn is_tally(path: &Path) -> bool {
     let mut found = [0; 8];
-    File::open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == TALLY
+    open(path).and_then(|mut file| file.read_exact(&mut found)).is_ok() && found == TALLY
 }
 
 /// A block of these bytes.
 pub(super) fn block(bytes: &[u8]) -> io::Result<Vec<u8>> {
-    let length = u32::try_from(bytes.len()).map_err(|_| io::ErrorKind::FileTooLarge)?;
+    let length = u32::try_from(bytes.len()).ok().filter(|length| *length <= MOST_BLOCK);
+    let length = length.ok_or(io::ErrorKind::FileTooLarge)?;
     Ok([&length.to_le_bytes(), bytes, &crc32fast::hash(bytes).to_le_bytes()].concat())
 }
 
@@ -295,7 +301,7 @@ pub struct Rows {
 impl Rows {
     /// Opens a journal and reads its header.
     pub fn open(path: &Path) -> Result<Self, JournalError> {
-        let file = File::open(path).map_err(|error| JournalError::Io(path.to_owned(), error))?;
+        let file = open(path).map_err(|error| JournalError::Io(path.to_owned(), error))?;
         let mut file = BufReader::new(file);
         let mut whole = 0;
         let identity = header(&mut file, ROWS, path, &mut whole)?;
@@ -351,7 +357,7 @@ pub(super) enum Block {
     Whole(Vec<u8>),
     /// The end of the file, in a block or behind the last.
     Short,
-    /// Another checksum.
+    /// Another checksum, or longer than any block.
     Wrong,
 }
 
@@ -362,8 +368,11 @@ pub(super) fn read_block(file: &mut impl Read, whole: &mut u64) -> io::Result<Bl
         return Ok(Block::Short);
     }
     let length = u32::from_le_bytes(word);
+    if length > MOST_BLOCK {
+        return Ok(Block::Wrong);
+    }
     let mut bytes = Vec::new();
-    // A damaged length must not ask for gigabytes that are not there.
+    // Nor must a damaged length ask for megabytes that are not there.
     file.take(u64::from(length)).read_to_end(&mut bytes)?;
     if bytes.len() as u64 != u64::from(length) || !read_word(file, &mut word)? {
         return Ok(Block::Short);

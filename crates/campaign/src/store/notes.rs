@@ -10,11 +10,16 @@ use std::fs::{File, OpenOptions};
 use std::io::{BufReader, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
+use standstill_files::{open, open_as};
+
 use super::identity::Identity;
 use super::journal::{self, Block, JournalError};
 
 /// What a journal of notes begins with.
 const NOTES: [u8; 8] = *b"stdstilN";
+
+/// Notes that are read back, in bytes: all of them are kept in memory.
+const MOST_BYTES: u64 = 256 << 20;
 
 /// Notes that are being written, by this process alone. The file is made with the first of them.
 #[derive(Debug)]
@@ -41,15 +46,19 @@ impl Notes {
         if !path.exists() {
             return Ok(notes);
         }
-        let mut file = OpenOptions::new().read(true).write(true).open(path).map_err(io)?;
+        let mut file = open_as(path, OpenOptions::new().read(true).write(true)).map_err(io)?;
         journal::lock(&file, path)?;
         let mut end = 0;
-        let mut from = BufReader::new(File::open(path).map_err(io)?);
+        let mut from = BufReader::new(open(path).map_err(io)?);
         let found = journal::header(&mut from, NOTES, path, &mut end)?;
         if let Some(difference) = found.difference(identity) {
             return Err(JournalError::Other { path: path.to_owned(), difference });
         }
         while let Block::Whole(bytes) = journal::read_block(&mut from, &mut end).map_err(io)? {
+            if end > MOST_BYTES {
+                let found = format!("it has more than {} MiB of notes", MOST_BYTES >> 20);
+                return Err(io(std::io::Error::other(found)));
+            }
             let note = postcard::from_bytes(&bytes);
             let (key, note): (String, Vec<u8>) = note.map_err(|_| JournalError::Foreign(path.to_owned()))?;
             notes.known.insert(key, note);
@@ -65,7 +74,7 @@ impl Notes {
     /// A file that is being written, or cannot be removed.
     pub fn replace(&self) -> Result<(), JournalError> {
         let io = |error| JournalError::Io(self.path.clone(), error);
-        let file = OpenOptions::new().write(true).open(&self.path).map_err(io)?;
+        let file = open_as(&self.path, OpenOptions::new().write(true)).map_err(io)?;
         journal::lock(&file, &self.path)?;
         std::fs::remove_file(&self.path).map_err(io)
     }
@@ -101,7 +110,7 @@ impl Notes {
             std::fs::create_dir_all(folder).map_err(io)?;
         }
         let mut file =
-            OpenOptions::new().write(true).create(true).truncate(false).open(&self.path).map_err(io)?;
+            open_as(&self.path, OpenOptions::new().write(true).create(true).truncate(false)).map_err(io)?;
         journal::lock(&file, &self.path)?;
         file.set_len(0).map_err(io)?;
         let beginning = journal::beginning(NOTES, &self.identity).map_err(io)?;

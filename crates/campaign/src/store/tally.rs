@@ -14,6 +14,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
+use standstill_files::{open, open_as};
 
 use super::identity::Identity;
 use super::journal::{self, Block, JournalError, Keep, TALLY};
@@ -24,6 +25,9 @@ use crate::Statistics;
 /// How long trials wait before the disk has them: this, or the following share of the time since the beginning.
 const PATIENCE: Duration = Duration::from_secs(10);
 const SHARE: u32 = 100;
+
+/// Nor do more points wait: a block is bounded.
+const MOST_POINTS: usize = 1 << 12;
 
 /// A journal of statistics that is being written, by this process alone.
 #[derive(Debug)]
@@ -52,8 +56,9 @@ impl Tally {
     /// Begins a journal, or goes on with the one of this very run; errors beyond `limit` degrees are counted.
     pub fn open(path: &Path, identity: &Identity, limit: f64) -> Result<Self, JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
-        let options = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path);
-        let mut file = options.map_err(io)?;
+        let mut how = OpenOptions::new();
+        how.read(true).write(true).create(true).truncate(false);
+        let mut file = open_as(path, &how).map_err(io)?;
         journal::lock(&file, path)?;
         let beginning = journal::beginning(TALLY, identity).map_err(io)?;
         let mut there = Vec::new();
@@ -142,11 +147,8 @@ impl Keep for Tally {
             self.open.entry(point).or_insert_with(|| Statistics::with_limit(self.limit)).add_row(row);
         }
         self.adopt();
-        if self.written.elapsed() >= PATIENCE.max(self.begun.elapsed() / SHARE) {
-            self.sync()
-        } else {
-            Ok(())
-        }
+        let is_time = self.written.elapsed() >= PATIENCE.max(self.begun.elapsed() / SHARE);
+        if is_time || self.open.len() >= MOST_POINTS { self.sync() } else { Ok(()) }
     }
 
     fn sync(&mut self) -> Result<(), JournalError> {
@@ -182,7 +184,7 @@ impl Tallied {
     fn open(path: &Path) -> Result<(Self, u64), JournalError> {
         let io = |error| JournalError::Io(path.to_owned(), error);
         let foreign = || JournalError::Foreign(path.to_owned());
-        let mut file = BufReader::new(File::open(path).map_err(io)?);
+        let mut file = BufReader::new(open(path).map_err(io)?);
         let mut end = 0;
         let identity = journal::header(&mut file, TALLY, path, &mut end)?;
         let mut tallied =

@@ -38,8 +38,23 @@ fn regress_pipes_and_devices_in_place_of_earlier_results_are_refused() {
     said(&["run", "s.toml", "--out", "o"], at);
     let odds = ["odds", "s.toml", "--event", "|e| > 1 deg", "--out", "q"];
     said(&odds, at);
+    for new in ["j", "n", "h"] {
+        fs::create_dir(at.join(new)).expect("made");
+    }
+    let resumed =
+        [&["run", "s.toml", "--resume", "--out"][..], &["odds", "s.toml", "--event", "|e| > 1 deg"]];
+    let run = |more: &[&'static str]| [resumed[0], more].concat();
+    let noted = [resumed[1], &["--resume", "--out", "n"]].concat();
+    let shard = ["run", "s.toml", "--shard", "1/2", "--resume", "--out", "h"];
     // What is replaced, and who would read it.
-    let cases: [(&str, &[&[&str]]); 4] = [
+    let cases: [(&str, &[&[&str]]); 7] = [
+        // Journals that a run would go on with, or put together.
+        (
+            "j/run.journal",
+            &[&run(&["j"]), &run(&["j", "--rows", "none"]), &["report", "j"], &["status", "j"]],
+        ),
+        ("n/odds.journal", &[&noted]),
+        ("h/shard-1-of-2.journal", &[&shard, &["merge", "h", "--out", "whole"]]),
         ("o/summary.json", &[&["report", "o"], &["run", "s.toml", "--out", "o"], &["explain", "o"]]),
         ("o/trials.csv", &[&["report", "o"], &["explain", "o"]]),
         ("q/odds.json", &[&odds]),

@@ -65,7 +65,9 @@ fn holds(name: &str, files: &[&str]) {
 
 #[test]
 fn golden_the_page_of_own_motors_says_what_the_program_says() {
-    holds("own-motor.md", &["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv"]);
+    let examples =
+        ["traces/six_vectors.csv", "maps/both_sides.csv", "maps/one_side.csv", "maps/measured.csv"];
+    holds("own-motor.md", &examples);
 }
 
 #[test]

@@ -165,3 +165,19 @@ fn law_a_journal_is_read_on_while_it_grows_without_a_row_lost_to_a_torn_block() 
     assert_eq!(seen, rows);
     assert!(empty > 20, "the blocks came torn: {empty}");
 }
+
+#[test]
+fn regress_a_length_of_gigabytes_is_damage_even_where_the_file_has_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal");
+    drop(Journal::create(&path, &identity()).expect("writable"));
+    let mut file = OpenOptions::new().append(true).open(&path).expect("there");
+    file.write_all(&u32::MAX.to_le_bytes()).expect("written");
+    // A sparse file: it takes no room on the disk.
+    file.set_len(5 << 30).expect("room");
+    let begin = Instant::now();
+    let mut rows = Rows::open(&path).expect("its header is whole");
+    assert!(rows.block().expect("readable").is_none() && rows.is_damaged());
+    assert!(begin.elapsed() < Duration::from_secs(1), "{:?}", begin.elapsed());
+    assert!(block(&vec![0; 65 << 20]).is_err(), "nor is one written that could not be read");
+}

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_plant::Files;
+use standstill_files::read_at_most;
 
 use crate::error::Error;
 
@@ -26,6 +26,13 @@ const INJECTION: [&str; 8] = [
     "foc_sl_erpm_hfi",
     "foc_hfi_amb_current",
 ];
+
+/// Most bytes of a configuration, which has some ten thousand: whether one attribute of an element is that of another, the parser finds out
+/// in a time that grows with the square of their number.
+const MOST_BYTES: u64 = 1 << 18;
+
+/// Most elements, attributes and texts, of some thousand: the parser takes twenty times the memory of an element's text.
+const MOST_NODES: u32 = 20_000;
 
 /// What was read.
 struct Settings<'a> {
@@ -61,12 +68,13 @@ impl Settings<'_> {
 }
 
 fn read(path: &Path) -> Result<Settings<'_>, Error> {
-    let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
+    let bytes = read_at_most(path, MOST_BYTES).map_err(|error| Error::Read(path.to_owned(), error))?;
     let text = String::from_utf8_lossy(&bytes);
     let mut settings = Settings { path, texts: BTreeMap::new() };
     let needed = "the XML of a motor configuration, as VESC Tool saves it";
-    let document =
-        roxmltree::Document::parse(&text).map_err(|error| settings.wrong(error.to_string(), needed))?;
+    let options = roxmltree::ParsingOptions { nodes_limit: MOST_NODES, ..Default::default() };
+    let document = roxmltree::Document::parse_with_options(&text, options)
+        .map_err(|error| settings.wrong(error.to_string(), needed))?;
     // Its root has had several names; its elements not.
     let elements = document.root_element().descendants().filter(roxmltree::Node::is_element);
     for element in elements {
@@ -248,6 +256,35 @@ mod tests {
         let (text, said) = of(&XML.replace("foc_motor_ld_lq_diff", "something")).expect("a configuration");
         assert!(said.contains("no foc_motor_ld_lq_diff"));
         assert!(text.contains("L_q = { value = \"0.000014 H\", source = \"assumed\""), "{text}");
+    }
+
+    #[test]
+    fn regress_what_would_grow_without_end_is_refused() {
+        let begin = std::time::Instant::now();
+        let entities: String =
+            (1..12).map(|k| format!("<!ENTITY a{k} \"{}\">", format!("&a{};", k - 1).repeat(10))).collect();
+        let laughs =
+            format!("<!DOCTYPE x [<!ENTITY a0 \"lol\">{entities}]><x><foc_motor_r>&a11;</foc_motor_r></x>");
+        let nested = format!("{}{}", "<a>".repeat(15_000), "</a>".repeat(15_000));
+        let deep = nested.replace("<a>", "<a><b/>");
+        let attributes: String = (0..25_000).map(|k| format!(" a{k}=\"\"")).collect();
+        for (xml, message) in [
+            (&laughs, "DTD"),
+            (&deep, "nodes limit reached"),
+            (&format!("<x{attributes}/>"), "<x> without any foc_motor_…"),
+            (&"<a/>".repeat(1 << 17), "512.0 KiB; needed: at most 256 KiB"),
+            (&"<foc_motor_r>".repeat(1000), "needed the XML of a motor configuration"),
+            (&XML[..600].to_owned(), "needed the XML of a motor configuration"),
+        ] {
+            let error = of(xml).expect_err("refused");
+            assert!(error.contains(message), "{message}: {error}");
+        }
+        assert!(begin.elapsed().as_secs() < 60, "{:?}", begin.elapsed());
+        #[cfg(unix)]
+        {
+            let error = sheet(Path::new("/dev/zero")).expect_err("refused").to_string();
+            assert!(error.contains("a pipe or a device"), "{error}");
+        }
     }
 
     #[test]

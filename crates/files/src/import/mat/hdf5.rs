@@ -1,6 +1,9 @@
 //! MATLAB files of version 7.3.
 
-use hdf5_pure::{Dataset, File};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use hdf5_pure::{Dataset, File, FormatError, Source};
 
 use super::Variables;
 use crate::import::arrays::{Array, MOST_POINTS};
@@ -9,8 +12,63 @@ use crate::import::arrays::{Array, MOST_POINTS};
 /// the ends of an array.
 const MOST_BYTES: u64 = 1 << 25;
 
+/// A file is read twice in all at most, and this much more of what stands about its arrays.
+const MOST_READ: u64 = 1 << 26;
+
+/// Reads of it, at most: of each chunk and each part of a header one.
+const MOST_READS: u64 = 1 << 22;
+
+const AGAIN_AND_AGAIN: &str = "references that lead to the same parts again and again";
+
 pub(super) struct Hdf5 {
     file: File,
+    left: Arc<Left>,
+}
+
+/// What may still be read. Headers and trees refer to their parts by place, and thirty parts that each refer to the next one
+/// twice are a thousand million ways; the library bounds how deep they go, not how many they are.
+struct Left {
+    bytes: AtomicU64,
+    reads: AtomicU64,
+}
+
+impl Left {
+    /// Takes a read of so many bytes; whether that much was left.
+    fn take(&self, bytes: u64) -> bool {
+        let less = |of: &AtomicU64, by: u64| {
+            of.fetch_update(Ordering::Relaxed, Ordering::Relaxed, |left| left.checked_sub(by)).is_ok()
+        };
+        less(&self.reads, 1) && less(&self.bytes, bytes)
+    }
+
+    /// Whether something was not read because too little was left.
+    fn is_gone(&self) -> bool {
+        self.reads.load(Ordering::Relaxed) == 0
+    }
+}
+
+/// A file in memory of which no more is read than is left.
+struct Bounded {
+    bytes: Vec<u8>,
+    left: Arc<Left>,
+}
+
+impl Source for Bounded {
+    fn len(&self) -> u64 {
+        self.bytes.len() as u64
+    }
+
+    fn read_at(&self, offset: u64, buffer: &mut [u8]) -> Result<(), FormatError> {
+        if !self.left.take(buffer.len() as u64) {
+            self.left.reads.store(0, Ordering::Relaxed);
+            return Err(FormatError::Source(AGAIN_AND_AGAIN.to_owned()));
+        }
+        let place = usize::try_from(offset).ok();
+        let there = place.and_then(|place| self.bytes.get(place..place.checked_add(buffer.len())?));
+        let there = there.ok_or_else(|| FormatError::Source("a place beyond the file's end".to_owned()))?;
+        buffer.copy_from_slice(there);
+        Ok(())
+    }
 }
 
 /// The signature stands at the beginning or behind MATLAB's 512 bytes of text.
@@ -20,14 +78,19 @@ pub(super) fn is_one(bytes: &[u8]) -> bool {
 
 impl Hdf5 {
     pub(super) fn open(bytes: Vec<u8>) -> Result<Self, String> {
-        File::from_bytes(bytes).map(|file| Self { file }).map_err(|error| error.to_string())
+        let most = 2 * bytes.len() as u64 + MOST_READ;
+        let left = Arc::new(Left { bytes: AtomicU64::new(most), reads: AtomicU64::new(MOST_READS) });
+        let source = Bounded { bytes, left: Arc::clone(&left) };
+        File::from_source(source).map(|file| Self { file, left }).map_err(|error| error.to_string())
     }
 }
 
 impl Variables for Hdf5 {
     fn array(&self, path: &str) -> Result<Option<Array>, String> {
         // A missing dataset and one that is a group look alike; both are not the array sought.
-        let Ok(dataset) = self.file.dataset(&path.replace('.', "/")) else { return Ok(None) };
+        let Ok(dataset) = self.file.dataset(&path.replace('.', "/")) else {
+            return if self.left.is_gone() { Err(AGAIN_AND_AGAIN.to_owned()) } else { Ok(None) };
+        };
         let shape = dataset.shape().map_err(|error| error.to_string())?;
         // HDF5 has the transposed shape of what MATLAB shows.
         let (rows, columns) = match shape[..] {
@@ -109,5 +172,32 @@ mod tests {
         let message = bomb.expect_err("must be refused");
         assert_eq!(message, "chunks of 2 × 4194304 numbers, which unpack to more than 32 MiB");
         assert!(length < 1 << 20, "{length}");
+    }
+
+    #[test]
+    fn regress_parts_that_are_referred_to_in_many_ways_are_not_read_in_all_of_them() {
+        let word = |x: u64| x.to_le_bytes().to_vec();
+        // Superblock of version 0; its root group has a header at byte 96.
+        let mut bytes = b"\x89HDF\r\n\x1a\n".to_vec();
+        bytes.extend([0, 0, 0, 0, 0, 8, 8, 0, 4, 0, 16, 0, 0, 0, 0, 0]);
+        for x in [0, u64::MAX, 4096, u64::MAX, 0, 96, 0, 0, 0] {
+            bytes.extend(word(x));
+        }
+        assert_eq!(bytes.len(), 96);
+        // Version 1, so many messages, in 48 bytes: two that say that the header goes on at the next part.
+        bytes.extend([1, 0, 0xff, 0xff, 1, 0, 0, 0, 48, 0, 0, 0, 0, 0, 0, 0]);
+        for part in 0..30_u64 {
+            for _ in 0..2 {
+                bytes.extend([0x10, 0, 16, 0, 0, 0, 0, 0]);
+                bytes.extend([word(112 + 48 * (part + 1)), word(48)].concat());
+            }
+        }
+        // The last part: two messages of nothing.
+        bytes.extend([0, 0, 16, 0, 0, 0, 0, 0].iter().chain(&[0; 16]).copied().cycle().take(48));
+        bytes.resize(4096, 0);
+        let begin = std::time::Instant::now();
+        let found = Hdf5::open(bytes).and_then(|file| file.array("Id").map(|_| ()));
+        assert!(found.expect_err("must be refused").contains("references that lead to the same parts"));
+        assert!(begin.elapsed().as_secs() < 30, "{:?}", begin.elapsed());
     }
 }
