@@ -1,6 +1,6 @@
 //! Tables 1 and 2, simulated at the resolver angles of the paper.
 
-use standstill_campaign::paper::simulate;
+use standstill_analysis::paper::simulate;
 use standstill_detect::Decay;
 use standstill_scenario::{ErrorSet, Verdict};
 use standstill_sim::RotorState;

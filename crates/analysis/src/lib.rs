@@ -6,7 +6,12 @@
 //!   require  what a part must do:                a key, a limit           ─► bracketing on common draws   ─► Requirement
 //!   tune     which settings are best:            keys, a measure, limits  ─► search on common draws       ─► Tuned
 //!   explain  why a trial ended as it did:       its tape, one draw at its mean              ─► Explained
+//!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
+//!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability
 //! ```
+//! What no method can do better with the same excitation is the Cramér–Rao limit ([`Bounds`]). The tables of the paper, their audit
+//! and their simulation are in [`paper`].
+//!
 //! All rest on one fact: a trial is a pure function of its draws, and these can be given on a [`Tape`]. The
 //! mathematics ([`subset`], [`sobol`], [`bracket`]) knows no motor: it works on any [`System`], a function of a vector of
 //! standard normals that grows as it is read. [`Trials`] makes such a system of a scenario.
@@ -15,25 +20,32 @@
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
 mod anatomy;
+mod bound;
 pub mod bracket;
 mod budget;
+mod compare;
 mod event;
 mod explain;
 pub mod fit;
 mod kept;
 pub mod limit;
 mod odds;
+pub mod paper;
 pub mod require;
 pub mod sobol;
 pub mod subset;
+mod suitability;
 mod system;
 mod trials;
 pub mod tune;
 
 pub use anatomy::{Anatomy, Draw, Sector};
+pub use bound::{Bound, BoundError, Bounds, Counted, Unknown};
 pub use budget::{Budget, Item, Own, PAIRS, Part, Source, TooFew, trials as trials_of_budget};
+pub use compare::{Entry, informative, mean_energy};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
+pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};
 pub use system::{Halt, System, Watch};
 pub use trials::Trials;

@@ -5,8 +5,9 @@ use std::path::{Path, PathBuf};
 
 use standstill_analysis::fit::FitError;
 use standstill_analysis::fit::record::RecordError;
+use standstill_analysis::{BoundError, SuitabilityError};
+use standstill_campaign::CampaignError;
 use standstill_campaign::store::{JournalError, ShardsError, SweepError};
-use standstill_campaign::{BoundError, CampaignError, SuitabilityError};
 use standstill_detect::SettingsError;
 #[cfg(feature = "program")]
 use standstill_lab::ServerError;

@@ -55,9 +55,9 @@ export class Files {
     if (runs.length && this.place.isConnected && !this.place.closest('[hidden]')) this.timer = setTimeout(() => this.#follow(runs), 2000);
   }
 
-  #journal({ name, done, all, finished, changed, said, point, points }) {
+  #journal({ name, done, all, finished, changed, in_words, point, points }) {
     const state = finished ? 'all trials done' : changed < 15 ? 'running' : `no row for ${ago(changed)}: interrupted, or slow; --resume goes on`;
-    const says = !done ? 'no row yet' : said ? `rms ${said.rms}, wrong poles ${said.wrong}` : `point ${point + 1} of ${points}`;
+    const says = !done ? 'no row yet' : in_words ? `rms ${in_words.rms}, wrong poles ${in_words.wrong}` : `point ${point + 1} of ${points}`;
     return make('div', { class: 'journal' },
       make('progress', { max: all, value: done, 'aria-label': `${name}: ${done} of ${all} trials` }),
       make('span', {}, ` ${done} of ${all} trials${points > 1 ? ` at ${points} points` : ''}, ${state}. `), make('span', { class: 'hint', text: says }));

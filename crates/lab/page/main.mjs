@@ -7,7 +7,7 @@ import { Rotor } from './rotor.mjs';
 import { Waves } from './waves.mjs';
 import { Cloud } from './cloud.mjs';
 import { Files } from './folder.mjs';
-import { difference, statistics, told } from './told.mjs';
+import { detection, difference, statistics } from './results.mjs';
 import { fixed, make } from './words.mjs';
 
 const $ = id => document.getElementById(id);
@@ -139,7 +139,7 @@ class Lab {
     this.found ??= {};
     this.found[side] = found;
     const sides = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
-    $('verdict').replaceChildren(...sides.map(([one, of]) => told(one, of, sides.length > 1)));
+    $('verdict').replaceChildren(...sides.map(([one, of]) => detection(one, of, sides.length > 1)));
     const first = this.found.a;
     if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
     this.cloud.selected = this.state.trial;
@@ -251,7 +251,7 @@ class Lab {
   /** Statistics, side by side. */
   #numbers() {
     const sides = this.store.sides().filter(side => this.summaries[side]);
-    const of = side => ({ ...this.summaries[side].summary, said: this.summaries[side].said });
+    const of = side => ({ ...this.summaries[side].summary, in_words: this.summaries[side].in_words });
     statistics($('numbers'), sides, of);
     const shares = sides.map(side => of(side).trials / this.summaries[side].all);
     $('progress').firstElementChild.style.width = `${100 * Math.min(...shares, 1)}%`;
@@ -352,19 +352,19 @@ class Lab {
     });
   }
 
-  async #copy(text, said) {
+  async #copy(text, message) {
     try {
       await navigator.clipboard.writeText(text);
-      this.#say(said);
+      this.#say(message);
     } catch {
       this.#say('The browser does not let pages copy; the text is in the address, or above.');
     }
   }
 
   #say(text) {
-    $('said').textContent = text;
+    $('status').textContent = text;
     clearTimeout(this.saying);
-    this.saying = setTimeout(() => { $('said').textContent = ''; }, 5000);
+    this.saying = setTimeout(() => { $('status').textContent = ''; }, 5000);
   }
 
   /** Nothing answers: says so, and tries again until something does. */

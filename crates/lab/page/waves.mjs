@@ -1,5 +1,5 @@
 // Waveforms of one detection, and of a second one laid over: panels over a common time.
-import { values } from './told.mjs';
+import { values } from './results.mjs';
 import { colours, make, quantity } from './words.mjs';
 import { Picture, lower, tickText, ticks } from './plot.mjs';
 

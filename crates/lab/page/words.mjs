@@ -1,6 +1,7 @@
 // Numbers for people.
 
-const PREFIXES = [[1e9, 'G'], [1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, 'µ'], [1e-9, 'n'], [1e-12, 'p']];
+// The table of crates/quantity/src/prefix.rs; a test compares them.
+const PREFIXES = [[1e6, 'M'], [1e3, 'k'], [1, ''], [1e-3, 'm'], [1e-6, 'µ'], [1e-9, 'n'], [1e-12, 'p']];
 const PLAIN = new Set(['deg', '°C', '']);
 
 const trimmed = (value, digits) => String(Number(value.toPrecision(digits)));

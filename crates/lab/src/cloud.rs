@@ -18,7 +18,7 @@ use standstill_scenario::{Record, Verdict};
 
 use crate::bench::{Bench, Ready, lock};
 use crate::error::LabError;
-use crate::said::{change, said};
+use crate::in_words::{change, in_words};
 use crate::setting::Setting;
 
 /// The first trials of a scenario.
@@ -111,7 +111,7 @@ impl Filling {
     /// The statistics so far as a frame.
     fn summary(&self) -> Vec<u8> {
         let summary = self.statistics.summary();
-        let text = json!({ "said": said(&summary), "summary": summary, "all": self.trials });
+        let text = json!({ "in_words": in_words(&summary), "summary": summary, "all": self.trials });
         frame(0, text.to_string().as_bytes())
     }
 
@@ -162,11 +162,11 @@ pub(crate) fn run(
     let mut filling = Filling::new(bench, request)?;
     let ready = Arc::clone(&filling.ready);
     let glance = Glance { plan: &ready.plan, point: ready.point, trials: 0..request.trials, threads: None };
-    let mut told = None;
+    let mut sent = None;
     let done = glance.run(stop, |records| {
         let mut frames = filling.add(records);
-        if told.is_none_or(|told: Instant| told.elapsed() >= OFTEN) || filling.is_done() {
-            told = Some(Instant::now());
+        if sent.is_none_or(|at: Instant| at.elapsed() >= OFTEN) || filling.is_done() {
+            sent = Some(Instant::now());
             frames.extend(filling.summary());
         }
         sink(&frames)
@@ -231,7 +231,7 @@ fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {
     let share = binomial_interval(wrong[1] as u64, (wrong[0] + wrong[1]) as u64);
     let counts = BTreeMap::from([("a", wrong[0]), ("b", wrong[1])]);
     let rms = paired_rms(&axes);
-    json!({ "trials": trials, "axes": axes.len(), "rms": rms, "said": change(rms), "wrong": counts, "share": share,
+    json!({ "trials": trials, "axes": axes.len(), "rms": rms, "in_words": change(rms), "wrong": counts, "share": share,
         "without_axis": BTreeMap::from([("a", lost[0]), ("b", lost[1])]) })
 }
 

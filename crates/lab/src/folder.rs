@@ -15,7 +15,7 @@ use standstill_scenario::Document;
 
 use crate::bench::{LIBRARY, lock, names_library};
 use crate::error::LabError;
-use crate::said::said;
+use crate::in_words::in_words;
 
 /// How deep runs are looked for, and how many things are listed.
 const DEPTH: usize = 3;
@@ -175,7 +175,7 @@ impl Folder {
                 "changed": seconds_ago(&path),
                 // Points were chosen: what they say together depends on the choice.
                 "summary": (identity.points == 1).then_some(&summary),
-                "said": (identity.points == 1).then(|| said(&summary)),
+                "in_words": (identity.points == 1).then(|| in_words(&summary)),
             }));
             followed.insert(path, known);
         }

@@ -16,7 +16,7 @@ mod controls;
 mod detection;
 mod error;
 mod folder;
-mod said;
+mod in_words;
 #[cfg(feature = "server")]
 mod server;
 mod setting;

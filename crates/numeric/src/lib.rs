@@ -6,6 +6,7 @@
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
 //! * [`rank`]: where a quantile stands among sorted values.
+//! * [`root`]: where a function of one number is zero.
 //!
 //! ```
 //! use standstill_numeric::{OnWidest, Wide, Width, on_widest, sin_cos};
@@ -28,6 +29,7 @@ mod functions;
 mod heading;
 mod lane;
 mod quantile;
+mod root;
 mod symmetric;
 
 pub use functions::{
@@ -36,4 +38,5 @@ pub use functions::{
 pub use heading::Heading;
 pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest, power, sin_cos};
 pub use quantile::rank;
+pub use root::root;
 pub use symmetric::Symmetric;

@@ -17,6 +17,7 @@ pub use self::entries::Entry;
 use self::entries::entry;
 pub use self::error::MotorError;
 use self::error::{of_file, wrong};
+pub use self::nameplate::NameplateNumber;
 use crate::{FluxMap, MapReport};
 
 /// A motor as its file states it. Without a `[saturation]` table the core is linear; a `[bridge]` table adds the

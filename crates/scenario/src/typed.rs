@@ -106,6 +106,10 @@ impl Drawer<'_> {
                     set(sheet.tables_mut(), value)?;
                     other_motor = true;
                 }
+                Set::Nameplate(number) => {
+                    sheet.set_nameplate(*number, value)?;
+                    other_motor = true;
+                }
                 Set::Temperature(set) => {
                     set(&mut temperature, value);
                     other_motor = true;

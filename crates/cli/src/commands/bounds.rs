@@ -1,7 +1,7 @@
 //! `standstill bounds`: the Cramér–Rao limit of a scenario's pulses over the rotor's angle.
 
 use serde_json::{Value, json};
-use standstill_campaign::{Bound, Bounds, told};
+use standstill_analysis::{Bound, Bounds, informative};
 
 use crate::Report;
 use crate::arguments::Bounds as Options;
@@ -15,7 +15,7 @@ use crate::terminal::paragraph;
 /// A bound's values; none of one that says nothing.
 fn values(bound: &Bound) -> [Option<f64>; 4] {
     [Some(bound.scheme_deg), Some(bound.all_deg), bound.hybrid_deg, bound.hybrid_all_deg]
-        .map(|v| v.and_then(told))
+        .map(|v| v.and_then(informative))
 }
 
 const NAMES: [&str; 4] = ["scheme_deg", "all_deg", "hybrid_deg", "hybrid_all_deg"];

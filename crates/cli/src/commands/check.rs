@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use standstill_campaign::{Candidate, Demands, Suitability, told};
+use standstill_analysis::{Candidate, Demands, Suitability, informative};
 use standstill_detect::{Method, PulseTrainSettings, SequentialSettings, Signature};
 use standstill_interface::Choice;
 use standstill_plant::{DataSheet, Entry, PoleKnowledge, Source};
@@ -44,7 +44,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
     doubts::warn(&document.scenario_of(&motor)?);
     let demands =
         Demands { error_deg: options.tolerance, movement_deg: options.movement, ..Demands::default() };
-    let spinner = progress::steps(standstill_campaign::CANDIDATES.len() as u64);
+    let spinner = progress::steps(standstill_analysis::CANDIDATES.len() as u64);
     let suitability = Suitability::of(&document, &demands, |method| {
         spinner.set_message(method.name());
         spinner.inc(1);
@@ -98,7 +98,7 @@ pub fn run(options: &Check) -> Result<Report, Error> {
 }
 
 /// What the verdict rests on and nobody has measured: numbers that the sheet leaves out, and those that it calls assumed. A built-in
-/// motor's are told by `standstill motors`.
+/// motor's are listed by `standstill motors`.
 fn assumptions(sheet: &DataSheet) -> Vec<String> {
     let list = |head: &str, entries: &[Entry]| {
         let values: Vec<String> =
@@ -175,7 +175,7 @@ fn reasons(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> Ve
     if let Some(bound) = suitability.limit {
         // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
         let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
-        if told(limit).is_none() {
+        if informative(limit).is_none() {
             saliency += " The currents of line pulses do not tell the rotor's angle.";
         } else if limit > 0.0 {
             let margin = demands.error_deg / (1.96 * limit);

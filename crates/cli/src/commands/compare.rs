@@ -7,7 +7,8 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
 use serde::Serialize;
-use standstill_campaign::{Bound, Campaign, Entry, Estimate, Occurrence, Statistics, mean_energy, told};
+use standstill_analysis::{Bound, Entry, informative, mean_energy};
+use standstill_campaign::{Campaign, Estimate, Occurrence, Statistics};
 use standstill_detect::MethodName;
 use standstill_plant::Motor;
 use standstill_quantity::{decimals, number as rounded};
@@ -119,9 +120,9 @@ impl Row {
             peak_current: s.peak_current_a,
             energy: finite(entry.energy_j),
             moved_deg: s.max_moved_deg,
-            bound_deg: entry.bound.and_then(|bound| told(bound.scheme_deg)),
-            bound_all_deg: entry.bound.and_then(|bound| told(bound.all_deg)),
-            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(told),
+            bound_deg: entry.bound.and_then(|bound| informative(bound.scheme_deg)),
+            bound_all_deg: entry.bound.and_then(|bound| informative(bound.all_deg)),
+            bound_hybrid_deg: entry.bound.and_then(|bound| bound.hybrid_deg).and_then(informative),
             efficiency: entry.efficiency(),
             reasons: reasons(&s.reasons, entry.no_bound),
             pole_note: motor.pole_knowledge().note().filter(|_| motor.has_magnet()),

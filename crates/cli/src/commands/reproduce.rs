@@ -5,7 +5,7 @@ mod tables;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use standstill_campaign::paper::{self, Finding, TABLE_2};
+use standstill_analysis::paper::{self, Finding, TABLE_2};
 use standstill_campaign::store::Row;
 use standstill_campaign::{Campaign, Statistics};
 use standstill_detect::{Method, MethodName, Settings};

@@ -1,6 +1,6 @@
 //! Methods compared.
 
-use standstill_campaign::Entry;
+use standstill_analysis::Entry;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style, Ticks};
 use standstill_scenario::ErrorSet;
 

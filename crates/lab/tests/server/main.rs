@@ -305,7 +305,7 @@ fn regress_of_a_sweep_that_runs_no_figure_is_of_all_points_together() {
     let lab = Running::new(Some(root.path()));
     let of = &lab.post("progress", &json!({ "path": "." })).json()["journals"][0];
     assert_eq!((&of["done"], &of["points"], &of["point"]), (&json!(10), &json!(2), &json!(1)));
-    assert!(of["summary"].is_null() && of["said"].is_null(), "{of}");
+    assert!(of["summary"].is_null() && of["in_words"].is_null(), "{of}");
 }
 
 #[test]

@@ -83,7 +83,8 @@ impl DataSheet {
             thermal: check.thermal(self.tables.thermal.as_ref())?,
             rotor: check.rotor(&self.tables.rotor)?,
         };
-        if same.is_none() {
+        // One by a nameplate is convex as it is made.
+        if same.is_none() && self.tables.nameplate.is_none() {
             check.core(&motor)?;
         }
         check.consistent(&motor)?;

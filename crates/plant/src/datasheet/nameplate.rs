@@ -3,12 +3,14 @@
 //! What stands there is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
 //! like any other: what was left out has a default that says that it is assumed.
 
+mod numbers;
 mod reader;
 mod whole;
 
 use standstill_files::sheet::{NameplateTable, SharesTable, Source, Sourced};
 use standstill_quantity::unit::Share;
 
+pub use self::numbers::NameplateNumber;
 pub(super) use self::reader::spelled_out;
 use super::{Entry, entry};
 use crate::{Algebraic, Core, Falls, Linear, Magnetics, Winding};

@@ -15,7 +15,7 @@
 
 use std::fmt;
 
-use standstill_numeric::{exp, ln, power};
+use standstill_numeric::{exp, ln, power, root};
 
 use super::{Algebraic, IronBridge};
 
@@ -56,9 +56,6 @@ const STEEPEST: u8 = 40;
 
 /// The exponent where nothing tells it: published fits have 4 to 6.
 const USUAL: u8 = 6;
-
-/// Halvings that leave nothing but rounding.
-const HALVINGS: usize = 60;
 
 /// Γ along d in units of its value without current, over flux in units of L_d I.
 #[derive(Clone, Copy, Debug)]
@@ -111,13 +108,9 @@ impl Knee {
             let growth = self.w(self.t(flux)) - self.w(self.t(0.0));
             Some(Self { height: rise / growth, ..self }).filter(|_| growth > 0.0)
         };
-        // g is above 1 on the way.
-        let (mut low, mut high) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = (low + high) / 2.0;
-            if at(middle)?.current(middle) < 1.0 { low = middle } else { high = middle }
-        }
-        at((low + high) / 2.0).filter(|knee| knee.least() >= LEAST)
+        // g is above 1 on the way, so that some flux up to 1 makes I; next to none makes none.
+        let beyond = |flux: f64| Some(if flux == 0.0 { -1.0 } else { at(flux)?.current(flux) - 1.0 });
+        at(root(0.0, 1.0, beyond)?).filter(|knee| knee.least() >= LEAST)
     }
 
     /// The least g, where the iron is not saturated.
@@ -127,12 +120,10 @@ impl Knee {
 
     /// By how much g exceeds 1 where the current is −I.
     fn opposed(&self) -> f64 {
-        let (mut low, mut high) = (-1.0 / self.least().min(1.0), 0.0);
-        for _ in 0..HALVINGS {
-            let middle = (low + high) / 2.0;
-            if self.current(middle) < -1.0 { low = middle } else { high = middle }
-        }
-        self.slope((low + high) / 2.0) - 1.0
+        // No flux makes no current, whatever rounding says; and g is nowhere below the least.
+        let beyond = |flux: f64| Some(self.current(flux) + 1.0);
+        let flux = root(-1.0 / self.least().min(1.0), 0.0, beyond).unwrap_or(f64::NAN);
+        self.slope(flux) - 1.0
     }
 
     /// The width at which both rises are met. A wide knee is a power of the flux, which bends the most; a narrow one has
@@ -144,7 +135,7 @@ impl Knee {
             return None;
         }
         // The first width from above that bends too little.
-        let mut narrow = loop {
+        let narrow = loop {
             let narrow = 0.8 * wide;
             let knee = of(narrow)?;
             if knee.opposed() < opposed {
@@ -152,23 +143,14 @@ impl Knee {
             }
             wide = narrow;
         };
-        for _ in 0..HALVINGS {
-            let middle = (narrow + wide) / 2.0;
-            if of(middle)?.opposed() < opposed { narrow = middle } else { wide = middle }
-        }
-        of(wide)
+        of(root(narrow, wide, |width| Some(of(width)?.opposed() - opposed))?)
     }
 
     /// For a core that saturates to either side: the place between where it does not. The larger rise is at +I.
     fn between(rise: f64, opposed: f64) -> Option<Self> {
         let of = |rest: f64| Self::power(2, rest).rising(rise);
         // In the middle both rise alike; the further away, the less the other one does.
-        let (mut near, mut far) = (0.0, 1.0);
-        for _ in 0..HALVINGS {
-            let middle = (near + far) / 2.0;
-            if of(middle)?.opposed() > opposed { near = middle } else { far = middle }
-        }
-        of(near)
+        of(root(0.0, 1.0, |rest| Some(opposed - of(rest)?.opposed()))?)
     }
 }
 

@@ -3,7 +3,7 @@
 use standstill_detect::Method;
 use standstill_files::sheet::{Sheet, Sourced};
 use standstill_interface::Nanos;
-use standstill_plant::Temperature;
+use standstill_plant::{NameplateNumber, Temperature};
 use standstill_quantity::{Quantity, Unit};
 
 use crate::Scenario;
@@ -15,13 +15,15 @@ pub(super) enum Set {
     Number(fn(&mut Scenario<Method<f64>>, f64)),
     /// One of the motor's sheet, of which the motor is made anew; none where the sheet does not have it.
     Sheet(fn(&mut Sheet, f64) -> Option<()>),
+    /// One of the sheet's nameplate, likewise, and what follows from it in the sheet.
+    Nameplate(NameplateNumber),
     /// A temperature, which changes the motor.
     Temperature(fn(&mut Temperature, f64)),
     /// The DC link's voltage, to which the range of its sensor is in proportion.
     Link,
 }
 
-use Set::{Link, Number, Sheet as Motor, Temperature as Heat};
+use Set::{Link, Nameplate, Number, Sheet as Motor, Temperature as Heat};
 
 /// The setter of a key.
 pub(super) fn setter(key: &str) -> Option<Set> {
@@ -34,6 +36,11 @@ pub(super) const SETTERS: &[(&str, Set)] = &[
     ("motor.winding.saliency", Motor(|sheet, x| put(sheet.winding.saliency.as_mut()?, x))),
     ("motor.winding.leakage", Motor(|sheet, x| put(sheet.winding.leakage.as_mut()?, x))),
     ("motor.winding.magnet_flux", Motor(|sheet, x| put(sheet.winding.magnet_flux.as_mut()?, x))),
+    ("motor.nameplate.resistance", Nameplate(NameplateNumber::Resistance)),
+    ("motor.nameplate.L_d", Nameplate(NameplateNumber::DAxisInductance)),
+    ("motor.nameplate.L_q", Nameplate(NameplateNumber::QAxisInductance)),
+    ("motor.nameplate.magnet_flux", Nameplate(NameplateNumber::MagnetFlux)),
+    ("motor.nameplate.leakage", Nameplate(NameplateNumber::Leakage)),
     ("motor.rotor.inertia", Motor(|sheet, x| put(&mut sheet.rotor.inertia, x))),
     ("motor.rotor.stiction", Motor(|sheet, x| put(&mut sheet.rotor.stiction, x))),
     ("motor.rotor.coulomb", Motor(|sheet, x| put(&mut sheet.rotor.coulomb, x))),

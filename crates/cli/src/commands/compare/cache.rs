@@ -9,7 +9,8 @@ use std::path::PathBuf;
 use std::time::UNIX_EPOCH;
 
 use serde::{Deserialize, Serialize};
-use standstill_campaign::{Bound, NUMERICS};
+use standstill_analysis::Bound;
+use standstill_campaign::NUMERICS;
 use standstill_detect::Method;
 use standstill_files::read_text;
 use standstill_plant::Digest;

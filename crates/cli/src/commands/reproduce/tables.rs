@@ -1,7 +1,7 @@
 //! Tables 1 and 2, simulated beside published, and the audit.
 
 use serde::Serialize;
-use standstill_campaign::paper::{Finding, SimulatedRow, TABLE_1, TABLE_2};
+use standstill_analysis::paper::{Finding, SimulatedRow, TABLE_1, TABLE_2};
 use standstill_interface::Abc;
 use standstill_plant::rotor_angle_from_lines;
 use standstill_scenario::Verdict;

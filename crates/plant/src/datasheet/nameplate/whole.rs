@@ -32,6 +32,37 @@ pub(super) struct Nameplate {
     pub(super) pole_pairs: f64,
 }
 
+/// L_A and L_B in H that make L_d and L_q with this leakage.
+pub(super) fn winding([l_d, l_q]: [f64; 2], leakage: f64) -> [f64; 2] {
+    [(l_d + l_q - 2.0 * leakage) / 3.0, (l_d - l_q) / 3.0]
+}
+
+/// What inertia and friction depend on, in SI.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Strength {
+    pub(super) inductance: [f64; 2],
+    pub(super) magnet_flux: f64,
+    pub(super) rated_current: f64,
+    pub(super) dc_link: f64,
+    pub(super) pole_pairs: f64,
+}
+
+impl Strength {
+    /// Inertia in kg m² and sliding friction in N m where they are not given, in proportion to what the motor can do, as those of
+    /// the paper's motor: rated torque T brings the rotor to the speed ω that its DC link allows in 0.16 s, and friction is 1.4 %
+    /// of T. To two digits.
+    pub(super) fn inertia_and_friction(&self) -> [f64; 2] {
+        let [l_d, l_q] = self.inductance;
+        // Reluctance makes torque too; and there is always a rotor.
+        let flux = self.magnet_flux.max((l_d - l_q).abs() * self.rated_current / 2.0);
+        let flux = flux.max(0.1 * l_d * self.rated_current);
+        let torque = 1.5 * self.pole_pairs * flux * self.rated_current;
+        let speed = self.dc_link / (3.0_f64.sqrt() * flux * self.pole_pairs);
+        [0.16 * torque / speed, 0.014 * torque]
+            .map(|value| format!("{value:.1e}").parse::<f64>().unwrap_or(value))
+    }
+}
+
 impl Nameplate {
     /// With all that it stands for.
     pub(super) fn sheet(self, file: &str, stated: &Table) -> Table {
@@ -56,13 +87,13 @@ impl Nameplate {
             ("power", number("power")),
         ];
         sheet.insert("rating".to_owned(), table(rating));
-        let [l_d, l_q] = self.inductance;
+        let [mean, saliency] = winding(self.inductance, self.leakage);
         let inferred = |value: f64| Some(sourced(value, "inferred", "from L_d, L_q and the leakage"));
         let winding = vec![
             ("pole_pairs", number("pole_pairs")),
             ("resistance", number("resistance")),
-            ("mean_inductance", inferred((l_d + l_q - 2.0 * self.leakage) / 3.0)),
-            ("saliency", inferred((l_d - l_q) / 3.0)),
+            ("mean_inductance", inferred(mean)),
+            ("saliency", inferred(saliency)),
             ("leakage", number("leakage")),
             ("magnet_flux", number("magnet_flux")),
         ];
@@ -81,30 +112,17 @@ impl Nameplate {
         sheet
     }
 
-    /// Inertia and friction where they are not given, in proportion to what the motor can do, as those of the paper's
-    /// motor: rated torque T brings the rotor to the speed ω that its DC link allows in 0.16 s, and friction is 1.4 % of T.
+    /// Inertia and friction where they are not given.
     fn fill_rotor(&self, rotor: &mut Table) {
-        let [l_d, l_q] = self.inductance;
-        // Reluctance makes torque too; and there is always a rotor.
-        let flux = self.magnet_flux.max((l_d - l_q).abs() * self.rated_current / 2.0);
-        let flux = flux.max(0.1 * l_d * self.rated_current);
-        let torque = 1.5 * self.pole_pairs * flux * self.rated_current;
-        let speed = self.dc_link / (3.0_f64.sqrt() * flux * self.pole_pairs);
-        // To two digits.
-        let rounded = |value: f64| format!("{value:.1e}").parse::<f64>().unwrap_or(value);
+        let Self { inductance, magnet_flux, rated_current, dc_link, pole_pairs, .. } = *self;
+        let strength = Strength { inductance, magnet_flux, rated_current, dc_link, pole_pairs };
+        let [inertia, rubbing] = strength.inertia_and_friction();
         let friction = "1.4 % of the torque at rated current: bearings and seals";
         let stiction = rotor.get("coulomb").cloned();
         let defaults = [
-            (
-                "inertia",
-                sourced(
-                    rounded(0.16 * torque / speed),
-                    "assumed",
-                    "such that rated torque takes 0.16 s to full speed",
-                ),
-            ),
-            ("stiction", stiction.unwrap_or_else(|| sourced(rounded(0.014 * torque), "assumed", friction))),
-            ("coulomb", sourced(rounded(0.014 * torque), "assumed", friction)),
+            ("inertia", sourced(inertia, "assumed", "such that rated torque takes 0.16 s to full speed")),
+            ("stiction", stiction.unwrap_or_else(|| sourced(rubbing, "assumed", friction))),
+            ("coulomb", sourced(rubbing, "assumed", friction)),
             ("viscous", sourced(0.0, "assumed", "negligible at the speeds of a detection")),
         ];
         for (key, value) in defaults {

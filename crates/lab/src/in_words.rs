@@ -29,7 +29,7 @@ fn odds(count: u64, of: Estimate) -> String {
 }
 
 /// What the page says of a summary, by the quantity.
-pub(crate) fn said(s: &Summary) -> Value {
+pub(crate) fn in_words(s: &Summary) -> Value {
     json!({
         "rms": interval(s.rms_deg, "°"),
         "bias": interval(s.bias_deg, "°"),
@@ -60,11 +60,11 @@ mod tests {
         (s.rms_deg, s.bias_deg) = (estimate(0.751_7, 0.661, 0.889), estimate(-0.012_34, -0.04, 0.015));
         (s.wrong_poles, s.wrong_pole_probability) = (3, binomial_interval(3, 2000));
         s.failed_probability = binomial_interval(0, 10_000);
-        let said = said(&s);
-        assert_eq!(said["rms"], "0.75° [0.66, 0.89]");
-        assert_eq!(said["bias"], "−0.012° [−0.040, 0.015]");
-        assert_eq!(said["wrong"], "3: 0.15 % [0.03, 0.44]");
-        assert_eq!((&said["failed"], &said["p95"]), (&json!("0, below 0.037 %"), &json!("–")));
+        let in_words = in_words(&s);
+        assert_eq!(in_words["rms"], "0.75° [0.66, 0.89]");
+        assert_eq!(in_words["bias"], "−0.012° [−0.040, 0.015]");
+        assert_eq!(in_words["wrong"], "3: 0.15 % [0.03, 0.44]");
+        assert_eq!((&in_words["failed"], &in_words["p95"]), (&json!("0, below 0.037 %"), &json!("–")));
         assert_eq!(change(estimate(0.1234, 0.1, 0.15)), "+0.123° [0.100, 0.150]");
     }
 }

@@ -8,14 +8,14 @@ use standstill_detect::{Method, MethodName, Signature};
 use standstill_plant::{PolarityPoint, PoleKnowledge};
 
 use crate::bound::{Bound, BoundError};
-use crate::{Campaign, CampaignError, Statistics, Summary};
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
 use standstill_scenario::{Document, FileError, Origin};
 use standstill_scenario::{Rotor, Scenario};
 
 /// What the start of a motor demands of a detection.
 ///
 /// ```
-/// use standstill_campaign::Demands;
+/// use standstill_analysis::Demands;
 ///
 /// // A lift that must not roll back.
 /// let demands = Demands { movement_deg: 0.2, ..Demands::default() };

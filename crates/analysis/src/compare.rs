@@ -6,8 +6,8 @@
 use standstill_detect::{Method, SettingsError};
 use standstill_sim::{NoProbe, RunError, run};
 
-use crate::Summary;
 use crate::bound::{Bound, BoundError, Bounds, Counted};
+use standstill_campaign::Summary;
 use standstill_scenario::{ErrorSet, Rotor, Scenario};
 
 /// One method under one set of conditions.
@@ -34,14 +34,14 @@ const RANDOM_AXIS: f64 = 51.961_524_227_066_32;
 
 /// A limit in degrees; none if it says nothing, being no number or larger than the error of a guess. It is the one of small
 /// errors, and grows without bounds where a detection gives up before its readings tell the angle.
-pub fn told(limit: f64) -> Option<f64> {
+pub fn informative(limit: f64) -> Option<f64> {
     (limit <= RANDOM_AXIS).then_some(limit)
 }
 
 impl Entry {
     /// The limit that the scheme's own samples set, in degrees.
     pub fn limit(&self) -> Option<f64> {
-        told(self.bound?.scheme_deg)
+        informative(self.bound?.scheme_deg)
     }
 
     /// That limit over the measured rms error: 1 is all that they tell. None without a limit or without noise.
@@ -123,9 +123,9 @@ mod tests {
     fn analytic_a_limit_beyond_a_guess_says_nothing() {
         // Uniform from -90° to 90°.
         assert!((RANDOM_AXIS - 90.0 / 3.0_f64.sqrt()).abs() < 1e-12);
-        assert_eq!(told(0.05), Some(0.05));
+        assert_eq!(informative(0.05), Some(0.05));
         for limit in [52.0, f64::INFINITY, f64::NAN] {
-            assert_eq!(told(limit), None);
+            assert_eq!(informative(limit), None);
         }
     }
 }

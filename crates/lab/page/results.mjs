@@ -5,7 +5,7 @@ import { lower } from './plot.mjs';
 const PHASES = ['a', 'b', 'c'];
 
 /** What a detection of a side came to. */
-export function told(side, of, both) {
+export function detection(side, of, both) {
   const wrong = of.pole_correct === false;
   const head = of.outcome === 'found'
     ? `${wrong ? 'Wrong pole' : 'Found'} ${fixed(of.estimate, 2)}°, error ${of.error >= 0 ? '+' : ''}${fixed(of.error, 3)}°`
@@ -19,7 +19,7 @@ export function told(side, of, both) {
     of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
     of.reason && ['why', of.reason],
   ].filter(Boolean);
-  return make('div', { class: `told ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
+  return make('div', { class: `detection ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
     make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),
     make('dl', {}, ...facts.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value })))));
 }
@@ -55,14 +55,14 @@ export function values(side, one, cursor, [from, to], both) {
 export function statistics(table, sides, of) {
   const rows = [
     ['trials', s => String(s.trials)],
-    ['rms error of the axis', s => s.said.rms],
-    ['mean error', s => s.said.bias],
-    ['95th percentile', s => s.said.p95],
+    ['rms error of the axis', s => s.in_words.rms],
+    ['mean error', s => s.in_words.bias],
+    ['95th percentile', s => s.in_words.p95],
     ['largest', s => `${number(s.max_deg)}°`],
-    ['wrong pole', s => s.said.wrong, s => s.wrong_poles > 0],
-    ['pole undetermined', s => s.said.undetermined],
-    ['no angle', s => s.said.failed],
-    [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => s.said.beyond],
+    ['wrong pole', s => s.in_words.wrong, s => s.wrong_poles > 0],
+    ['pole undetermined', s => s.in_words.undetermined],
+    ['no angle', s => s.in_words.failed],
+    [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => s.in_words.beyond],
     ['detection takes', s => (s.mean_duration_s === null ? '–' : shown(s.mean_duration_s, 's'))],
     ['largest current', s => shown(s.peak_current_a, 'A')],
   ];
@@ -73,12 +73,12 @@ export function statistics(table, sides, of) {
 }
 
 /** How B differs from A, and how surely. */
-export function difference({ trials, axes, rms, said, wrong, share }) {
+export function difference({ trials, axes, rms, in_words, wrong, share }) {
   const better = rms.value > 0 ? 'B is worse' : 'B is better';
   const sure = rms.low > 0 || rms.high < 0 ? better : 'no difference that these trials show';
   const chance = share.low > 0.5 || share.high < 0.5 ? 'more than chance' : 'no more than chance';
   const poles = wrong.a + wrong.b === 0 ? 'No trial in which only one of them names a wrong pole.'
     : `Wrong poles only in A: ${wrong.a}, only in B: ${wrong.b}, ${chance}.`;
   const of = axes < trials ? ` (${axes} in which both found an axis)` : '';
-  return `B − A on the same ${trials} trials${of}: rms ${said}, ${sure}. ${poles}`;
+  return `B − A on the same ${trials} trials${of}: rms ${in_words}, ${sure}. ${poles}`;
 }

@@ -56,7 +56,7 @@ enum Samples {
 /// The bounds of a scenario.
 ///
 /// ```
-/// use standstill_campaign::Bounds;
+/// use standstill_analysis::Bounds;
 /// use standstill_detect::Decay;
 /// use standstill_plant::built_in;
 /// use standstill_scenario::{ErrorSet, Scenario};
@@ -130,7 +130,7 @@ impl Bound {
     /// The root of the mean of the variances: what the rms error over these angles cannot be below. NaN of none.
     ///
     /// ```
-    /// use standstill_campaign::Bound;
+    /// use standstill_analysis::Bound;
     ///
     /// let bound = |deg| Bound { scheme_deg: deg, all_deg: deg, hybrid_deg: None, hybrid_all_deg: None };
     /// assert_eq!(Bound::rms(&[bound(1.0), bound(7.0)]).scheme_deg, 5.0);
