@@ -38,14 +38,14 @@ impl<'a> Control<'a> {
     }
 
     /// The step to try next where other legs conduct than before: the one that was next when as many terminals floated last. No
-    /// longer than cubics can tell where a swing ends a leg's mode, and little longer than a current, which rises so in A/s, takes to
-    /// carry a terminal to its bound.
+    /// longer than cubics can tell where a swing ends a leg's mode, and little longer than a current takes to carry a terminal to its
+    /// bound while these potentials in V are behind the winding.
     pub(super) fn expect<V: Wide>(
         &self,
         bank: &mut Bank<'a, V>,
         modes: Modes,
         bands: &[[f64; 2]; 3],
-        rise: Plane,
+        behind: [f64; 3],
     ) {
         let lane = self.lane;
         let legs = &bank.machine.legs;
@@ -64,7 +64,7 @@ impl<'a> Control<'a> {
         let count = floats.iter().filter(|floats| **floats).count();
         let mut hint = bank.hints[count].get(lane);
         if count > 0 {
-            let way = Way::of(self, bank, floats, rise);
+            let way = Way::of(self, bank, floats, self.rise(bank, behind));
             let most = if bank.machine.lags() { LAGGED } else { SEEN };
             hint = hint.min((most / way.square).sqrt() * NEARLY * 1e9);
             let mut first = (f64::INFINITY, 0);

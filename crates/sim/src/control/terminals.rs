@@ -81,21 +81,20 @@ impl<'a> Control<'a> {
         let kind = bridge.devices.kind;
         // A leg's current, with what its terminal takes to follow the link, decides; where there is none, how it changes. A way that a
         // current does not flow yet would end before it began, over and over up to the next edge.
+        let carried: [[f64; 2]; 3] =
+            std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.following(bank, way, k)));
+        let is_one = |k: usize| bands[k][1] - bands[k][0] <= ONE_BOUND * link;
+        let is_none = |k: usize, way: usize| carried[k][way].abs() <= bank.bounds.slack[k].get(lane);
         let mode = |k: usize, slope: f64| {
             let [low, high] = bands[k];
-            let carried = |direction: f64| current[k] + self.following(bank, direction, k);
-            if high - low <= ONE_BOUND * link {
+            if is_one(k) {
                 // The same whichever way its current flows.
-                return if carried(1.0) < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
+                return if carried[k][0] < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
             }
-            let none = bank.bounds.slack[k].get(lane);
-            let way = |direction: f64| {
-                let carried = carried(direction);
-                if carried.abs() <= none { slope } else { carried }
-            };
-            if way(1.0) > 0.0 && held[k] <= low + near {
+            let way = |way: usize| if is_none(k, way) { slope } else { carried[k][way] };
+            if way(0) > 0.0 && held[k] <= low + near {
                 kind.outflow(gates[k])
-            } else if way(-1.0) < 0.0 && held[k] >= high - near {
+            } else if way(1) < 0.0 && held[k] >= high - near {
                 kind.inflow(gates[k])
             } else {
                 Conduction::Blocked
@@ -106,18 +105,21 @@ impl<'a> Control<'a> {
         };
         // What becomes of legs that carry a current does not depend on how currents change, but these depend on it: a current that
         // has found a device meets that, and no resistance of what rings any more.
-        let behind = std::array::from_fn(|k| {
-            let mode = mode(k, 0.0);
-            let met = if mode == Conduction::Blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
-            potential_in(k, mode) - met
+        let mut modes: Modes = std::array::from_fn(|k| mode(k, 0.0));
+        let behind: [f64; 3] = std::array::from_fn(|k| {
+            let blocked = modes[k] == Conduction::Blocked;
+            let met = if blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
+            potential_in(k, modes[k]) - met
         });
-        let rise = self.rise(bank, behind);
-        let axes = self.axes(bank);
-        let slopes = axes.map(|axis| axis.dot(rise));
-        // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
-        let (damped, least) = (bridge.terminal_resistance > 0.0, NO_CURRENT * self.case.motor.rated_current);
-        let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
-        let modes: Modes = std::array::from_fn(|k| mode(k, slope(k)));
+        if (0..3).any(|k| !is_one(k) && (is_none(k, 0) || is_none(k, 1))) {
+            let rise = self.rise(bank, behind);
+            let slopes = self.axes(bank).map(|axis| axis.dot(rise));
+            // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
+            let (damped, least) =
+                (bridge.terminal_resistance > 0.0, NO_CURRENT * self.case.motor.rated_current);
+            let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
+            modes = std::array::from_fn(|k| mode(k, slope(k)));
+        }
         for k in 0..3 {
             let [_, high] = bands[k];
             let to = potential_in(k, modes[k]);
@@ -128,7 +130,7 @@ impl<'a> Control<'a> {
             };
             self.move_terminal(bank, k, to, upper);
         }
-        self.expect(bank, modes, &bands, rise);
+        self.expect(bank, modes, &bands, behind);
         bank.machine.legs.put(lane, modes);
         Ok(())
     }

@@ -6,6 +6,7 @@ use super::filters::{Filters, Rings};
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
 use crate::physics::legs::Conducting;
+use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
 use crate::step::ringing::Ringing;
 use crate::step::swing::{Cubic, cubic};
@@ -105,14 +106,14 @@ impl<V: Wide> Sensed<V> {
         V::compute(Within(&self.passed, lane, times))
     }
 
-    /// Keeps of a step what is asked for, before its end becomes the place of those that took it; of terminals of such an elastance in 1/F.
+    /// Keeps of a step what is asked for, before its end becomes the place of those that took it.
     #[inline(always)]
     pub fn keep<const RARE: bool>(
         &mut self,
         taken: V::Mask,
         begin: &Here<V>,
         tried: &Tried<V>,
-        elastance: Option<V>,
+        machine: &Machine<V>,
     ) {
         let passed = &mut self.passed;
         passed.taken = taken;
@@ -121,7 +122,10 @@ impl<V: Wide> Sensed<V> {
         passed.legs = tried.legs;
         passed.current = [begin.at.current, tried.end.at.current];
         passed.rise = [tried.change[0].current, tried.change[1].current];
-        if RARE && let (Some(floating), Some(elastance)) = (&tried.floating, elastance) {
+        if RARE && let (Some(floating), Some(elastance)) = (&tried.floating, machine.legs.elastance) {
+            // With the terminals' potentials as they were put right: a volt is a hundred amperes a millisecond.
+            let end = &tried.end;
+            passed.rise[1] = machine.change::<RARE>(&tried.legs, &end.at, &end.state).current;
             passed.ringing = Some((floating.ringing, elastance / tried.end.state.link));
         }
     }

@@ -221,6 +221,17 @@ impl<V: Wide> Ringing<V> {
         Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * sin] }
     }
 
+    /// What the currents may be off between the ends as far as their remainders are no cubics, as the flux in Wb that belongs to it.
+    #[inline(always)]
+    pub fn error_between(&self) -> V {
+        let mut all = V::of(0.0);
+        for m in 0..2_usize {
+            let size = self.modes.back[m].x.abs() + self.modes.back[m].y.abs();
+            all = all + size * untold(&self.remainder[m]);
+        }
+        all
+    }
+
     /// What a step may be off in Wb as far as force and remainder are no cubics: as a share of what [`ALIKE`] steps in a row may
     /// be off alike.
     #[inline(always)]

@@ -307,7 +307,7 @@ impl<V: Wide> Tried<V> {
         let off = flux - looked_up_flux;
         let mut own = error(accuracy, h, &terminals.resistance, here, &end, [&change, &end_change], off);
         if RARE && let Some(ringing) = &ringing {
-            own = ringing_error(accuracy, ringing.error(), off);
+            own = ringing_error(accuracy, ringing, off);
         }
         let mut error = own
             + angle_error * SHARE_OF_ANGLE * accuracy.per_angle

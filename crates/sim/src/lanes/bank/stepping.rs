@@ -144,7 +144,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
             crossed,
         };
         if let Some(sensed) = &mut bank.sensed {
-            sensed.keep::<RARE>(accepted, &bank.here, &tried, bank.machine.legs.elastance);
+            sensed.keep::<RARE>(accepted, &bank.here, &tried, &bank.machine);
         }
         if bank.follow {
             bank.begin = bank.here;

@@ -9,7 +9,7 @@ use crate::physics::machine::Operating;
 use crate::physics::state::State;
 use crate::step::corrections::{RotorFlux, lag_behind};
 use crate::step::modes::Modes;
-use crate::step::ringing::{End, Ringing};
+use crate::step::ringing::End;
 
 const NONE: Plane<f64> = Plane { x: 0.0, y: 0.0 };
 
@@ -101,7 +101,7 @@ fn ringing(x: f64, angle: f64, of_force: bool) -> f64 {
         -angle * (imaginary * x - real * angle) / square
     };
     let accuracy = Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered: 0.0 };
-    ringing_error(&accuracy, step.error(), NONE) / (step.after(1.0)[0].x - exact).abs()
+    ringing_error(&accuracy, &step, NONE) / (step.after(1.0)[0].x - exact).abs()
 }
 
 #[test]
