@@ -72,7 +72,7 @@ fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
     let mut count = [0; 2];
     for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
         for (interval, delay, dead_time) in
-            [(scope::DRIVES_BEAT, 0.46..0.55, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
+            [(scope::DRIVES_BEAT, 0.45..0.60, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
         {
             let scope = Scope { interval, ..Scope::of(range) };
             for seed in 0..2 {

@@ -261,13 +261,13 @@ mod tests {
     #[test]
     fn regress_what_would_grow_without_end_is_refused() {
         let begin = std::time::Instant::now();
-        let entities: String =
-            (1..12).map(|k| format!("<!ENTITY a{k} \"{}\">", format!("&a{};", k - 1).repeat(10))).collect();
+        let texts = |count: u32, of: &dyn Fn(u32) -> String| (0..count).map(of).collect::<String>();
+        let entities = texts(11, &|k| format!("<!ENTITY a{} \"{}\">", k + 1, format!("&a{k};").repeat(10)));
         let laughs =
             format!("<!DOCTYPE x [<!ENTITY a0 \"lol\">{entities}]><x><foc_motor_r>&a11;</foc_motor_r></x>");
         let nested = format!("{}{}", "<a>".repeat(15_000), "</a>".repeat(15_000));
         let deep = nested.replace("<a>", "<a><b/>");
-        let attributes: String = (0..25_000).map(|k| format!(" a{k}=\"\"")).collect();
+        let attributes = texts(25_000, &|k| format!(" a{k}=\"\""));
         for (xml, message) in [
             (&laughs, "DTD"),
             (&deep, "nodes limit reached"),
