@@ -156,7 +156,7 @@ Rlow 5 6 {slope:g}m
 Dlow 6 m junction"""
 
 
-def met_by_ringing(resistance, switch_drop, diode_drop):
+def met_by_ringing(resistance, switch_drop, diode_drop, mosfets):
     """A resistance in Ω for each terminal that no device feeds."""
     lines = [
         f"* A terminal floats where its potential is between those at which a device of its leg begins to conduct. Its",
@@ -166,6 +166,9 @@ def met_by_ringing(resistance, switch_drop, diode_drop):
         low = f"({DC_LINK - switch_drop:g}*v(up{leg})-{diode_drop:g}*(1-v(up{leg})))"
         high = f"({switch_drop:g}*v(low{leg})+{DC_LINK + diode_drop:g}*(1-v(low{leg})))"
         inside = f"(1+tanh((v({leg})-{low})/10m-5))*(1+tanh(({high}-v({leg}))/10m-5))/4"
+        if mosfets:
+            # A channel conducts at any potential.
+            inside = f"(1-v(up{leg}))*(1-v(low{leg}))*" + inside
         lines.append(f"Bin{leg} in{leg} 0 v={inside}\nRin{leg} in{leg} floats{leg} 1k\nCin{leg} floats{leg} 0 0.2p ic=0")
         lines.append(f"Rmet{leg} {leg} w{leg} r='1u+{resistance:g}*v(floats{leg})'")
     return "\n".join(lines)
@@ -204,8 +207,8 @@ def netlist(case, tables, sequences, step, reltol):
     terminals = "".join(f"C{leg} {leg} 0 {capacitance:g}n ic={DC_LINK / 2:g}\n" for leg in "abc")
     damped, windings = float(case["resistance"]), "abc"
     if damped:
-        assert capacitance and not mosfets, case["name"]
-        terminals += met_by_ringing(damped, switch_drop, diode_drop)
+        assert capacitance, case["name"]
+        terminals += met_by_ringing(damped, switch_drop, diode_drop, mosfets)
         windings = ["wa", "wb", "wc"]
     stray = "".join(f"C{leg} {leg} damped{leg} 0.1p\nRdamp{leg} damped{leg} 0 1meg\n" for leg in "abc")
     return f"""\

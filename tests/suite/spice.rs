@@ -257,7 +257,7 @@ fn cross_terminals_with_a_capacitance_against_ngspice() {
 #[test]
 fn cross_terminals_whose_ringing_is_damped_against_ngspice() {
     let cases = compared("damped_");
-    assert_eq!(cases.len(), 3);
+    assert_eq!(cases.len(), 4);
     for case in cases {
         // Without the resistance, and with a tenth more, the run differs.
         for share in [0.0, 1.1] {
