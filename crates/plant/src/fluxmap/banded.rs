@@ -23,6 +23,15 @@ impl Banded {
         self.rows[index] += value;
     }
 
+    /// Adds the products of a factor with each of these to the elements in row i from column j on, up to the diagonal at most.
+    #[inline]
+    pub(super) fn add_products(&mut self, i: usize, j: usize, factor: f64, factors: &[f64]) {
+        let index = self.index(i, j);
+        for (element, other) in self.rows[index..index + factors.len()].iter_mut().zip(factors) {
+            *element += factor * other;
+        }
+    }
+
     /// The element in row i and column j ≤ i within the band.
     fn get(&self, i: usize, j: usize) -> f64 {
         self.rows[self.index(i, j)]

@@ -176,33 +176,42 @@ impl Magnetics for FluxMap {
     }
 }
 
+/// A least-squares problem's normal equations.
+struct Normal {
+    matrix: Banded,
+    right: Vec<f64>,
+}
+
+impl Normal {
+    /// Adds an equation: the sum of the unknowns, each times its factor, is this value. They stand in runs of neighbours, each from
+    /// its start on, and the starts ascend.
+    fn add<const RUN: usize>(&mut self, starts: &[usize], factors: &[[f64; RUN]], value: f64) {
+        for (number, (start, own)) in starts.iter().zip(factors).enumerate() {
+            for (place, factor) in own.iter().enumerate() {
+                let i = start + place;
+                self.right[i] += factor * value;
+                for (start, factors) in starts[..number].iter().zip(factors) {
+                    self.matrix.add_products(i, *start, *factor, factors);
+                }
+                self.matrix.add_products(i, *start, *factor, &own[..=place]);
+            }
+        }
+    }
+}
+
 /// The surface by least squares of its gradient.
 fn fit([along_d, along_q]: &[Cells; 2], samples: &[Sample]) -> Option<Vec<Piece>> {
     let (rows, row) = (along_d.functions(), along_q.functions());
     let count = rows * row;
-    let mut normal = Banded::new(count, (WIDTH - 1) * row + WIDTH - 1);
-    let mut right = vec![0.0; count];
-    let mut add = |indices: &[usize], factors: &[f64], value: f64| {
-        for (a, i) in indices.iter().enumerate() {
-            right[*i] += factors[a] * value;
-            for (b, j) in indices.iter().enumerate().filter(|(_, j)| *j <= i) {
-                normal.add(*i, *j, factors[a] * factors[b]);
-            }
-        }
-    };
+    let matrix = Banded::new(count, (WIDTH - 1) * row + WIDTH - 1);
+    let mut normal = Normal { matrix, right: vec![0.0; count] };
     for sample in samples {
         let (d, q) = (along_d.find(sample.flux.d), along_q.find(sample.flux.q));
         let (weights_d, weights_q) = (along_d.weights(d), along_q.weights(q));
-        let mut indices = [0; WIDTH * WIDTH];
-        let (mut slope_d, mut slope_q) = ([0.0; WIDTH * WIDTH], [0.0; WIDTH * WIDTH]);
-        for k in 0..WIDTH * WIDTH {
-            let (m, n) = (k / WIDTH, k % WIDTH);
-            indices[k] = (d.cell + m) * row + q.cell + n;
-            slope_d[k] = weights_d[1][m] * weights_q[0][n];
-            slope_q[k] = weights_d[0][m] * weights_q[1][n];
-        }
-        add(&indices, &slope_d, sample.current.d);
-        add(&indices, &slope_q, sample.current.q);
+        let starts: [usize; WIDTH] = std::array::from_fn(|m| (d.cell + m) * row + q.cell);
+        let products = |d: [f64; WIDTH], q: [f64; WIDTH]| d.map(|d| q.map(|q| d * q));
+        normal.add(&starts, &products(weights_d[1], weights_q[0]), sample.current.d);
+        normal.add(&starts, &products(weights_d[0], weights_q[1]), sample.current.q);
     }
     // Where there are no samples: as little third difference as can be. And the energy of one point is zero.
     let width = along_d.width().min(along_q.width());
@@ -210,17 +219,17 @@ fn fit([along_d, along_q]: &[Cells; 2], samples: &[Sample]) -> Option<Vec<Piece>
     for a in 0..rows {
         for b in 0..row {
             if a >= 3 {
-                let third = along_d.third_derivative(a - 3).map(|factor| weight * factor);
-                add(&[0, 1, 2, 3].map(|k| (a + k - 3) * row + b), &third, 0.0);
+                let third = along_d.third_derivative(a - 3).map(|factor| [weight * factor]);
+                normal.add(&[0, 1, 2, 3].map(|k| (a + k - 3) * row + b), &third, 0.0);
             }
             if b >= 3 {
                 let third = along_q.third_derivative(b - 3).map(|factor| weight * factor);
-                add(&[0, 1, 2, 3].map(|k| a * row + b + k - 3), &third, 0.0);
+                normal.add(&[a * row + b - 3], &[third], 0.0);
             }
         }
     }
-    add(&[count / 2], &[1.0 / width], 0.0);
-    let coefficients = normal.factor()?.solve(right);
+    normal.add(&[count / 2], &[[1.0 / width]], 0.0);
+    let coefficients = normal.matrix.factor()?.solve(normal.right);
     let piece = |cell: [usize; 2]| {
         let block = |m: usize, n: usize| coefficients[(cell[0] + m) * row + cell[1] + n];
         Piece::of(along_d.powers(cell[0]), along_q.powers(cell[1]), block)

@@ -26,6 +26,18 @@ fn analytic_the_noise_is_that_of_one_reading() {
 }
 
 #[test]
+fn analytic_the_noise_of_the_link_is_that_of_one_reading_too() {
+    let mut noise = Noise::new();
+    // Differences of ±√2 σ, a hundredth of the link each.
+    let at = |dc_link: f64| Reading { dc_link, ..reading([0.0; 3]) };
+    for sign in [1.0, -1.0] {
+        noise.add(&[at(540.0 * (1.0 - sign * 0.01 * 2.0_f64.sqrt())), at(540.0)]);
+    }
+    let (variance, freedom) = noise.of_link();
+    assert!((variance - 1e-4).abs() < 1e-12 && freedom == 2.0, "{variance} {freedom}");
+}
+
+#[test]
 fn law_waits_end_when_the_current_is_gone_and_slow_ones_are_released() {
     for fast in [true, false] {
         let mut settler = Settler::new(SETTINGS, fast);
