@@ -37,7 +37,7 @@ const OTHERS: [(&str, &str); 6] = [
     ),
     (
         "field",
-        "errors = \"field\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"detector.method\" = [\"line-inductance\", \"bipolar\"]",
+        "errors = \"field\"\n[axes]\nmotor = [\"paper-5k5\", \"outrunner\"]\n\"inverter.terminal_capacitance\" = [\"0 F\", \"0.3 nF\"]\n\"detector.method\" = [\"line-inductance\", \"bipolar\"]",
     ),
     (
         "ringing",
