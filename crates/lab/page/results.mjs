@@ -19,7 +19,7 @@ export function detection(side, of, both) {
     of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
     of.reason && ['why', of.reason],
   ].filter(Boolean);
-  return make('div', { class: `detection ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
+  return make('div', { class: `outcome ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
     make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),
     make('dl', {}, ...facts.map(([name, value]) => make('div', {}, make('dt', { text: name }), make('dd', { text: value })))));
 }
