@@ -35,7 +35,7 @@ fn odds(system: &dyn System<Error = Infallible>, seed: u64) -> Odds {
 #[test]
 fn analytic_intervals_hold_a_two_vector_test_in_95_of_100_answers() {
     // `examples/coverage.rs` has 1,000 answers each; its output is in docs/odds-coverage.txt.
-    const ANSWERS: u32 = 16;
+    const ANSWERS: u32 = 17;
     let (mut held, mut ratios) = (0, 0.0);
     for truth in [1e-3, 1e-6, 1e-9] {
         let system = TwoVectors::of(truth);
@@ -54,9 +54,9 @@ fn analytic_intervals_hold_a_two_vector_test_in_95_of_100_answers() {
         assert!((mean - 1.0).abs() < 0.06, "no bias at {truth:e}: {mean}");
         ratios += sum;
     }
-    // Of 48, 41 or fewer happen by chance in one of 100 cases. Intervals that hold 80 of 100 fail in 87 of 100 cases, those
-    // that hold 70 in all but four of 1,000.
-    assert!(held >= 42, "{held} of {}", 3 * ANSWERS);
+    // Of 51, 44 or fewer happen by chance in 13 of 1,000 cases. Intervals that hold 80 of 100 fail in 91 of 100 cases, those
+    // that hold 70 in all but two of 1,000.
+    assert!(held >= 45, "{held} of {}", 3 * ANSWERS);
     let mean = ratios / f64::from(3 * ANSWERS);
     assert!((mean - 1.0).abs() < 0.03, "no bias: {mean}");
 }
