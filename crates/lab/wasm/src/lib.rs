@@ -58,7 +58,7 @@ impl Module {
     }
 
     /// Where the answer is.
-    fn answer(&mut self, answer: Answer) -> *const u8 {
+    fn place_of(&mut self, answer: Answer) -> *const u8 {
         let (code, bytes) = match answer {
             Ok(Some(bytes)) => (0_u32, bytes),
             Ok(None) => (2, Vec::new()),
@@ -73,7 +73,7 @@ impl Module {
 fn with(act: impl FnOnce(&mut Module) -> Answer) -> *const u8 {
     MODULE.with_borrow_mut(|module| {
         let answer = act(module);
-        module.answer(answer)
+        module.place_of(answer)
     })
 }
 
