@@ -32,7 +32,7 @@ struct Counts {
     above: u64,
     near: u64,
     alarms: u64,
-    /// Of the answers with an alarm: intervals that hold the truth as the runs have them, and widened.
+    /// Among the answers that ring an alarm, how many intervals hold the truth: the interval of the runs' own spread, and the widened one.
     alarmed: [u64; 2],
     /// Sums of value over truth, of upper end over value, of trials.
     sums: [f64; 3],

@@ -3,12 +3,12 @@
 //! A trial's angle, drive and sensors follow from the seed and its number alone, whatever the method is: common random
 //! numbers, so that a difference between two rows is the methods'.
 
+use standstill_campaign::Summary;
 use standstill_detect::{Method, SettingsError};
+use standstill_scenario::{ErrorSet, Rotor, Scenario};
 use standstill_sim::{NoProbe, RunError, run};
 
 use crate::bound::{Bound, BoundError, Bounds, Counted};
-use standstill_campaign::Summary;
-use standstill_scenario::{ErrorSet, Rotor, Scenario};
 
 /// One method under one set of conditions.
 #[derive(Clone, Debug, PartialEq)]

@@ -9,8 +9,8 @@
 //!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
 //!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability
 //! ```
-//! What no method can do better with the same excitation is the Cramér–Rao limit ([`Bounds`]). The tables of the paper, their audit
-//! and their simulation are in [`paper`].
+//! [`Bounds`] computes the Cramér–Rao limit: no method has a smaller error with the same excitation. [`paper`] has the tables of the
+//! paper, audits them and simulates them.
 //!
 //! All rest on one fact: a trial is a pure function of its draws, and these can be given on a [`Tape`]. The
 //! mathematics ([`subset`], [`sobol`], [`bracket`]) knows no motor: it works on any [`System`], a function of a vector of

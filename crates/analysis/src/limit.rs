@@ -144,21 +144,28 @@ impl Measure {
     }
 }
 
+/// The count that is nearest to a number of trials.
+#[allow(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "trials are counted: never negative, and far below 2^53"
+)]
+fn whole(trials: f64) -> u64 {
+    trials.round() as u64
+}
+
 /// A share of which so many of all starts had a case, with the exact interval that so many trials like these would leave.
 fn share(count: usize, all: usize, trials: f64) -> Estimate {
     let value = count as f64 / all as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
-    let found = binomial_interval((value * trials).round() as u64, trials.round() as u64);
+    let found = binomial_interval(whole(value * trials), whole(trials));
     Estimate { value, low: found.low.min(value), high: found.high.max(value) }
 }
 
 /// A quantile of values in their order, none of which is below zero, with the interval that so many trials like these would leave.
 fn quantile(values: &[f64], share: f64, trials: f64) -> Estimate {
     let count = values.len() as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
-    let [value, ..] = quantile_ranks(share, count as u64);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "counts")]
-    let [_, low, high] = quantile_ranks(share, trials.round() as u64);
+    let [value, ..] = quantile_ranks(share, whole(count));
+    let [_, low, high] = quantile_ranks(share, whole(trials));
     let at = |rank: u64| usize::try_from(rank).ok().and_then(|rank| values.get(rank).copied());
     // A rank among that many trials is as far up among these.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "below their number")]

@@ -50,8 +50,8 @@ fn item<'a>(budget: &'a Budget, key: &str) -> &'a Item {
     budget.items.iter().find(|item| item.source.key == key).expect("a source")
 }
 
-/// What small errors of sensors make of the axis on a linear core, by equations (4), (7) and (10). Line k, which one sensor reads, has
-/// L_k = 3 L_A − 3 L_B cos(2θ + φ_k), and a relative error ε_k of each turns the axis by Σ ε_k L_k sin(2θ + φ_k)/(9 L_B).
+/// The error of the axis that small sensor errors cause on a linear core, by equations (4), (7) and (10). One sensor reads each line k,
+/// whose inductance is L_k = 3 L_A − 3 L_B cos(2θ + φ_k). Relative errors ε_k turn the axis by Σ ε_k L_k sin(2θ + φ_k)/(9 L_B).
 struct Linear {
     l_a: f64,
     l_b: f64,
@@ -194,8 +194,9 @@ fn analytic_gains_and_a_saliency_that_scatters_have_the_interaction_of_a_product
 
 #[test]
 fn law_shares_and_an_interaction_that_is_estimated_by_itself_sum_to_one() {
-    // Of two sources the second difference e(u,v) − e(u',v) − e(u,v') + e(u',v') has four times the interaction's variance, and
-    // nothing else: another estimator than the rest that a budget takes for it, on trials that the budget does not have.
+    // The second difference of two sources, e(u,v) − e(u',v) − e(u,v') + e(u',v'), has four times the variance of their interaction and
+    // contains nothing else. So it estimates the interaction by itself, from trials that the budget does not use; the budget takes
+    // for it what the other shares leave.
     let plan = products();
     let trials = Trials::new(&plan).expect("a scenario");
     let name = "motor.winding.saliency";
@@ -249,8 +250,8 @@ fn law_totals_and_first_orders_enclose_what_sources_make_together() {
     let plan = Plan::new(document.expect("TOML")).expect("a plan");
     let budget = budget(&plan, 600);
     let half = |e: &Estimate| (e.high - e.low) / 2.0;
-    // What sources make together is in the total of each that has a part, so in two at least: Jansen's totals less Saltelli's first orders
-    // are each no more than it, and together twice as much or more.
+    // An interaction belongs to two sources or more, and counts in the total of each. So a source's total (Jansen) exceeds its
+    // first order (Saltelli) by at most the interaction, and the excesses of all sources add up to at least twice the interaction.
     let (mut apart, mut square) = (0.0, half(&budget.interaction).powi(2));
     for item in &budget.items {
         let both = half(&item.total).hypot(half(&item.share));

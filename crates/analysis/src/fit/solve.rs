@@ -46,8 +46,8 @@ pub struct Sum {
 const NEIGHBOURS: usize = 40;
 
 /// Square of the way left, in deviations of all unknowns together, at which no step need be more likely any more:
-/// waveforms are straight between their points and edges whole nanoseconds, which moves ln P by some tenths, and the way left with it:
-/// where fits of the tests end so, 0.02 to 1.01 is left, of some eighty unknowns.
+/// waveforms are straight between their points and edges whole nanoseconds, which moves ln P by some tenths, and the way left with it.
+/// Fits of the saturated motor in the tests that end so have 0.02 to 1.01 left.
 const INTEGRATORS_ERROR: f64 = 2.0;
 
 /// Currents in A and their slopes in A/s.
@@ -169,9 +169,9 @@ impl Problem {
         Some(part)
     }
 
-    /// The delay's column, of a piece of which every edge has a place of its own: channels that are later read what later edges make.
-    /// Of differences of the edges and slopes of the currents apart, what their errors leave would tell the two from each
-    /// other, which no reading does.
+    /// The delay's column of a piece in which every edge is an unknown: the sum of the edges' columns. A channel that lags reads the same
+    /// as edges that all come later, so no reading tells the two apart. A derivative computed in another way would: its rounding
+    /// errors differ from those of the edges.
     fn delayed(&self, piece: &Piece, columns: &[Column]) -> Option<Column> {
         let delay = self.free.iter().position(|parameter| *parameter == Parameter::Delay)?;
         let shifts = || columns.iter().filter(|(place, _)| *place >= self.free.len());
