@@ -111,6 +111,25 @@ pub fn power<T: Lane>(x: T, exponent: u8) -> T {
     result
 }
 
+/// c₀ + c₁ x + c₂ x² + c₃ x³, given x²: in pairs, so that no product waits for more than one other.
+#[inline(always)]
+pub fn four<T: Lane>(x: T, x2: T, c: [f64; 4]) -> T {
+    (x * c[3] + c[2]) * x2 + (x * c[1] + c[0])
+}
+
+/// The same with eight coefficients, given x² and x⁴, after G. Estrin, "Organization of computer systems" (1960),
+/// DOI 10.1145/1460361.1460365.
+///
+/// ```
+/// use standstill_numeric::eight;
+/// let x = 0.5_f64;
+/// assert_eq!(eight(x, x * x, x * x * x * x, [1.0; 8]), 2.0 - 1.0 / 128.0);
+/// ```
+#[inline(always)]
+pub fn eight<T: Lane>(x: T, x2: T, x4: T, c: [f64; 8]) -> T {
+    four(x, x2, [c[4], c[5], c[6], c[7]]) * x4 + four(x, x2, [c[0], c[1], c[2], c[3]])
+}
+
 /// Added to a number below 2^51, it rounds it to a whole one, which then is in the lowest bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 

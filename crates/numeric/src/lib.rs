@@ -1,8 +1,9 @@
 //! What everything computes with: the same operations, in the same order, on every machine.
 //!
 //! * [`Lane`]: a number, or several of them side by side in wide registers ([`Wide`]). Equations are written once for both.
-//! * [`sin_cos`], [`power`]: functions of a lane that no library has for several numbers.
+//! * [`sin_cos`], [`power`], [`four`], [`eight`]: functions of a lane that no library has for several numbers.
 //! * [`sin`], [`exp`], [`ln`], [`hypot`] and so on: functions of one number, from a library that every machine has alike.
+//! * [`PER_FACTORIAL`]: the coefficients of exponentials.
 //! * [`Symmetric`]: a 2×2 matrix such as an inverse inductance.
 //! * [`Heading`]: an angle as its sine and cosine.
 //! * [`rank`]: where a quantile stands among sorted values.
@@ -25,6 +26,7 @@
 //! ```
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod factorials;
 mod functions;
 mod heading;
 mod lane;
@@ -32,11 +34,12 @@ mod quantile;
 mod root;
 mod symmetric;
 
+pub use factorials::PER_FACTORIAL;
 pub use functions::{
     atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_branchless, ln_gamma, log10, powf, sin,
 };
 pub use heading::Heading;
-pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, on_widest, power, sin_cos};
+pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, eight, four, on_widest, power, sin_cos};
 pub use quantile::rank;
 pub use root::root;
 pub use symmetric::Symmetric;

@@ -1,6 +1,6 @@
 //! The filters of the phases' sensors, of machines side by side.
 
-use standstill_numeric::Wide;
+use standstill_numeric::{PER_FACTORIAL, Wide, eight, four};
 
 use crate::step::ringing::Oscillation;
 use crate::step::swing::{Cubic, decayed, scaled, sum};
@@ -14,14 +14,8 @@ pub struct Filters<V> {
     pub output: [V; 3],
 }
 
-/// What a current that oscillates over a step is, in each phase.
-#[derive(Clone, Copy, Debug)]
-pub struct Rings<V> {
-    /// How.
-    pub of: Oscillation<V>,
-    /// How much of it each phase has.
-    pub share: [V; 3],
-}
+/// What oscillates in the phases' currents over a step: two oscillations, and how much of each a phase has.
+pub type Rings<'o, V> = (&'o [Oscillation<V>; 2], &'o [[V; 3]; 2]);
 
 impl<V: Wide> Filters<V> {
     /// At rest.
@@ -39,16 +33,16 @@ impl<V: Wide> Filters<V> {
 
     /// Advances those that are `taken` over `h` seconds of such inputs in A: cubics over a step, and what oscillates beside them.
     #[inline(always)]
-    pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Cubic<V>; 3], rings: Option<&[Rings<V>; 2]>) {
+    pub fn advance(&mut self, taken: V::Mask, h: V, input: &[Cubic<V>; 3], rings: Option<Rings<'_, V>>) {
         for k in 0..3 {
-            let rings = some!(rings, rings => pair!(m => (rings[m].of, rings[m].share[k])));
-            let output = after(self.output[k], h * self.rate[k], &input[k], rings.as_ref());
+            let rings = some!(rings, (of, shares) => (of, pair!(m => shares[m][k])));
+            let output = after(self.output[k], h * self.rate[k], &input[k], rings);
             self.output[k] = V::choose(taken, output, self.output[k]);
         }
     }
 
     /// Outputs of phases of a lane in such a step, side by side: of as many from phase `first` on as there are lanes, after these
-    /// shares of it.
+    /// shares of it, over which its oscillations are those.
     #[inline(always)]
     pub fn within(
         &self,
@@ -57,7 +51,7 @@ impl<V: Wide> Filters<V> {
         share: V,
         h: f64,
         input: &[Cubic<V>; 3],
-        rings: Option<&[Rings<V>; 2]>,
+        rings: Option<Rings<'_, V>>,
     ) -> V {
         // Lanes beyond the last phase have the first one's numbers.
         let of = |number: &V| V::of(number.get(lane));
@@ -72,30 +66,30 @@ impl<V: Wide> Filters<V> {
             for power in 0..4 {
                 cubic[power].put(n, input[k][power].get(lane));
             }
-            if let Some(rings) = rings {
+            if let Some((_, of_phases)) = rings {
                 for m in 0..2 {
-                    shares[m].put(n, rings[m].share[k].get(lane));
+                    shares[m].put(n, of_phases[m][k].get(lane));
                 }
             }
         }
         let cubic = scaled(&cubic, share, V::of(1.0));
-        let rings = some!(rings, rings => pair!(m => (rings[m].of.of_lane(lane, share), shares[m])));
-        after(output, share * h * rate, &cubic, rings.as_ref())
+        let rings = some!(rings, (of, _) => (of, shares));
+        after(output, share * h * rate, &cubic, rings)
     }
 }
 
 /// What becomes of an output in a step `a` time constants long: exactly, up to rounding, for a cubic, and for what oscillates beside
 /// it, each with its share, to which a filter answers by `a/(a + σ) z (e^(σ s) − e^(−a s))`.
 #[inline(always)]
-fn after<V: Wide>(output: V, a: V, input: &Cubic<V>, rings: Option<&[(Oscillation<V>, V); 2]>) -> V {
+fn after<V: Wide>(output: V, a: V, input: &Cubic<V>, rings: Option<(&[Oscillation<V>; 2], [V; 2])>) -> V {
     let (decay, means) = means(a);
     let mut output = output * decay + a * sum(input, &means);
-    if let Some(rings) = rings {
+    if let Some((all, shares)) = rings {
         for m in 0..2 {
-            let (of, share) = &rings[m];
+            let (of, share) = (&all[m], shares[m]);
             let ([re, im], [grown, turned]) = (of.phasor, of.over);
             let [x, y] = [a + of.turns[0], of.turns[1]];
-            let factor = *share * a / (x * x + y * y);
+            let factor = share * a / (x * x + y * y);
             let more = (re * x + im * y) * (grown - decay) - (im * x - re * y) * turned;
             output = output + factor * more;
         }
@@ -125,17 +119,15 @@ fn means<V: Wide>(a: V) -> (V, [V; 4]) {
     (V::choose(far, decay_beyond, decay), all)
 }
 
-/// The same of short steps, from the last one on.
+/// The same of short steps: φ₄ from its series, the others from it.
 #[inline(always)]
 fn near<V: Wide>(a: V) -> (V, [V; 4]) {
     let one = V::of(1.0);
-    let mut last = one;
-    let mut n = 18.0;
-    while n > 4.5 {
-        last = one - a * last * (1.0 / n);
-        n -= 1.0;
-    }
-    last = last * (1.0 / 24.0);
+    let c = PER_FACTORIAL;
+    let (a2, a4) = (a * a, (a * a) * (a * a));
+    let low = eight(a, a2, a4, [c[4], -c[5], c[6], -c[7], c[8], -c[9], c[10], -c[11]]);
+    let high = four(a, a2, [c[12], -c[13], c[14], -c[15]]) + (a2 * c[18] - a * c[17] + c[16]) * a4;
+    let last = high * (a4 * a4) + low;
     let third = V::of(1.0 / 6.0) - a * last;
     let second = V::of(0.5) - a * third;
     let first = one - a * second;

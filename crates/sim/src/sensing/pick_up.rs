@@ -61,9 +61,16 @@ impl<V: Wide> PickedUp<V> {
         self.phasor[0].get(lane)
     }
 
-    /// What it adds in a lane, in A, after shares of a step of `h` seconds in which potentials move so.
+    /// What it adds in a lane, in A, after shares of a step of `h` seconds in which potentials move so; over the shares the step's
+    /// oscillations are those.
     #[inline(always)]
-    pub fn within(&self, lane: usize, share: V, h: f64, moves: Option<&Moves<V>>) -> V {
+    pub fn within(
+        &self,
+        lane: usize,
+        share: V,
+        h: f64,
+        moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>,
+    ) -> V {
         let mut then = Self {
             amplitude: V::of(self.amplitude.get(lane)),
             decay: V::of(self.decay.get(lane)),
@@ -71,8 +78,9 @@ impl<V: Wide> PickedUp<V> {
             levels: self.levels,
             phasor: pair!(n => V::of(self.phasor[n].get(lane))),
         };
-        let moves = some!(moves, moves => moves.of_lane(lane, share));
-        then.advance(V::Mask::of_bits(u32::MAX), share * h, moves.as_ref());
+        let moves = some!(moves, (moves, of) => (moves.of_lane(lane, share), of));
+        let moves = some!(&moves, (moves, of) => (moves, *of));
+        then.advance(V::Mask::of_bits(u32::MAX), share * h, moves);
         then.phasor[0]
     }
 
@@ -103,15 +111,15 @@ impl<V: Wide> PickedUp<V> {
 
     /// Lets `h` seconds pass where they are `taken`, in which potentials move so.
     #[inline(always)]
-    pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<&Moves<V>>) {
+    pub fn advance(&mut self, taken: V::Mask, h: V, moves: Option<(&Moves<V>, &[Oscillation<V>; 2])>) {
         let zero = V::of(0.0);
         let z = [zero - self.decay * h, self.turn * h];
         let size = decayed(self.decay * h);
         let (sin, cos) = sin_cos(z[1]);
         let grown = [size * cos, size * sin];
         let mut next = times(self.phasor, grown);
-        if let Some(moves) = moves {
-            let sum = moves.answer(z, grown);
+        if let Some((moves, of)) = moves {
+            let sum = moves.answer(z, grown, of);
             for n in 0..2 {
                 next[n] = next[n] + self.amplitude * sum[n];
             }
@@ -123,29 +131,29 @@ impl<V: Wide> PickedUp<V> {
     }
 }
 
-/// By how many links the potentials of all terminals move a step: a cubic over it, and what oscillates beside it, with its share.
+/// By how many links the potentials of all terminals move a step: a cubic over it, and so much of each of the step's oscillations.
 #[derive(Clone, Copy, Debug)]
 pub struct Moves<V> {
     /// The cubic.
     pub cubic: Cubic<V>,
-    /// What oscillates.
-    pub rings: [(Oscillation<V>, V); 2],
+    /// Of the oscillations.
+    pub shares: [V; 2],
 }
 
 impl<V: Wide> Moves<V> {
-    /// Those of a lane in all lanes, each over a share of the step.
+    /// The moves of a lane in all lanes, each over a share of the step.
     #[inline(always)]
     fn of_lane(&self, lane: usize, share: V) -> Self {
         let one = |number: &V| V::of(number.get(lane));
         let cubic = [one(&self.cubic[0]), one(&self.cubic[1]), one(&self.cubic[2]), one(&self.cubic[3])];
-        let rings = pair!(m => (self.rings[m].0.of_lane(lane, share), share * self.rings[m].1.get(lane)));
-        Self { cubic: scaled(&cubic, share, share), rings }
+        let shares = pair!(m => share * self.shares[m].get(lane));
+        Self { cubic: scaled(&cubic, share, share), shares }
     }
 
     /// ∫ e^(z (1 − s)) x(s) ds over a step: n! φ_(n+1)(z) for a power of s, with φ_(n+1) = (φ_n − 1/n!)/z, and for an oscillation
     /// w e^(σ s) and its conjugate w (e^σ − e^z)/(σ − z) each.
     #[inline(always)]
-    fn answer(&self, z: [V; 2], grown: [V; 2]) -> [V; 2] {
+    fn answer(&self, z: [V; 2], grown: [V; 2], of: &[Oscillation<V>; 2]) -> [V; 2] {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         // On steps that are shorter than any the quotients would be rounding.
         let far = (z[0] * z[0] + z[1] * z[1]).above(V::of(1e-6));
@@ -162,8 +170,8 @@ impl<V: Wide> Moves<V> {
             factorial *= power;
         }
         for m in 0..2 {
-            let (of, share) = &self.rings[m];
-            let half = *share * 0.5;
+            let of = &of[m];
+            let half = self.shares[m] * 0.5;
             for sign in [1.0, -1.0] {
                 let to = [of.over[0] - grown[0], of.over[1] * sign - grown[1]];
                 let by = [of.turns[0] - z[0], of.turns[1] * sign - z[1]];

@@ -2,13 +2,13 @@
 
 use standstill_numeric::{Compute, Mask, Wide};
 
-use super::filters::{Filters, Rings};
+use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
-use crate::step::ringing::Ringing;
+use crate::step::ringing::Oscillation;
 use crate::step::swing::{Cubic, cubic};
 use crate::step::two_derivative::{Here, Tried};
 
@@ -36,14 +36,24 @@ struct Passed<V: Wide> {
     /// Currents in A at both ends, and how fast they rise, in A/s.
     current: [Plane<V>; 2],
     rise: [Plane<V>; 2],
-    /// Where terminals have a capacitance: how they ring, and by how many links an ampere moves a terminal in a second.
-    ringing: Option<(Ringing<V>, V)>,
+    /// Where terminals have a capacitance: how they ring.
+    ringing: Option<Oscillating<V>>,
     /// The sensors at its beginning, and what their filters are given in it.
     filters: Option<Filters<V>>,
     picked_up: Option<PickedUp<V>>,
     input: [Cubic<V>; 3],
-    rings: Option<[Rings<V>; 2]>,
+    shares: [[V; 3]; 2],
     moves: Option<Moves<V>>,
+}
+
+/// What oscillates in the currents over a step.
+#[derive(Clone, Copy, Debug)]
+struct Oscillating<V> {
+    of: [Oscillation<V>; 2],
+    /// From an oscillation to current.
+    to: [Plane<V>; 2],
+    /// By how many links an ampere moves a terminal in a second.
+    per_charge: V,
 }
 
 impl<V: Wide> Sensed<V> {
@@ -61,7 +71,7 @@ impl<V: Wide> Sensed<V> {
             filters: None,
             picked_up: None,
             input: [[zero; 4]; 3],
-            rings: None,
+            shares: [[zero; 3]; 2],
             moves: None,
         };
         let there = settings.bandwidth.is_some() || settings.pick_up.is_some();
@@ -126,7 +136,11 @@ impl<V: Wide> Sensed<V> {
             // With the terminals' potentials as they were put right: a volt is a hundred amperes a millisecond.
             let end = &tried.end;
             passed.rise[1] = machine.change::<RARE>(&tried.legs, &end.at, &end.state).current;
-            passed.ringing = Some((floating.ringing, elastance / tried.end.state.link));
+            passed.ringing = Some(Oscillating {
+                of: floating.ringing.oscillations(),
+                to: floating.ringing.modes.to,
+                per_charge: elastance / tried.end.state.link,
+            });
         }
     }
 
@@ -170,11 +184,14 @@ impl<V: Wide> Compute for Within<'_, V> {
             let share = (time - passed.time.get(lane)) * (1e-9 / h);
             let share = share.greatest(V::of(0.0)).least(V::of(1.0));
             let mut sum = V::of(0.0);
+            let of = some!(&passed.ringing, ringing => pair!(m => ringing.of[m].of_lane(lane, share)));
             if let Some(filters) = &passed.filters {
-                sum = filters.within(lane, first, share, h, &passed.input, passed.rings.as_ref());
+                let rings = some!(&of, of => (of, &passed.shares));
+                sum = filters.within(lane, first, share, h, &passed.input, rings);
             }
             if let Some(picked_up) = &passed.picked_up {
-                sum = sum + picked_up.within(lane, share, h, passed.moves.as_ref());
+                let moves = passed.moves.as_ref().zip(of.as_ref());
+                sum = sum + picked_up.within(lane, share, h, moves);
             }
             for n in 0..count {
                 shown[first + n] = sum.get(n);
@@ -199,26 +216,24 @@ impl<V: Wide> Compute for Follow<'_, V> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let mut value = passed.current;
         let mut slope = [passed.rise[0] * h, passed.rise[1] * h];
-        let mut of = None;
-        if let Some((ringing, _)) = &passed.ringing {
-            let oscillations = ringing.oscillations();
+        let ringing = passed.ringing;
+        if let Some(ringing) = &ringing {
             for m in 0..2 {
-                let to = ringing.modes.to[m];
-                let ([re, im], [decay, turn]) = (oscillations[m].phasor, oscillations[m].turns);
-                let [over, turned] = oscillations[m].over;
+                let to = ringing.to[m];
+                let ([re, im], [decay, turn]) = (ringing.of[m].phasor, ringing.of[m].turns);
+                let [over, turned] = ringing.of[m].over;
                 let rise = [re * decay - im * turn, re * turn + im * decay];
                 value[0] = value[0] - to * re;
                 value[1] = value[1] - to * (re * over - im * turned);
                 slope[0] = slope[0] - to * rise[0];
                 slope[1] = slope[1] - to * (rise[0] * over - rise[1] * turned);
             }
-            of = Some((oscillations, ringing.modes.to));
         }
         let x = cubic([value[0].x, value[1].x], [slope[0].x, slope[1].x]);
         let y = cubic([value[0].y, value[1].y], [slope[0].y, slope[1].y]);
         if let Some(picked_up) = &mut sensed.picked_up {
             passed.moves = None;
-            if let (Some((of, to)), Some((_, per_charge))) = (&of, &passed.ringing) {
+            if let Some(Oscillating { to, per_charge, .. }) = &ringing {
                 // The currents of terminals that float move them.
                 let mut axis = Plane::new(zero, zero);
                 for k in 0..3 {
@@ -228,12 +243,13 @@ impl<V: Wide> Compute for Follow<'_, V> {
                 for n in 0..4 {
                     cubic[n] = axis.x * x[n] + axis.y * y[n];
                 }
-                passed.moves = Some(Moves { cubic, rings: pair!(m => (of[m], axis.dot(to[m]))) });
+                passed.moves = Some(Moves { cubic, shares: pair!(m => axis.dot(to[m])) });
             } else {
                 picked_up.follow(taken, &passed.legs);
             }
             passed.picked_up = Some(*picked_up);
-            picked_up.advance(taken, h, passed.moves.as_ref());
+            let moves = some!(passed.moves.as_ref().zip(ringing.as_ref()), (moves, ringing) => (moves, &ringing.of));
+            picked_up.advance(taken, h, moves);
         }
         let Some(filters) = &mut sensed.filters else { return };
         passed.filters = Some(*filters);
@@ -245,15 +261,15 @@ impl<V: Wide> Compute for Follow<'_, V> {
                 V::only(passed.legs.flows[k] & !leg.rail.above(half), one)
             });
         }
-        passed.rings = some!(&of, (of, to) => pair!(m => Rings {
-            of: of[m],
-            share: three!(k => axes[k].dot(to[m]) * seen[k]),
-        }));
+        if let Some(ringing) = &ringing {
+            passed.shares = pair!(m => three!(k => axes[k].dot(ringing.to[m]) * seen[k]));
+        }
         for k in 0..3 {
             for n in 0..4 {
                 passed.input[k][n] = (axes[k].x * x[n] + axes[k].y * y[n]) * seen[k];
             }
         }
-        filters.advance(taken, h, &passed.input, passed.rings.as_ref());
+        let rings = some!(&ringing, ringing => (&ringing.of, &passed.shares));
+        filters.advance(taken, h, &passed.input, rings);
     }
 }

@@ -78,6 +78,17 @@ pub struct Ringing<V> {
     damping: [V; 2],
     /// Of the first mode's mean current, what drops in the second one's; where that does not ring.
     across: V,
+    /// How they have turned at its end; of a step of which only its beginning is known, nothing.
+    turn: [Turn<V>; 2],
+}
+
+/// How a mode turns over a step or a share of it.
+#[derive(Clone, Copy, Debug)]
+struct Turn<V> {
+    /// Of the square of the angle as it turns while it decays.
+    stumpff: [V; 6],
+    /// e^(−y).
+    decay: V,
 }
 
 impl<V: Wide> Ringing<V> {
@@ -106,6 +117,7 @@ impl<V: Wide> Ringing<V> {
             remainder: [none; 2],
             damping: [zero; 2],
             across: zero,
+            turn: [Turn { stumpff: [zero; 6], decay: zero }; 2],
         };
         let second_is_slow = !modes.square[1].above(zero);
         for m in 0..2_usize {
@@ -134,30 +146,50 @@ impl<V: Wide> Ringing<V> {
             step.force[m] = over::<V, CUBIC>(force, force_rise);
             step.remainder[m] = over::<V, CUBIC>(remainder, remainder_rise);
             step.damping[m] = half;
+            if CUBIC {
+                step.turn[m] = step.turn_after(m, V::of(1.0));
+            }
         }
         step
     }
 
-    /// After a share of the step: ψ − ψ₀ in Wb, and the mean of the current since its beginning in A.
+    /// How a mode has turned after a share of the step.
+    #[inline(always)]
+    fn turn_after(&self, m: usize, share: V) -> Turn<V> {
+        let (turned, damping) = (self.turned[m] * share * share, self.damping[m] * share);
+        Turn { stumpff: stumpff(turned - damping * damping), decay: decayed(damping) }
+    }
+
+    /// At its end: ψ − ψ₀ in Wb, and the mean of the current in A.
+    #[inline(always)]
+    pub fn at_end(&self) -> [Plane<V>; 2] {
+        self.turned_by(V::of(1.0), &self.turn)
+    }
+
+    /// The same after a share of the step.
     #[inline(always)]
     pub fn after(&self, share: V) -> [Plane<V>; 2] {
-        let zero = V::of(0.0);
-        let (first, mean_first) = self.mode(0, share, zero);
-        let (second, mean_second) = self.mode(1, share, mean_first * self.across * share);
+        self.turned_by(share, &pair!(m => self.turn_after(m, share)))
+    }
+
+    #[inline(always)]
+    fn turned_by(&self, share: V, turn: &[Turn<V>; 2]) -> [Plane<V>; 2] {
+        let (first, mean_first) = self.mode(0, share, V::of(0.0), &turn[0]);
+        let (second, mean_second) = self.mode(1, share, mean_first * self.across * share, &turn[1]);
         let [to, back] = [&self.modes.to, &self.modes.back];
         [back[0] * first + back[1] * second, to[0] * mean_first + to[1] * mean_second]
     }
 
     /// ξ and the mean of I of a mode after a share of the step; `dropped`: what drops of the other's current.
     #[inline(always)]
-    fn mode(&self, m: usize, share: V, dropped: V) -> (V, V) {
+    fn mode(&self, m: usize, share: V, dropped: V, turn: &Turn<V>) -> (V, V) {
         let mut force = scaled(&self.force[m], share, share);
         let remainder = scaled(&self.remainder[m], share, V::of(1.0));
         force[0] = force[0] - dropped;
         let turned = self.turned[m] * share * share;
         let damping = self.damping[m] * share;
         let velocity = self.velocity[m] * share;
-        let (stumpff, decay) = (stumpff(turned - damping * damping), decayed(damping));
+        let Turn { stumpff, decay } = *turn;
         let damped = damping.above(V::of(0.0));
         let far = damped & turned.above(V::of(TURNS));
         let near = Near { turned, damping, decay, stumpff }.after(velocity, &force, &remainder, damped);
@@ -216,9 +248,8 @@ impl<V: Wide> Ringing<V> {
         let away = j[0] - zeroth;
         let rise = self.velocity[m] + force[0] + j[1] - first;
         let phasor = [V::only(there, away), V::only(there, -(rise + damping * away) / angle)];
-        let decay = decayed(damping);
-        let (sin, cos) = sin_cos(angle);
-        Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * sin] }
+        let Turn { stumpff: [cos, sin, ..], decay } = self.turn[m];
+        Oscillation { phasor, turns: [zero - damping, angle], over: [decay * cos, decay * (sin * angle)] }
     }
 
     /// What the currents may be off between the ends as far as their remainders are no cubics, as the flux in Wb that belongs to it.

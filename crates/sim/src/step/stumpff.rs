@@ -1,26 +1,24 @@
 //! Stumpff's functions c_k(x) = Σ (−x)^j / (k + 2j)!: what an oscillator makes of a force that is a power of time.
 
-use standstill_numeric::{Wide, sin_cos};
+use standstill_numeric::{PER_FACTORIAL, Wide, eight, sin_cos};
 
 /// Up to this argument they are summed, beyond they follow from sine and cosine.
 const SUMMED: f64 = 1.0;
 
-/// c_k over 1/k!, from the last term on.
+/// c_k up to [`SUMMED`], where what is left out is less than rounding.
 #[inline(always)]
-fn series<V: Wide>(x: V, k: f64) -> V {
-    let mut sum = V::of(1.0);
-    let mut j = 8.0;
-    while j > 0.5 {
-        sum = V::of(1.0) - x * sum * (1.0 / ((k + 2.0 * j) * (k + 2.0 * j - 1.0)));
-        j -= 1.0;
-    }
-    sum
+fn series<V: Wide>(x: V, x2: V, x4: V, k: usize) -> V {
+    let c = PER_FACTORIAL;
+    let even = [c[k], -c[k + 2], c[k + 4], -c[k + 6], c[k + 8], -c[k + 10], c[k + 12], -c[k + 14]];
+    eight(x, x2, x4, even)
 }
 
 /// c₀ to c₅ at arguments of at least zero: the squares of angles in rad.
 #[inline(always)]
 pub fn stumpff<V: Wide>(x: V) -> [V; 6] {
-    let (c4, c5) = (series(x, 4.0) * (1.0 / 24.0), series(x, 5.0) * (1.0 / 120.0));
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let (c4, c5) = (series(x, x2, x4, 4), series(x, x2, x4, 5));
     let (c2, c3) = (V::of(0.5) - x * c4, V::of(1.0 / 6.0) - x * c5);
     let mut all = [V::of(1.0) - x * c2, V::of(1.0) - x * c3, c2, c3, c4, c5];
     let far = x.above(V::of(SUMMED));

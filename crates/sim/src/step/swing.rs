@@ -4,7 +4,7 @@
 //!   ξ′ = η + f − 2 y ξ,   η′ = −θ² (ξ + J),   I = ξ + J
 //! ```
 
-use standstill_numeric::{Lane, Wide};
+use standstill_numeric::{Lane, PER_FACTORIAL, Wide, eight, four};
 
 /// A cubic over a step: a₀ + a₁ s + a₂ s² + a₃ s³ for s from 0 to 1.
 pub type Cubic<V> = [V; 4];
@@ -143,12 +143,12 @@ impl<V: Wide> Far<V> {
 #[inline(always)]
 pub fn decayed<V: Wide>(x: V) -> V {
     let part = x.least(V::of(64.0)) * (-1.0 / 128.0);
-    let mut power = V::of(1.0);
-    let mut n = 12.0;
-    while n > 0.5 {
-        power = part * power * (1.0 / n) + 1.0;
-        n -= 1.0;
-    }
+    let x2 = part * part;
+    let x4 = x2 * x2;
+    let c = PER_FACTORIAL;
+    let low = eight(part, x2, x4, [c[0], c[1], c[2], c[3], c[4], c[5], c[6], c[7]]);
+    let high = four(part, x2, [c[8], c[9], c[10], c[11]]) + x4 * c[12];
+    let mut power = high * (x4 * x4) + low;
     let mut doubled = 0;
     while doubled < 7 {
         power = power * power;

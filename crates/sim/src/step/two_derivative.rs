@@ -246,7 +246,7 @@ impl<V: Wide> Tried<V> {
                 Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
             let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);
             let step = Ringing::between(modes, h, start.floating, [&start.end, &end]);
-            let [moved, mean] = step.after(V::of(1.0));
+            let [moved, mean] = step.at_end();
             missing = begin.flux + moved + surplus - predicted_flux;
             potential = add(begin.potential, machine.legs.charged(legs, mean * h));
             resistance = step.left_to_cubics(&terminals.resistance, h);

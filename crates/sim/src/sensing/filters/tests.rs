@@ -1,7 +1,7 @@
 use super::*;
 
 /// One filter with a time constant of 1 s over `h` seconds of a cubic in time and what oscillates beside it.
-fn filtered(h: f64, start: f64, input: [f64; 4], rings: Option<&[Rings<f64>; 2]>) -> f64 {
+fn filtered(h: f64, start: f64, input: [f64; 4], rings: Option<Rings<'_, f64>>) -> f64 {
     let mut filters = Filters { rate: [1.0, 2.0, 0.5], output: [start; 3] };
     filters.advance(true, h, &[input, [0.0; 4], [0.0; 4]], rings);
     filters.output[0]
@@ -42,19 +42,13 @@ fn analytic_what_a_filter_makes_of_powers_of_time() {
 
 #[test]
 fn analytic_what_a_filter_makes_of_an_oscillation() {
-    let none = Rings {
-        of: Oscillation { phasor: [0.0; 2], turns: [0.0, 1.0], over: [1.0f64.cos(), 1.0f64.sin()] },
-        share: [1.0; 3],
-    };
+    let none = Oscillation { phasor: [0.0; 2], turns: [0.0, 1.0], over: [1.0f64.cos(), 1.0f64.sin()] };
     for (h, decay, angle) in [(0.1, 0.2, 0.5), (2.0, 1.0, 7.0), (1e-3, 0.0, 0.1), (30.0, 0.5, 40.0)] {
         let over = f64::exp(-decay);
-        let rings = Rings {
-            of: Oscillation {
-                phasor: [0.7, -0.4],
-                turns: [-decay, angle],
-                over: [over * f64::cos(angle), over * f64::sin(angle)],
-            },
-            share: [0.3; 3],
+        let of = Oscillation {
+            phasor: [0.7, -0.4],
+            turns: [-decay, angle],
+            over: [over * f64::cos(angle), over * f64::sin(angle)],
         };
         let wave = |s: f64| 0.3 * (-decay * s).exp() * (0.7 * (angle * s).cos() + 0.4 * (angle * s).sin());
         // Simpson's rule over e^(−h (1 − s)) h x(s).
@@ -67,7 +61,7 @@ fn analytic_what_a_filter_makes_of_an_oscillation() {
             })
             .sum::<f64>()
             / f64::from(3 * parts);
-        let off = filtered(h, 0.0, [0.0; 4], Some(&[none, rings])) - sum;
+        let off = filtered(h, 0.0, [0.0; 4], Some((&[none, of], &[[1.0; 3], [0.3; 3]]))) - sum;
         assert!(off.abs() < 1e-12, "{h} s: {off}");
     }
 }

@@ -78,10 +78,10 @@ fn analytic_what_glides_is_the_sum_of_its_parts() {
         over: [over * f64::cos(angle), over * f64::sin(angle)],
     };
     let none = Oscillation { phasor: [0.0; 2], turns: [0.0, 1.0], over: [1.0_f64.cos(), 1.0_f64.sin()] };
-    let moves = Moves { cubic: [0.4, -0.5, 0.2, 0.3], rings: [(of, 0.7), (none, 1.0)] };
+    let (all, moves) = ([of, none], Moves { cubic: [0.4, -0.5, 0.2, 0.3], shares: [0.7, 1.0] });
     for h in [1e-13, 1e-8, 0.3e-6, 3e-6] {
         let mut course = Course::new();
-        course.picked_up.advance(true, h, Some(&moves));
+        course.picked_up.advance(true, h, Some((&moves, &all)));
         let sum_to = |end: f64| -> f64 {
             let parts = 40_000;
             (0..parts)
@@ -95,12 +95,13 @@ fn analytic_what_glides_is_the_sum_of_its_parts() {
                 .sum()
         };
         assert!((course.picked_up.at(0) - sum_to(1.0)).abs() < 1e-7, "{h} s: {}", course.picked_up.at(0));
-        let part = Course::new().picked_up.within(0, 0.3, h, Some(&moves));
+        let of_share = [all[0].of_lane(0, 0.3), all[1].of_lane(0, 0.3)];
+        let part = Course::new().picked_up.within(0, 0.3, h, Some((&moves, &of_share)));
         assert!((part - sum_to(0.3)).abs() < 1e-7, "{h} s: {part} {}", sum_to(0.3));
         let before = course.picked_up.at(0);
         course.picked_up.jump(0, 0.5);
         assert!((course.picked_up.at(0) - before - 0.1).abs() < 1e-15);
-        course.picked_up.advance(false, 1.0, Some(&moves));
+        course.picked_up.advance(false, 1.0, Some((&moves, &all)));
         assert!((course.picked_up.at(0) - before - 0.1).abs() < 1e-15);
     }
 }
