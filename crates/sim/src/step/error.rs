@@ -34,7 +34,7 @@ const QUADRATURE: f64 = 0.2;
 /// The same of what drives terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
 /// moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the swing turns meanwhile. A swing keeps
 /// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance.
-const RINGING: f64 = 2.0;
+const RINGING: f64 = 0.4;
 
 /// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
 /// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
@@ -72,7 +72,7 @@ pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
 #[inline(always)]
 pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
-    let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * FILTERED;
+    let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * (0.4 * FILTERED);
     (ringing.error() * RINGING + between + nonlinear) * accuracy.per_flux
 }
 
