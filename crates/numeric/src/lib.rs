@@ -39,7 +39,9 @@ pub use functions::{
     atan2, cos, erfc, exp, exp_m1, hypot, ln, ln_1p, ln_branchless, ln_gamma, log10, powf, sin,
 };
 pub use heading::Heading;
-pub use lane::{Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, eight, four, on_widest, power, sin_cos};
+pub use lane::{
+    Compute, Lane, MOST_LANES, Mask, OnWidest, Wide, Width, eight, four, on_widest, power, sin_cos,
+};
 pub use quantile::rank;
 pub use root::root;
 pub use symmetric::Symmetric;

@@ -134,7 +134,7 @@ impl<'a, V: Wide> SideBySide<'a, V> {
         if self.bank.sensed.is_some() {
             for lane in lanes_of(accepted) {
                 if let Some(control) = &mut self.lanes[lane] {
-                    control.sample_within(&self.bank);
+                    control.sample_within(&mut self.bank);
                 }
             }
         }

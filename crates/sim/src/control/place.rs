@@ -9,6 +9,7 @@ use crate::case::{Case, RunError};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::physics::plane::Plane;
+use crate::step::error::REMEMBERED;
 
 /// Why a machine cannot begin with the current that its iron is left with.
 fn without_a_state(error: &NoConvergence) -> RunError {
@@ -62,8 +63,16 @@ impl<'a> Control<'a> {
         put(&mut accuracy.per_flux, 1.0 / tolerance.flux);
         put(&mut accuracy.per_angle, motor.magnet_flux.max(scale) / tolerance.flux);
         put(&mut accuracy.per_flux_scale, 1.0 / scale);
-        let filtered = self.case.sensors.settings.bandwidth.is_some();
-        put(&mut accuracy.filtered, if filtered { motor.winding.mean_inductance } else { 0.0 });
+        let slowest = self.case.sensors.corner.iter().copied().fold(f64::INFINITY, f64::min);
+        let [filtered, remembered] = match self.case.sensors.settings.bandwidth {
+            Some(corner) => {
+                let time_constant = 1.0 / (std::f64::consts::TAU * corner * slowest);
+                [motor.winding.mean_inductance, REMEMBERED * time_constant * 1e9]
+            }
+            None => [0.0; 2],
+        };
+        put(&mut accuracy.filtered, filtered);
+        put(&mut accuracy.remembered, remembered);
         put(&mut bank.hint, self.longest_step());
         put(&mut bank.longest, self.longest_step());
         bank.hints.iter_mut().for_each(|hint| put(hint, self.longest_step()));

@@ -262,6 +262,7 @@ impl<'a> Control<'a> {
                 self.look_at_link(bank);
             }
             bank.stop.put(lane, stop);
+            self.expect_sample(bank);
             return Want::Step;
         }
     }

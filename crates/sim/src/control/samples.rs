@@ -34,7 +34,7 @@ impl<'a> Control<'a> {
     }
 
     /// Takes the samples that the step just accepted has passed.
-    pub fn sample_within<V: Wide>(&mut self, bank: &Bank<'a, V>) {
+    pub fn sample_within<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let now = self.time(bank);
         while let Some((nominal, at)) = self.course.pending
             && at.0 as f64 <= now
@@ -57,6 +57,14 @@ impl<'a> Control<'a> {
                 }
             }
         }
+        self.expect_sample(bank);
+    }
+
+    /// Tells the bank when the sensors are read next. After its end the next command may read them at once.
+    pub(super) fn expect_sample<V: Wide>(&self, bank: &mut Bank<'a, V>) {
+        let end = self.course.end;
+        let next = self.course.pending.map_or(end, |(_, at)| at.min(end));
+        bank.sample.put(self.lane, next.0 as f64);
     }
 
     /// Takes the sample that is due.

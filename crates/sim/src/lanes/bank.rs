@@ -35,6 +35,8 @@ pub struct Bank<'a, V: Wide> {
     pub live: u32,
     /// The next instant of each in ns, gate edges apart.
     pub stop: V,
+    /// When the sensors of each are read next, or their command ends, in ns.
+    pub sample: V,
     /// Length of the step to try next, and of the longest one, in ns.
     pub hint: V,
     /// See `hint`.
@@ -133,7 +135,8 @@ impl<'a, V: Wide> Bank<'a, V> {
         };
         let here = Here { time: zero, state: rest, at, source: Source { voltage: zero, rise: zero } };
         let bounds = Bounds::new(motor.magnetics.core().kinks() != [false; 2]);
-        let accuracy = Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, filtered: zero };
+        let accuracy =
+            Accuracy { per_flux: one, per_angle: one, per_flux_scale: one, filtered: zero, remembered: zero };
         let legs = machine.legs.at::<true>(zero, zero);
         let tried = Tried::none(&here, legs);
         Self {
@@ -145,6 +148,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             accuracy,
             live: 0,
             stop: zero,
+            sample: zero,
             hint: zero,
             longest: zero,
             hints: [zero; 4],

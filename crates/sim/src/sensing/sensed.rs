@@ -248,7 +248,8 @@ impl<V: Wide> Compute for Follow<'_, V> {
                 picked_up.follow(taken, &passed.legs);
             }
             passed.picked_up = Some(*picked_up);
-            let moves = some!(passed.moves.as_ref().zip(ringing.as_ref()), (moves, ringing) => (moves, &ringing.of));
+            let moves =
+                some!(passed.moves.as_ref().zip(ringing.as_ref()), (moves, ringing) => (moves, &ringing.of));
             picked_up.advance(taken, h, moves);
         }
         let Some(filters) = &mut sensed.filters else { return };

@@ -24,7 +24,21 @@ pub struct Accuracy<V: Wide> {
     pub per_flux_scale: V,
     /// The winding's inductance in H where the currents between the ends matter too, as for filters, else 0.
     pub filtered: V,
+    /// How long in ns a sample shows what filters were given before it.
+    pub remembered: V,
 }
+
+impl<V: Wide> Accuracy<V> {
+    /// The same for a step until a time in ns: currents between its ends matter where the next sample, at `sample`, shows them.
+    #[inline(always)]
+    pub fn of_step(&self, until: V, sample: V) -> Self {
+        let shown = (until + self.remembered).above(sample);
+        Self { filtered: V::only(shown, self.filtered), ..*self }
+    }
+}
+
+/// So many time constants a sample shows what a filter was given: e^−4 of it, 2 %, is left.
+pub const REMEMBERED: f64 = 4.0;
 
 /// What the quadrature of the drop misses, per ohm and ampere of the fourth-order term below. For a current that decays with
 /// x = h/τ that term is x⁴/18 and the rule misses x⁴/720, a fortieth of it. Eight times that, for currents that are no single
@@ -34,7 +48,7 @@ const QUADRATURE: f64 = 0.2;
 /// The same of what drives terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
 /// moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the swing turns meanwhile. A swing keeps
 /// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance.
-const RINGING: f64 = 0.4;
+const RINGING: f64 = 2.0;
 
 /// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which
 /// saturation changes much: half of the curvature, which is up to eight times 1 over that flux in a core with cusps.
@@ -72,7 +86,7 @@ pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
 #[inline(always)]
 pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
-    let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * (0.4 * FILTERED);
+    let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * FILTERED;
     (ringing.error() * RINGING + between + nonlinear) * accuracy.per_flux
 }
 

@@ -27,7 +27,7 @@ pub struct Floating<V: Wide> {
 
 /// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
 /// currents and potentials say when. A smaller swing may turn by more: a cubic misses a share of it that grows with the fourth power.
-pub const SEEN: f64 = 0.36;
+pub const SEEN: f64 = 0.6;
 
 /// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.
 pub const LAGGED: f64 = 0.09;

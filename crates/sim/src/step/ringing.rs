@@ -37,6 +37,9 @@ const MOST_DAMPED: f64 = 0.9;
 /// So many steps in a row may be off alike before they are off by the tolerance, where no damping takes it from them.
 pub const ALIKE: f64 = 80.0;
 
+/// So many times the tolerance a swing that is damped may be off: it takes that with it.
+const DAMPED: f64 = 5.0;
+
 /// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
 #[inline(always)]
 fn untold<V: Wide>(of: &Cubic<V>) -> V {
@@ -276,7 +279,7 @@ impl<V: Wide> Ringing<V> {
             let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
             let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
             // So many steps in a row add up before the damping has taken what the first was off by.
-            let alike = ((self.damping[m] + 1.0) / self.damping[m]).least(V::of(ALIKE));
+            let alike = ((self.damping[m] + 1.0) / (self.damping[m] * DAMPED)).least(V::of(ALIKE));
             all = all + size * both * alike * (1.0 / ALIKE);
         }
         all

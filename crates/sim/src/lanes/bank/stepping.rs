@@ -72,10 +72,11 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let here = &bank.here;
         let until =
             V::choose(live, V::choose(to_mode_end, bank.mode_end, free_end), here.time).greatest(here.time);
+        let accuracy = bank.accuracy.of_step(until, bank.sample);
         let tried = if RARE && V::ALONE && bank.refereed {
-            Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+            Tried::refereed(&bank.machine, &bank.bounds, &legs, here, until, &accuracy)
         } else {
-            Tried::new::<RARE>(&bank.machine, &bank.bounds, &legs, here, until, &bank.accuracy)
+            Tried::new::<RARE>(&bank.machine, &bank.bounds, &legs, here, until, &accuracy)
         };
 
         let exact = V::of(1.0 + 1e-12).above(tried.error);

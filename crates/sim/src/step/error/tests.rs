@@ -39,7 +39,7 @@ fn place(current: f64) -> Here<f64> {
 
 /// The estimate for a step of a second in which a current falls as e^(−x s), through this resistance or before such a filter.
 fn estimate(x: f64, resistance: f64, filtered: f64) -> f64 {
-    let accuracy = Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered };
+    let accuracy = Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered, remembered: 0.0 };
     let change =
         |s: f64| Change { flux: NONE, current: along_x(-x * (-x * s).exp()), blocked_potential: 0.0 };
     let resistance = Symmetric::new(resistance, 0.0, resistance);
@@ -100,7 +100,8 @@ fn ringing(x: f64, angle: f64, of_force: bool) -> f64 {
     } else {
         -angle * (imaginary * x - real * angle) / square
     };
-    let accuracy = Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered: 0.0 };
+    let accuracy =
+        Accuracy { per_flux: 1.0, per_angle: 1.0, per_flux_scale: 1.0, filtered: 0.0, remembered: 0.0 };
     ringing_error(&accuracy, &step, NONE) / (step.after(1.0)[0].x - exact).abs()
 }
 
