@@ -45,9 +45,10 @@ fn interval(beat: &str, seed: u64) -> f64 {
 }
 
 fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seeds: u64) {
-    let start = |seed| scope::start(Some(scope::like_it()), seed);
-    let fits: Vec<_> =
-        (0..seeds).into_par_iter().map(|seed| pulses.found(&scope(seed), seed, &start(seed))).collect();
+    let fits: Vec<_> = (0..seeds)
+        .into_par_iter()
+        .map(|seed| pulses.found(&scope(seed), seed, &pulses.start(seed)))
+        .collect();
     println!("{title}: {seeds} seeds, noise {} steps", scope(0).noise);
     println!(
         "  {:18} {:>13} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",

@@ -81,6 +81,8 @@ const MOST_ROUNDS: usize = 8;
 struct Work<'a> {
     problem: Problem,
     scatter: [Scatter; 3],
+    /// What it began with.
+    begin: Plant,
     reach: f64,
     link: f64,
     /// Called before each step; whether to stop.
@@ -122,7 +124,7 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
     let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
     let problem = Problem { frame, pieces, channels, free: Vec::new(), edges: Vec::new() };
-    let mut work = Work { problem, scatter, reach, link, did };
+    let mut work = Work { problem, scatter, begin: point.plant.clone(), reach, link, did };
 
     // The axis, by straight cores, from several angles.
     work.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
@@ -144,7 +146,8 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
         return Err(FitError::TooManyEdges(work.problem.edges.len()));
     }
     work.scatter.clone_from(&straight.scatter);
-    let solved = work.either_axis(&straight.point, start)?;
+    let point = work.bent_as(straight.point, start);
+    let solved = work.either_axis(&point, start)?;
     Ok(Fit { every, ..result::conclude(work, solved, start)? })
 }
 
@@ -187,6 +190,18 @@ impl Work<'_> {
         Ok(best)
     }
 
+    /// The point with the start's saturation, as far as it is alike to both sides of the magnet: there it stays where the
+    /// readings do not tell it. Which side saturates more is for the readings to say.
+    fn bent_as(&self, point: Point, start: &Start) -> Point {
+        let current = self.problem.frame.current;
+        let falls = start.motor.as_ref().and_then(|motor| start::falls_of(motor, current));
+        let Some([_, along_d, along_q]) = falls.and_then(start::series_of) else { return point };
+        let mut bent = point.clone();
+        bent.plant.saturation = [0.0, along_d, along_q];
+        // A series that bends the wrong way has no flux for a current far beyond the one that it was stated at.
+        if self.problem.sum(&bent, &self.scatter, false).is_some() { bent } else { point }
+    }
+
     /// All that can be told, with d where it is and with d where q is: the axis that saturates to one side is d. Where
     /// nothing tells, it stays.
     fn either_axis(&mut self, point: &Point, start: &Start) -> Result<Solved, FitError> {
@@ -216,7 +231,8 @@ impl Work<'_> {
     /// The same of these parameters. The better the readings are understood the more they tell: what is free is looked at
     /// anew after each solution, and at last only ever less.
     fn told_of(&mut self, all: &[Parameter], point: &Point) -> Result<Solved, FitError> {
-        let mut point = point.clone();
+        let begin = point;
+        let mut point = begin.clone();
         let mut solved: Option<Solved> = None;
         for round in 0..MOST_ROUNDS {
             let before = solved.as_ref().map(|solved| solved.free.clone());
@@ -228,6 +244,11 @@ impl Work<'_> {
             self.problem.free = self.identified(&sum, &point);
             if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);
+            }
+            // What the readings turn out not to tell goes back to where it began.
+            for parameter in all.iter().filter(|p| !self.problem.free.contains(p)) {
+                let back = parameter.get(begin) - parameter.get(&point);
+                parameter.add(&mut point, back, self.problem.channels);
             }
             let next = self.solve(&point, 40)?;
             (point, self.scatter) = (next.point.clone(), next.scatter.clone());
@@ -274,8 +295,9 @@ impl Work<'_> {
         keep.iter().copied().chain(self.problem.free.len()..sum.information.nrows()).collect()
     }
 
+    /// See [`Parameter::plausible`].
     fn plausible(&self, parameter: Parameter, point: &Point) -> f64 {
-        parameter.plausible(point, self.reach, self.link)
+        parameter.plausible(point, &self.begin, self.reach, self.link)
     }
 
     /// How well some of the free parameters are known while others are fixed, which may be off by what is plausible.

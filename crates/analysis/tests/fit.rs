@@ -5,7 +5,7 @@
 mod scope;
 
 use scope::{Pulses, Scope, beside};
-use standstill_analysis::fit::{Fit, Weak};
+use standstill_analysis::fit::{Devices, Fit, Start, Weak};
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
@@ -28,9 +28,7 @@ fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
 
 /// Fits of some seeds: what all of them must identify, and that nine of ten intervals hold.
 fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<Fit> {
-    let fits: Vec<Fit> = (0..seeds)
-        .map(|seed| pulses.found(scope, seed, &scope::start(Some(scope::like_it()), seed)))
-        .collect();
+    let fits: Vec<Fit> = (0..seeds).map(|seed| pulses.found(scope, seed, &pulses.start(seed))).collect();
     let mut count = [0; 2];
     for fit in &fits {
         assert!(fit.converged);
@@ -53,9 +51,24 @@ fn held(pulses: &Pulses, scope: &Scope, seeds: u64, identified: &[&str]) -> Vec<
 
 const ALWAYS: [&str; 8] = ["resistance", "L_d", "L_q", "angle", "dead_time", "delay", "gain_a", "gain_c"];
 
+/// Half the width of an interval in intervals between rows.
+fn half(fit: &Fit, name: &str, interval: f64) -> f64 {
+    let found = fit.parameters.iter().find(|one| one.name == name && one.identified);
+    let [low, high] = found.and_then(|one| one.interval).expect("told");
+    (high - low) / 2.0 / interval
+}
+
+/// Where all edges lie alike between two rows, the delay is not known any better than that, for all the rows: 95 % of an
+/// interval, and what differences of the plant leave must not tell it from the edges' place. A dead time is known.
+fn delay_is_as_unknown_as_the_edges_places(fit: &Fit) {
+    let [delay, dead_time] = ["delay", "dead_time"].map(|name| half(fit, name, scope::DRIVES_BEAT));
+    assert!((0.45..0.60).contains(&delay) && dead_time < 0.25, "{delay} {dead_time} intervals");
+}
+
 #[test]
 fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
     for fit in held(&scope::ngspice(), &Scope::of(2.5), 3, &ALWAYS) {
+        delay_is_as_unknown_as_the_edges_places(&fit);
         // A core that does not saturate has no pole, and nobody may say that it has.
         assert!(!fit.pole.identified && fit.falls.is_none(), "{:?}", fit.pole);
         assert_eq!(fit.clipped, 0);
@@ -64,32 +77,55 @@ fn cross_ngspice_a_linear_motor_is_found_within_its_intervals() {
     }
 }
 
-/// Edges are anywhere between two rows. Where they lie alike, the delay is not known any better than that, for all the rows: 95 % of an
-/// interval, and what differences of the plant leave must not tell it from the edges' place;
-/// where each lies elsewhere, they bound it together, and a dead time is known in either case.
+/// Edges that each lie elsewhere between two rows bound the delay together; all alike, see above.
 #[test]
 fn cross_delay_and_dead_time_are_known_as_well_as_rows_and_edges_tell() {
     let mut count = [0; 2];
+    let interval = scope::FOUR_PLACES;
     for (pulses, range) in [(scope::ngspice(), 2.5), (scope::scipy(), 8.0)] {
-        for (interval, delay, dead_time) in
-            [(scope::DRIVES_BEAT, 0.45..0.60, 0.25), (scope::FOUR_PLACES, 0.05..0.30, 0.40)]
-        {
-            let scope = Scope { interval, ..Scope::of(range) };
-            for seed in 0..2 {
-                let fit = pulses.found(&scope, seed, &scope::start(Some(scope::like_it()), seed));
-                let half = |name: &str| {
-                    let found = fit.parameters.iter().find(|one| one.name == name && one.identified);
-                    let [low, high] = found.and_then(|one| one.interval).expect("told");
-                    (high - low) / 2.0 / interval
-                };
-                let found = [half("delay"), half("dead_time")];
-                assert!(delay.contains(&found[0]) && found[1] < dead_time, "{interval}: {found:?} intervals");
-                let [held, all] = inside(&pulses, &scope, &fit);
-                count = [count[0] + held, count[1] + all];
-            }
+        let scope = Scope { interval, ..Scope::of(range) };
+        for seed in 0..2 {
+            let fit = pulses.found(&scope, seed, &pulses.start(seed));
+            let [delay, dead_time] = ["delay", "dead_time"].map(|name| half(&fit, name, interval));
+            assert!((0.05..0.30).contains(&delay) && dead_time < 0.40, "{delay} {dead_time} intervals");
+            let [held, all] = inside(&pulses, &scope, &fit);
+            count = [count[0] + held, count[1] + all];
         }
     }
     assert!(10 * count[0] >= 9 * count[1], "{count:?}");
+}
+
+/// With a switch's drop that is stated twice as high as it is the resistance comes out a third too low. Its interval contains that,
+/// and what is known of it beforehand does not shrink with what the search found.
+#[test]
+fn cross_a_resistance_that_leans_on_drops_is_told_and_contains_the_truth() {
+    let (pulses, scope) = (scope::ngspice(), Scope::of(2.5));
+    let motor = scope::like_it();
+    let devices = Devices { switch_drop: 1.75, diode_drop: 1.0, ..scope::start(None, 0).devices };
+    let start = Start { motor: Some(motor), devices, dead_time: 2e-6 };
+    let fit = pulses.found(&scope, 0, &start);
+    let resistance = fit.parameters.iter().find(|one| one.name == "resistance").expect("named");
+    let [low, high] = resistance.interval.expect("an interval");
+    assert!(resistance.identified && resistance.value < 0.8, "{resistance:?}");
+    assert!(low < 1.0 && 1.0 < high, "{resistance:?}");
+    // What the readings do not tell is as the start has it.
+    let not_told = |name: &str| {
+        let fixed = fit.parameters.iter().find(|one| one.name == name).expect("named");
+        assert!(!fixed.identified, "{fixed:?}");
+        fixed
+    };
+    for (name, of_start) in [("switch_drop", 1.75), ("diode_drop", 1.0), ("saturation.q", 0.0)] {
+        assert!((not_told(name).value - of_start).abs() < 1e-9, "{:?}", not_told(name));
+    }
+    // So is saturation that is alike to both sides of the magnet, for 2.3 A do not show what 8 A do. Falls of 6.3 % along +d and
+    // −3.4 % along −d have γ = 0.0061, which alone makes 1.8 %. Neither fall along d is told, and their intervals contain the truth, a
+    // core that does not saturate.
+    let along_d = ["saturation.d", "saturation.minus_d"].map(not_told);
+    let mean = 0.5 * (along_d[0].value + along_d[1].value);
+    assert!((mean - 0.018).abs() < 5e-4, "{along_d:?}");
+    for [low, high] in along_d.map(|fall| fall.interval.expect("known beforehand")) {
+        assert!(low < 0.0 && 0.0 < high && (0.06..0.1).contains(&(high - low)), "{along_d:?}");
+    }
 }
 
 #[test]
@@ -97,14 +133,15 @@ fn cross_scipy_a_saturated_motor_is_found_with_its_pole() {
     let known = [&ALWAYS[..], &["saturation.d", "saturation.minus_d", "saturation.q"]].concat();
     for fit in held(&scope::scipy(), &Scope::of(8.0), 3, &known) {
         assert!(fit.pole.identified && fit.falls.is_some(), "{:?}", fit.pole);
+        delay_is_as_unknown_as_the_edges_places(&fit);
     }
 }
 
 #[test]
 fn cross_intervals_hold_where_a_converter_is_coarser_than_the_noise() {
-    // A tenth of a step: neighbouring readings err alike.
+    // A tenth of a step: neighbouring readings err alike. Over 24 seeds 95 % of all intervals hold.
     let scope = Scope { noise: 0.1, ..Scope::of(2.5) };
-    held(&scope::ngspice(), &scope, 2, &["L_d", "L_q", "angle"]);
+    held(&scope::ngspice(), &scope, 3, &["L_d", "L_q", "angle"]);
 }
 
 /// Of more than 50,000 rows each second is used, or each third; what is found is right all the same.

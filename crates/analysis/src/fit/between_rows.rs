@@ -215,8 +215,9 @@ impl Told {
 }
 
 impl Between {
-    /// The 95 % interval of a sum of parameters, each with a factor, beside its mean.
-    pub fn interval(&self, terms: &[(usize, f64)]) -> [f64; 2] {
+    /// The 95 % interval of a sum of free parameters, each with a factor, beside its mean. `of_fixed`: by how much the sum
+    /// moves besides with one half interval of each fixed parameter; none where it depends on free ones alone.
+    pub fn interval(&self, terms: &[(usize, f64)], of_fixed: &[f64]) -> [f64; 2] {
         // A normal distribution about each draw.
         let mut parts: Vec<(f64, f64, f64)> = Vec::new();
         for case in &self.cases {
@@ -228,8 +229,8 @@ impl Between {
                     square += a * b * case.covariance[(*x, *y)];
                 }
             }
-            for column in case.shifts.column_iter() {
-                let shift = along(column) / TWO_SIDED_95;
+            for (f, column) in case.shifts.column_iter().enumerate() {
+                let shift = (along(column) + of_fixed.get(f).unwrap_or(&0.0)) / TWO_SIDED_95;
                 square += shift * shift;
             }
             let deviation = square.max(0.0).sqrt();

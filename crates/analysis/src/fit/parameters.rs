@@ -1,9 +1,14 @@
 //! What is estimated: names, steps of the differences, and how well each is known without any measurement.
 
+use std::f64::consts::SQRT_2;
+
 use standstill_inverter::DeviceKind;
 
 use super::pieces::Piece;
 use super::plant::{Frame, Law, Plant};
+
+/// Half the width of what is known without measuring of an inductance's fall at rated current, along +d, along −d and along q.
+pub const PLAUSIBLE_FALL: f64 = 0.05;
 
 /// A parameter of plant or channels, in the order in which what cannot be told is fixed: the last one first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -157,24 +162,31 @@ impl Parameter {
     }
 
     /// Half the width of what is known of it without measuring anything. An estimate whose 95 % interval is wider tells
-    /// nothing. In a fit of currents up to `reach` A, on a link of so many volts.
-    pub fn plausible(self, point: &Point, reach: f64, link: f64) -> f64 {
-        let devices = &point.plant.devices;
+    /// nothing. In a fit of currents up to `reach` A, on a link of so many volts, that began with this plant: shares of a
+    /// resistance or a drop are those of the value it began with, wherever the search has come to.
+    pub fn plausible(self, point: &Point, begin: &Plant, reach: f64, link: f64) -> f64 {
+        let devices = &begin.devices;
+        let resistance = begin.resistance.max(1e-3 * link / reach);
         match self {
             DAxisInductance | QAxisInductance => 0.5 * self.get(point),
             Angle => 30_f64.to_radians(),
             Offset(_) => 0.2 * reach,
             Gain(_) => 0.03,
-            Resistance => 0.5 * point.plant.resistance.max(1e-3 * link / reach),
+            // What it began with may be a guess, far below.
+            Resistance => 0.5 * resistance.max(point.plant.resistance),
             Delay => 2e-6,
             DeadTime => 1e-6,
-            SaturationAlong | SaturationAgainst | SaturationAcross => {
-                0.05 * if point.plant.law == Law::Series { 0.5 } else { 1.0 }
+            SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law == Law::Iron => {
+                PLAUSIBLE_FALL
             }
+            // Falls of 3γ ± 2β along ±d, each for itself, and of 3 γ_q along q.
+            SaturationAlong => PLAUSIBLE_FALL * SQRT_2 / 4.0,
+            SaturationAgainst => PLAUSIBLE_FALL * SQRT_2 / 6.0,
+            SaturationAcross => PLAUSIBLE_FALL / 3.0,
             DiodeDrop => 0.5 * devices.diode_drop.max(0.3),
             SwitchDrop => 0.5 * devices.switch_drop.max(0.3),
-            DiodeResistance => 0.5 * devices.diode_resistance.max(0.02 * point.plant.resistance),
-            SwitchResistance => 0.5 * devices.switch_resistance.max(0.02 * point.plant.resistance),
+            DiodeResistance => 0.5 * devices.diode_resistance.max(0.02 * resistance),
+            SwitchResistance => 0.5 * devices.switch_resistance.max(0.02 * resistance),
         }
     }
 }

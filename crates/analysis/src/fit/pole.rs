@@ -47,10 +47,13 @@ pub(super) fn with_iron(
     let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
     work.scatter.clone_from(&scatter);
     if !pole.identified {
-        return match (place, known) {
-            (None, Some(falls)) => with_known_falls(work, &point, falls),
-            _ => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
-        };
+        if let (None, Some(falls)) = (place, known)
+            && let Some(of_start) = with_known_falls(work, &point, falls)?
+        {
+            return Ok(of_start);
+        }
+        work.problem.free.clone_from(&free);
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
     if point.plant.saturation[0] * way < 0.0 {
         turn(&mut point);
@@ -80,18 +83,21 @@ pub(super) fn with_iron(
     }
 }
 
-/// With the start's falls, which these currents do not tell: the more likely pole.
+/// With the start's falls, which these currents do not tell: the more likely pole. None: no iron falls so.
 fn with_known_falls(
     work: &mut Work,
     point: &Point,
     falls: [f64; 3],
-) -> Result<(Solved, Pole, Iron), FitError> {
+) -> Result<Option<(Solved, Pole, Iron)>, FitError> {
     let all: Vec<Parameter> = Parameter::all(work.problem.channels, point.plant.devices.kind)
         .into_iter()
         .filter(|p| p.fall().is_none())
         .collect();
     let mut from = point.clone();
     (from.plant.law, from.plant.saturation) = (Law::Iron, falls);
+    if from.plant.core(&work.problem.frame).is_none() {
+        return Ok(None);
+    }
     let here = work.told_of(&all, &from)?;
     from.plant.angle += PI;
     let there = work.told_of(&all, &from)?;
@@ -101,5 +107,5 @@ fn with_known_falls(
     let deviations = (2.0 * more / best.sum.inflation).sqrt();
     let both_ways = work.drives_both_ways(&best.point);
     let pole = Pole { deviations, identified: both_ways && deviations > POLE_DEVIATIONS, both_ways };
-    Ok((best, pole, Iron::OfStart))
+    Ok(Some((best, pole, Iron::OfStart)))
 }

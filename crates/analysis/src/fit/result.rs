@@ -6,7 +6,7 @@ use standstill_numeric::hypot;
 
 use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last};
-use super::plant::{Frame, Plant};
+use super::plant::{Frame, Law, Plant};
 use super::pole::{Iron, with_iron};
 use super::reading::Scatter;
 use super::solve::Sum;
@@ -218,8 +218,13 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             value = falls.map_or(0.0, |falls| falls[fall]);
             terms = fall_terms(fall, &free, &solved.point, &frame);
         }
-        let mut off = if place.is_some() {
-            let off = between.interval(&terms);
+        let of_series = parameter.fall().filter(|_| solved.point.plant.law == Law::Series);
+        let mut off = if place.is_some() || of_series.is_some() {
+            let of_fixed = of_series.map_or_else(Vec::new, |fall| {
+                let terms = fall_terms(fall, &fixed, &solved.point, &frame);
+                spread_of_fixed(&terms, &spread.off)
+            });
+            let off = between.interval(&terms, &of_fixed);
             match (iron, parameter.fall()) {
                 (Iron::Seen(series), Some(fall)) => {
                     off.map(|off| hypot(off, value - series[fall]).copysign(off))
@@ -227,7 +232,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
                 _ => off,
             }
         } else {
-            let half = parameter.plausible(&solved.point, work.reach, work.link);
+            let half = work.plausible(parameter, &solved.point);
             [-half, half]
         };
         if parameter.is_never_negative() {
@@ -240,7 +245,7 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
             unit,
             value: value / factor,
             interval: Some(off.map(|off| (value + off) / factor)),
-            identified: place.is_some(),
+            identified: place.is_some() && of_series.is_none_or(|fall| is_fall_told(fall, &free)),
         });
     }
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
@@ -296,7 +301,7 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
     let value = 1.0 + point.gain[last(channels)];
     // It follows from the others' only if all of them are told.
     let told = gains.len() + 1 == channels.iter().filter(|present| **present).count();
-    let off = if told { between.interval(&gains) } else { [-0.03, 0.03] };
+    let off = if told { between.interval(&gains, &[]) } else { [-0.03, 0.03] };
     let channel = Estimate {
         name: format!("gain_{}", letter(last(channels))),
         unit: "",
@@ -309,7 +314,22 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
     [channel, common]
 }
 
-/// How a fall depends on the free parameters.
+/// Whether the readings tell a fall of the series, of whose coefficients these are told: the two falls along d follow from β and γ.
+fn is_fall_told(fall: usize, free: &[Parameter]) -> bool {
+    let along_d = [Parameter::SaturationAlong, Parameter::SaturationAgainst];
+    fall == 2 || along_d.iter().all(|parameter| free.contains(parameter))
+}
+
+/// By how much a sum of fixed parameters moves with half an interval of each.
+fn spread_of_fixed(terms: &[(usize, f64)], off: &[f64]) -> Vec<f64> {
+    let mut spread = vec![0.0; off.len()];
+    for (f, slope) in terms {
+        spread[*f] = slope * off[*f];
+    }
+    spread
+}
+
+/// How a fall depends on these parameters: their places, and its slopes.
 fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> Vec<(usize, f64)> {
     let mut terms = Vec::new();
     for (k, parameter) in free.iter().enumerate() {

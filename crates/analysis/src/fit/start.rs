@@ -28,6 +28,25 @@ pub fn falls_of(motor: &Motor, current: f64) -> Option<[f64; 3]> {
     ])
 }
 
+/// β, γ and γ_q of the series ([`super::plant::Law::Series`]) that has these falls along +d and −d and along q. None: it has
+/// no such falls.
+pub fn series_of(falls: [f64; 3]) -> Option<[f64; 3]> {
+    let rise = falls.map(|fall| fall / (1.0 - fall));
+    // y + γ_q y³ = 1 and 3 γ_q y² = rise.
+    let along_q = 1.0 / (1.0 + rise[2] / 3.0);
+    // x and −z are the fluxes at ±1: x + β x² + γ x³ = 1, 2βx + 3γx² = rise along +d; −z likewise along −d.
+    let (mut x, mut z, mut beta, mut gamma) = (1.0, 1.0, 0.0, 0.0);
+    for _ in 0..60 {
+        gamma = (rise[0] / x + rise[1] / z) / (3.0 * (x + z));
+        beta = (rise[0] / x - 3.0 * gamma * x) / 2.0;
+        x = 1.0 / (1.0 + x * (beta + gamma * x));
+        z = 1.0 / (1.0 + z * (gamma * z - beta));
+    }
+    let reached = x * (1.0 + x * (beta + gamma * x)) + z * (1.0 + z * (gamma * z - beta));
+    let series = [beta, gamma, rise[2] / (3.0 * along_q * along_q)];
+    (series.iter().all(|x| x.is_finite()) && (reached - 2.0).abs() < 1e-9).then_some(series)
+}
+
 /// The largest current in A that a channel reads, beside its offset.
 pub fn reach(pieces: &[Piece], point: &Point) -> f64 {
     let rows = pieces.iter().flat_map(|piece| &piece.rows);
@@ -127,4 +146,29 @@ pub fn begin(
         Scatter::new(steps[k], 0.05 * reach).clipped(clip).at_least(1e-6 * reach)
     });
     Some((frame, point, scatter))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn analytic_a_series_has_the_falls_that_it_was_made_of() {
+        for falls in [[0.063, -0.034, 0.035], [0.3, 0.25, 0.5], [-0.02, -0.03, -0.04], [0.0; 3]] {
+            let [beta, gamma, across] = series_of(falls).expect("a series");
+            // Where i(x) = x + βx² + γx³ is ±1, by halving; there L/L₀ = 1/i′.
+            let fall = |beta: f64, gamma: f64| {
+                let (mut low, mut high): (f64, f64) = (0.0, 1.2);
+                for _ in 0..60 {
+                    let x = f64::midpoint(low, high);
+                    if x * (1.0 + x * (beta + gamma * x)) < 1.0 { low = x } else { high = x }
+                }
+                1.0 - 1.0 / (1.0 + low * (2.0 * beta + 3.0 * gamma * low))
+            };
+            let found = [fall(beta, gamma), fall(-beta, gamma), fall(0.0, across)];
+            for (found, stated) in found.iter().zip(falls) {
+                assert!((found - stated).abs() < 1e-9, "{found}, not {stated}");
+            }
+        }
+    }
 }
