@@ -78,3 +78,61 @@ fn law_a_dip_of_an_inductance_between_few_points_is_followed_or_said() {
         assert!(count == 33 || (l_d / 3.151e-3 - 1.0).abs() < 0.04, "{count}: {l_d} H");
     }
 }
+
+/// Such a map over currents up to `reach` along q, with a knee that is this narrow in A.
+fn knee(reach: f64, count: i32, knee: f64) -> MapSamples {
+    let mut samples = uncoupled(count, |i| 0.45 + 0.02 * i, |_| 0.0);
+    for p in &mut samples.points {
+        p.i_q *= reach / 40.0;
+        p.psi_q = 0.5 * ((p.i_q / knee).tanh() + 0.01 * p.i_q / knee);
+    }
+    samples.points.retain(|p| (p.i_d / 10.0).fract() == 0.0);
+    samples
+}
+
+#[test]
+fn law_a_bend_that_the_surface_cannot_follow_is_refused_and_a_smaller_range_is_read() {
+    // L_q falls from 1 H to 10 mH within an ampere of forty. Points 0.6 A apart tell it, and their energy is convex.
+    let message = FluxMap::new(&knee(40.0, 129, 0.5)).expect_err("too sharp").to_string();
+    for part in
+        ["positive definite, but that the 72 × 72 cells", "cannot follow", "smaller range of currents"]
+    {
+        assert!(message.contains(part), "{message}");
+    }
+    // A knee twice as wide makes a surface that is convex, but beside the energy.
+    let message = FluxMap::new(&knee(40.0, 65, 1.2)).expect_err("too sharp").to_string();
+    assert!(message.contains("72 × 72 cells of the simulated map are off its energy by up to"), "{message}");
+    // What both ask for.
+    let (map, report) = FluxMap::new(&knee(4.0, 65, 0.5)).unwrap_or_else(|error| panic!("{error}"));
+    for i in axis(4.0, 33) {
+        let ([_, l_q], [_, said]) = inductances(&map, &report, Dq::new(0.0, i));
+        let exact = 1.0 / (i / 0.5).cosh().powi(2) + 0.01;
+        assert!((l_q - exact).abs() < 2.0 * said && said < 0.01, "{i}: {l_q} ± {said} H, {exact}");
+    }
+}
+
+#[test]
+fn law_more_lines_where_a_coarse_map_bends_make_it_fine() {
+    let flux = |i: f64| 0.58 * (i / 4.0).tanh() + 0.005 * i;
+    let inductance = |i: f64| 0.145 / (i / 4.0).cosh().powi(2) + 0.005;
+    let coarse = uncoupled(33, |i| 0.45 + 0.02 * i, flux);
+    let (map, report) = FluxMap::new(&coarse).unwrap_or_else(|error| panic!("{error}"));
+    assert!(report.errors.too_coarse() && map.note().is_some_and(|note| note.contains("too coarse")));
+    // A line halfway between two where L_q is not yet that of the saturated core, all others as they are.
+    let mut fine = coarse;
+    let near = fine.points.iter().filter(|p| (-12.5..12.5).contains(&p.i_q)).cloned().collect::<Vec<_>>();
+    for mut p in near {
+        p.i_q += 1.25;
+        p.psi_q = flux(p.i_q);
+        p.place = Place::Element(fine.points.len() + 1);
+        fine.points.push(p);
+    }
+    let (map, report) = FluxMap::new(&fine).unwrap_or_else(|error| panic!("{error}"));
+    assert!(!report.errors.too_coarse() && map.note().is_none(), "{:?}", report.errors.coarseness());
+    for i in axis(40.0, 401) {
+        let ([l_d, l_q], [_, said]) = inductances(&map, &report, Dq::new(0.0, i));
+        let off = (l_q - inductance(i)).abs();
+        assert!(off < 2.0 * said && off < 2e-3 * inductance(i).max(0.05), "{i}: {l_q} ± {said} H, {off} off");
+        assert!((l_d / 0.02 - 1.0).abs() < 1e-3, "{i}: {l_d} H");
+    }
+}
