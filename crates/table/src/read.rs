@@ -3,21 +3,23 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 
 use csv::{ErrorKind, StringRecord};
-use parquet::column::reader::{ColumnReaderImpl, get_typed_column_reader};
-use parquet::data_type::{DataType, DoubleType, Int64Type};
-use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::record::Field;
 
+use self::parquet::Parquet;
 use super::error::quoted;
 use super::{Column, Format, Kind, METADATA, Place, TableError, Value};
 
-/// Rows of a Parquet file decoded at once.
-const BATCH: usize = 1 << 12;
+mod claims;
+mod parquet;
+
+/// Rows of a table: as many as a run may have, if it keeps a row of each trial.
+const MOST_ROWS: u64 = 100_000_000;
+
+/// Bytes of a row of a CSV file: its first one has the metadata, with a scenario of up to 4 MiB, whose quotation marks take
+/// three characters each.
+const MOST_RECORD: u64 = 16 << 20;
 
 /// A table in a file: what its columns are called, what is said of it, and its numbers.
 ///
@@ -34,8 +36,25 @@ pub struct Reader {
 
 enum Source {
     /// With the record read last, which is first that of the metadata; of a table without rows there is none.
-    Csv(Box<csv::Reader<File>>, Option<StringRecord>),
-    Parquet(Box<SerializedFileReader<File>>),
+    Csv(Box<csv::Reader<Rows>>, Option<StringRecord>),
+    Parquet(Box<Parquet>),
+}
+
+/// A file of which no row is endless.
+struct Rows {
+    file: File,
+    /// How much of the row may still come.
+    left: u64,
+}
+
+impl Read for Rows {
+    fn read(&mut self, into: &mut [u8]) -> io::Result<usize> {
+        let count = self.file.read(into)?;
+        self.left = self.left.checked_sub(count as u64).ok_or_else(|| {
+            io::Error::other(format!("a row of more than {} MiB, which no table has", MOST_RECORD >> 20))
+        })?;
+        Ok(count)
+    }
 }
 
 impl Reader {
@@ -82,31 +101,19 @@ impl Reader {
                     next = advance(&self.path, &mut from, &mut record)?.then_some(record);
                 }
             }
-            Source::Parquet(file) => {
-                let mut rows = 0;
-                for group in 0..file.num_row_groups() {
-                    let broken =
-                        |error, rows| failed(&self.path, &format!("unreadable after row {rows}"), error);
-                    let mut columns =
-                        guarded(|| chunks(&file, group, places)).map_err(|e| broken(e, rows))?;
-                    loop {
-                        let batch = guarded(|| batches(&mut columns)).map_err(|e| broken(e, rows))?;
-                        let count = batch.first().map_or(0, Vec::len);
-                        let row = |k: usize| -> [f64; N] { std::array::from_fn(|n| batch[n][k]) };
-                        for row in (0..count).map(row) {
-                            rows += 1;
-                            if let Some(n) = row.iter().position(|number| number.is_infinite()) {
-                                return Err(at(Place::Row(rows), n, row[n].to_string()));
-                            }
-                            // Not-a-number is how other programs write what is missing, too.
-                            each(row.map(|number| Some(number).filter(|number| !number.is_nan())));
-                        }
-                        if count == 0 {
-                            break;
-                        }
-                    }
+            Source::Parquet(file) => file.rows(&self.path, &places, |row, cells| {
+                let mut numbers = [None; N];
+                for (n, (number, cell)) in numbers.iter_mut().zip(cells).enumerate() {
+                    *number = match cell {
+                        Value::Empty => None,
+                        Value::Whole(whole) => Some(*whole as f64),
+                        Value::Number(number) if number.is_finite() => Some(*number),
+                        other => return Err(at(Place::Row(row), n, said(other))),
+                    };
                 }
-            }
+                each(numbers);
+                Ok(())
+            })?,
         }
         Ok(())
     }
@@ -143,35 +150,22 @@ impl Reader {
                     next = advance(&self.path, &mut from, &mut record)?.then_some(record);
                 }
             }
-            Source::Parquet(file) => {
-                let mut rows = 0;
-                for group in 0..file.num_row_groups() {
-                    let broken =
-                        |error, rows| failed(&self.path, &format!("unreadable after row {rows}"), error);
-                    let group = guarded(|| file.get_row_group(group)).map_err(|e| broken(e, rows))?;
-                    let mut records = guarded(|| group.get_row_iter(None)).map_err(|e| broken(e, rows))?;
-                    while let Some(record) =
-                        guarded(|| records.next().transpose()).map_err(|e| broken(e, rows))?
-                    {
-                        rows += 1;
-                        let fields: Vec<&Field> = record.get_column_iter().map(|(_, field)| field).collect();
-                        let cell = |(column, place): (&Column, &usize)| {
-                            let field = fields[*place];
-                            field_value(column.kind, field)
-                                .ok_or_else(|| wrong(Place::Row(rows), column, field.to_string()))
-                        };
-                        let row = columns.iter().zip(&places).map(cell).collect::<Result<Vec<_>, _>>()?;
-                        each(&row);
-                    }
+            Source::Parquet(file) => file.rows(&self.path, &places, |row, cells| {
+                let unlike = |(column, cell): &(&Column, &Value<'_>)| !is_of(column.kind, cell);
+                if let Some((column, cell)) = columns.iter().zip(cells).find(unlike) {
+                    return Err(wrong(Place::Row(row), column, said(cell)));
                 }
-            }
+                each(cells);
+                Ok(())
+            })?,
         }
         Ok(())
     }
 
     fn open_csv(path: &Path) -> Result<Self, TableError> {
         let file = opened(path).map_err(|error| TableError::Read { path: path.to_owned(), error })?;
-        let mut from = csv::ReaderBuilder::new().has_headers(false).from_reader(file);
+        let mut from =
+            csv::ReaderBuilder::new().has_headers(false).from_reader(Rows { file, left: MOST_RECORD });
         let mut record = StringRecord::new();
         if !advance(path, &mut from, &mut record)? {
             return Err(file_error(path, "an empty file; a table begins with the names of its columns"));
@@ -196,14 +190,7 @@ impl Reader {
     }
 
     fn open_parquet(path: &Path) -> Result<Self, TableError> {
-        let read = |error| TableError::Read { path: path.to_owned(), error };
-        let file = opened(path).map_err(read)?;
-        let file = guarded(|| SerializedFileReader::new(file))
-            .map_err(|error| failed(path, "not a complete Parquet file", error))?;
-        let about = file.metadata().file_metadata();
-        let columns = about.schema().get_fields().iter().map(|field| field.name().to_owned()).collect();
-        let pairs = about.key_value_metadata().into_iter().flatten();
-        let metadata = pairs.map(|pair| (pair.key.clone(), pair.value.clone().unwrap_or_default())).collect();
+        let (file, (columns, metadata)) = Parquet::open(path)?;
         Ok(Self { columns, metadata, path: path.to_owned(), source: Source::Parquet(Box::new(file)) })
     }
 }
@@ -221,15 +208,25 @@ fn value(kind: Kind, text: &str) -> Option<Value<'_>> {
     }
 }
 
-/// The same of a Parquet file's field.
-fn field_value(kind: Kind, field: &Field) -> Option<Value<'_>> {
-    match (kind, field) {
-        (_, Field::Null) => Some(Value::Empty),
-        (Kind::Whole, Field::Long(whole)) => u64::try_from(*whole).ok().map(Value::Whole),
-        (Kind::Number, Field::Double(number)) => Some(Value::Number(*number)),
-        (Kind::Flag, Field::Bool(flag)) => Some(Value::Flag(*flag)),
-        (Kind::Text, Field::Str(text)) => Some(Value::Text(text.as_str().into())),
-        _ => None,
+/// Whether a cell of a Parquet file is of this kind.
+fn is_of(kind: Kind, cell: &Value<'_>) -> bool {
+    match cell {
+        Value::Empty => true,
+        Value::Whole(_) => kind == Kind::Whole,
+        Value::Number(number) => kind == Kind::Number && number.is_finite(),
+        Value::Flag(_) => kind == Kind::Flag,
+        Value::Text(_) => kind == Kind::Text,
+    }
+}
+
+/// The same cell in a message.
+fn said(cell: &Value<'_>) -> String {
+    match cell {
+        Value::Empty => "nothing".to_owned(),
+        Value::Whole(whole) => whole.to_string(),
+        Value::Number(number) => number.to_string(),
+        Value::Flag(flag) => flag.to_string(),
+        Value::Text(text) => quoted(text),
     }
 }
 
@@ -246,7 +243,8 @@ fn number(text: &str) -> Result<Option<f64>, ()> {
 }
 
 /// Reads the next record of a CSV file; `false` if there is none.
-fn advance(path: &Path, from: &mut csv::Reader<File>, record: &mut StringRecord) -> Result<bool, TableError> {
+fn advance(path: &Path, from: &mut csv::Reader<Rows>, record: &mut StringRecord) -> Result<bool, TableError> {
+    from.get_mut().left = MOST_RECORD;
     from.read_record(record).map_err(|error| {
         let text = error.to_string();
         let place = Place::Line(line(path, error.position()));
@@ -294,81 +292,6 @@ fn line(path: &Path, record: Option<&csv::Position>) -> u64 {
         line += u64::from(byte == b'\n');
     }
     line
-}
-
-/// A column: of numbers, or of whole ones.
-enum Chunk {
-    Number(ColumnReaderImpl<DoubleType>),
-    Whole(ColumnReaderImpl<Int64Type>),
-}
-
-/// The columns of a row group.
-fn chunks<const N: usize>(
-    file: &SerializedFileReader<File>,
-    group: usize,
-    places: [usize; N],
-) -> Result<Vec<Chunk>, ParquetError> {
-    let group = file.get_row_group(group)?;
-    let chunk = |place| {
-        let column = group.metadata().column(place).column_descr();
-        let reader = || group.get_column_reader(place);
-        match column.physical_type() {
-            parquet::basic::Type::DOUBLE if column.max_rep_level() == 0 => {
-                Ok(Chunk::Number(get_typed_column_reader(reader()?)))
-            }
-            parquet::basic::Type::INT64 if column.max_rep_level() == 0 => {
-                Ok(Chunk::Whole(get_typed_column_reader(reader()?)))
-            }
-            _ => {
-                let name = quoted(column.name());
-                Err(ParquetError::General(format!("the column {name} has no numbers")))
-            }
-        }
-    };
-    places.into_iter().map(chunk).collect()
-}
-
-/// The next numbers of each column, not-a-number where there are none; empty at the end of the group.
-fn batches(columns: &mut [Chunk]) -> Result<Vec<Vec<f64>>, ParquetError> {
-    /// Of one column.
-    fn batch<T: DataType>(
-        from: &mut ColumnReaderImpl<T>,
-        number: impl Fn(T::T) -> f64,
-    ) -> Result<Vec<f64>, ParquetError> {
-        let (mut present, mut values) = (Vec::new(), Vec::new());
-        let (rows, ..) = from.read_records(BATCH, Some(&mut present), None, &mut values)?;
-        let mut values = values.into_iter().map(number);
-        // A column that has no empty cells by its schema has no levels either.
-        let has = |row: usize| present.get(row).is_none_or(|level| *level == 1);
-        Ok((0..rows).map(|row| if has(row) { values.next() } else { None }.unwrap_or(f64::NAN)).collect())
-    }
-    let batch = |from: &mut Chunk| match from {
-        Chunk::Number(from) => batch(from, |number| number),
-        Chunk::Whole(from) => batch(from, |whole| whole as f64),
-    };
-    let all: Vec<Vec<f64>> = columns.iter_mut().map(batch).collect::<Result<_, ParquetError>>()?;
-    if all.windows(2).any(|pair| pair[0].len() != pair[1].len()) {
-        return Err(ParquetError::General("columns of different lengths".to_owned()));
-    }
-    Ok(all)
-}
-
-/// The library panics on some damage; whoever reads a file gets an error. The standard library still reports the panic.
-fn guarded<T>(work: impl FnOnce() -> Result<T, ParquetError>) -> Result<T, ParquetError> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| Err(ParquetError::General("damaged".to_owned())))
-}
-
-fn failed(path: &Path, what: &str, error: ParquetError) -> TableError {
-    let why = match error {
-        ParquetError::External(inner) => match inner.downcast::<io::Error>() {
-            Ok(error) => return TableError::Read { path: path.to_owned(), error: *error },
-            Err(other) => other.to_string(),
-        },
-        ParquetError::General(why) | ParquetError::EOF(why) | ParquetError::NYI(why) => why,
-        other => other.to_string(),
-    };
-    let why = why.split_whitespace().collect::<Vec<_>>().join(" ");
-    file_error(path, &format!("{what}: {why}"))
 }
 
 fn file_error(path: &Path, why: &str) -> TableError {

@@ -9,6 +9,7 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 use standstill_table::{Column, Format, Kind, TableError, Value, Writer};
 
+mod crafted;
 mod read;
 mod whole;
 

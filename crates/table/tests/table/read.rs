@@ -150,7 +150,7 @@ fn regress_parquet_of_another_make() {
     let infinite = "T, row 2, column `x`: found inf, needed a finite number";
     assert_eq!(read(&foreign(&[0.0, f64::INFINITY]), [1]), Err(infinite.to_owned()));
     assert_eq!(read(&foreign(&[0.0]), [0]), Ok(vec![Some(1.0)]));
-    let neither = "T: unreadable after row 0: the column `b` has no numbers";
+    let neither = "T, row 1, column `b`: found true, needed a finite number";
     assert_eq!(read(&foreign(&[0.0]), [2]), Err(neither.to_owned()));
 }
 
