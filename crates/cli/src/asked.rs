@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 use standstill_campaign::NUMERICS;
-use standstill_files::{read_at_most, read_text};
+use standstill_files::read_text;
 use standstill_plant::Digest;
 
 use crate::commands::run::results::of_another_run;
@@ -89,7 +89,7 @@ impl Asked {
 
 /// What a file is: its size and its checksum.
 fn content(path: &Path) -> Option<String> {
-    Some(Digest::of(&read_at_most(path, u64::MAX - 1).ok()?).to_string())
+    Some(Digest::of_file(path).ok()?.to_string())
 }
 
 /// What a folder's note says of each command; nothing where there is none.

@@ -43,6 +43,23 @@ impl Digest {
     pub fn of(bytes: &[u8]) -> Self {
         Self { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
     }
+
+    /// Of a file of any length, bit by bit: tables of results have gigabytes.
+    ///
+    /// # Errors
+    /// As [`open`].
+    pub fn of_file(path: &Path) -> io::Result<Self> {
+        let (mut file, mut piece) = (open(path)?, vec![0; 1 << 16]);
+        let (mut hasher, mut bytes) = (crc32fast::Hasher::new(), 0);
+        loop {
+            let count = file.read(&mut piece)?;
+            if count == 0 {
+                return Ok(Self { bytes, crc32: hasher.finalize() });
+            }
+            hasher.update(&piece[..count]);
+            bytes += count as u64;
+        }
+    }
 }
 
 impl fmt::Display for Digest {
@@ -226,6 +243,7 @@ mod tests {
         file.set_len(5 << 20).expect("room");
         assert!(error(&path).contains("5.0 MiB; needed: at most 4 MiB"), "{}", error(&path));
         assert!(Files::default().read(&path).is_ok());
+        assert_eq!(Digest::of_file(&path).expect("a file"), Digest::of(&vec![0; 5 << 20]));
         file.set_len(3 << 30).expect("room");
         let error = Files::default().read(&path).expect_err("must be refused").to_string();
         assert!(error.contains("3072.0 MiB; needed: at most 128 MiB"), "{error}");

@@ -156,20 +156,56 @@ fn regress_what_unpacks_to_more_than_a_map_needs_is_refused_or_left_alone() {
 }
 
 #[test]
+fn law_many_small_parts_of_a_file_do_not_make_much_work() {
+    use std::io::Write as _;
+    let scratch = tempfile::tempdir().expect("a folder");
+    let error = |name: &str, bytes: &[u8]| {
+        let path = scratch.path().join(name);
+        std::fs::write(&path, bytes).expect("write");
+        MapSamples::read(&path, &Files::default()).expect_err("must be refused").to_string()
+    };
+    // Packed variables of one number.
+    let mut writer = flate2::write::ZlibEncoder::new(Vec::new(), flate2::Compression::best());
+    writer.write_all(&matrix(6, "x", [1, 1], &[1.0])).expect("in memory");
+    let data = writer.finish().expect("in memory");
+    let mut packed = [15_u32.to_le_bytes(), u32::try_from(data.len()).expect("small").to_le_bytes()].concat();
+    packed.extend(data);
+    let message = error("packed.mat", &file(&vec![packed; 50_000]));
+    assert!(message.contains("more than 4096 packed variables"), "{message}");
+    // A name of megabytes, none of which is UTF-8, and as many dimensions.
+    let parts = [
+        element(6, &[6, 0, 0, 0, 0, 0, 0, 0]),
+        element(5, &vec![1; 4 << 20]),
+        element(1, &vec![0xff; 8 << 20]),
+        element(9, &[0; 8]),
+    ];
+    let message = error("name.mat", &file(&[element(14, &parts.concat())]));
+    assert!(message.contains("found the variables \u{fffd}") && message.len() < 2000, "{}", message.len());
+}
+
+#[test]
 fn regress_files_of_other_kinds_are_told_by_their_kind() {
     let scratch = tempfile::tempdir().expect("a folder");
-    let mut version_4: Vec<u8> = [0_u32, 1, 1, 0, 3].iter().flat_map(|word| word.to_le_bytes()).collect();
-    version_4.extend(b"Id\0");
-    version_4.extend(1.0_f64.to_le_bytes());
-    let cases: [(&str, Vec<u8>, &str); 8] = [
+    // Type, rows, columns, whether complex; then the name.
+    let version_4 = |words: [u32; 4], big: bool| {
+        let order = |word: u32| if big { word.to_be_bytes() } else { word.to_le_bytes() };
+        let mut bytes: Vec<u8> = words.into_iter().chain([3]).flat_map(order).collect();
+        bytes.extend(b"Id\0");
+        bytes.extend(1.0_f64.to_le_bytes());
+        bytes
+    };
+    let four = "found a MATLAB file of version 4; needed: a MATLAB file of version 5 to 7.3";
+    let cases: [(&str, Vec<u8>, &str); 13] = [
         ("empty.mat", Vec::new(), "found an empty file; needed: a flux map as `mat` file"),
         ("empty.npz", Vec::new(), "found an empty file"),
         ("empty.csv", Vec::new(), "found an empty file; needed: a header with the columns"),
-        (
-            "four.mat",
-            version_4,
-            "found a MATLAB file of version 4; needed: a MATLAB file of version 5 to 7.3",
-        ),
+        ("four.mat", version_4([0, 1, 1, 0], false), four),
+        ("four_big.mat", version_4([1000, 1, 1, 0], true), four),
+        ("four_complex.mat", version_4([0, 1, 1, 1], false), four),
+        ("four_text.mat", version_4([51, 1, 1, 0], false), four),
+        ("four_sparse.mat", version_4([2, 3, 3, 0], false), four),
+        // More numbers than there can be.
+        ("four_false.mat", version_4([0, u32::MAX, u32::MAX, 0], false), "found no MATLAB header"),
         ("text.mat", b"i_d_A,i_q_A,psi_d_Wb,psi_q_Wb\n".repeat(9), "found no MATLAB header"),
         (
             "sparse.mat",

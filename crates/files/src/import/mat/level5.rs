@@ -26,8 +26,15 @@ const MOST_BYTES: u64 = 1 << 28;
 /// And what tells a variable's name to this many.
 const HEAD: u64 = 4096;
 
-/// Names that are kept for messages.
+/// Variables that are packed, each for itself: to begin to unpack takes longer than to unpack what tells a name.
+const MOST_PACKED: usize = 4096;
+
+/// Names that are kept for messages, and bytes of a name: MATLAB's have 63 at most.
 const MOST_NAMES: usize = 40;
+const LONGEST_NAME: usize = 64;
+
+/// Bytes of a matrix's dimensions; of two or a few.
+const LONGEST_DIMENSIONS: usize = 256;
 
 /// Structures within structures that are followed.
 const DEEPEST: usize = 4;
@@ -127,8 +134,9 @@ impl<'a> Matrix<'a> {
         let (_, flags) = rest.element()?;
         let first = Reader { bytes: flags, big: rest.big }.word()?;
         let (kind, data) = rest.element()?;
-        let dimensions = rest.numbers(kind, data)?;
-        let name = String::from_utf8_lossy(rest.element()?.1).into_owned();
+        let dimensions = rest.numbers(kind, data.get(..LONGEST_DIMENSIONS).unwrap_or(data))?;
+        let name = rest.element()?.1;
+        let name = String::from_utf8_lossy(name.get(..LONGEST_NAME).unwrap_or(name)).into_owned();
         let class = u8::try_from(first & 0xff).ok()?;
         Some(Self { class, complex: first & 0x0800 != 0, dimensions, name, rest })
     }
@@ -219,12 +227,16 @@ impl Level5 {
         };
         let mut reader = Reader { bytes: &bytes[128..], big };
         let mut file = Self { matrices: Vec::new(), names: Vec::new(), big };
-        let mut room = MOST_BYTES;
+        let (mut room, mut packed) = (MOST_BYTES, 0);
         while !reader.bytes.is_empty() {
             let (kind, data) = reader.element().ok_or("a file that ends within a variable")?;
             let matrix = match kind {
                 MATRIX if file.is_wanted(data, wanted) => data.to_vec(),
                 COMPRESSED => {
+                    packed += 1;
+                    if packed > MOST_PACKED {
+                        return Err(format!("more than {MOST_PACKED} packed variables"));
+                    }
                     let head = unpacked(data, HEAD)?;
                     let Some((MATRIX, begin)) = (Reader { bytes: &head, big }).head() else { continue };
                     if !file.is_wanted(begin, wanted) {
