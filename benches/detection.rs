@@ -1,5 +1,5 @@
-//! What a segment, a detection and a block of trials cost, alone and side by side: `cargo bench`,
-//! or `cargo bench -- --quick`.
+//! What a segment, a detection and a block of trials cost, alone and side by side: `cargo bench --features bench`,
+//! or `cargo bench --features bench -- --quick`.
 
 use std::hint::black_box;
 use std::sync::atomic::AtomicBool;
