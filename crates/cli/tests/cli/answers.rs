@@ -76,7 +76,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
                 "--between",
                 "5 mA:30 mA",
                 "--most",
-                "3000",
+                "1000",
             ],
         ),
         (
@@ -89,7 +89,7 @@ fn law_an_interrupted_question_goes_on_from_what_it_computed_to_the_same_answer(
                 "--trials",
                 "1000",
                 "--starts",
-                "2",
+                "1",
             ],
         ),
     ];
