@@ -16,6 +16,9 @@ pub(crate) fn dc_link(motor: &Motor) -> f64 {
 /// How pick-up rings where nobody says otherwise: time constants are 0.3 to 1 µs, frequencies 3 to 10 MHz.
 pub(crate) const PICK_UP: PickUp = PickUp { amplitude: 0.0, decay: 0.5e-6, frequency: 5e6 };
 
+/// Of each terminal in F in the field: two switches and a metre of cable.
+const TERMINAL_CAPACITANCE: f64 = 0.3e-9;
+
 /// Nominal DC link in V up to which drives have MOSFETs: the highest that is safe to touch, where 80 to 100 V devices with
 /// a few milliohms are what one buys.
 const MOSFET_LINK: f64 = 60.0;
@@ -62,8 +65,8 @@ choice! {
         Default = "default" default,
         /// A poor one.
         Harsh = "harsh",
-        /// The good one with what its sensors have in the field: a bandwidth, phases that are converted one after the other,
-        /// and pick-up of switching edges.
+        /// The good one with what drives have in the field: capacitance at the terminals, and sensors with a bandwidth, phases
+        /// that are converted one after the other, and pick-up of switching edges.
         Field = "field",
     }
 }
@@ -119,6 +122,7 @@ impl ErrorSet {
             bridge: Bridge {
                 devices: devices(kind, rated_current),
                 open_leg: OpenLeg::Diodes,
+                terminal_capacitance: if self == Self::Field { TERMINAL_CAPACITANCE } else { 0.0 },
                 ..Bridge::default()
             },
             dead_time: Nanos::from_micros(2),
