@@ -38,7 +38,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     panel = panel.with(curve("third leg truly open", &scenario, Style::Black)?);
 
     scenario.drive.bridge.open_leg = OpenLeg::Diodes;
-    scenario.drive.bridge.devices = ErrorSet::Default.drive(8.0, 550.0, DeviceKind::Igbt).bridge.devices;
+    scenario.drive.bridge.devices = ErrorSet::Default.drive(&scenario.motor, DeviceKind::Igbt).bridge.devices;
     panel = panel.with(curve("third leg with diodes, usual drops", &scenario, Style::Blue)?);
 
     scenario.drive.bridge.devices.diode_drop *= 0.5;

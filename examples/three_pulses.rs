@@ -63,7 +63,7 @@ fn case(motor: &Motor, tolerance: Tolerance) -> Case<'_> {
         motor,
         inverter: Inverter {
             // 0.9 V + 50 mΩ and 1.0 V + 30 mΩ.
-            bridge: ErrorSet::Default.drive(8.0, 550.0, DeviceKind::Igbt).bridge,
+            bridge: ErrorSet::Default.drive(motor, DeviceKind::Igbt).bridge,
             gates: [timing; 3],
             link: DcLink::stiff(550.0),
             carrier_period: Nanos::from_micros(100),

@@ -14,7 +14,7 @@ use super::named::Named;
 use super::ranges::{checked, checked_bits, checked_time, in_range, start_angle};
 use super::rotor::Memory;
 use super::tables::{InverterTable, ScenarioFile, SensorsTable};
-use crate::errors::{PICK_UP, dc_link, device_kind};
+use crate::errors::{PICK_UP, device_kind};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
 
@@ -75,7 +75,7 @@ impl ScenarioFile {
         }
         let errors = self.errors.0;
         let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
-        let mut drive = errors.drive(motor.rated_current, dc_link(motor), kind);
+        let mut drive = errors.drive(motor, kind);
         self.inverter.apply(&mut drive)?;
         self.inverter.apply_terminals(&mut drive.bridge, motor)?;
         let library = self.detector.load_library(files)?;

@@ -5,6 +5,8 @@ use standstill_inverter::{Bridge, DcLink, DeviceKind, Devices, GateTiming, Inver
 use standstill_plant::Motor;
 use standstill_sim::{Adc, Arrangement, PickUp, Purpose, Resolver, SensorSettings, Streams, VoltageSensor};
 
+use super::terminals::damp;
+
 /// DC-link voltage in V of the paper's drive.
 const DC_LINK: f64 = 550.0;
 
@@ -100,8 +102,8 @@ impl DriveSettings {
 }
 
 impl ErrorSet {
-    /// The drive for motors of this rated current in A, on a DC link of this many volts, with such switches.
-    pub fn drive(self, rated_current: f64, dc_link: f64, kind: DeviceKind) -> DriveSettings {
+    /// The drive for this motor, on its nominal DC link, with such switches.
+    pub fn drive(self, motor: &Motor, kind: DeviceKind) -> DriveSettings {
         let ideal = DriveSettings {
             bridge: Bridge {
                 devices: Devices { kind, ..Devices::default() },
@@ -110,7 +112,7 @@ impl ErrorSet {
             },
             dead_time: Nanos::ZERO,
             delay_mismatch: 0.0,
-            link: DcLink::stiff(dc_link),
+            link: DcLink::stiff(dc_link(motor)),
             carrier_period: Nanos::from_micros(100),
         };
         let (delay_mismatch, ripple) = match self {
@@ -118,13 +120,15 @@ impl ErrorSet {
             Self::Default | Self::Field => (50e-9, 0.002),
             Self::Harsh => (100e-9, 0.01),
         };
+        let mut bridge = Bridge {
+            devices: devices(kind, motor.rated_current),
+            open_leg: OpenLeg::Diodes,
+            terminal_capacitance: if self == Self::Field { TERMINAL_CAPACITANCE } else { 0.0 },
+            ..Bridge::default()
+        };
+        damp(&mut bridge, motor);
         DriveSettings {
-            bridge: Bridge {
-                devices: devices(kind, rated_current),
-                open_leg: OpenLeg::Diodes,
-                terminal_capacitance: if self == Self::Field { TERMINAL_CAPACITANCE } else { 0.0 },
-                ..Bridge::default()
-            },
+            bridge,
             dead_time: Nanos::from_micros(2),
             delay_mismatch,
             link: DcLink { ripple, ..ideal.link },

@@ -166,7 +166,7 @@ impl<S: Settings<f64>> Scenario<S> {
         settings: impl FnOnce(&Nameplate<f64>) -> S,
     ) -> Self {
         let dc_link = dc_link(&motor);
-        let drive = errors.drive(motor.rated_current, dc_link, device_kind(&motor));
+        let drive = errors.drive(&motor, device_kind(&motor));
         let sensors = errors.sensors(motor.rated_current, dc_link);
         let detector = settings(&nameplate(&motor, &drive, &sensors));
         Self {

@@ -14,6 +14,19 @@ const QUALITY: f64 = 5.0;
 /// A terminal with less does not ring: its current would meet more than half of its characteristic impedance.
 const LEAST_QUALITY: f64 = 2.0;
 
+/// √(1.5 L/C) in Ω with the mean of L_d and L_q: the voltage of a swing over its current.
+fn impedance(bridge: &Bridge, motor: &Motor) -> f64 {
+    let winding = &motor.winding;
+    let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
+    (1.5 * inductance / bridge.terminal_capacitance).sqrt()
+}
+
+/// What damps terminals where nobody has measured it; nothing without capacitance.
+pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
+    bridge.terminal_resistance =
+        if bridge.terminal_capacitance > 0.0 { impedance(bridge, motor) / QUALITY } else { 0.0 };
+}
+
 impl InverterTable {
     pub(super) fn apply_terminals(&self, bridge: &mut Bridge, motor: &Motor) -> Result<(), FileError> {
         if let Some(value) = self.terminal_capacitance {
@@ -25,6 +38,7 @@ impl InverterTable {
         }
         let resistance = "inverter.terminal_resistance";
         if bridge.terminal_capacitance == 0.0 {
+            bridge.terminal_resistance = 0.0;
             return match self.terminal_resistance {
                 Some(value) if self.terminal_capacitance.is_none() => {
                     let needed = "`inverter.terminal_capacitance` beside it: without it nothing rings";
@@ -44,13 +58,10 @@ impl InverterTable {
             }
             _ => bridge.open_leg = OpenLeg::Diodes,
         }
-        let winding = &motor.winding;
-        let inductance = (winding.d_axis_inductance() + winding.q_axis_inductance()) / 2.0;
-        let impedance = (1.5 * inductance / bridge.terminal_capacitance).sqrt();
-        bridge.terminal_resistance = impedance / QUALITY;
+        damp(bridge, motor);
         if let Some(value) = self.terminal_resistance {
             checked(resistance, value)?;
-            let most = impedance / LEAST_QUALITY;
+            let most = impedance(bridge, motor) / LEAST_QUALITY;
             let needed = format!("from 0 to {most:.3} Ω, half of √(1.5 L/C): with more nothing rings");
             bridge.terminal_resistance = in_range(resistance, value, [0.0, most], &needed)?;
         }

@@ -5,6 +5,7 @@ use standstill_inverter::DeviceKind;
 use standstill_sim::PickUp;
 
 use super::{error, scenario};
+use crate::ErrorSet;
 
 #[test]
 fn law_drives_of_at_most_60_volts_have_mosfets_unless_told_otherwise() {
@@ -77,7 +78,15 @@ fn law_keys_of_the_other_kind_of_switch_are_refused() {
 fn law_sensors_of_the_field_and_their_keys() {
     let field = scenario("errors = \"field\"");
     let default = scenario("");
-    assert_eq!(field.drive, default.drive);
+    let mut without = field.drive;
+    assert_eq!(without.bridge.terminal_capacitance, 0.3e-9);
+    (without.bridge.terminal_capacitance, without.bridge.terminal_resistance) = (0.0, 0.0);
+    assert_eq!(without, default.drive);
+    assert_eq!(scenario("errors = \"field\"\ninverter.terminal_capacitance = 0").drive, default.drive);
+    // One set of errors, by whichever door.
+    let motor = standstill_plant::built_in("paper-5k5").expect("built in");
+    assert_eq!(ErrorSet::Field.drive(&motor, DeviceKind::Igbt), field.drive);
+    assert!((field.drive.bridge.terminal_resistance / 1661.3 - 1.0).abs() < 1e-4, "{:?}", field.drive.bridge);
     let of = PickUp { amplitude: 0.2, decay: 0.5e-6, frequency: 5e6 };
     assert_eq!((field.sensors.bandwidth, field.sensors.skew), (Some(200e3), Nanos(500)));
     assert_eq!((field.sensors.bandwidth_tolerance, field.sensors.bandwidth_mismatch), (0.2, 0.03));
