@@ -122,8 +122,9 @@ pub fn four<T: Lane>(x: T, x2: T, c: [f64; 4]) -> T {
 ///
 /// ```
 /// use standstill_numeric::eight;
-/// let x = 0.5_f64;
-/// assert_eq!(eight(x, x * x, x * x * x * x, [1.0; 8]), 2.0 - 1.0 / 128.0);
+/// let x = 2.0_f64;
+/// let digits = [1.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 3.0];
+/// assert_eq!(eight(x, x * x, x * x * x * x, digits), 1.0 + 4.0 + 8.0 + 3.0 * 128.0);
 /// ```
 #[inline(always)]
 pub fn eight<T: Lane>(x: T, x2: T, x4: T, c: [f64; 8]) -> T {

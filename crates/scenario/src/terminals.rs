@@ -52,8 +52,7 @@ impl InverterTable {
         // What ends a swing is a diode: a leg without would raise its terminal to the 25 kV that the winding's energy makes of it.
         match self.open_leg {
             Some(Named(open @ OpenLeg::Open)) => {
-                let needed =
-                    "\"diodes\" where terminals have a capacitance: without diodes nothing ends their swing";
+                let needed = "\"diodes\" where terminals have a capacitance, as those of \"field\" do unless `inverter.terminal_capacitance` is 0: without diodes nothing ends their swing";
                 return Err(FileError::key("inverter.open_leg", &format!("\"{}\"", open.name()), needed));
             }
             _ => bridge.open_leg = OpenLeg::Diodes,

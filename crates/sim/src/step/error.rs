@@ -47,7 +47,7 @@ const QUADRATURE: f64 = 0.2;
 
 /// The same of what drives terminals that ring, per weber. Of a force e^(−x s) a cubic misses x⁴/24 s²(1 − s)² within a step, which
 /// moves the flux by x⁴/720 at most, a fortieth of the fourth-order term, and by less where the swing turns meanwhile. A swing keeps
-/// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance.
+/// what it is off by: 80 steps in a row may be off alike before it is off by the tolerance, where nothing damps it.
 const RINGING: f64 = 2.0;
 
 /// What a linear step from where the core was evaluated misses, as a factor of the square of the flux over the flux by which

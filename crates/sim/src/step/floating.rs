@@ -26,7 +26,8 @@ pub struct Floating<V: Wide> {
 }
 
 /// The square of the angle by which a mode may turn in a step where a swing may end a leg's mode: up to there the cubics of
-/// currents and potentials say when. A smaller swing may turn by more: a cubic misses a share of it that grows with the fourth power.
+/// currents and potentials say when. A smaller swing may turn by more: a cubic misses a share of it that grows with the fourth power,
+/// θ⁴/384: 1e-3 of a swing at 0.77 rad.
 pub const SEEN: f64 = 0.6;
 
 /// The same where eddy currents lag behind what rings: up to there the cubic of the flux is as exact as all else.

@@ -37,7 +37,8 @@ const MOST_DAMPED: f64 = 0.9;
 /// So many steps in a row may be off alike before they are off by the tolerance, where no damping takes it from them.
 pub const ALIKE: f64 = 80.0;
 
-/// So many times the tolerance a swing that is damped may be off: it takes that with it.
+/// About so many times the tolerance a swing that is damped may be off in all, 5e-8 of rated current with the usual one: the errors of its
+/// steps decay with it.
 const DAMPED: f64 = 5.0;
 
 /// What cannot be told of a cubic: as of the currents of any other step (`error.rs`).
@@ -278,7 +279,7 @@ impl<V: Wide> Ringing<V> {
             // What pulls in time with a swing adds up until the damping holds it.
             let of_remainder = turned / (angle + angle * self.damping[m] + 1.0);
             let both = untold(&self.force[m]) + of_remainder * untold(&self.remainder[m]);
-            // So many steps in a row add up before the damping has taken what the first was off by.
+            // So many steps in a row add up before the damping has taken what the first was off by, as shares of what it may be off.
             let alike = ((self.damping[m] + 1.0) / (self.damping[m] * DAMPED)).least(V::of(ALIKE));
             all = all + size * both * alike * (1.0 / ALIKE);
         }

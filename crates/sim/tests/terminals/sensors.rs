@@ -46,6 +46,29 @@ fn law_a_sample_within_a_step_is_that_of_a_step_that_ends_there() {
     }
 }
 
+/// Steps follow filters between their ends only where a sample shows them: samples that are rare are those of a run with many.
+#[test]
+fn law_rare_samples_are_those_of_a_run_with_many() {
+    let motor = built_in("paper-5k5").expect("built in");
+    let mut case = case(&motor, inverter(USUAL, OpenLeg::Diodes, 0.3e-9, LINK));
+    case.inverter.bridge.terminal_resistance = 1.6e3;
+    let pulse = || Command::sequence(stage([High, Low, Off], 80), stage([Off; 3], 320), Sampling::NONE);
+    case.sensors = Sensors::nominal(FIELD);
+    // Time constants of 0.8 µs: 20 µs between two samples, and 2 µs.
+    let (few, rare) = readings(&case, &[sampled(pulse(), 20)]);
+    let dc_link = VoltageSensor { bandwidth: Some(1e6), ..FIELD.dc_link };
+    case.sensors = Sensors::nominal(SensorSettings { dc_link, ..FIELD });
+    let (many, dense) = readings(&case, &[sampled(pulse(), 200)]);
+    assert!(few < many && rare.len() == 20, "{few} {many} steps");
+    for (a, b) in rare.iter().zip(dense.iter().skip(9).step_by(10)) {
+        assert_eq!(a.at, b.at);
+        for k in 0..3 {
+            let off = (a.current.0[k] - b.current.0[k]).abs();
+            assert!(off < 2e-6, "{:?}, phase {k}: {off:e} A", a.at);
+        }
+    }
+}
+
 /// A current that carries a terminal from one bound to the other does so in one step: it is known when it will have.
 #[test]
 fn law_a_sweep_of_a_terminal_is_one_step() {
