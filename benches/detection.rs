@@ -1,4 +1,4 @@
-//! What a segment, a detection and a block of trials cost, alone and side by side: `cargo bench --features bench`,
+//! Measures the time of a segment, of a detection and of a block of trials, alone and side by side: `cargo bench --features bench`,
 //! or `cargo bench --features bench -- --quick`.
 
 use std::hint::black_box;

@@ -2,8 +2,8 @@
 //! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval. The scope's samples are
 //! as far apart as the drive's timer counts, so that all edges lie alike between two samples (drive); or they follow a clock of its
 //! own, with each seed another one, so that edges lie anywhere (own); or the edges lie at four places between samples (pattern).
-//! What the fits begin with is drawn as well, as well known as a fit takes it to be: an interval that contains what is not told can hold in
-//! 95 % only if that varies too. docs/fit-coverage.txt has the tables.
+//! Each seed also draws the motor that the fit begins with, within the tolerances that a fit assumes: an interval contains what the readings
+//! do not tell, so it can hold in 95 % only if that varies from seed to seed. docs/fit-coverage.txt has the tables.
 //! Printed are the mean and the standard deviation of the estimates' errors beside the mean half width of the intervals, and how many
 //! truths lie below and above theirs.
 //!

@@ -81,7 +81,7 @@ const MOST_ROUNDS: usize = 8;
 struct Work<'a> {
     problem: Problem,
     scatter: [Scatter; 3],
-    /// What it began with.
+    /// The plant that the search began with.
     begin: Plant,
     reach: f64,
     link: f64,
@@ -245,7 +245,7 @@ impl Work<'_> {
             if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);
             }
-            // What the readings turn out not to tell goes back to where it began.
+            // A parameter that the readings do not tell gets back the value that the search began with.
             for parameter in all.iter().filter(|p| !self.problem.free.contains(p)) {
                 let back = parameter.get(begin) - parameter.get(&point);
                 parameter.add(&mut point, back, self.problem.channels);

@@ -172,7 +172,7 @@ impl Parameter {
             Angle => 30_f64.to_radians(),
             Offset(_) => 0.2 * reach,
             Gain(_) => 0.03,
-            // What it began with may be a guess, far below.
+            // The resistance that the search began with may be a guess, far too low.
             Resistance => 0.5 * resistance.max(point.plant.resistance),
             Delay => 2e-6,
             DeadTime => 1e-6,

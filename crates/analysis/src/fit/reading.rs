@@ -192,7 +192,7 @@ impl Scatter {
     }
 }
 
-/// Where between two numbers something with one maximum is largest, to a hundredth: golden section.
+/// The place, to a hundredth, of the only maximum of a likelihood between two numbers: by golden sections.
 fn most_likely(mut low: f64, mut high: f64, likelihood: impl Fn(f64) -> f64) -> f64 {
     let golden = (5.0_f64.sqrt() - 1.0) / 2.0;
     let inner = |low: f64, high: f64| [high - golden * (high - low), low + golden * (high - low)];

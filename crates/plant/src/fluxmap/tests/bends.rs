@@ -103,7 +103,7 @@ fn law_a_bend_that_the_surface_cannot_follow_is_refused_and_a_smaller_range_is_r
     let message = FluxMap::new(&knee(40.0, 65, 1.2)).expect_err("too sharp").to_string();
     assert!(message.contains("72 × 72 cells of the simulated map are off its energy by up to"), "{message}");
     // What both ask for.
-    let (map, report) = FluxMap::new(&knee(4.0, 65, 0.5)).unwrap_or_else(|error| panic!("{error}"));
+    let (map, report) = FluxMap::new(&knee(4.0, 65, 0.5)).expect("a smaller range is read");
     for i in axis(4.0, 33) {
         let ([_, l_q], [_, said]) = inductances(&map, &report, Dq::new(0.0, i));
         let exact = 1.0 / (i / 0.5).cosh().powi(2) + 0.01;
@@ -116,7 +116,7 @@ fn law_more_lines_where_a_coarse_map_bends_make_it_fine() {
     let flux = |i: f64| 0.58 * (i / 4.0).tanh() + 0.005 * i;
     let inductance = |i: f64| 0.145 / (i / 4.0).cosh().powi(2) + 0.005;
     let coarse = uncoupled(33, |i| 0.45 + 0.02 * i, flux);
-    let (map, report) = FluxMap::new(&coarse).unwrap_or_else(|error| panic!("{error}"));
+    let (map, report) = FluxMap::new(&coarse).expect("is read with a note");
     assert!(report.errors.too_coarse() && map.note().is_some_and(|note| note.contains("too coarse")));
     // A line halfway between two where L_q is not yet that of the saturated core, all others as they are.
     let mut fine = coarse;
@@ -127,7 +127,7 @@ fn law_more_lines_where_a_coarse_map_bends_make_it_fine() {
         p.place = Place::Element(fine.points.len() + 1);
         fine.points.push(p);
     }
-    let (map, report) = FluxMap::new(&fine).unwrap_or_else(|error| panic!("{error}"));
+    let (map, report) = FluxMap::new(&fine).expect("is read");
     assert!(!report.errors.too_coarse() && map.note().is_none(), "{:?}", report.errors.coarseness());
     for i in axis(40.0, 401) {
         let ([l_d, l_q], [_, said]) = inductances(&map, &report, Dq::new(0.0, i));
