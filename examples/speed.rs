@@ -5,7 +5,7 @@
 //!            (its peak)                        each method                  1, 2 threads
 //! ```
 //! All in one run, by turns and each at its best: the ratios hold on a machine that is busy with something else. The
-//! figures of docs/performance.md are from here.
+//! figures of docs/notes/performance.md are from here.
 //!
 //! Run with `cargo run --release --example speed`.
 
