@@ -55,6 +55,7 @@ macro_rules! three {
 
 mod case;
 mod control;
+mod effect;
 mod lanes;
 mod ledger;
 mod physics;

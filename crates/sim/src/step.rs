@@ -1,6 +1,6 @@
 //! One step of several machines side by side.
 
-mod corrections;
+pub mod corrections;
 pub mod dense;
 pub mod dormand_prince;
 pub mod ends;

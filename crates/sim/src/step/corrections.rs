@@ -1,7 +1,6 @@
 //! What a step puts right at its end: blocked legs' currents, the link's voltage, the flux that lags behind.
 
 use standstill_interface::Dq;
-use standstill_inverter::Source;
 use standstill_numeric::{Heading, Wide};
 
 use crate::physics::legs::Conducting;
@@ -31,7 +30,7 @@ pub(super) fn settle<V: Wide>(legs: &Conducting<V>, flux: &mut Plane<V>, at: &mu
 }
 
 #[inline(always)]
-pub(super) fn settle_by<V: Wide>(
+pub(crate) fn settle_by<V: Wide>(
     legs: &Conducting<V>,
     across: &Plane<V>,
     per_impulse: V,
@@ -65,34 +64,17 @@ pub(super) fn turned_by<V: Wide>(
     memory.iron(&memory.away_at(flux, Some(along))).current - by_tangent
 }
 
-/// How fast a stored link voltage rises, in V/s, and how that changes, in V/s².
-#[inline(always)]
-pub(super) fn link_slopes<V: Wide>(
-    machine: &Machine<V>,
-    rail: &Plane<V>,
-    link: V,
-    source: Source<V>,
-    current: Plane<V>,
-    current_rise: Plane<V>,
-) -> (V, V) {
-    let Some(storage) = &machine.links.storage else { return (source.rise, V::of(0.0)) };
-    // The current of the upper rail: Σ rail_k i_k = 3/2 rail · i.
-    let taken = |i: Plane<V>| rail.dot(i) * storage.elastance * 1.5;
-    let rise = (source.voltage - link) * storage.rate - taken(current);
-    (rise, (source.rise - rise) * storage.rate - taken(current_rise))
-}
-
 /// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
 #[derive(Clone, Copy)]
-pub(super) struct RotorFlux<T> {
-    pub(super) flux: Dq<T>,
-    pub(super) rise: Dq<T>,
+pub(crate) struct RotorFlux<T> {
+    pub(crate) flux: Dq<T>,
+    pub(crate) rise: Dq<T>,
 }
 
 impl<V: Wide> RotorFlux<V> {
     #[inline(always)]
     /// At a state, where the flux changes by so much in Wb in the run's plane.
-    pub(super) fn of(machine: &Machine<V>, state: &State<V>, flux_rise: Plane<V>, angle_rise: V) -> Self {
+    pub(crate) fn of(machine: &Machine<V>, state: &State<V>, flux_rise: Plane<V>, angle_rise: V) -> Self {
         if machine.rotors.is_none() {
             return Self {
                 flux: Dq::new(state.flux.x, state.flux.y),
@@ -107,7 +89,7 @@ impl<V: Wide> RotorFlux<V> {
 
 /// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
 #[inline(always)]
-pub(super) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
+pub(crate) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
     let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
     let denominator = V::of(1.0) / (square + half + 1.0);
     let decay = (square - half + 1.0) * denominator;

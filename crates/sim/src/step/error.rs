@@ -58,18 +58,6 @@ const CURVATURE: f64 = 4.0;
 /// twentieth, and twice that.
 const FILTERED: f64 = 0.1;
 
-/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end. For an
-/// acceleration e^(−x s) the prediction is off by x²/24 and x²/6, what was put right by x³/720 and x⁴/720 while x is small. No step is
-/// longer than the winding's time constant, so torque, of second order in the currents, has x of 2 at most; up to there the share is
-/// at most 0.012 and 0.021. Eight and five times that, for torque that is no single exponential.
-pub(super) const SHARE_OF_ANGLE: f64 = 0.1;
-/// See [`SHARE_OF_ANGLE`].
-pub(super) const SHARE_OF_SPEED: f64 = 0.1;
-
-/// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
-/// microsecond, for the correction itself is far better, as that of the angle.
-pub(super) const SHARE_OF_LINK: f64 = 3e-7;
-
 /// What the rule for the flux that lags behind misses of e^−x is x⁵/720. If what it follows changes itself, as e^(−k x s), it is
 /// some (k + 1/2)⁵ times that, at k = 2 a hundred times in units of the flux, which is never far more than it lags: 72 times, and an
 /// error below the estimate for all k up to 2.
@@ -77,7 +65,7 @@ const RELAXING: f64 = 0.1;
 
 /// The error in Wb of a flux that lags behind by at most so much in Wb, over `x` of its time constants.
 #[inline(always)]
-pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
+pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 

@@ -10,6 +10,8 @@ use super::corrections::{Ends, settle};
 use super::error::Accuracy;
 use super::ringing::{End, Ringing, Start};
 use super::two_derivative::{Here, Tried};
+use crate::effect::Begin;
+use crate::effect::link::LinkStep;
 use crate::physics::bounds::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
@@ -105,22 +107,13 @@ impl<V: Wide> Tried<V> {
         let rises =
             if machine.links.storage.is_some() { ends.link_rise } else { [here.source.rise, source.rise] };
         ends.link_rise = rises;
-        let links = [here.state.link, state.link];
         let area = machine.links.area(h, here.source, source);
-        if let Some(start) = Start::of(machine, legs, here, &ends.change[0], links, rises, area, h) {
-            let terminals = &legs.terminals;
-            let [force, force_rise] = [
-                terminals.rail * state.link + terminals.offset - at.current.through(terminals.resistance),
-                terminals.rail * rises[1] - ends.change[1].current.through(terminals.resistance),
-            ];
-            let last = End {
-                force,
-                force_rise,
-                current: at.current,
-                current_rise: ends.change[1].current,
-                flux_rise: ends.change[1].flux,
-                flux: state.flux - here.state.flux,
-            };
+        let link = LinkStep::between([here.state.link, state.link], rises, area);
+        let memory = machine.memory.as_ref();
+        let from = Begin { h, machine, memory, legs, here, change: &ends.change[0] };
+        if let Some(start) = Start::of(&from, &link) {
+            let way = state.flux - here.state.flux;
+            let last = End::of(&legs.terminals, &at, &ends.change[1], link.end(), way);
             ringing = Some(Ringing::between(start.modes, h, start.floating, [&start.end, &last]));
         }
         Self::between::<true>(machine, bounds, legs, here, end, h, ends, ringing, away, error)
@@ -170,8 +163,8 @@ fn slope<V: Wide>(
         slope.speed = rotors.acceleration(at.torque, state.speed);
     }
     if let Some(storage) = &machine.links.storage {
-        let taken = legs.terminals.rail.dot(at.current) * storage.elastance * 1.5;
-        slope.link = (machine.links.source(time).voltage - state.link) * storage.rate - taken;
+        let source = machine.links.source(time).voltage;
+        slope.link = storage.rise(&legs.terminals.rail, state.link, source, at.current);
     }
     if let Some(eddies) = machine.circuits.eddies() {
         slope.lagging = at.lag * eddies.rate;

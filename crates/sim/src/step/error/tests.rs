@@ -4,6 +4,7 @@ use standstill_interface::Dq;
 use standstill_inverter::Source;
 
 use super::*;
+use crate::effect::rotor::{SHARE_OF_ANGLE, SHARE_OF_SPEED};
 use crate::physics::links::hermite_area;
 use crate::physics::machine::Operating;
 use crate::physics::state::State;
