@@ -5,7 +5,6 @@ pub mod gates;
 pub mod legs;
 pub mod links;
 pub mod machine;
-pub mod memory;
 pub mod motion;
 pub mod plane;
 pub mod state;

@@ -60,7 +60,7 @@ impl<'a> Control<'a> {
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let case = &self.case;
         let mut torque = case.motor.cogging(case.start_angle) - case.load_torque;
-        if case.memory.is_some() && bank.machine.memory.is_some() {
+        if case.memory.is_some() && bank.machine.cells.is_some() {
             // What the iron remembers pulls at the rotor, too.
             torque = bank.here.at.torque.get(self.lane) - case.load_torque;
         }

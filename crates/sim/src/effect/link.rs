@@ -3,11 +3,14 @@
 use standstill_inverter::Source;
 use standstill_numeric::Wide;
 
-use super::{Begin, Effect, Looked};
+use super::{Begin, Effect, Looked, Span, keep};
+use crate::physics::legs::Conducting;
 use crate::physics::links::{Links, Storages, hermite_area};
 use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
+use crate::physics::state::State;
 use crate::step::error::Accuracy;
+use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Here;
 
 /// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
@@ -32,10 +35,10 @@ pub struct LinkStep<V> {
 }
 
 impl<V: Wide> LinkStep<V> {
-    /// Between two ends, with the integral of a link that has no storage in between.
-    pub fn between(voltage: [V; 2], rise: [V; 2], area: V) -> Self {
+    /// A step of no length.
+    pub fn none() -> Self {
         let zero = V::of(0.0);
-        Self { voltage, rise, bend: zero, area, more: zero, correction: zero }
+        Self { voltage: [zero; 2], rise: [zero; 2], bend: zero, area: zero, more: zero, correction: zero }
     }
 
     /// The voltage in V at the beginning and how fast it rises, in V/s.
@@ -50,8 +53,8 @@ impl<V: Wide> LinkStep<V> {
         [self.voltage[1], self.rise[1]]
     }
 
-    /// How much more than what goes on as it begins, and than the cubic between its ends, its integral is over a step of `h` seconds,
-    /// in V·s.
+    /// Its integral over a step of `h` seconds, in V·s, less that of the line as which it begins, and less that of the cubic between
+    /// its ends.
     #[inline(always)]
     pub fn surplus(&self, h: V) -> [V; 2] {
         let begin = self.voltage[0] * h + self.rise[0] * (h * h * 0.5);
@@ -117,6 +120,59 @@ impl<V: Wide> Effect<V> for Links<V> {
     fn error(&self, step: &LinkStep<V>, accuracy: &Accuracy<V>) -> V {
         step.correction.abs() * SHARE_OF_LINK * accuracy.per_flux
     }
+
+    #[inline(always)]
+    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
+        there.source = self.source(there.time * 1e-9);
+        there.state.link = match &self.storage {
+            Some(_) => stored(span).at(span.share),
+            None => there.source.voltage,
+        };
+    }
+
+    #[inline(always)]
+    fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
+        if let Some(storage) = &self.storage {
+            slope.link =
+                storage.rise(&legs.terminals.rail, here.state.link, here.source.voltage, here.at.current);
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        keep(of, from.source.voltage, &mut to.source.voltage);
+        keep(of, from.source.rise, &mut to.source.rise);
+        keep(of, from.state.link, &mut to.state.link);
+    }
+}
+
+impl<V: Wide> Links<V> {
+    /// A step of `h` seconds between two ends that are known.
+    pub fn between(&self, h: V, legs: &Conducting<V>, ends: [&Here<V>; 2]) -> LinkStep<V> {
+        let rise = ends.map(|end| match &self.storage {
+            Some(storage) => {
+                storage.rise(&legs.terminals.rail, end.state.link, end.source.voltage, end.at.current)
+            }
+            None => end.source.rise,
+        });
+        let area = self.area(h, ends[0].source, ends[1].source);
+        LinkStep { voltage: ends.map(|end| end.state.link), rise, area, ..LinkStep::none() }
+    }
+
+    /// The integral of the voltage in V·s from the beginning of a step to where `there` is within it.
+    #[inline(always)]
+    pub fn area_within(&self, span: &Span<'_, '_, V>, there: &Here<V>) -> V {
+        match &self.storage {
+            Some(_) => stored(span).area(span.share) * span.step.h,
+            None => self.area(span.step.h * span.share, span.from.source, there.source),
+        }
+    }
+}
+
+/// The cubic of a stored voltage over the step.
+#[inline(always)]
+pub fn stored<V: Wide>(span: &Span<'_, '_, V>) -> Cubic<V> {
+    span.cubic([span.from.state.link, span.step.end.state.link], span.step.link.rise)
 }
 
 impl<V: Wide> Storages<V> {

@@ -2,11 +2,13 @@
 
 use standstill_numeric::Wide;
 
-use super::{Begin, Effect, Looked};
+use super::{Begin, Effect, Looked, Span, keep, keep_plane};
+use crate::effect::play::Iron;
+use crate::physics::legs::Conducting;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::{Change, Rotors};
-use crate::physics::memory::Iron;
 use crate::physics::plane::Plane;
+use crate::physics::state::State;
 use crate::step::error::Accuracy;
 use crate::step::two_derivative::Here;
 
@@ -30,6 +32,14 @@ pub struct RotorStep<V> {
     correction: V,
 }
 
+impl<V: Wide> RotorStep<V> {
+    /// Between two ends at which rotors accelerate so, in rad/s², and torques rise so, in N·m/s.
+    pub fn between(acceleration: [V; 2], torque_rise: [V; 2]) -> Self {
+        let zero = V::of(0.0);
+        Self { acceleration, jerk: [zero; 2], torque_rise, correction: zero }
+    }
+}
+
 impl<V: Wide> Effect<V> for Rotors<V> {
     type Step = RotorStep<V>;
 
@@ -38,7 +48,7 @@ impl<V: Wide> Effect<V> for Rotors<V> {
         let zero = V::of(0.0);
         let (h, half, here, state) = (begin.h, begin.h * 0.5, begin.here, &begin.here.state);
         let acceleration = self.acceleration(here.at.torque, state.speed);
-        let iron = some!(begin.memory, memory => memory.iron_here(state.flux));
+        let iron = some!(begin.cells, cells => cells.iron_here(state.flux));
         let torque_rise = self.torque_rise(state, &here.at, begin.change, iron.as_ref());
         let jerk = self.jerk(torque_rise, acceleration);
         there.state.speed = state.speed + h * (acceleration + half * jerk);
@@ -82,6 +92,32 @@ impl<V: Wide> Effect<V> for Rotors<V> {
     #[inline(always)]
     fn error(&self, step: &RotorStep<V>, accuracy: &Accuracy<V>) -> V {
         step.correction * SHARE_OF_ANGLE * accuracy.per_angle
+    }
+
+    #[inline(always)]
+    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
+        let Some(step) = &span.step.rotor else { return };
+        let (from, to) = (&span.from.state, &span.step.end.state);
+        let speeds = span.cubic([from.speed, to.speed], step.acceleration);
+        there.state.speed = speeds.at(span.share);
+        there.state.turned = from.turned + speeds.area(span.share) * span.step.h * self.moving;
+    }
+
+    #[inline(always)]
+    fn slope(&self, _: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
+        slope.turned = here.state.speed * self.moving;
+        slope.speed = self.acceleration(here.at.torque, here.state.speed);
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        keep(of, from.state.turned, &mut to.state.turned);
+        keep(of, from.state.speed, &mut to.state.speed);
+        keep_plane(of, from.at.turning, &mut to.at.turning);
+        keep_plane(of, from.at.energy_turn, &mut to.at.energy_turn);
+        keep(of, from.at.energy_bend, &mut to.at.energy_bend);
+        keep(of, from.at.torque, &mut to.at.torque);
+        keep(of, from.at.cogging_slope, &mut to.at.cogging_slope);
     }
 }
 

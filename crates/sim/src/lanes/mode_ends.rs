@@ -34,8 +34,7 @@ impl<V: Wide> Bank<'_, V> {
             to.end.state.turned = tried.end.state.turned;
             to.end.state.speed = tried.end.state.speed;
             to.torque = tried.torque;
-            to.torque_rise = tried.torque_rise;
-            to.acceleration = tried.acceleration;
+            to.rotor = tried.rotor;
             for end in 0..2 {
                 to.margins[end][MOTION] = tried.margins[end][MOTION];
                 to.margins[end][STOP] = tried.margins[end][STOP];
@@ -143,9 +142,9 @@ impl<V: Wide> Bank<'_, V> {
                 }
             }
         }
-        if let (Some(memory), Some(moved)) = (&self.machine.memory, &tried.moved) {
+        if let (Some(cells), Some(moved)) = (&self.machine.cells, &tried.moved) {
             for (cell, cubic) in moved.cubic.iter().enumerate() {
-                if memory.ended(moved, lane, cell) {
+                if cells.ended(moved, lane, cell) {
                     let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
                     ends(&mut first, CELL, Cubic { value, slope }, moved.slack[cell].get(lane));
                 }

@@ -19,7 +19,7 @@ pub const DOMAIN: usize = 6;
 pub const FLUX: usize = 7;
 /// Number of ends.
 pub const ENDS: usize = 9;
-/// The end of the mode of a cell of the iron, which needs no margin of its own here: see `memory`.
+/// The end of the mode of a cell of the iron, which needs no margin of its own here: see `effect/play.rs`.
 pub const CELL: usize = ENDS + 1;
 
 /// What ends the smooth part. What cannot end it is infinitely far away.

@@ -2,9 +2,10 @@
 
 use standstill_numeric::Wide;
 
-use super::floating::Floating;
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
+use crate::effect::link::LinkStep;
+use crate::effect::terminals::floating::Floating;
 use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
@@ -24,15 +25,14 @@ impl<V: Wide> Tried<V> {
             legs,
             end: *here,
             change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link_rise: [zero; 2],
-            acceleration: [zero; 2],
+            link: LinkStep::none(),
+            rotor: None,
             floating: None,
             moved: None,
             phases: [[zero; 3]; 2],
             margins: [[zero; ENDS]; 2],
             phase_rise: [[zero; 3]; 2],
             torque: [zero; 2],
-            torque_rise: [zero; 2],
             error: zero,
             blocked_at_begin: zero,
             least_margin: zero,
@@ -79,8 +79,8 @@ impl<V: Wide> Tried<V> {
                 least = least.least(self.margins[1][k] + bounds.slack[k]);
             }
         }
-        if RARE && let (Some(memory), Some(moved)) = (&machine.memory, &self.moved) {
-            let [within, at_end] = memory.room(moved);
+        if RARE && let (Some(cells), Some(moved)) = (&machine.cells, &self.moved) {
+            let [within, at_end] = cells.room(moved);
             least = least.least(within);
             at_mode_end = at_mode_end.least(at_end);
         }
@@ -148,11 +148,11 @@ impl<V: Wide> Tried<V> {
         let [begin, end] = [self.torque[0] - load, self.torque[1] - load];
         let larger = V::choose(begin.abs().above(end.abs()), begin, end);
         let sign = V::choose(larger.above(zero), one, -one);
-        let slope = |end: usize| {
-            by_torque * self.torque_rise[end]
-                + by_size * sign * self.torque_rise[end]
-                + by_speed * self.acceleration[end] * self.h
-        };
-        Cubic { value, slope: [slope(0), slope(1)] }
+        let Some(rotor) = &self.rotor else { return Cubic { value, slope: [zero; 2] } };
+        let slope = pair!(end => {
+            let rise = rotor.torque_rise[end] * self.h;
+            by_torque * rise + by_size * sign * rise + by_speed * rotor.acceleration[end] * self.h
+        });
+        Cubic { value, slope }
     }
 }

@@ -8,8 +8,8 @@ mod tests;
 
 use standstill_numeric::{Symmetric, Wide};
 
-use super::ringing::Ringing;
 use super::two_derivative::Here;
+use crate::effect::terminals::ringing::Ringing;
 use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 
@@ -72,7 +72,7 @@ pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
 /// The error of a step in which terminals ring, relative to the tolerance: what its cubics may be off, in Wb, and how far from where
 /// the core was evaluated it ended; and, where filters see them, what the currents may be off between its ends.
 #[inline(always)]
-pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
+pub(crate) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
     let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * FILTERED;
     (ringing.error() * RINGING + between + nonlinear) * accuracy.per_flux
@@ -80,7 +80,7 @@ pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V
 
 /// The error of a step, relative to the tolerance.
 #[inline(always)]
-pub(super) fn error<V: Wide>(
+pub(crate) fn error<V: Wide>(
     accuracy: &Accuracy<V>,
     h: V,
     resistance: &Symmetric<V>,

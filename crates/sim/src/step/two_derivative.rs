@@ -8,21 +8,22 @@
 //!
 //! The error is estimated from what the currents' values and slopes at both ends say of their third derivative.
 
+use standstill_inverter::Source;
 use standstill_numeric::{Symmetric, Wide};
 
+use crate::effect::link::LinkStep;
+use crate::effect::play::{Elastic, Moved};
+use crate::effect::rotor::RotorStep;
+use crate::effect::terminals::floating::Floating;
+use crate::effect::terminals::ringing::Ringing;
+use crate::effect::terminals::{TerminalStep, clamp};
+use crate::effect::winding::WindingStep;
 use crate::effect::{Begin, Effect, Looked};
 use crate::physics::bounds::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};
-use crate::physics::memory::{Away, Moved};
-use crate::physics::plane::Plane;
 use crate::physics::state::State;
-use crate::step::corrections::{Ends, turned_by};
-use crate::step::error::{Accuracy, error, ringing_error};
-use crate::step::floating::Floating;
-use crate::step::modes::Modes;
-use crate::step::ringing::{End, Ringing, Start};
-use standstill_inverter::Source;
+use crate::step::error::Accuracy;
 
 /// Machines at a time: their states and what follows from them.
 #[derive(Clone, Copy, Debug)]
@@ -48,10 +49,10 @@ pub struct Tried<V: Wide> {
     pub end: Here<V>,
     /// How the machines change at its beginning and at its end.
     pub change: [Change<V>; 2],
-    /// How fast the links' voltages rise, in V/s, at both ends.
-    pub link_rise: [V; 2],
-    /// The rotors' accelerations in rad/s² at both ends.
-    pub acceleration: [V; 2],
+    /// The links.
+    pub link: LinkStep<V>,
+    /// The rotors, where they can move.
+    pub rotor: Option<RotorStep<V>>,
     /// The terminals, where they have a capacitance.
     pub floating: Option<Floating<V>>,
     /// The cells of the iron, where it remembers.
@@ -62,10 +63,8 @@ pub struct Tried<V: Wide> {
     pub margins: [Margins<V>; 2],
     /// How fast the phase currents rise, in A a step, at both ends.
     pub phase_rise: [[V; 3]; 2],
-    /// The torque in N·m at both ends, and how fast it rises, in N·m a step.
+    /// The torque in N·m at both ends.
     pub torque: [V; 2],
-    /// See `torque`.
-    pub torque_rise: [V; 2],
     /// Its error relative to the tolerance: at most 1 to be accepted; not a number if anything is none.
     pub error: V,
     /// The least margin of blocked legs at its beginning, with their slack: negative where one was out of its bounds before.
@@ -76,18 +75,20 @@ pub struct Tried<V: Wide> {
     pub least_at_mode_end: V,
 }
 
-#[inline(always)]
-fn add<V: Wide>(a: [V; 3], b: [V; 3]) -> [V; 3] {
-    [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
+/// Effects over a step, as both ways to take one leave them.
+pub(super) struct Parts<V: Wide> {
+    /// Slopes of flux and current at both ends.
+    pub change: [Change<V>; 2],
+    pub link: LinkStep<V>,
+    pub rotor: Option<RotorStep<V>>,
+    pub ringing: Option<Ringing<V>>,
+    /// Elastic fluxes of the play cells in Wb at the end, and their stiffness in 1/H in Γ there.
+    pub elastic: Option<(Elastic<V>, Symmetric<V>)>,
 }
 
 impl<V: Wide> Tried<V> {
-    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the iron a memory.
+    /// Tries a step to times in ns; `RARE`: whether terminals may have a capacitance, or the iron hysteresis.
     #[inline(always)]
-    #[allow(
-        clippy::too_many_lines,
-        reason = "one step, from prediction to correction, in the order of its equations"
-    )]
     pub fn new<const RARE: bool>(
         machine: &Machine<V>,
         bounds: &Bounds<V>,
@@ -97,118 +98,73 @@ impl<V: Wide> Tried<V> {
         accuracy: &Accuracy<V>,
     ) -> Self {
         let h = (until - here.time) * 1e-9;
-        let (half, twelfth) = (h * 0.5, h * h * (1.0 / 12.0));
-        let (terminals, idle) = (&legs.terminals, legs.idle);
-        let begin = &here.state;
-        let change = machine.change::<RARE>(legs, &here.at, begin);
-        let memory = machine.memory_if::<RARE>();
-        let from = Begin { h, machine, memory, legs, here, change: &change };
-        let (rotors, eddies) = (machine.rotors.as_ref(), machine.circuits.eddies());
+        let first = machine.change::<RARE>(legs, &here.at, &here.state);
+        let cells = machine.cells_if::<RARE>();
+        let begin = Begin { h, machine, cells, legs, here, change: &first };
+        let (rotors, links, eddies) = (machine.rotors.as_ref(), &machine.links, machine.circuits.eddies());
         let mut there = Here { time: until, ..*here };
 
-        // What is predicted.
-        let mut rotor = rotors.predict(&from, &mut there);
-        let mut link = machine.links.predict(&from, &mut there);
-        let known = begin.flux + terminals.rail * link.area + terminals.offset * h;
-        let drop = (here.at.current * h + change.current * (h * half)).through(terminals.resistance);
-        // What holds the blocked leg's current, as it was at the beginning.
-        let holding = terminals.blocked * (change.blocked_potential * (2.0 / 3.0) * h);
-        there.state.flux = Plane::choose(idle, begin.flux + change.flux * h, known - drop + holding);
-        let mut start = None;
+        // Predict.
+        let mut rotor = rotors.predict(&begin, &mut there);
+        let mut link = links.predict(&begin, &mut there);
+        let mut winding = WindingStep::predict(&begin, &link, &mut there);
+        let mut terminals = None;
         if RARE {
-            start = Start::of(&from, &link);
+            terminals = TerminalStep::of(&begin, &link);
         }
-        if RARE && let Some(start) = &start {
-            let [moved, mean] = Ringing::ahead(start.modes, h, start.floating, &start.end).after(V::of(1.0));
-            there.state.flux = begin.flux + moved + terminals.rail * start.surplus[0];
-            there.state.potential = add(begin.potential, machine.legs.charged(legs, mean * h));
+        if RARE && let Some(terminals) = &terminals {
+            terminals.predict(&begin, &mut there);
         }
-        let mut eddy = eddies.predict(&from, &mut there);
+        let mut eddy = eddies.predict(&begin, &mut there);
 
-        // What is there.
-        let along = change.flux * h;
-        let iron = some!(memory, memory => memory.iron(&memory.away_at(there.state.flux, Some(along))));
+        // Evaluate the core.
+        let iron = some!(cells, cells => cells.ahead(&begin, &there));
         there.at = machine.operating(&there.state, iron.as_ref());
         let looked = Looked::at(&there, iron, legs);
         looked.settle(legs, &mut there);
-        let predicted = [there.state.flux, there.at.current];
+        winding.predicted = [there.state.flux, there.at.current];
         if let Some(rotors) = rotors {
             rotors.follow(&looked, [looked.flux, looked.current], &mut there);
         }
-        let end_change = machine.change::<RARE>(legs, &there.at, &there.state);
-        machine.links.correct(&from, &looked, &end_change, &mut there, &mut link);
-        rotors.correct(&from, &looked, &end_change, &mut there, &mut rotor);
+        let last = machine.change::<RARE>(legs, &there.at, &there.state);
 
-        // What the quadrature misses, and what follows from putting it right.
-        let drop =
-            (here.at.current + there.at.current) * half + (change.current - end_change.current) * twelfth;
-        let mut missing =
-            known + terminals.rail * link.more - drop.through(terminals.resistance) - predicted[0];
-        if looked.any_idle {
-            let through = begin.flux + (change.flux + end_change.flux) * half - predicted[0];
-            missing = Plane::choose(idle, through, missing);
+        // Correct.
+        links.correct(&begin, &looked, &last, &mut there, &mut link);
+        rotors.correct(&begin, &looked, &last, &mut there, &mut rotor);
+        let mut missing = winding.missing(&begin, &looked, &last, &there, &link);
+        let mut resistance = legs.terminals.resistance;
+        if RARE && let Some(terminals) = &mut terminals {
+            (missing, resistance) =
+                terminals.correct(&begin, &looked, &last, &link, winding.predicted[0], &mut there);
         }
-        let (mut ringing, mut resistance) = (None, terminals.resistance);
-        if RARE && let Some(start) = &start {
-            let surplus = terminals.rail * start.surplus[1];
-            let way = predicted[0] - begin.flux - surplus;
-            let end = End::of(terminals, &there.at, &end_change, link.end(), way);
-            // The mean of both ends: what turns faster and slower by turns is then right to the next order.
-            let [from, to] = [here.at.inverse_inductance, looked.gamma];
-            let mean =
-                Symmetric::new((from.xx + to.xx) * 0.5, (from.xy + to.xy) * 0.5, (from.yy + to.yy) * 0.5);
-            let modes = Modes::of(mean, machine.legs.charging(legs), &terminals.resistance);
-            let step = Ringing::between(modes, h, start.floating, [&start.end, &end]);
-            let [moved, mean] = step.at_end();
-            missing = begin.flux + moved + surplus - predicted[0];
-            there.state.potential = add(begin.potential, machine.legs.charged(legs, mean * h));
-            resistance = step.left_to_cubics(&terminals.resistance, h);
-            ringing = Some(step);
-        }
-        // Twice without what a blocked leg's terminal would take, the second time with what the correction does to the drop.
-        missing = looked.held(legs, missing);
-        let feedback = missing.through(looked.gamma).through(resistance) * half;
-        missing = Plane::choose(idle, missing, looked.held(legs, missing - feedback));
-        there.state.flux = there.state.flux + missing;
-        there.at.current = there.at.current + missing.through(looked.gamma);
-        eddies.correct(&from, &looked, &end_change, &mut there, &mut eddy);
+        WindingStep::correct(&begin, &looked, missing, resistance, &mut there);
+        eddies.correct(&begin, &looked, &last, &mut there, &mut eddy);
         looked.settle(legs, &mut there);
         if let (Some(rotors), Some(rotor)) = (rotors, &mut rotor) {
-            rotors.finish(&from, &looked, predicted, &mut there, rotor);
+            rotors.finish(&begin, &looked, winding.predicted, &mut there, rotor);
         }
-        if RARE && ringing.is_some() {
-            there.state.potential =
-                machine.legs.potentials(legs, there.state.potential, there.state.link, there.at.current);
+        if RARE && terminals.is_some() {
+            clamp(machine, legs, &mut there);
         }
-        let mut away = None;
-        if let (Some(memory), Some(iron)) = (memory, &looked.iron) {
-            let flux = there.state.flux;
-            there.at.current = there.at.current + turned_by(memory, iron, flux, looked.flux, along);
-            looked.settle(legs, &mut there);
-            away = Some((memory.away_at(there.state.flux, Some(along)), iron.tangent));
-        }
+        let elastic =
+            some!(cells.zip(iron), (cells, iron) => cells.correct(&begin, &looked, &iron, &mut there));
 
-        // The current at the end is that of where the core was evaluated and a linear step from there.
+        // Estimate the error: the current at the end is that of where the core was evaluated, and a linear step from there.
         let off = there.state.flux - looked.flux;
-        let mut own = error(accuracy, h, &terminals.resistance, here, &there, [&change, &end_change], off);
-        if RARE && let Some(ringing) = &ringing {
-            own = ringing_error(accuracy, ringing, off);
+        let mut error = WindingStep::error(&begin, &last, &there, off, accuracy);
+        if RARE && let Some(terminals) = &terminals {
+            error = terminals.error(off, accuracy);
         }
-        let mut error = own
+        error = error
             + rotors.error(&rotor, accuracy)
             + eddies.error(&eddy, accuracy)
-            + machine.links.error(&link, accuracy);
-        if let Some(memory) = memory {
-            let rise = [along, end_change.flux * h];
-            error = error + memory.error(there.state.flux - begin.flux, rise, off) * accuracy.per_flux;
+            + links.error(&link, accuracy);
+        if let Some(cells) = cells {
+            error = error + cells.share_of_error(&begin, &last, off, &there, accuracy);
         }
-        let none = [V::of(0.0); 2];
-        let (acceleration, torque_rise) = match &rotor {
-            Some(rotor) => (rotor.acceleration, rotor.torque_rise),
-            None => (none, none),
-        };
-        let ends = Ends { change: [change, end_change], link_rise: link.rise, acceleration, torque_rise };
-        Self::between::<RARE>(machine, bounds, legs, here, there, h, ends, ringing, away, error)
+        let ringing = some!(terminals, terminals => terminals.ringing);
+        let parts = Parts { change: [first, last], link, rotor, ringing, elastic };
+        Self::between::<RARE>(machine, bounds, legs, here, there, h, parts, error)
     }
 
     /// The step of `h` seconds from one place to another, with what ends within it.
@@ -221,18 +177,17 @@ impl<V: Wide> Tried<V> {
         here: &Here<V>,
         end: Here<V>,
         h: V,
-        ends: Ends<V>,
-        ringing: Option<Ringing<V>>,
-        away: Option<(Away<V>, Symmetric<V>)>,
+        parts: Parts<V>,
         mut error: V,
     ) -> Self {
         let zero = V::of(0.0);
-        let [change, end_change] = &ends.change;
+        let Parts { change: [change, end_change], link, rotor, ringing, elastic } = parts;
+        let changes = [&change, &end_change];
         let mut phases = [machine.legs.phases(here.at.current), machine.legs.phases(end.at.current)];
         if let Some(elastance) = machine.legs.elastance_if::<RARE>() {
             // A device carries what its terminal takes to follow the link, too.
             let capacitance = V::of(1.0) / elastance;
-            for (phases, rise) in phases.iter_mut().zip(ends.link_rise) {
+            for (phases, rise) in phases.iter_mut().zip(link.rise) {
                 for k in 0..3 {
                     phases[k] = phases[k] + legs.leg[k].rail * rise * capacitance;
                 }
@@ -240,17 +195,16 @@ impl<V: Wide> Tried<V> {
         }
         let mut floating = None;
         if RARE && let Some(ringing) = ringing {
-            let places =
-                Floating::new(machine, legs, [here, &end], [change, end_change], &phases, h, ringing);
+            let places = Floating::new(machine, legs, [here, &end], changes, &phases, h, ringing);
             error = error.greatest(places.too_long(machine.lags()));
             floating = Some(places);
         }
         let rises = [change.flux * h, end_change.flux * h];
-        let (memory, way) = (machine.memory_if::<RARE>(), end.state.flux - here.state.flux);
-        let moved = some!(memory.zip(away), (memory, away) => memory.moved(away, way, rises));
+        let (cells, way) = (machine.cells_if::<RARE>(), end.state.flux - here.state.flux);
+        let moved = some!(cells.zip(elastic), (cells, elastic) => cells.moved(elastic, way, rises));
         let margins = [
-            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, change, &phases[0]),
-            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, end_change, &phases[1]),
+            bounds.margins::<RARE>(machine, legs, &here.state, &here.at, &change, &phases[0]),
+            bounds.margins::<RARE>(machine, legs, &end.state, &end.at, &end_change, &phases[1]),
         ];
         let mut tried = Self {
             h,
@@ -262,11 +216,10 @@ impl<V: Wide> Tried<V> {
                 machine.legs.phases(end_change.current * h),
             ],
             torque: [here.at.torque, end.at.torque],
-            torque_rise: [ends.torque_rise[0] * h, ends.torque_rise[1] * h],
             end,
-            change: ends.change,
-            link_rise: ends.link_rise,
-            acceleration: ends.acceleration,
+            change: [change, end_change],
+            link,
+            rotor,
             floating,
             moved,
             error,

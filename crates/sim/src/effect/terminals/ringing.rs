@@ -19,8 +19,6 @@ use standstill_numeric::{Symmetric, Wide, sin_cos};
 use super::modes::Modes;
 use super::stumpff::stumpff;
 use super::swing::{Cubic, Far, Near, about, decayed, over, scaled};
-use crate::effect::Begin;
-use crate::effect::link::LinkStep;
 use crate::physics::legs::Terminals;
 use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
@@ -328,33 +326,5 @@ impl<V: Wide> Oscillation<V> {
         let (sin, cos) = sin_cos(turn);
         let phasor = pair!(n => V::of(self.phasor[n].get(lane)));
         Self { phasor, turns: [decay, turn], over: [left * cos, left * sin] }
-    }
-}
-
-/// What is known at the beginning of a step in which terminals ring.
-pub(super) struct Start<V> {
-    pub(super) modes: Modes<V>,
-    /// What the terminals put on the winding, in V.
-    pub(super) floating: Plane<V>,
-    pub(super) end: End<V>,
-    /// How much more than what begins as the link does, and than the cubic between its ends, the link's voltage is over the step,
-    /// in V·s.
-    pub(super) surplus: [V; 2],
-}
-
-impl<V: Wide> Start<V> {
-    /// Where terminals have a capacitance.
-    #[inline(always)]
-    pub(super) fn of(begin: &Begin<'_, '_, V>, link: &LinkStep<V>) -> Option<Self> {
-        let Begin { h, machine, legs, here, change, .. } = *begin;
-        machine.legs.elastance?;
-        let terminals = &legs.terminals;
-        let none = Plane::new(V::of(0.0), V::of(0.0));
-        Some(Self {
-            modes: Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance),
-            floating: machine.legs.floating(legs, &here.state.potential),
-            end: End::of(terminals, &here.at, change, link.begin(), none),
-            surplus: link.surplus(h),
-        })
     }
 }
