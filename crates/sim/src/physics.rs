@@ -1,6 +1,5 @@
 //! The equations of motor, legs and link, of several machines side by side.
 
-pub mod bounds;
 pub mod gates;
 pub mod legs;
 pub mod links;

@@ -10,7 +10,7 @@ use standstill_plant::Motor;
 use self::stepping::{StepOf, take};
 use crate::case::RunError;
 use crate::effect::play::Cells;
-use crate::physics::bounds::{Bounds, ENDS};
+use crate::guard::{Bounds, Guard};
 use crate::physics::gates::NEVER;
 use crate::physics::machine::{Machine, Operating};
 use crate::physics::plane::Plane;
@@ -47,8 +47,8 @@ pub struct Bank<'a, V: Wide> {
     pub to_mode_end: u32,
     /// In ns.
     pub mode_end: V,
-    /// Which mode that is.
-    pub ending_mode: [usize; MOST_LANES],
+    /// Its guard; none: a margin was negative by rounding only.
+    pub ending_mode: [Option<Guard>; MOST_LANES],
     /// When a current is expected to have carried a terminal to its bound, in ns, and of which leg.
     pub expected: V,
     /// See `expected`.
@@ -101,9 +101,6 @@ pub struct Served {
     crossed: u32,
 }
 
-/// No mode has ended: a margin was negative by rounding only.
-pub const NOTHING: usize = ENDS;
-
 impl<'a, V: Wide> Bank<'a, V> {
     /// For machines of the kind of this one, on this kind of inverter; `free`: whether rotors can move, `follow`: whether steps
     /// are looked at from within.
@@ -154,7 +151,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             hints: [zero; 4],
             to_mode_end: 0,
             mode_end: zero,
-            ending_mode: [0; MOST_LANES],
+            ending_mode: [None; MOST_LANES],
             expected: V::of(NEVER),
             carried: [0; MOST_LANES],
             swept: 0,

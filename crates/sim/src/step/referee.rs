@@ -13,7 +13,7 @@ use crate::effect::play::Elastic;
 use crate::effect::rotor::RotorStep;
 use crate::effect::terminals::{TerminalStep, clamp};
 use crate::effect::{Begin, Effect, Looked};
-use crate::physics::bounds::Bounds;
+use crate::guard::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;

@@ -19,7 +19,7 @@ use crate::effect::terminals::ringing::Ringing;
 use crate::effect::terminals::{TerminalStep, clamp};
 use crate::effect::winding::WindingStep;
 use crate::effect::{Begin, Effect, Looked};
-use crate::physics::bounds::{Bounds, Margins};
+use crate::guard::{Bounds, Margins};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine, Operating};
 use crate::physics::state::State;

@@ -4,6 +4,7 @@ use standstill_numeric::{Compute, Mask, Wide};
 
 use super::{Bank, Served};
 use crate::effect::{Effect, keep, keep_dq, keep_plane};
+use crate::guard::Guard;
 use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
 use crate::step::two_derivative::{Here, Tried};
@@ -40,7 +41,7 @@ impl<V: Wide> Bank<'_, V> {
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            self.ending_mode[lane] = self.carried[lane];
+            self.ending_mode[lane] = Some(Guard::Leg(self.carried[lane]));
         }
     }
 }
