@@ -44,7 +44,7 @@ pub use winding::{Winding, rotor_angle_from_lines};
 
 // What the sister crates need of each other.
 #[doc(hidden)]
-pub use magnetics::{Circuits, Series};
+pub use magnetics::{Circuits, Eddies, Series};
 
 /// The examples of the README run too.
 #[cfg(doctest)]

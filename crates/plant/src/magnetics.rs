@@ -25,7 +25,7 @@ use standstill_numeric::Symmetric;
 use crate::FluxMap;
 
 pub use algebraic::Algebraic;
-pub use circuit::{Circuits, Cogging, Eddy, MagneticCircuit, MagneticState, Series};
+pub use circuit::{Circuits, Cogging, Eddies, Eddy, MagneticCircuit, MagneticState, Series};
 pub use eddy::EddyBranch;
 pub use falls::{Falls, FallsError};
 pub use harmonics::Harmonics;

@@ -55,6 +55,8 @@ macro_rules! three {
 
 mod case;
 mod control;
+mod effect;
+mod guard;
 mod lanes;
 mod ledger;
 mod physics;

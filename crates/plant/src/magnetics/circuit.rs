@@ -6,7 +6,7 @@ mod side_by_side;
 use standstill_interface::Dq;
 
 pub use series::Series;
-pub use side_by_side::Circuits;
+pub use side_by_side::{Circuits, Eddies};
 
 use standstill_numeric::{Heading, Lane, Symmetric, cos, sin_cos};
 

@@ -7,8 +7,8 @@ use standstill_numeric::{Heading, Symmetric, Wide};
 use super::motion::flux_slack;
 use super::run::Control;
 use crate::case::RunError;
+use crate::guard::Guard;
 use crate::lanes::bank::Bank;
-use crate::physics::bounds::{BLOCKED, CELL, DOMAIN, FLUX, MOTION, STOP};
 use crate::physics::plane::Plane;
 use crate::step::two_derivative::Here;
 use crate::trace::Event;
@@ -115,39 +115,38 @@ impl<'a> Control<'a> {
     }
 
     /// Ends the mode whose margin reached zero and finds what follows.
-    pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, which: usize) -> Result<(), RunError> {
+    pub(super) fn end_mode<V: Wide>(&mut self, bank: &mut Bank<'a, V>, guard: Guard) -> Result<(), RunError> {
         let passed = self.time(bank);
-        if which == CELL {
+        match guard {
             // Each step finds the modes of its cells.
-            return Ok(());
-        }
-        if which >= FLUX {
-            self.cross_kink(bank, which - FLUX);
-            return Ok(());
-        }
-        if which == DOMAIN {
-            self.event(passed * 1e-9, Event::LeftMap);
-            return Err(self.left_map(bank));
-        }
-        if which == STOP || which == MOTION {
-            self.change_motion(bank, which == STOP);
-            // What the rotor induces may have changed at once.
-            return self.resolve(bank);
-        }
-        if which != BLOCKED {
-            if !self.is_at_end(bank, which) {
-                // It only seemed to end, on the cubic of a longer step.
+            Guard::Cell => return Ok(()),
+            Guard::Kink(axis) => {
+                self.cross_kink(bank, axis);
                 return Ok(());
             }
-            let legs = &bank.machine.legs;
-            if legs.elastance.is_some() {
-                return self.settle_terminals(bank);
+            Guard::Domain => {
+                self.event(passed * 1e-9, Event::LeftMap);
+                return Err(self.left_map(bank));
             }
-            let ends: [bool; 3] = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
-            self.make_zero(bank, ends);
-            if ends.iter().filter(|ends| **ends).count() >= 2 {
-                bank.machine.legs.put(self.lane, [Conduction::Blocked; 3]);
-                return self.begin_to_conduct(bank);
+            // The voltage that the rotor induces may have changed at once.
+            Guard::Stop | Guard::Motion => self.change_motion(bank, guard == Guard::Stop),
+            Guard::Blocked => {}
+            Guard::Leg(leg) => {
+                if !self.is_at_end(bank, leg) {
+                    // It only seemed to end, on the cubic of a longer step.
+                    return Ok(());
+                }
+                let legs = &bank.machine.legs;
+                if legs.elastance.is_some() {
+                    return self.settle_terminals(bank);
+                }
+                let ends: [bool; 3] =
+                    std::array::from_fn(|k| k == leg || legs.direction(self.lane, k) == 0.0);
+                self.make_zero(bank, ends);
+                if ends.iter().filter(|ends| **ends).count() >= 2 {
+                    bank.machine.legs.put(self.lane, [Conduction::Blocked; 3]);
+                    return self.begin_to_conduct(bank);
+                }
             }
         }
         self.resolve(bank)

@@ -6,11 +6,11 @@ use standstill_numeric::{Symmetric, Wide};
 
 use super::conduction::One;
 use super::run::Control;
+use crate::effect::terminals::floating::{LAGGED, SEEN};
 use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::physics::plane::Plane;
 use crate::physics::terminals::of_legs;
-use crate::step::floating::{LAGGED, SEEN};
 
 /// How many times as long as a constant current takes to carry a terminal to its bound a step is tried.
 const CARRIED: f64 = 1.2;

@@ -161,20 +161,20 @@ fn lag<V: Wide>(here: &Here<V>, lane: usize) -> Dq<f64> {
 
 /// What cells of the iron turn into heat in W at a share of the step just accepted.
 fn hysteresis_loss<V: Wide>(bank: &Bank<'_, V>, lane: usize, there: &Here<V>, share: f64) -> f64 {
-    let Some(memory) = &bank.begin_memory else { return 0.0 };
+    let Some(cells) = &bank.begin_cells else { return 0.0 };
     let (tried, from, to) = (&bank.tried, bank.begin.state.flux, bank.tried.end.state.flux);
     let (h, share) = (tried.h, V::of(share));
     let [first, last] = tried.change.map(|change| change.flux * h);
     let rise = |value: [V; 2], slope: [V; 2]| Cubic { value, slope }.rise(share) / h;
     let rise = Plane::new(rise([from.x, to.x], [first.x, last.x]), rise([from.y, to.y], [first.y, last.y]));
-    let away = memory.away_at(there.state.flux, Some(first * share));
-    1.5 * memory.loss(lane, &away, rise)
+    let away = cells.away_at(there.state.flux, Some(first * share));
+    1.5 * cells.loss(lane, &away, rise)
 }
 
 /// Energy of the field in J.
 fn field_energy<V: Wide>(control: &Control<'_>, bank: &Bank<'_, V>) -> f64 {
     let (lane, here) = (control.lane, &bank.here);
-    let cells = bank.machine.memory.as_ref().map_or(0.0, |memory| memory.energy(lane, here.state.flux));
+    let cells = bank.machine.cells.as_ref().map_or(0.0, |cells| cells.energy(lane, here.state.flux));
     let state = &here.state;
     let turned = state.turned.get(lane);
     let flux = Plane::new(state.flux.x.get(lane), state.flux.y.get(lane)).to_rotor(Heading::of(turned));

@@ -6,7 +6,6 @@ use standstill_plant::Motor;
 use super::run::Control;
 use crate::case::{Case, Play, RotorState};
 use crate::lanes::bank::Bank;
-use crate::physics::bounds::{BLOCKED, DOMAIN, FLUX, MOTION, STOP};
 use crate::physics::motion::{Contact, Motion};
 use crate::trace::Event;
 
@@ -60,7 +59,7 @@ impl<'a> Control<'a> {
     pub(super) fn set_up_motion<V: Wide>(&mut self, bank: &mut Bank<'a, V>) {
         let case = &self.case;
         let mut torque = case.motor.cogging(case.start_angle) - case.load_torque;
-        if case.memory.is_some() && bank.machine.memory.is_some() {
+        if case.memory.is_some() && bank.machine.cells.is_some() {
             // What the iron remembers pulls at the rotor, too.
             torque = bank.here.at.torque.get(self.lane) - case.load_torque;
         }
@@ -72,15 +71,15 @@ impl<'a> Control<'a> {
             RotorState::Locked | RotorState::Free | RotorState::Braked(_) => resolve(Contact::None),
         };
         let slack = &mut bank.bounds.slack;
-        for margin in [0, 1, 2, DOMAIN] {
-            slack[margin].put(self.lane, CURRENT_SHARE * case.motor.rated_current);
+        let [a, b, c] = &mut slack.leg;
+        for of_current in [a, b, c, &mut slack.domain] {
+            of_current.put(self.lane, CURRENT_SHARE * case.motor.rated_current);
         }
-        slack[BLOCKED].put(self.lane, POTENTIAL_SHARE * case.inverter.link.voltage);
+        slack.blocked.put(self.lane, POTENTIAL_SHARE * case.inverter.link.voltage);
         bank.bounds.ended.put(self.lane, ended(case));
         let slack = &mut bank.bounds.slack;
-        slack[STOP].put(self.lane, ANGLE_SLACK);
-        slack[FLUX].put(self.lane, flux_slack(case.motor));
-        slack[FLUX + 1].put(self.lane, flux_slack(case.motor));
+        slack.stop.put(self.lane, ANGLE_SLACK);
+        slack.kink.iter_mut().for_each(|slack| slack.put(self.lane, flux_slack(case.motor)));
         self.turn(bank, motion);
         self.set_sides(bank);
     }
@@ -110,7 +109,7 @@ impl<'a> Control<'a> {
         let lane = self.lane;
         let put = |to: &mut V, from: f64| to.put(lane, from);
         let rotor = &self.case.motor.rotor;
-        put(&mut bank.bounds.slack[MOTION], self.motion_slack());
+        put(&mut bank.bounds.slack.motion, self.motion_slack());
         for (to, from) in bank.bounds.motion.iter_mut().zip(motion.limits(rotor, self.case.load_torque)) {
             put(to, from);
         }

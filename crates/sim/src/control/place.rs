@@ -34,7 +34,7 @@ impl<'a> Control<'a> {
         let heading = Heading::of(*start_angle);
         let mut rest = motor.magnetics.rest(heading);
         let iron = motor.magnetics.hysteresis().zip(motor.magnetics.cells());
-        if let (Some(memory), Some((hysteresis, cells))) = (&mut bank.machine.memory, iron) {
+        if let (Some(play), Some((hysteresis, cells))) = (&mut bank.machine.cells, iron) {
             let last = self.case.memory.map(|last| Heading::of(last - start_angle));
             if let Some(last) = last {
                 // No current flows: the core's is against what the iron is left with.
@@ -47,7 +47,7 @@ impl<'a> Control<'a> {
             let inductance = motor.magnetics.inductance();
             let most = inductance.xx + inductance.yy - inductance.smaller_eigenvalue();
             let last = last.map(|last| Plane::new(last.cos, last.sin));
-            memory.put(lane, cells, Plane::new(rest.d, rest.q), most, tolerance.flux, last);
+            play.put(lane, cells, Plane::new(rest.d, rest.q), most, tolerance.flux, last);
         }
         let put = |to: &mut V, from: f64| to.put(lane, from);
         let here = &mut bank.here;

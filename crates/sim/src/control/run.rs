@@ -14,7 +14,7 @@ use super::gates::Lines;
 use super::ledger::Accounts;
 use super::requests::validate;
 use crate::case::{Case, Finished, RunError, Work};
-use crate::lanes::bank::{Bank, NOTHING};
+use crate::lanes::bank::Bank;
 use crate::physics::gates::NEVER;
 use crate::physics::motion::Motion;
 use crate::sensing::{LowPass, Sampler};
@@ -189,9 +189,8 @@ impl<'a> Control<'a> {
             self.events = 0;
         } else {
             bank.to_mode_end &= !(1 << lane);
-            let which = bank.ending_mode[lane];
-            if which != NOTHING {
-                ended = self.count_event(bank).and_then(|()| self.end_mode(bank, which));
+            if let Some(guard) = bank.ending_mode[lane] {
+                ended = self.count_event(bank).and_then(|()| self.end_mode(bank, guard));
                 self.show_change(bank);
             }
         }

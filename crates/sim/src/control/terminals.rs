@@ -7,7 +7,6 @@ use super::conduction::NO_CURRENT;
 use super::run::Control;
 use crate::case::RunError;
 use crate::lanes::bank::Bank;
-use crate::physics::bounds::BLOCKED;
 use crate::step::ends::POTENTIAL_DEEP;
 
 /// Bounds that are closer than this share of the link's voltage are one: a leg between them conducts whichever way its current flows.
@@ -51,7 +50,7 @@ impl<'a> Control<'a> {
     }
 
     fn near<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
-        bank.bounds.slack[BLOCKED].get(self.lane) * POTENTIAL_DEEP
+        bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP
     }
 
     fn band<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> [f64; 2] {
@@ -84,7 +83,7 @@ impl<'a> Control<'a> {
         let carried: [[f64; 2]; 3] =
             std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.following(bank, way, k)));
         let is_one = |k: usize| bands[k][1] - bands[k][0] <= ONE_BOUND * link;
-        let is_none = |k: usize, way: usize| carried[k][way].abs() <= bank.bounds.slack[k].get(lane);
+        let is_none = |k: usize, way: usize| carried[k][way].abs() <= bank.bounds.slack.leg[k].get(lane);
         let mode = |k: usize, slope: f64| {
             let [low, high] = bands[k];
             if is_one(k) {

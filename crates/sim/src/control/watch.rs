@@ -227,12 +227,12 @@ impl<'a> Control<'a> {
         let motor = self.case.motor;
         let mut core = here.at.current;
         let passed = bank.here.time.get(lane) > here.time.get(lane);
-        let memory = if passed { &bank.begin_memory } else { &bank.machine.memory };
-        if let Some(memory) = memory {
+        let cells = if passed { &bank.begin_cells } else { &bank.machine.cells };
+        if let Some(cells) = cells {
             // Within a step cells follow the path of the flux, which began in this direction.
             let along = bank.tried.change[0].flux * ((here.time - bank.begin.time) * 1e-9);
-            let away = memory.away_at(state.flux, passed.then_some(along));
-            core = core - memory.iron(&away).current;
+            let away = cells.away_at(state.flux, passed.then_some(along));
+            core = core - cells.iron(&away).current;
         }
         let (flux, current) = (plane(&state.flux), plane(&core));
         let magnetic = motor.magnetics.state(flux, standstill_numeric::Heading::of(angle));

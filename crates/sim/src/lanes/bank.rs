@@ -9,10 +9,10 @@ use standstill_plant::Motor;
 
 use self::stepping::{StepOf, take};
 use crate::case::RunError;
-use crate::physics::bounds::{Bounds, ENDS};
+use crate::effect::play::Cells;
+use crate::guard::{Bounds, Guard};
 use crate::physics::gates::NEVER;
 use crate::physics::machine::{Machine, Operating};
-use crate::physics::memory::Memory;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::sensing::{Sensed, SensorSettings};
@@ -47,8 +47,8 @@ pub struct Bank<'a, V: Wide> {
     pub to_mode_end: u32,
     /// In ns.
     pub mode_end: V,
-    /// Which mode that is.
-    pub ending_mode: [usize; MOST_LANES],
+    /// Its guard; none: a margin was negative by rounding only.
+    pub ending_mode: [Option<Guard>; MOST_LANES],
     /// When a current is expected to have carried a terminal to its bound, in ns, and of which leg.
     pub expected: V,
     /// See `expected`.
@@ -74,7 +74,7 @@ pub struct Bank<'a, V: Wide> {
     /// Where the last step began.
     pub begin: Here<V>,
     /// What the iron remembered there.
-    pub begin_memory: Option<Memory<V>>,
+    pub begin_cells: Option<Cells<V>>,
     /// The last step.
     pub tried: Tried<V>,
     /// What became of it. Read number by number: what was stored in small pieces and is loaded in a large one would have to wait
@@ -100,9 +100,6 @@ pub struct Served {
     /// A mode ends within the step.
     crossed: u32,
 }
-
-/// No mode has ended: a margin was negative by rounding only.
-pub const NOTHING: usize = ENDS;
 
 impl<'a, V: Wide> Bank<'a, V> {
     /// For machines of the kind of this one, on this kind of inverter; `free`: whether rotors can move, `follow`: whether steps
@@ -143,7 +140,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             machine,
             bounds,
             begin: here,
-            begin_memory: None,
+            begin_cells: None,
             here,
             accuracy,
             live: 0,
@@ -154,7 +151,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             hints: [zero; 4],
             to_mode_end: 0,
             mode_end: zero,
-            ending_mode: [0; MOST_LANES],
+            ending_mode: [None; MOST_LANES],
             expected: V::of(NEVER),
             carried: [0; MOST_LANES],
             swept: 0,
@@ -173,7 +170,7 @@ impl<'a, V: Wide> Bank<'a, V> {
 
     /// Tries a step of each machine that is live. Where a mode ends within it, the next one will end there.
     pub fn step(&mut self) {
-        if self.machine.legs.elastance.is_some() || self.machine.memory.is_some() || self.refereed {
+        if self.machine.legs.elastance.is_some() || self.machine.cells.is_some() || self.refereed {
             V::compute(StepOf::<_, true>(self));
         } else {
             V::compute(StepOf::<_, false>(self));
@@ -221,12 +218,12 @@ impl<V: Wide> Compute for LookAt<'_, '_, V> {
     #[inline(always)]
     fn compute(self) {
         let here = &self.0.here;
-        let iron = self.0.machine.memory.as_ref().map(|memory| memory.iron_here(here.state.flux));
+        let iron = self.0.machine.cells.as_ref().map(|cells| cells.iron_here(here.state.flux));
         let at = self.0.machine.operating(&here.state, iron.as_ref());
         let there = Here { time: here.time, state: here.state, at, source: here.source };
         let bank = self.0;
-        if let (Some(memory), Some(iron)) = (&mut bank.machine.memory, &iron) {
-            memory.set_tangent(V::Mask::of_bits(self.1), iron.tangent);
+        if let (Some(cells), Some(iron)) = (&mut bank.machine.cells, &iron) {
+            cells.set_tangent(V::Mask::of_bits(self.1), iron.tangent);
         }
         take(&bank.machine, true, &mut bank.here, &there, V::Mask::of_bits(self.1));
     }
@@ -257,7 +254,7 @@ impl<V: Wide> Compute for Within<'_, '_, V> {
     #[inline(always)]
     fn compute(self) -> Here<V> {
         let Self(bank, share) = self;
-        bank.tried.within(&bank.machine, &bank.begin, bank.begin_memory.as_ref(), V::of(share))
+        bank.tried.within(&bank.machine, &bank.begin, bank.begin_cells.as_ref(), V::of(share))
     }
 }
 

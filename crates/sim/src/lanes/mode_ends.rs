@@ -2,8 +2,8 @@
 
 use standstill_numeric::{Mask, Wide};
 
-use super::bank::{Bank, NOTHING};
-use crate::physics::bounds::{BLOCKED, CELL, DOMAIN, FLUX, MOTION, STOP};
+use super::bank::Bank;
+use crate::guard::Guard;
 use crate::step::hermite::Cubic;
 use crate::step::two_derivative::Tried;
 
@@ -22,7 +22,7 @@ impl<V: Wide> Bank<'_, V> {
         to.phases = tried.phases;
         to.phase_rise = tried.phase_rise;
         for end in 0..2 {
-            to.margins[end][BLOCKED] = tried.margins[end][BLOCKED];
+            to.margins[end].blocked = tried.margins[end].blocked;
         }
         if RARE {
             to.floating = tried.floating;
@@ -34,23 +34,22 @@ impl<V: Wide> Bank<'_, V> {
             to.end.state.turned = tried.end.state.turned;
             to.end.state.speed = tried.end.state.speed;
             to.torque = tried.torque;
-            to.torque_rise = tried.torque_rise;
-            to.acceleration = tried.acceleration;
+            to.rotor = tried.rotor;
             for end in 0..2 {
-                to.margins[end][MOTION] = tried.margins[end][MOTION];
-                to.margins[end][STOP] = tried.margins[end][STOP];
+                to.margins[end].motion = tried.margins[end].motion;
+                to.margins[end].stop = tried.margins[end].stop;
             }
         }
         if self.machine.circuits.have_ends() {
             for end in 0..2 {
-                to.margins[end][DOMAIN] = tried.margins[end][DOMAIN];
+                to.margins[end].domain = tried.margins[end].domain;
             }
         }
         if self.bounds.sides.is_some() {
             to.change = tried.change;
             for end in 0..2 {
-                to.margins[end][FLUX] = tried.margins[end][FLUX];
-                to.margins[end][FLUX + 1] = tried.margins[end][FLUX + 1];
+                to.margins[end].kink[0] = tried.margins[end].kink[0];
+                to.margins[end].kink[1] = tried.margins[end].kink[1];
             }
         }
     }
@@ -59,8 +58,8 @@ impl<V: Wide> Bank<'_, V> {
     pub(super) fn find_end(&mut self, lane: usize) {
         let tried = &self.tried;
         let one = |pack: &V| pack.get(lane);
-        let mut first = (f64::INFINITY, 0);
-        let ends = |first: &mut (f64, usize), which: usize, cubic: Cubic<f64>, slack: f64| {
+        let mut first = (f64::INFINITY, None);
+        let ends = |first: &mut (f64, Option<Guard>), which: Guard, cubic: Cubic<f64>, slack: f64| {
             let to = if cubic.value[1] < -slack {
                 1.0
             } else if cubic.dip() < -slack {
@@ -70,7 +69,7 @@ impl<V: Wide> Bank<'_, V> {
             };
             let share = cubic.falls_to(-0.5 * slack, 0.0, to);
             if share < first.0 {
-                *first = (share, which);
+                *first = (share, Some(which));
             }
         };
         // Of two legs that conduct, both currents end at once.
@@ -83,46 +82,55 @@ impl<V: Wide> Bank<'_, V> {
             {
                 let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
                 let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
-                ends(&mut first, k, Cubic { value, slope }, self.bounds.slack[k].get(lane));
+                ends(&mut first, Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
             }
         }
         if let Some(floating) = &tried.floating {
             for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
                 for side in floating.sides(k) {
                     let [value, slope] = [side.value, side.slope].map(|pair| pair.each_ref().map(one));
-                    ends(&mut first, k, Cubic { value, slope }, self.bounds.slack[BLOCKED].get(lane));
+                    ends(
+                        &mut first,
+                        Guard::Leg(k),
+                        Cubic { value, slope },
+                        self.bounds.slack.blocked.get(lane),
+                    );
                 }
             }
         }
-        let margin = straight(one(&tried.margins[0][BLOCKED]), one(&tried.margins[1][BLOCKED]));
-        let slack_of_blocked = self.bounds.slack[BLOCKED].get(lane);
+        let margin = straight(one(&tried.margins[0].blocked), one(&tried.margins[1].blocked));
+        let slack_of_blocked = self.bounds.slack.blocked.get(lane);
         if margin.value[1] < -slack_of_blocked {
             let share = margin.falls_to(-0.5 * slack_of_blocked, 0.0, 1.0).max(LEAST_SHARE);
             if share < first.0 {
-                first = (share, BLOCKED);
+                first = (share, Some(Guard::Blocked));
             }
         }
-        let slack = |which: usize| self.bounds.slack[which].get(lane);
+        let slack = &self.bounds.slack;
         if self.machine.rotors.is_some() {
             let torque = tried.torque_margin(&self.machine, &self.bounds);
             let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
-            ends(&mut first, MOTION, Cubic { value, slope }, slack(MOTION));
+            ends(&mut first, Guard::Motion, Cubic { value, slope }, one(&slack.motion));
             let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
             let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
                 .map(|speed| speed * one(&tried.h));
             let [lower, upper] = self.bounds.stops.each_ref().map(one);
             ends(
                 &mut first,
-                STOP,
+                Guard::Stop,
                 Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
-                slack(STOP),
+                one(&slack.stop),
             );
-            ends(&mut first, STOP, Cubic { value: turned.map(|a| a - lower), slope: rise }, slack(STOP));
+            ends(
+                &mut first,
+                Guard::Stop,
+                Cubic { value: turned.map(|a| a - lower), slope: rise },
+                one(&slack.stop),
+            );
         }
-        let margin = |which: usize| [0, 1].map(|end: usize| one(&tried.margins[end][which]));
-        let [begin, end] = margin(DOMAIN);
-        if end < -slack(DOMAIN) {
-            ends(&mut first, DOMAIN, straight(begin, end), slack(DOMAIN));
+        let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));
+        if end < -one(&slack.domain) {
+            ends(&mut first, Guard::Domain, straight(begin, end), one(&slack.domain));
         }
         if let Some(sides) = &self.bounds.sides {
             // While the rotor stands, the core's flux changes as the winding's.
@@ -131,27 +139,28 @@ impl<V: Wide> Bank<'_, V> {
                 [one(&flux.x), one(&flux.y)].map(|rise| rise * one(&tried.h))
             });
             for axis in 0..2 {
-                let value = margin(FLUX + axis);
-                if value[1] < -slack(FLUX + axis) {
+                let value = tried.margins.each_ref().map(|margins| one(&margins.kink[axis]));
+                let slack = one(&slack.kink[axis]);
+                if value[1] < -slack {
                     let side = one(&sides[axis][0]);
                     let slope = rise.map(|rise| side * rise[axis]);
                     let mut cubic = Cubic { value: [value[0].max(0.0), value[1]], slope };
                     if self.machine.rotors.is_some() {
                         cubic = straight(value[0], value[1]);
                     }
-                    ends(&mut first, FLUX + axis, cubic, slack(FLUX + axis));
+                    ends(&mut first, Guard::Kink(axis), cubic, slack);
                 }
             }
         }
-        if let (Some(memory), Some(moved)) = (&self.machine.memory, &tried.moved) {
+        if let (Some(cells), Some(moved)) = (&self.machine.cells, &tried.moved) {
             for (cell, cubic) in moved.cubic.iter().enumerate() {
-                if memory.ended(moved, lane, cell) {
+                if cells.ended(moved, lane, cell) {
                     let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
-                    ends(&mut first, CELL, Cubic { value, slope }, moved.slack[cell].get(lane));
+                    ends(&mut first, Guard::Cell, Cubic { value, slope }, moved.slack[cell].get(lane));
                 }
             }
         }
-        let (share, which) = if first.0.is_finite() { first } else { (1.0, NOTHING) };
+        let (share, which) = if first.0.is_finite() { first } else { (1.0, None) };
         let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
         self.mode_end.put(lane, (from + (to - from) * share).min(to));
         self.to_mode_end |= 1 << lane;

@@ -7,7 +7,7 @@
 //!   C dU/dt = (E − U)/R_s − i_dc
 //!   dχ/dt = (ψ − χ)/τ        the flux that lags behind by eddy currents, in the rotor's plane
 //!   C dv_k/dt = −i_k         the potential of a terminal in whose leg no device conducts
-//!   dπ/dt = n (n · dψ/dt)    what is pinned in a sliding cell of the stator's iron; see `memory`
+//!   dπ/dt = n (n · dψ/dt)    what is pinned in a sliding cell of the stator's iron; see `effect/play.rs`
 //! ```
 
 use standstill_interface::Dq;
@@ -17,9 +17,9 @@ use standstill_plant::{Circuits, MagneticCircuit, Motor};
 
 use super::legs::{Conducting, Legs};
 use super::links::Links;
-use super::memory::{Iron, Memory};
 use super::plane::Plane;
 use super::state::State;
+use crate::effect::play::{Cells, Iron};
 
 /// Machines of one kind, each with numbers of its own.
 #[derive(Clone, Debug)]
@@ -37,7 +37,7 @@ pub struct Machine<'a, V: Wide> {
     /// Heading of the run's plane in the stator's: where the rotors were at their start.
     pub start: Heading<V>,
     /// What their iron remembers; none: nothing.
-    pub memory: Option<Memory<V>>,
+    pub cells: Option<Cells<V>>,
     /// The rotors; none: all are locked.
     pub rotors: Option<Rotors<V>>,
 }
@@ -113,7 +113,7 @@ impl<'a, V: Wide> Machine<'a, V> {
             links: Links::like(link),
             legs: Legs::idle(inverter.bridge.terminal_capacitance > 0.0),
             start: Heading { sin: zero, cos: one },
-            memory: motor.magnetics.cells().map(|_| Memory::idle()),
+            cells: motor.magnetics.cells().map(|_| Cells::idle()),
             rotors: free.then_some(Rotors {
                 moving: zero,
                 dry_friction: zero,
@@ -248,28 +248,28 @@ impl<'a, V: Wide> Machine<'a, V> {
         at_state
     }
 
-    /// [`Self::memory`] in code for iron that may remember; none in code for machines without.
+    /// [`Self::cells`] in code for iron that may have hysteresis; none in code for machines without.
     #[inline(always)]
-    pub fn memory_if<const RARE: bool>(&self) -> Option<&Memory<V>> {
-        if RARE { self.memory.as_ref() } else { None }
+    pub fn cells_if<const RARE: bool>(&self) -> Option<&Cells<V>> {
+        if RARE { self.cells.as_ref() } else { None }
     }
 
     /// Finds the modes in which cells of some machines begin a step.
     #[inline(always)]
     pub fn find_cells(&mut self, of: V::Mask, legs: &Conducting<V>, at: &mut Operating<V>, state: &State<V>) {
-        let Some(mut memory) = self.memory.take() else { return };
+        let Some(mut cells) = self.cells.take() else { return };
         let mut there = *at;
-        let bare = minus(&at.inverse_inductance, &memory.tangent());
-        memory.find_modes(of, state.flux, |tangent| {
+        let bare = minus(&at.inverse_inductance, &cells.tangent());
+        cells.find_modes(of, state.flux, |tangent| {
             there.inverse_inductance = plus(&bare, &tangent);
             self.change::<true>(legs, &there, state).flux
         });
-        let gamma = plus(&bare, &memory.tangent());
+        let gamma = plus(&bare, &cells.tangent());
         let to = &mut at.inverse_inductance;
         to.xx = V::choose(of, gamma.xx, to.xx);
         to.xy = V::choose(of, gamma.xy, to.xy);
         to.yy = V::choose(of, gamma.yy, to.yy);
-        self.memory = Some(memory);
+        self.cells = Some(cells);
     }
 
     /// What changes the currents in A/s at constant flux.
@@ -320,7 +320,7 @@ impl<'a, V: Wide> Machine<'a, V> {
     /// Whether anything follows the flux that steps of terminals that ring do not solve with them.
     #[inline(always)]
     pub fn lags(&self) -> bool {
-        self.circuits.eddies().is_some() || self.memory.is_some()
+        self.circuits.eddies().is_some() || self.cells.is_some()
     }
 
     /// Whether anything but a voltage can change the currents.

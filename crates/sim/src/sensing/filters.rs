@@ -2,8 +2,8 @@
 
 use standstill_numeric::{PER_FACTORIAL, Wide, eight, four};
 
-use crate::step::ringing::Oscillation;
-use crate::step::swing::{Cubic, decayed, scaled, sum};
+use crate::effect::terminals::ringing::Oscillation;
+use crate::effect::terminals::swing::{Cubic, decayed, scaled, sum};
 
 /// First-order low-pass filters of the three phases.
 #[derive(Clone, Copy, Debug)]

@@ -7,9 +7,9 @@ use std::f64::consts::TAU;
 
 use standstill_numeric::{Lane, Mask, Wide, sin_cos};
 
+use crate::effect::terminals::ringing::Oscillation;
+use crate::effect::terminals::swing::{Cubic, decayed, scaled};
 use crate::physics::legs::Conducting;
-use crate::step::ringing::Oscillation;
-use crate::step::swing::{Cubic, decayed, scaled};
 
 /// What an edge of a leg's potential from one rail to the other adds to all current readings, t seconds later:
 /// `± amplitude · e^(−t/decay) · cos(2π frequency t)`, positive for an edge upwards.

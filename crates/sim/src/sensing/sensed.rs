@@ -5,11 +5,11 @@ use standstill_numeric::{Compute, Mask, Wide};
 use super::filters::Filters;
 use super::pick_up::{Moves, PickedUp};
 use super::{Arrangement, SensorSettings, Sensors};
+use crate::effect::terminals::ringing::Oscillation;
+use crate::effect::terminals::swing::{Cubic, cubic};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
 use crate::physics::plane::Plane;
-use crate::step::ringing::Oscillation;
-use crate::step::swing::{Cubic, cubic};
 use crate::step::two_derivative::{Here, Tried};
 
 /// Sensors that remember what was before.

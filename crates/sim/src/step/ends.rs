@@ -2,10 +2,11 @@
 
 use standstill_numeric::Wide;
 
-use super::floating::Floating;
 use super::hermite::Cubic;
 use super::two_derivative::{Here, Tried};
-use crate::physics::bounds::{BLOCKED, Bounds, DOMAIN, ENDS, FLUX, MOTION, STOP};
+use crate::effect::link::LinkStep;
+use crate::effect::terminals::floating::Floating;
+use crate::guard::{Bounds, PerGuard};
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
 use crate::physics::plane::Plane;
@@ -24,15 +25,14 @@ impl<V: Wide> Tried<V> {
             legs,
             end: *here,
             change: [Change { flux: plane, current: plane, blocked_potential: zero }; 2],
-            link_rise: [zero; 2],
-            acceleration: [zero; 2],
+            link: LinkStep::none(),
+            rotor: None,
             floating: None,
             moved: None,
             phases: [[zero; 3]; 2],
-            margins: [[zero; ENDS]; 2],
+            margins: [PerGuard::all(zero); 2],
             phase_rise: [[zero; 3]; 2],
             torque: [zero; 2],
-            torque_rise: [zero; 2],
             error: zero,
             blocked_at_begin: zero,
             least_margin: zero,
@@ -44,22 +44,22 @@ impl<V: Wide> Tried<V> {
     #[inline(always)]
     pub(super) fn look_for_ends<const RARE: bool>(&mut self, machine: &Machine<V>, bounds: &Bounds<V>) {
         let mut least = V::of(f64::INFINITY);
-        let (mut slack, mut ended) = ([bounds.slack[0], bounds.slack[1], bounds.slack[2]], [bounds.ended; 3]);
+        let (mut slack, mut ended) = (bounds.slack.leg, [bounds.ended; 3]);
         if RARE && self.floating.is_some() {
             for k in 0..3 {
-                slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack[BLOCKED]);
-                ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack[BLOCKED] * POTENTIAL_DEEP);
+                slack[k] = V::choose(self.legs.flows[k], slack[k], bounds.slack.blocked);
+                ended[k] = V::choose(self.legs.flows[k], ended[k], bounds.slack.blocked * POTENTIAL_DEEP);
             }
         }
         for k in 0..3 {
-            least = least.least(self.margins[1][k] + slack[k]);
+            least = least.least(self.margins[1].leg[k] + slack[k]);
         }
-        let blocked = self.margins[1][BLOCKED];
-        least = least.least(blocked + bounds.slack[BLOCKED]);
-        let at_begin = self.margins[0][BLOCKED] + bounds.slack[BLOCKED];
-        let mut at_mode_end = blocked + bounds.slack[BLOCKED] * POTENTIAL_DEEP;
+        let blocked = self.margins[1].blocked;
+        least = least.least(blocked + bounds.slack.blocked);
+        let at_begin = self.margins[0].blocked + bounds.slack.blocked;
+        let mut at_mode_end = blocked + bounds.slack.blocked * POTENTIAL_DEEP;
         for k in 0..3 {
-            at_mode_end = at_mode_end.least(self.margins[1][k] + ended[k]);
+            at_mode_end = at_mode_end.least(self.margins[1].leg[k] + ended[k]);
         }
         if RARE && let Some(floating) = &self.floating {
             least = least.least(self.dips_or_swings(floating, bounds));
@@ -67,20 +67,20 @@ impl<V: Wide> Tried<V> {
             least = least.least(self.dips(bounds));
         }
         if machine.rotors.is_some() {
-            let motion = self.margins[1][MOTION].least(self.torque_margin(machine, bounds).dip());
-            least = least.least(motion + bounds.slack[MOTION]);
-            least = least.least(self.margins[1][STOP] + bounds.slack[STOP]);
+            let motion = self.margins[1].motion.least(self.torque_margin(machine, bounds).dip());
+            least = least.least(motion + bounds.slack.motion);
+            least = least.least(self.margins[1].stop + bounds.slack.stop);
         }
         if machine.circuits.have_ends() {
-            least = least.least(self.margins[1][DOMAIN] + bounds.slack[DOMAIN]);
+            least = least.least(self.margins[1].domain + bounds.slack.domain);
         }
         if bounds.sides.is_some() {
-            for k in FLUX..ENDS {
-                least = least.least(self.margins[1][k] + bounds.slack[k]);
+            for axis in 0..2 {
+                least = least.least(self.margins[1].kink[axis] + bounds.slack.kink[axis]);
             }
         }
-        if RARE && let (Some(memory), Some(moved)) = (&machine.memory, &self.moved) {
-            let [within, at_end] = memory.room(moved);
+        if RARE && let (Some(cells), Some(moved)) = (&machine.cells, &self.moved) {
+            let [within, at_end] = cells.room(moved);
             least = least.least(within);
             at_mode_end = at_mode_end.least(at_end);
         }
@@ -105,7 +105,7 @@ impl<V: Wide> Tried<V> {
         let mut least = V::of(f64::INFINITY);
         for k in 0..3 {
             let dip = self.leg_current(k).dip();
-            least = least.least(dip + bounds.slack[k]);
+            least = least.least(dip + bounds.slack.leg[k]);
         }
         least
     }
@@ -118,9 +118,9 @@ impl<V: Wide> Tried<V> {
         let mut least = far;
         for k in 0..3 {
             let flows = self.legs.flows[k];
-            let dip = self.leg_current(k).dip() + bounds.slack[k];
+            let dip = self.leg_current(k).dip() + bounds.slack.leg[k];
             let sides = floating.sides(k);
-            let [low, high] = pair!(of => sides[of].dip() + bounds.slack[BLOCKED]);
+            let [low, high] = pair!(of => sides[of].dip() + bounds.slack.blocked);
             let both = V::choose(flows, dip, low.least(high));
             least = least.least(V::choose(floating.safe[k], far, both));
         }
@@ -141,18 +141,18 @@ impl<V: Wide> Tried<V> {
     #[inline(always)]
     pub fn torque_margin(&self, machine: &Machine<V>, bounds: &Bounds<V>) -> Cubic<V> {
         let [_, by_speed, by_torque, by_size] = bounds.motion;
-        let value = [self.margins[0][MOTION], self.margins[1][MOTION]];
+        let value = [self.margins[0].motion, self.margins[1].motion];
         // The magnitude's slope has the sign of the torque beside the load, where that is larger.
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let load = machine.rotors.as_ref().map_or(zero, |rotors| rotors.load);
         let [begin, end] = [self.torque[0] - load, self.torque[1] - load];
         let larger = V::choose(begin.abs().above(end.abs()), begin, end);
         let sign = V::choose(larger.above(zero), one, -one);
-        let slope = |end: usize| {
-            by_torque * self.torque_rise[end]
-                + by_size * sign * self.torque_rise[end]
-                + by_speed * self.acceleration[end] * self.h
-        };
-        Cubic { value, slope: [slope(0), slope(1)] }
+        let Some(rotor) = &self.rotor else { return Cubic { value, slope: [zero; 2] } };
+        let slope = pair!(end => {
+            let rise = rotor.torque_rise[end] * self.h;
+            by_torque * rise + by_size * sign * rise + by_speed * rotor.acceleration[end] * self.h
+        });
+        Cubic { value, slope }
     }
 }

@@ -8,8 +8,8 @@ mod tests;
 
 use standstill_numeric::{Symmetric, Wide};
 
-use super::ringing::Ringing;
 use super::two_derivative::Here;
+use crate::effect::terminals::ringing::Ringing;
 use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
 
@@ -58,18 +58,6 @@ const CURVATURE: f64 = 4.0;
 /// twentieth, and twice that.
 const FILTERED: f64 = 0.1;
 
-/// The shares that count of an angle, and of what a speed makes of it within a step, that were put right at its end. For an
-/// acceleration e^(−x s) the prediction is off by x²/24 and x²/6, what was put right by x³/720 and x⁴/720 while x is small. No step is
-/// longer than the winding's time constant, so torque, of second order in the currents, has x of 2 at most; up to there the share is
-/// at most 0.012 and 0.021. Eight and five times that, for torque that is no single exponential.
-pub(super) const SHARE_OF_ANGLE: f64 = 0.1;
-/// See [`SHARE_OF_ANGLE`].
-pub(super) const SHARE_OF_SPEED: f64 = 0.1;
-
-/// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
-/// microsecond, for the correction itself is far better, as that of the angle.
-pub(super) const SHARE_OF_LINK: f64 = 3e-7;
-
 /// What the rule for the flux that lags behind misses of e^−x is x⁵/720. If what it follows changes itself, as e^(−k x s), it is
 /// some (k + 1/2)⁵ times that, at k = 2 a hundred times in units of the flux, which is never far more than it lags: 72 times, and an
 /// error below the estimate for all k up to 2.
@@ -77,14 +65,14 @@ const RELAXING: f64 = 0.1;
 
 /// The error in Wb of a flux that lags behind by at most so much in Wb, over `x` of its time constants.
 #[inline(always)]
-pub(super) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
+pub(crate) fn relaxing_error<V: Wide>(most: V, x: V) -> V {
     most * (x * x) * (x * x) * x * RELAXING
 }
 
 /// The error of a step in which terminals ring, relative to the tolerance: what its cubics may be off, in Wb, and how far from where
 /// the core was evaluated it ended; and, where filters see them, what the currents may be off between its ends.
 #[inline(always)]
-pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
+pub(crate) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V>, off: Plane<V>) -> V {
     let nonlinear = off.dot(off) * accuracy.per_flux_scale * CURVATURE;
     let between = V::only(accuracy.filtered.above(V::of(0.0)), ringing.error_between()) * FILTERED;
     (ringing.error() * RINGING + between + nonlinear) * accuracy.per_flux
@@ -92,7 +80,7 @@ pub(super) fn ringing_error<V: Wide>(accuracy: &Accuracy<V>, ringing: &Ringing<V
 
 /// The error of a step, relative to the tolerance.
 #[inline(always)]
-pub(super) fn error<V: Wide>(
+pub(crate) fn error<V: Wide>(
     accuracy: &Accuracy<V>,
     h: V,
     resistance: &Symmetric<V>,

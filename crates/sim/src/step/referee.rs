@@ -3,17 +3,19 @@
 //! It shares neither the quadrature nor the prediction nor the error estimate of the engine's own step, so it can tell
 //! whether that step is right. It evaluates the core seven times a step.
 
+use standstill_interface::Dq;
 use standstill_numeric::Wide;
 use standstill_plant::MOST_CELLS;
 
-use super::corrections::{Ends, settle};
 use super::error::Accuracy;
-use super::ringing::{End, Ringing, Start};
-use super::two_derivative::{Here, Tried};
-use crate::physics::bounds::Bounds;
+use super::two_derivative::{Here, Parts, Tried};
+use crate::effect::play::Elastic;
+use crate::effect::rotor::RotorStep;
+use crate::effect::terminals::{TerminalStep, clamp};
+use crate::effect::{Begin, Effect, Looked};
+use crate::guard::Bounds;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::Machine;
-use crate::physics::memory::Away;
 use crate::physics::plane::Plane;
 use crate::physics::state::State;
 use crate::step::dormand_prince::Attempt;
@@ -25,7 +27,7 @@ const NUMBERS: usize = 16;
 /// much within a tenth of a millisecond.
 const PER_SECOND: f64 = 1e4;
 
-fn numbers<V: Wide>(state: &State<V>, pinned: &Away<V>) -> [V; NUMBERS] {
+fn numbers<V: Wide>(state: &State<V>, pinned: &Elastic<V>) -> [V; NUMBERS] {
     let State { flux, turned, speed, link, lagging, potential: [a, b, c] } = *state;
     let [p, q, r] = pinned;
     [flux.x, flux.y, turned, speed, link, lagging.d, lagging.q, a, b, c, p.x, p.y, q.x, q.y, r.x, r.y]
@@ -41,12 +43,11 @@ impl<V: Wide> Tried<V> {
         until: V,
         accuracy: &Accuracy<V>,
     ) -> Self {
-        let zero = V::of(0.0);
         let h = (until - here.time) * 1e-9;
         let begin = here.time * 1e-9;
-        let mut pinned = [Plane::new(zero, zero); MOST_CELLS];
-        if let Some(memory) = &machine.memory {
-            pinned = memory.away_at(here.state.flux, None).map(|away| here.state.flux - away);
+        let mut pinned = [Plane::new(V::of(0.0), V::of(0.0)); MOST_CELLS];
+        if let Some(cells) = &machine.cells {
+            pinned = cells.away_at(here.state.flux, None).map(|away| here.state.flux - away);
         }
         let attempt = Attempt::new(numbers(&here.state, &pinned), h).take(
             |time, y| {
@@ -55,76 +56,49 @@ impl<V: Wide> Tried<V> {
             },
             begin,
         );
-        let mut state = state_of(machine, until * 1e-9, &attempt.end);
+        let state = state_of(machine, until * 1e-9, &attempt.end);
         let elastic = pinned_of(&attempt.end).map(|pinned| state.flux - pinned);
-        let iron = machine.memory.as_ref().map(|memory| memory.iron(&elastic));
-        let away = iron.map(|iron| (elastic, iron.tangent));
-        let mut at = machine.operating(&state, iron.as_ref());
-        let (flux, current) = (state.flux, at.current);
-        settle(legs, &mut state.flux, &mut at);
-        let mut ends = Ends {
-            change: [machine.change::<true>(legs, &here.at, &here.state); 2],
-            link_rise: [zero; 2],
-            acceleration: [zero; 2],
-            torque_rise: [zero; 2],
-        };
-        ends.change[1] = machine.change::<true>(legs, &at, &state);
-        let source = machine.links.source(until * 1e-9);
-        if machine.links.storage.is_some() {
-            let pinned = pinned_of(&attempt.end);
-            let rise = |time, state| slope(machine, legs, time, state, &pinned).0.link;
-            ends.link_rise = [rise(begin, &here.state), rise(until * 1e-9, &state)];
-        }
+        let iron = machine.cells.as_ref().map(|cells| cells.iron(&elastic));
+        let at = machine.operating(&state, iron.as_ref());
+        let mut end = Here { time: until, state, at, source: machine.links.source(until * 1e-9) };
+        let looked = Looked::at(&end, iron, legs);
+        looked.settle(legs, &mut end);
+        let change = [
+            machine.change::<true>(legs, &here.at, &here.state),
+            machine.change::<true>(legs, &end.at, &end.state),
+        ];
+        let mut rotor = None;
         if let Some(rotors) = &machine.rotors {
-            let core = |at: Plane<V>, current: Plane<V>| {
-                [at, iron.as_ref().map_or(current, |iron| iron.core(current, at - flux))]
-            };
-            let change = [core(flux, current), core(state.flux, at.current)];
-            at.torque = at.torque + rotors.torque_change(&at, change[0], change[1]);
-            let first = machine.memory.as_ref().map(|memory| memory.iron_here(here.state.flux));
-            ends.acceleration = [
-                rotors.acceleration(here.at.torque, here.state.speed),
-                rotors.acceleration(at.torque, state.speed),
-            ];
-            ends.torque_rise = [
-                rotors.torque_rise(&here.state, &here.at, &ends.change[0], first.as_ref()),
-                rotors.torque_rise(&state, &at, &ends.change[1], iron.as_ref()),
-            ];
+            rotors.follow(&looked, [looked.flux, looked.current], &mut end);
+            let first = machine.cells.as_ref().map(|cells| cells.iron_here(here.state.flux));
+            rotor = Some(RotorStep::between(
+                [here, &end].map(|here| rotors.acceleration(here.at.torque, here.state.speed)),
+                [
+                    rotors.torque_rise(&here.state, &here.at, &change[0], first.as_ref()),
+                    rotors.torque_rise(&end.state, &end.at, &change[1], iron.as_ref()),
+                ],
+            ));
         }
-        let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
-        let volt = flux * PER_SECOND;
-        let [a, b] = [angle, volt];
-        let tolerance =
-            [flux, flux, a, a * PER_SECOND, b, flux, flux, b, b, b, flux, flux, flux, flux, flux, flux];
-        let error = attempt.error(&tolerance);
-        let mut ringing = None;
         if machine.legs.elastance.is_some() {
-            state.potential = machine.legs.potentials(legs, state.potential, state.link, at.current);
+            clamp(machine, legs, &mut end);
         }
-        let end = Here { time: until, state, at, source };
-        let rises =
-            if machine.links.storage.is_some() { ends.link_rise } else { [here.source.rise, source.rise] };
-        ends.link_rise = rises;
-        let links = [here.state.link, state.link];
-        let area = machine.links.area(h, here.source, source);
-        if let Some(start) = Start::of(machine, legs, here, &ends.change[0], links, rises, area, h) {
-            let terminals = &legs.terminals;
-            let [force, force_rise] = [
-                terminals.rail * state.link + terminals.offset - at.current.through(terminals.resistance),
-                terminals.rail * rises[1] - ends.change[1].current.through(terminals.resistance),
-            ];
-            let last = End {
-                force,
-                force_rise,
-                current: at.current,
-                current_rise: ends.change[1].current,
-                flux_rise: ends.change[1].flux,
-                flux: state.flux - here.state.flux,
-            };
-            ringing = Some(Ringing::between(start.modes, h, start.floating, [&start.end, &last]));
-        }
-        Self::between::<true>(machine, bounds, legs, here, end, h, ends, ringing, away, error)
+        let link = machine.links.between(h, legs, [here, &end]);
+        let cells = machine.cells.as_ref();
+        let from = Begin { h, machine, cells, legs, here, change: &change[0] };
+        let terminals = TerminalStep::of(&from, &link);
+        let ringing = terminals.map(|terminals| terminals.between(&from, &change[1], &link, &end).ringing);
+        let elastic = iron.map(|iron| (elastic, iron.tangent));
+        let parts = Parts { change, link, rotor, ringing, elastic };
+        let error = attempt.error(&tolerances(accuracy));
+        Self::between::<true>(machine, bounds, legs, here, end, h, parts, error)
     }
+}
+
+/// How far each number of a state may be off.
+fn tolerances<V: Wide>(accuracy: &Accuracy<V>) -> [f64; NUMBERS] {
+    let (flux, angle) = (1.0 / accuracy.per_flux.get(0), 1.0 / accuracy.per_angle.get(0));
+    let (speed, volt) = (angle * PER_SECOND, flux * PER_SECOND);
+    [flux, flux, angle, speed, volt, flux, flux, volt, volt, volt, flux, flux, flux, flux, flux, flux]
 }
 
 /// The state that the numbers are at a time in s. Without a capacitor the link follows its source.
@@ -133,12 +107,12 @@ fn state_of<V: Wide>(machine: &Machine<V>, time: V, y: &[V; NUMBERS]) -> State<V
     if machine.links.storage.is_none() {
         link = machine.links.source(time).voltage;
     }
-    let lagging = standstill_interface::Dq::new(d, q);
+    let lagging = Dq::new(d, q);
     State { flux: Plane::new(x, y), turned, speed, link, lagging, potential: [a, b, c] }
 }
 
 /// What is pinned of the iron's fluxes, in Wb.
-fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> Away<V> {
+fn pinned_of<V: Wide>(y: &[V; NUMBERS]) -> Elastic<V> {
     [0, 1, 2].map(|k: usize| Plane::new(y[10 + 2 * k], y[11 + 2 * k]))
 }
 
@@ -148,33 +122,26 @@ fn slope<V: Wide>(
     legs: &Conducting<V>,
     time: V,
     state: &State<V>,
-    pinned: &Away<V>,
-) -> (State<V>, Away<V>) {
+    pinned: &Elastic<V>,
+) -> (State<V>, Elastic<V>) {
     let zero = V::of(0.0);
     let away = pinned.map(|pinned| state.flux - pinned);
-    let iron = machine.memory.as_ref().map(|memory| memory.iron(&away));
+    let iron = machine.cells.as_ref().map(|cells| cells.iron(&away));
     let at = machine.operating(state, iron.as_ref());
+    let here = Here { time, state: *state, at, source: machine.links.source(time) };
     let rise = machine.change::<true>(legs, &at, state).flux;
-    let none = [Plane::new(zero, zero); MOST_CELLS];
-    let moves = machine.memory.as_ref().map_or(none, |memory| memory.pinned_rise(&away, rise));
     let mut slope = State {
         flux: rise,
         turned: zero,
         speed: zero,
         link: zero,
-        lagging: standstill_interface::Dq::new(zero, zero),
+        lagging: Dq::new(zero, zero),
         potential: machine.legs.charged(legs, at.current),
     };
-    if let Some(rotors) = &machine.rotors {
-        slope.turned = state.speed * rotors.moving;
-        slope.speed = rotors.acceleration(at.torque, state.speed);
-    }
-    if let Some(storage) = &machine.links.storage {
-        let taken = legs.terminals.rail.dot(at.current) * storage.elastance * 1.5;
-        slope.link = (machine.links.source(time).voltage - state.link) * storage.rate - taken;
-    }
-    if let Some(eddies) = machine.circuits.eddies() {
-        slope.lagging = at.lag * eddies.rate;
-    }
+    machine.rotors.as_ref().slope(legs, &here, &mut slope);
+    machine.links.slope(legs, &here, &mut slope);
+    machine.circuits.eddies().slope(legs, &here, &mut slope);
+    let none = [Plane::new(zero, zero); MOST_CELLS];
+    let moves = machine.cells.as_ref().map_or(none, |cells| cells.pinned_rise(&away, rise));
     (slope, moves)
 }

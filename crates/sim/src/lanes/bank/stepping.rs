@@ -1,12 +1,12 @@
 //! A step of all machines of a bank, and what becomes of it.
 
-use standstill_interface::Dq;
 use standstill_numeric::{Compute, Mask, Wide};
 
 use super::{Bank, Served};
+use crate::effect::{Effect, keep, keep_dq, keep_plane};
+use crate::guard::Guard;
 use crate::physics::gates::NEVER;
 use crate::physics::machine::Machine;
-use crate::physics::plane::Plane;
 use crate::step::two_derivative::{Here, Tried};
 
 /// So many steps in a row that are not taken end a run: each is shorter than the one before, or is cut where a mode ends.
@@ -41,7 +41,7 @@ impl<V: Wide> Bank<'_, V> {
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
-            self.ending_mode[lane] = self.carried[lane];
+            self.ending_mode[lane] = Some(Guard::Leg(self.carried[lane]));
         }
     }
 }
@@ -59,7 +59,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let (zero, one) = (V::of(0.0), V::of(1.0));
         let live = V::Mask::of_bits(bank.live);
         let legs = bank.machine.legs.at::<RARE>(bank.here.time, bank.machine.resistance);
-        if bank.machine.memory_if::<RARE>().is_some() {
+        if bank.machine.cells_if::<RARE>().is_some() {
             bank.machine.find_cells(live, &legs, &mut bank.here.at, &bank.here.state);
         }
         let edge = bank.machine.legs.next_edge(bank.here.time);
@@ -149,14 +149,14 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         }
         if bank.follow {
             bank.begin = bank.here;
-            bank.begin_memory.clone_from(&bank.machine.memory);
+            bank.begin_cells.clone_from(&bank.machine.cells);
             bank.tried = tried;
         } else if crossed != 0 {
             bank.keep_for_ends::<RARE>(&tried);
         }
         take(&bank.machine, bank.bounds.sides.is_some(), &mut bank.here, &tried.end, accepted);
-        if RARE && let (Some(memory), Some(moved)) = (&mut bank.machine.memory, &tried.moved) {
-            memory.take(accepted, tried.end.state.flux, moved);
+        if RARE && let (Some(cells), Some(moved)) = (&mut bank.machine.cells, &tried.moved) {
+            cells.take(accepted, tried.end.state.flux, moved);
         }
     }
 }
@@ -171,45 +171,25 @@ pub(super) fn take<V: Wide>(
     end: &Here<V>,
     accepted: V::Mask,
 ) {
-    let choose = |to: &mut V, from: V| *to = V::choose(accepted, from, *to);
-    let plane = |to: &mut Plane<V>, from: Plane<V>| *to = Plane::choose(accepted, from, *to);
-    let dq = |to: &mut Dq<V>, from: Dq<V>| {
-        choose(&mut to.d, from.d);
-        choose(&mut to.q, from.q);
-    };
-    choose(&mut here.time, end.time);
-    choose(&mut here.source.voltage, end.source.voltage);
-    choose(&mut here.source.rise, end.source.rise);
-    plane(&mut here.state.flux, end.state.flux);
-    choose(&mut here.state.link, end.state.link);
-    let (to, from) = (&mut here.at, &end.at);
-    plane(&mut to.current, from.current);
-    choose(&mut to.inverse_inductance.xx, from.inverse_inductance.xx);
-    choose(&mut to.inverse_inductance.xy, from.inverse_inductance.xy);
-    choose(&mut to.inverse_inductance.yy, from.inverse_inductance.yy);
-    if machine.rotors.is_some() {
-        choose(&mut here.state.turned, end.state.turned);
-        choose(&mut here.state.speed, end.state.speed);
-        plane(&mut to.turning, from.turning);
-        plane(&mut to.energy_turn, from.energy_turn);
-        choose(&mut to.energy_bend, from.energy_bend);
-        choose(&mut to.torque, from.torque);
-        choose(&mut to.cogging_slope, from.cogging_slope);
-    }
-    if machine.circuits.eddies().is_some() {
-        dq(&mut here.state.lagging, end.state.lagging);
-        plane(&mut to.relaxing, from.relaxing);
-        dq(&mut to.lag, from.lag);
-    }
+    keep(accepted, end.time, &mut here.time);
+    keep_plane(accepted, end.state.flux, &mut here.state.flux);
+    machine.links.keep(accepted, end, here);
+    let (to, from) = (&mut here.at.inverse_inductance, &end.at.inverse_inductance);
+    keep(accepted, from.xx, &mut to.xx);
+    keep(accepted, from.xy, &mut to.xy);
+    keep(accepted, from.yy, &mut to.yy);
+    keep_plane(accepted, end.at.current, &mut here.at.current);
+    machine.rotors.as_ref().keep(accepted, end, here);
+    machine.circuits.eddies().keep(accepted, end, here);
     if machine.legs.elastance.is_some() {
         for (to, from) in here.state.potential.iter_mut().zip(end.state.potential) {
-            choose(to, from);
+            keep(accepted, from, to);
         }
     }
     if kinks {
-        dq(&mut to.core_flux, from.core_flux);
+        keep_dq(accepted, end.at.core_flux, &mut here.at.core_flux);
     }
     if machine.circuits.have_ends() {
-        dq(&mut to.core_current, from.core_current);
+        keep_dq(accepted, end.at.core_current, &mut here.at.core_current);
     }
 }

@@ -76,7 +76,7 @@ fn regress_cells_leave_nothing_in_the_inductance() {
     bank.machine.legs.put(0, [UpperSwitch, LowerSwitch, LowerSwitch]);
     let cells = motor.magnetics.cells().expect("cells");
     // Magnetised across the voltage, so that what slides turns.
-    let memory = bank.machine.memory.as_mut().expect("it remembers");
+    let memory = bank.machine.cells.as_mut().expect("it remembers");
     memory.put(0, cells, Plane::new(0.5, 0.0), 10e-3, 1e-7, Some(Plane::new(0.43, 0.9)));
     bank.here.state.flux = Plane::new(0.5, 0.0);
     bank.here.state.link = 550.0;
@@ -88,7 +88,7 @@ fn regress_cells_leave_nothing_in_the_inductance() {
         let until = f64::from(step) * 2e3;
         let tried = Tried::new::<true>(&bank.machine, &bank.bounds, &legs, &bank.here, until, &bank.accuracy);
         take(&bank.machine, false, &mut bank.here, &tried.end, true);
-        let memory = bank.machine.memory.as_mut().expect("it remembers");
+        let memory = bank.machine.cells.as_mut().expect("it remembers");
         memory.take(true, tried.end.state.flux, &tried.moved.expect("cells"));
         let (all, cells) = (bank.here.at.inverse_inductance, memory.tangent());
         for (all, core) in [(all.xx - cells.xx, 100.0), (all.xy - cells.xy, 0.0), (all.yy - cells.yy, 100.0)]

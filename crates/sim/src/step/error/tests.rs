@@ -4,12 +4,13 @@ use standstill_interface::Dq;
 use standstill_inverter::Source;
 
 use super::*;
+use crate::effect::eddies::{RotorFlux, lag_behind};
+use crate::effect::rotor::{SHARE_OF_ANGLE, SHARE_OF_SPEED};
+use crate::effect::terminals::modes::Modes;
+use crate::effect::terminals::ringing::End;
 use crate::physics::links::hermite_area;
 use crate::physics::machine::Operating;
 use crate::physics::state::State;
-use crate::step::corrections::{RotorFlux, lag_behind};
-use crate::step::modes::Modes;
-use crate::step::ringing::End;
 
 const NONE: Plane<f64> = Plane { x: 0.0, y: 0.0 };
 

@@ -1,26 +1,54 @@
-//! What ends the smooth part of a run, of several machines side by side.
+//! Guards: conditions that end the smooth part of a run, of several machines side by side.
 
 use standstill_numeric::{Mask, Wide};
 
-use super::legs::Conducting;
-use super::machine::{Change, Machine, Operating};
-use super::state::State;
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine, Operating};
+use crate::physics::state::State;
 
-/// Ends beside those of the three legs' currents: the range of a blocked leg's potential, the rotor's motion, its way to the
-/// end of the brake's play, the core's way to the end of what is known of it, and the sides of ψ_d and ψ_q.
-pub const BLOCKED: usize = 3;
-/// See [`BLOCKED`].
-pub const MOTION: usize = 4;
-/// See [`BLOCKED`].
-pub const STOP: usize = 5;
-/// See [`BLOCKED`].
-pub const DOMAIN: usize = 6;
-/// See [`BLOCKED`].
-pub const FLUX: usize = 7;
-/// Number of ends.
-pub const ENDS: usize = 9;
-/// The end of the mode of a cell of the iron, which needs no margin of its own here: see `memory`.
-pub const CELL: usize = ENDS + 1;
+/// A condition that ends a mode, and with it the smooth part of a run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Guard {
+    /// The current of a leg reaches zero, or the potential of a terminal with a capacitance reaches a rail.
+    Leg(usize),
+    /// The potential of a blocked leg reaches a rail.
+    Blocked,
+    /// The rotor starts or stops.
+    Motion,
+    /// The rotor reaches the end of the brake's play.
+    Stop,
+    /// The current reaches the end of the flux map.
+    Domain,
+    /// ψ_d (0) or ψ_q (1) crosses zero, where the core has a kink.
+    Kink(usize),
+    /// A play cell of the iron begins or ceases to slide; see `effect/play.rs`.
+    Cell,
+}
+
+/// A number for each guard but those of cells.
+#[derive(Clone, Copy, Debug)]
+pub struct PerGuard<V> {
+    /// [`Guard::Leg`].
+    pub leg: [V; 3],
+    /// [`Guard::Blocked`].
+    pub blocked: V,
+    /// [`Guard::Motion`].
+    pub motion: V,
+    /// [`Guard::Stop`].
+    pub stop: V,
+    /// [`Guard::Domain`].
+    pub domain: V,
+    /// [`Guard::Kink`].
+    pub kink: [V; 2],
+}
+
+impl<V: Wide> PerGuard<V> {
+    /// The number for all.
+    #[inline(always)]
+    pub fn all(of: V) -> Self {
+        Self { leg: [of; 3], blocked: of, motion: of, stop: of, domain: of, kink: [of; 2] }
+    }
+}
 
 /// What ends the smooth part. What cannot end it is infinitely far away.
 #[derive(Clone, Debug)]
@@ -34,7 +62,7 @@ pub struct Bounds<V: Wide> {
     /// added.
     pub sides: Option<[[V; 2]; 2]>,
     /// How far beyond zero each margin must be to count as crossed.
-    pub slack: [V; ENDS],
+    pub slack: PerGuard<V>,
     /// How far from zero in A a current may be where it is taken to end.
     pub ended: V,
 }
@@ -42,7 +70,7 @@ pub struct Bounds<V: Wide> {
 /// How far the modes are from their ends: the current in A of each leg in its direction, infinite for a blocked one, and where
 /// terminals have a capacitance, the distance in V of its potential to the nearer bound; the
 /// distance in V of a blocked leg's potential to the nearer bound; in N·m or rad/s, rad, A, Wb. Negative beyond.
-pub type Margins<V> = [V; ENDS];
+pub type Margins<V> = PerGuard<V>;
 
 impl<V: Wide> Bounds<V> {
     /// For cores with or without kinks.
@@ -52,7 +80,7 @@ impl<V: Wide> Bounds<V> {
             motion: [far, zero, zero, zero],
             stops: [-far, far],
             sides: kinks.then_some([[zero, far]; 2]),
-            slack: [zero; ENDS],
+            slack: PerGuard::all(zero),
             ended: zero,
         }
     }
@@ -69,16 +97,16 @@ impl<V: Wide> Bounds<V> {
         current: &[V; 3],
     ) -> Margins<V> {
         let far = V::of(f64::INFINITY);
-        let mut margins = [far; ENDS];
+        let mut margins = PerGuard::all(far);
         for k in 0..3 {
-            margins[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
+            margins.leg[k] = V::choose(legs.flows[k], legs.leg[k].direction * current[k], far);
         }
         let capacitive = machine.legs.elastance_if::<RARE>().is_some();
         if capacitive {
             for k in 0..3 {
                 let [low, high] = machine.legs.range(&legs.on[k]).at(state.link);
                 let room = (state.potential[k] - low).least(high - state.potential[k]);
-                margins[k] = V::choose(legs.flows[k], margins[k], room);
+                margins.leg[k] = V::choose(legs.flows[k], margins.leg[k], room);
             }
         }
         let [low, high] = machine.legs.range_of_blocked(legs).at(state.link);
@@ -87,24 +115,24 @@ impl<V: Wide> Bounds<V> {
         let all_flow = none_is_blocked | legs.flows[0] & legs.flows[1] & legs.flows[2];
         // Where nothing changes what drives them, idle legs stay idle.
         let blocked = V::choose(legs.idle | all_flow, far, (potential - low).least(high - potential));
-        margins[BLOCKED] = blocked;
+        margins.blocked = blocked;
         if (machine.drifts() || machine.links.vary()) && V::any(legs.idle) {
             let idle = room_of_idle(machine, legs, state, change);
-            margins[BLOCKED] = V::choose(legs.idle, idle, blocked);
+            margins.blocked = V::choose(legs.idle, idle, blocked);
         }
         if let Some(rotors) = &machine.rotors {
             let [constant, by_speed, by_torque, by_size] = self.motion;
             let (speed, torque) = (state.speed, at.torque);
-            margins[MOTION] =
+            margins.motion =
                 constant + by_speed * speed + by_torque * torque + by_size * (torque - rotors.load).abs();
-            margins[STOP] = (self.stops[1] - state.turned).least(state.turned - self.stops[0]);
+            margins.stop = (self.stops[1] - state.turned).least(state.turned - self.stops[0]);
         }
         if machine.circuits.have_ends() {
-            margins[DOMAIN] = machine.circuits.room(at.core_current, &machine.cores);
+            margins.domain = machine.circuits.room(at.core_current, &machine.cores);
         }
         if let Some([d, q]) = &self.sides {
-            margins[FLUX] = d[0] * at.core_flux.d + d[1];
-            margins[FLUX + 1] = q[0] * at.core_flux.q + q[1];
+            margins.kink[0] = d[0] * at.core_flux.d + d[1];
+            margins.kink[1] = q[0] * at.core_flux.q + q[1];
         }
         margins
     }

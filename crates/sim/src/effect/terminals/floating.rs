@@ -2,11 +2,11 @@
 
 use standstill_numeric::{Mask, Wide};
 
-use super::hermite::Cubic;
 use super::ringing::Ringing;
-use super::two_derivative::Here;
 use crate::physics::legs::Conducting;
 use crate::physics::machine::{Change, Machine};
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Here;
 
 /// Terminals within a step that was tried.
 #[derive(Clone, Copy, Debug)]

@@ -15,11 +15,15 @@
 use standstill_numeric::{Mask, Symmetric, Wide};
 use standstill_plant::{Cell, MOST_CELLS};
 
-use super::plane::Plane;
+use super::{Begin, Looked};
+use crate::physics::machine::Change;
+use crate::physics::plane::Plane;
+use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Here;
 
 /// Elastic fluxes e in Wb of the cells, in the run's plane.
-pub type Away<V> = [Plane<V>; MOST_CELLS];
+pub type Elastic<V> = [Plane<V>; MOST_CELLS];
 
 /// Modes that follow from the modes of legs, and those from these: each round they are right to another digit or two.
 pub const ROUNDS: usize = 4;
@@ -36,7 +40,7 @@ const DEEP: f64 = 10.0;
 
 /// The cells of machines of which each has its own.
 #[derive(Clone, Debug)]
-pub struct Memory<V: Wide> {
+pub struct Cells<V: Wide> {
     /// K in 1/H.
     stiffness: [V; MOST_CELLS],
     /// r in Wb; 1 where there is no cell.
@@ -47,7 +51,7 @@ pub struct Memory<V: Wide> {
     slack: V,
     /// The flux in Wb where the machines were last, and what was elastic of it.
     from: Plane<V>,
-    away: Away<V>,
+    away: Elastic<V>,
     /// Which cells slide.
     slides: [V::Mask; MOST_CELLS],
     /// What they have added to the inverse inductance in 1/H that is known of where the machines are.
@@ -74,7 +78,7 @@ impl<V: Wide> Iron<V> {
 /// Cells after a step, and when their modes end within it.
 #[derive(Clone, Copy, Debug)]
 pub struct Moved<V: Wide> {
-    away: Away<V>,
+    away: Elastic<V>,
     tangent: Symmetric<V>,
     /// Who slides on.
     slides: [V::Mask; MOST_CELLS],
@@ -119,7 +123,7 @@ fn turn<V: Wide>(n: Plane<V>, b: Plane<V>, c: V) -> Plane<V> {
     p * (V::of(1.0) / w)
 }
 
-impl<V: Wide> Memory<V> {
+impl<V: Wide> Cells<V> {
     /// Of machines that are about to come.
     pub fn idle() -> Self {
         let (zero, one) = (V::of(0.0), V::of(1.0));
@@ -165,7 +169,7 @@ impl<V: Wide> Memory<V> {
 
     /// What is elastic at a flux in Wb, on a way that began in the direction of `along`.
     #[inline(always)]
-    pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> Away<V> {
+    pub fn away_at(&self, flux: Plane<V>, along: Option<Plane<V>>) -> Elastic<V> {
         let change = flux - self.from;
         let mut away = three!(k => self.away[k] + change);
         let any = self.slides[0] | self.slides[1] | self.slides[2];
@@ -194,7 +198,7 @@ impl<V: Wide> Memory<V> {
 
     /// Force and stiffness of cells in their modes.
     #[inline(always)]
-    pub fn iron(&self, away: &Away<V>) -> Iron<V> {
+    pub fn iron(&self, away: &Elastic<V>) -> Iron<V> {
         let mut current = none();
         for k in 0..MOST_CELLS {
             current = current + away[k] * self.stiffness[k];
@@ -203,7 +207,7 @@ impl<V: Wide> Memory<V> {
     }
 
     #[inline(always)]
-    fn tangent_of(&self, away: &Away<V>, slides: &[V::Mask; MOST_CELLS]) -> Symmetric<V> {
+    fn tangent_of(&self, away: &Elastic<V>, slides: &[V::Mask; MOST_CELLS]) -> Symmetric<V> {
         let zero = V::of(0.0);
         let mut sum = Symmetric::new(zero, zero, zero);
         for k in 0..MOST_CELLS {
@@ -266,7 +270,7 @@ impl<V: Wide> Memory<V> {
     #[inline(always)]
     pub fn moved(
         &self,
-        (away, tangent): (Away<V>, Symmetric<V>),
+        (away, tangent): (Elastic<V>, Symmetric<V>),
         change: Plane<V>,
         rise: [Plane<V>; 2],
     ) -> Moved<V> {
@@ -356,7 +360,45 @@ impl<V: Wide> Memory<V> {
         all
     }
 
-    /// What the cells store over 3/2, in J.
+    /// Current and stiffness where a step predicts its end.
+    #[inline(always)]
+    pub fn ahead(&self, begin: &Begin<'_, '_, V>, there: &Here<V>) -> Iron<V> {
+        self.iron(&self.away_at(there.state.flux, Some(begin.change.flux * begin.h)))
+    }
+
+    /// Corrects the current, which the cells' tangent carried on from where the core was evaluated: a sliding cell turns all along the
+    /// way. The elastic fluxes in Wb at the end, and the stiffness in 1/H that is part of Γ there.
+    #[inline(always)]
+    pub fn correct(
+        &self,
+        begin: &Begin<'_, '_, V>,
+        looked: &Looked<V>,
+        iron: &Iron<V>,
+        there: &mut Here<V>,
+    ) -> (Elastic<V>, Symmetric<V>) {
+        let (along, flux) = (begin.change.flux * begin.h, there.state.flux);
+        let by_tangent = iron.current + (flux - looked.flux).through(iron.tangent);
+        let turned = self.iron(&self.away_at(flux, Some(along))).current - by_tangent;
+        there.at.current = there.at.current + turned;
+        looked.settle(begin.legs, there);
+        (self.away_at(there.state.flux, Some(along)), iron.tangent)
+    }
+
+    /// Their share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
+    #[inline(always)]
+    pub fn share_of_error(
+        &self,
+        begin: &Begin<'_, '_, V>,
+        change: &Change<V>,
+        off: Plane<V>,
+        there: &Here<V>,
+        accuracy: &Accuracy<V>,
+    ) -> V {
+        let rise = [begin.change.flux * begin.h, change.flux * begin.h];
+        self.error(there.state.flux - begin.here.state.flux, rise, off) * accuracy.per_flux
+    }
+
+    /// The cells' energy over 3/2, in J.
     pub fn energy(&self, lane: usize, flux: Plane<V>) -> f64 {
         let away = self.away_at(flux, None);
         let stored = |k: usize| self.stiffness[k].get(lane) * away[k].dot(away[k]).get(lane) / 2.0;
@@ -364,7 +406,7 @@ impl<V: Wide> Memory<V> {
     }
 
     /// What cells turn into heat over 3/2, in W, where the flux in Wb rises so in V.
-    pub fn loss(&self, lane: usize, away: &Away<V>, rise: Plane<V>) -> f64 {
+    pub fn loss(&self, lane: usize, away: &Elastic<V>, rise: Plane<V>) -> f64 {
         let lost = |k: usize| {
             let sliding = V::only(self.slides[k], self.stiffness[k] * away[k].dot(rise));
             sliding.get(lane)
@@ -374,7 +416,7 @@ impl<V: Wide> Memory<V> {
 
     /// How what is pinned moves, in V, where the flux rises so.
     #[inline(always)]
-    pub fn pinned_rise(&self, away: &Away<V>, rise: Plane<V>) -> Away<V> {
+    pub fn pinned_rise(&self, away: &Elastic<V>, rise: Plane<V>) -> Elastic<V> {
         let mut moves = [none(); MOST_CELLS];
         for k in 0..MOST_CELLS {
             let n = direction(&away[k]);
@@ -385,5 +427,5 @@ impl<V: Wide> Memory<V> {
 }
 
 #[cfg(test)]
-#[path = "memory_tests.rs"]
+#[path = "play_tests.rs"]
 mod tests;

@@ -2,21 +2,21 @@
 
 use standstill_plant::{Cell, MOST_CELLS};
 
-use super::Memory;
+use super::Cells;
 use crate::physics::plane::Plane;
 
 /// A memory of one cell that reaches 1 mWb and is 10 1/H stiff, at a flux.
-fn one(flux: Plane) -> Memory<f64> {
+fn one(flux: Plane) -> Cells<f64> {
     let mut cells = [Cell::default(); MOST_CELLS];
     cells[1] = Cell { stiffness: 10.0, reach: 1e-3 };
-    let mut memory = Memory::idle();
+    let mut memory = Cells::idle();
     memory.put(0, &cells, flux, 10e-3, 1e-9, None);
     memory
 }
 
 /// A straight or evenly bent piece of a path: where it ends, its beginning's and its end's slopes. Back come work and loss over 3/2,
 /// in J, by Simpson's rule.
-fn go(memory: &mut Memory<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (f64, f64) {
+fn go(memory: &mut Cells<f64>, from: Plane, to: Plane, slopes: [Plane; 2]) -> (f64, f64) {
     memory.find_modes(true, from, |_| slopes[0]);
     let [begin, end] = slopes;
     let (bend, way) = (to - from - begin, to - from);

@@ -19,10 +19,8 @@ use standstill_numeric::{Symmetric, Wide, sin_cos};
 use super::modes::Modes;
 use super::stumpff::stumpff;
 use super::swing::{Cubic, Far, Near, about, decayed, over, scaled};
-use super::two_derivative::Here;
-use crate::physics::legs::Conducting;
-use crate::physics::links::hermite_area;
-use crate::physics::machine::{Change, Machine};
+use crate::physics::legs::Terminals;
+use crate::physics::machine::{Change, Operating};
 use crate::physics::plane::Plane;
 
 /// From this square of the angle by which a mode turns in a step it is solved as what swings about a polynomial.
@@ -63,6 +61,27 @@ pub struct End<V> {
     pub flux_rise: Plane<V>,
     /// ψ − ψ₀ in Wb.
     pub flux: Plane<V>,
+}
+
+impl<V: Wide> End<V> {
+    /// Where the machines change so; the link's voltage in V and how fast it rises, in V/s; ψ − ψ₀ in Wb.
+    #[inline(always)]
+    pub(super) fn of(
+        terminals: &Terminals<V>,
+        at: &Operating<V>,
+        change: &Change<V>,
+        [link, link_rise]: [V; 2],
+        flux: Plane<V>,
+    ) -> Self {
+        Self {
+            force: terminals.rail * link + terminals.offset - at.current.through(terminals.resistance),
+            force_rise: terminals.rail * link_rise - change.current.through(terminals.resistance),
+            current: at.current,
+            current_rise: change.current,
+            flux_rise: change.flux,
+            flux,
+        }
+    }
 }
 
 /// A step of the modes.
@@ -307,52 +326,5 @@ impl<V: Wide> Oscillation<V> {
         let (sin, cos) = sin_cos(turn);
         let phasor = pair!(n => V::of(self.phasor[n].get(lane)));
         Self { phasor, turns: [decay, turn], over: [left * cos, left * sin] }
-    }
-}
-
-/// What is known at the beginning of a step in which terminals ring.
-pub(super) struct Start<V> {
-    pub(super) modes: Modes<V>,
-    /// What the terminals put on the winding, in V.
-    pub(super) floating: Plane<V>,
-    pub(super) end: End<V>,
-    /// How much more than what begins as the link does, and than the cubic between its ends, the link's voltage is over the step,
-    /// in V·s.
-    pub(super) surplus: [V; 2],
-}
-
-impl<V: Wide> Start<V> {
-    /// Where terminals have a capacitance. The links' voltages in V at both ends, how fast they rise, and their integral over the
-    /// step of `h` seconds.
-    #[inline(always)]
-    #[allow(clippy::too_many_arguments, reason = "what a step knows at its beginning")]
-    pub(super) fn of(
-        machine: &Machine<V>,
-        legs: &Conducting<V>,
-        here: &Here<V>,
-        change: &Change<V>,
-        link: [V; 2],
-        link_rise: [V; 2],
-        area: V,
-        h: V,
-    ) -> Option<Self> {
-        machine.legs.elastance?;
-        let terminals = &legs.terminals;
-        let force =
-            terminals.rail * link[0] + terminals.offset - here.at.current.through(terminals.resistance);
-        let begin = link[0] * h + link_rise[0] * (h * h * 0.5);
-        Some(Self {
-            modes: Modes::of(here.at.inverse_inductance, machine.legs.charging(legs), &terminals.resistance),
-            floating: machine.legs.floating(legs, &here.state.potential),
-            end: End {
-                force,
-                force_rise: terminals.rail * link_rise[0] - change.current.through(terminals.resistance),
-                current: here.at.current,
-                current_rise: change.current,
-                flux_rise: change.flux,
-                flux: Plane::new(V::of(0.0), V::of(0.0)),
-            },
-            surplus: [area - begin, area - hermite_area(h, link, link_rise)],
-        })
     }
 }

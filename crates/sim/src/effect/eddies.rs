@@ -1,0 +1,127 @@
+//! Eddy currents within a step: the flux that lags behind by them.
+
+use standstill_interface::Dq;
+use standstill_numeric::{Heading, Wide};
+use standstill_plant::Eddies;
+
+use super::{Begin, Effect, Looked, Span, keep_dq, keep_plane};
+use crate::physics::legs::Conducting;
+use crate::physics::machine::{Change, Machine};
+use crate::physics::plane::Plane;
+use crate::physics::state::State;
+use crate::step::error::{Accuracy, relaxing_error};
+use crate::step::two_derivative::Here;
+
+/// Eddy currents over a step.
+#[derive(Clone, Copy)]
+pub struct EddyStep<V> {
+    from: RotorFlux<V>,
+    /// What the flux may be off, in Wb.
+    off: V,
+}
+
+impl<V: Wide> Effect<V> for Eddies<V> {
+    type Step = EddyStep<V>;
+
+    #[inline(always)]
+    fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> EddyStep<V> {
+        let (h, state, rise) = (begin.h, &begin.here.state, begin.change.flux * begin.h);
+        let from = RotorFlux::of(begin.machine, state, rise, state.speed * h);
+        let to = RotorFlux {
+            rise: from.rise,
+            ..RotorFlux::of(begin.machine, &there.state, rise, there.state.speed * h)
+        };
+        there.state.lagging = lag_behind(h * self.rate, state.lagging, &from, &to);
+        EddyStep { from, off: V::of(0.0) }
+    }
+
+    #[inline(always)]
+    fn correct(
+        &self,
+        begin: &Begin<'_, '_, V>,
+        _: &Looked<V>,
+        change: &Change<V>,
+        there: &mut Here<V>,
+        step: &mut EddyStep<V>,
+    ) {
+        let (h, here) = (begin.h, begin.here);
+        let to = RotorFlux::of(begin.machine, &there.state, change.flux * h, there.state.speed * h);
+        let new = lag_behind(h * self.rate, here.state.lagging, &step.from, &to);
+        let most = here.at.lag.d.abs().greatest(there.at.lag.d.abs())
+            + here.at.lag.q.abs().greatest(there.at.lag.q.abs());
+        step.off = relaxing_error(most, h * self.rate);
+        let (g, more) = (self.inverse_inductance, new - there.state.lagging);
+        let more = Dq::new(more.d * g.d, more.q * g.q);
+        let turned = if begin.machine.rotors.is_some() {
+            Heading::of(there.state.turned)
+        } else {
+            Heading { sin: V::of(0.0), cos: V::of(1.0) }
+        };
+        there.at.current = there.at.current - Plane::from_rotor(more, turned);
+        there.at.lag = to.flux - new;
+        there.state.lagging = new;
+    }
+
+    #[inline(always)]
+    fn error(&self, step: &EddyStep<V>, accuracy: &Accuracy<V>) -> V {
+        step.off * accuracy.per_flux
+    }
+
+    #[inline(always)]
+    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
+        // By the step's own rule over its first part: a cubic would be off where the flux lags behind by much.
+        let (from, part, first) = (&span.from.state, span.step.h * span.share, &span.step.change[0]);
+        let [x, y] = span.flux();
+        let rise = Plane::new(x.rise(span.share), y.rise(span.share));
+        let begin = RotorFlux::of(span.machine, from, first.flux * part, from.speed * part);
+        let end = RotorFlux::of(span.machine, &there.state, rise * span.share, there.state.speed * part);
+        there.state.lagging = lag_behind(part * self.rate, from.lagging, &begin, &end);
+    }
+
+    #[inline(always)]
+    fn slope(&self, _: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
+        slope.lagging = here.at.lag * self.rate;
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        keep_dq(of, from.state.lagging, &mut to.state.lagging);
+        keep_plane(of, from.at.relaxing, &mut to.at.relaxing);
+        keep_dq(of, from.at.lag, &mut to.at.lag);
+    }
+}
+
+/// The winding's flux in the rotor's plane at an end of a step, and how much it changes per step.
+#[derive(Clone, Copy)]
+pub(crate) struct RotorFlux<T> {
+    pub(crate) flux: Dq<T>,
+    pub(crate) rise: Dq<T>,
+}
+
+impl<V: Wide> RotorFlux<V> {
+    /// At a state, where the flux changes by `flux_rise` in Wb a step in the run's plane, and the angle by `angle_rise` in rad.
+    #[inline(always)]
+    pub(crate) fn of(machine: &Machine<V>, state: &State<V>, flux_rise: Plane<V>, angle_rise: V) -> Self {
+        if machine.rotors.is_none() {
+            return Self {
+                flux: Dq::new(state.flux.x, state.flux.y),
+                rise: Dq::new(flux_rise.x, flux_rise.y),
+            };
+        }
+        let turned = Heading::of(state.turned);
+        let rise = flux_rise - state.flux.quarter_turn() * angle_rise;
+        Self { flux: state.flux.to_rotor(turned), rise: rise.to_rotor(turned) }
+    }
+}
+
+/// χ at the end of a step that is `x` time constants long: the rule with two derivatives, which is linear in χ.
+#[inline(always)]
+pub(crate) fn lag_behind<V: Wide>(x: V, lagging: Dq<V>, begin: &RotorFlux<V>, end: &RotorFlux<V>) -> Dq<V> {
+    let (half, twelfth, square) = (x * 0.5, x * (1.0 / 12.0), x * x * (1.0 / 12.0));
+    let denominator = V::of(1.0) / (square + half + 1.0);
+    let decay = (square - half + 1.0) * denominator;
+    let mean = (begin.flux + end.flux) * (half * denominator);
+    let tilt = (end.flux - begin.flux) * (square * denominator);
+    let bend = (begin.rise - end.rise) * (twelfth * denominator);
+    lagging * decay + mean + tilt + bend
+}

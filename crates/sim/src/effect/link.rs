@@ -1,0 +1,204 @@
+//! The DC link within a step: its voltage is that of the source, or of a capacitor that the source feeds through a resistance.
+
+use standstill_inverter::Source;
+use standstill_numeric::Wide;
+
+use super::{Begin, Effect, Looked, Span, keep};
+use crate::physics::legs::Conducting;
+use crate::physics::links::{Links, Storages, hermite_area};
+use crate::physics::machine::Change;
+use crate::physics::plane::Plane;
+use crate::physics::state::State;
+use crate::step::error::Accuracy;
+use crate::step::hermite::Cubic;
+use crate::step::two_derivative::Here;
+
+/// The flux in Wb that counts for each volt by which the link's voltage was put right: what a volt would make in a third of a
+/// microsecond, for the correction itself is far better, as that of the angle.
+const SHARE_OF_LINK: f64 = 3e-7;
+
+/// A link over a step.
+#[derive(Clone, Copy, Debug)]
+pub struct LinkStep<V> {
+    /// Its voltage in V at both ends.
+    pub voltage: [V; 2],
+    /// How fast that rises, in V/s, at both ends.
+    pub rise: [V; 2],
+    /// How that changes, in V/s², at the beginning.
+    bend: V,
+    /// Its integral in V·s as it was predicted.
+    pub area: V,
+    /// How much the integral is more than that.
+    pub more: V,
+    /// How much the voltage was put right.
+    correction: V,
+}
+
+impl<V: Wide> LinkStep<V> {
+    /// A step of no length.
+    pub fn none() -> Self {
+        let zero = V::of(0.0);
+        Self { voltage: [zero; 2], rise: [zero; 2], bend: zero, area: zero, more: zero, correction: zero }
+    }
+
+    /// The voltage in V at the beginning and how fast it rises, in V/s.
+    #[inline(always)]
+    pub fn begin(&self) -> [V; 2] {
+        [self.voltage[0], self.rise[0]]
+    }
+
+    /// The same at the end.
+    #[inline(always)]
+    pub fn end(&self) -> [V; 2] {
+        [self.voltage[1], self.rise[1]]
+    }
+
+    /// Its integral over a step of `h` seconds, in V·s, less that of the line as which it begins, and less that of the cubic between
+    /// its ends.
+    #[inline(always)]
+    pub fn surplus(&self, h: V) -> [V; 2] {
+        let begin = self.voltage[0] * h + self.rise[0] * (h * h * 0.5);
+        [self.area - begin, self.area - hermite_area(h, self.voltage, self.rise)]
+    }
+}
+
+impl<V: Wide> Effect<V> for Links<V> {
+    type Step = LinkStep<V>;
+
+    #[inline(always)]
+    fn predict(&self, begin: &Begin<'_, '_, V>, there: &mut Here<V>) -> LinkStep<V> {
+        let zero = V::of(0.0);
+        let (h, here) = (begin.h, begin.here);
+        let source = self.source(there.time * 1e-9);
+        there.source = source;
+        let mut step = LinkStep {
+            voltage: [here.state.link, source.voltage],
+            rise: [here.source.rise, source.rise],
+            bend: zero,
+            area: zero,
+            more: zero,
+            correction: zero,
+        };
+        if let Some(storage) = &self.storage {
+            let change = begin.change.current;
+            let rail = &begin.legs.terminals.rail;
+            (step.rise[0], step.bend) =
+                storage.slopes(rail, here.state.link, here.source, here.at.current, change);
+            step.voltage[1] = here.state.link + h * (step.rise[0] + h * 0.5 * step.bend);
+            step.area = hermite_area(h, step.voltage, [step.rise[0], step.rise[0] + h * step.bend]);
+        } else {
+            step.area = self.area(h, here.source, source);
+        }
+        there.state.link = step.voltage[1];
+        step
+    }
+
+    #[inline(always)]
+    fn correct(
+        &self,
+        begin: &Begin<'_, '_, V>,
+        _: &Looked<V>,
+        change: &Change<V>,
+        there: &mut Here<V>,
+        step: &mut LinkStep<V>,
+    ) {
+        let Some(storage) = &self.storage else { return };
+        let (h, link) = (begin.h, step.voltage[1]);
+        let rail = &begin.legs.terminals.rail;
+        let (rise, bend) = storage.slopes(rail, link, there.source, there.at.current, change.current);
+        let missing = step.voltage[0] + hermite_area(h, [step.rise[0], rise], [step.bend, bend]) - link;
+        let x = h * storage.rate;
+        let correction = missing / (x * 0.5 + x * x * (1.0 / 12.0) + 1.0);
+        step.voltage[1] = link + correction;
+        step.rise[1] = rise - correction * storage.rate;
+        step.correction = correction;
+        step.more = hermite_area(h, step.voltage, step.rise) - step.area;
+        there.state.link = step.voltage[1];
+    }
+
+    #[inline(always)]
+    fn error(&self, step: &LinkStep<V>, accuracy: &Accuracy<V>) -> V {
+        step.correction.abs() * SHARE_OF_LINK * accuracy.per_flux
+    }
+
+    #[inline(always)]
+    fn within(&self, span: &Span<'_, '_, V>, there: &mut Here<V>) {
+        there.source = self.source(there.time * 1e-9);
+        there.state.link = match &self.storage {
+            Some(_) => stored(span).at(span.share),
+            None => there.source.voltage,
+        };
+    }
+
+    #[inline(always)]
+    fn slope(&self, legs: &Conducting<V>, here: &Here<V>, slope: &mut State<V>) {
+        if let Some(storage) = &self.storage {
+            slope.link =
+                storage.rise(&legs.terminals.rail, here.state.link, here.source.voltage, here.at.current);
+        }
+    }
+
+    #[inline(always)]
+    fn keep(&self, of: V::Mask, from: &Here<V>, to: &mut Here<V>) {
+        keep(of, from.source.voltage, &mut to.source.voltage);
+        keep(of, from.source.rise, &mut to.source.rise);
+        keep(of, from.state.link, &mut to.state.link);
+    }
+}
+
+impl<V: Wide> Links<V> {
+    /// A step of `h` seconds between two ends that are known.
+    pub fn between(&self, h: V, legs: &Conducting<V>, ends: [&Here<V>; 2]) -> LinkStep<V> {
+        let rise = ends.map(|end| match &self.storage {
+            Some(storage) => {
+                storage.rise(&legs.terminals.rail, end.state.link, end.source.voltage, end.at.current)
+            }
+            None => end.source.rise,
+        });
+        let area = self.area(h, ends[0].source, ends[1].source);
+        LinkStep { voltage: ends.map(|end| end.state.link), rise, area, ..LinkStep::none() }
+    }
+
+    /// The integral of the voltage in V·s from the beginning of a step to where `there` is within it.
+    #[inline(always)]
+    pub fn area_within(&self, span: &Span<'_, '_, V>, there: &Here<V>) -> V {
+        match &self.storage {
+            Some(_) => stored(span).area(span.share) * span.step.h,
+            None => self.area(span.step.h * span.share, span.from.source, there.source),
+        }
+    }
+}
+
+/// The cubic of a stored voltage over the step.
+#[inline(always)]
+pub fn stored<V: Wide>(span: &Span<'_, '_, V>) -> Cubic<V> {
+    span.cubic([span.from.state.link, span.step.end.state.link], span.step.link.rise)
+}
+
+impl<V: Wide> Storages<V> {
+    /// How fast the voltage rises, in V/s, and how that changes, in V/s².
+    #[inline(always)]
+    fn slopes(
+        &self,
+        rail: &Plane<V>,
+        link: V,
+        source: Source<V>,
+        current: Plane<V>,
+        current_rise: Plane<V>,
+    ) -> (V, V) {
+        let rise = self.rise(rail, link, source.voltage, current);
+        (rise, (source.rise - rise) * self.rate - self.taken(rail, current_rise))
+    }
+
+    /// How fast the voltage rises, in V/s, under a source's voltage in V.
+    #[inline(always)]
+    pub fn rise(&self, rail: &Plane<V>, link: V, source: V, current: Plane<V>) -> V {
+        (source - link) * self.rate - self.taken(rail, current)
+    }
+
+    /// What the current of the upper rail, Σ rail_k i_k = 3/2 rail · i, takes, in V/s.
+    #[inline(always)]
+    fn taken(&self, rail: &Plane<V>, current: Plane<V>) -> V {
+        rail.dot(current) * self.elastance * 1.5
+    }
+}
