@@ -39,16 +39,9 @@ fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());
     let names_method = options.method.is_some() || source.keys.detector.is_some() || keys.iter().any(names);
     let shipped = if names_method { Shipped::Empty } else { Shipped::Paper };
-    let given = shorthands.given();
     let mut document = scenario::document(source, shipped, shorthands)?;
     scenario::vary(&mut document, &options.axes)?;
     let plan = Plan::new(document)?;
-    let set = keys.iter().map(|(key, _)| ("-s", key.as_str())).chain(given);
-    if let Some((option, key)) = set.into_iter().find(|(_, key)| plan.file().axes.contains_key(*key)) {
-        return Err(Error::Arguments(format!(
-            "{option}: `{key}` is an axis of the scenario, whose values --point chooses"
-        )));
-    }
     if options.point >= plan.points().len() {
         return Err(Error::Arguments(format!(
             "--point {}: needed from 0 to {}, the last point of the axes",

@@ -5,6 +5,7 @@ mod answers;
 mod bits;
 mod budgets;
 mod campaigns;
+mod changed;
 mod clusters;
 mod compared;
 #[cfg(unix)]
