@@ -82,6 +82,11 @@ export async function open(address, name, options = {}) {
   await page.goto(address);
   await page.waitForSelector('html[data-ready]', { state: 'attached' });
   await settled(page);
+  // What `check` recommends is set when it is known.
+  if (await page.evaluate(() => Boolean(globalThis.lab.engine.advice))) {
+    await page.waitForSelector('html[data-advised]', { state: 'attached', timeout: 60_000 });
+    await settled(page);
+  }
   return page;
 }
 

@@ -12,6 +12,7 @@ import { execFileSync, spawn } from 'node:child_process';
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join, resolve } from 'node:path';
+import { advised, broken, phone, stale, undo } from './trouble.mjs';
 import { browser, children, end, expect, ink, lab, listen, objections, open, rms, settled, site, sleep, state, used } from './desk.mjs';
 
 const words = process.argv.slice(2);
@@ -371,8 +372,8 @@ async function lost() {
   await page.close();
 }
 
-const all = isStatic ? [looks, structure, drag, type, zoom, compare, link, point, filling, numbers]
-  : [looks, structure, drag, type, zoom, compare, link, point, filling, numbers, twoTabs, folders, lost];
+const both = [looks, structure, drag, type, undo, stale, broken, phone, zoom, compare, link, point, filling, numbers];
+const all = isStatic ? both : [...both, advised, twoTabs, folders, lost];
 try {
   const only = process.env.ONLY?.split(',');
   const started = isStatic ? await site(resolve(place)) : await lab(program);

@@ -2,13 +2,10 @@
 
 pub mod traces;
 
-use std::io::Write;
-
 use serde::Serialize;
 use standstill_campaign::store::Row;
 use standstill_quantity::si_value;
 use standstill_scenario::Point;
-use standstill_sim::{Event, Snapshot, Trace};
 use standstill_table::{Column, Kind, Value};
 
 /// Columns of a trial in files of trials.
@@ -116,52 +113,4 @@ pub fn csv(rows: impl IntoIterator<Item = impl Serialize>) -> std::io::Result<Ve
         writer.serialize(row).map_err(std::io::Error::from)?;
     }
     writer.into_inner().map_err(csv::IntoInnerError::into_error)
-}
-
-/// `waveform.csv`: voltages against the negative rail, currents into the motor.
-pub fn waveform(trace: &Trace, to: &mut impl Write) -> std::io::Result<()> {
-    writeln!(
-        to,
-        "t_s,i_a_A,i_b_A,i_c_A,v_a_V,v_b_V,v_c_V,theta_deg,mode_a,mode_b,mode_c,u_dc_V,omega_electrical_rad_per_s,torque_Nm"
-    )?;
-    for s in &trace.snapshots {
-        let Snapshot { time, potential: [va, vb, vc], modes: [ma, mb, mc], .. } = s;
-        let [ia, ib, ic] = traces::currents(s);
-        let theta = s.angle.to_degrees();
-        writeln!(
-            to,
-            "{time:.12},{ia:.9},{ib:.9},{ic:.9},{va:.6},{vb:.6},{vc:.6},{theta:.9},{ma},{mb},{mc},{:.6},{:.9},{:.9}",
-            s.dc_link, s.speed, s.torque
-        )?;
-    }
-    Ok(())
-}
-
-/// `events.csv`.
-pub fn events(trace: &Trace, to: &mut impl Write) -> std::io::Result<()> {
-    writeln!(to, "t_s,event,phase,to,i_a_A,i_b_A,i_c_A,u_dc_V")?;
-    for (time, event) in &trace.events {
-        match event {
-            Event::Command => writeln!(to, "{time:.12},command,,,,,,")?,
-            Event::Gate(phase, gate) => {
-                writeln!(
-                    to,
-                    "{time:.12},gate,{},{},,,,",
-                    phase.letter(),
-                    format!("{gate:?}").to_lowercase()
-                )?;
-            }
-            Event::Conduction(phase, mode) => {
-                writeln!(to, "{time:.12},conduction,{},{mode},,,,", phase.letter())?;
-            }
-            Event::LeftMap => writeln!(to, "{time:.12},left_map,,,,,,")?,
-            Event::Motion(motion) => {
-                writeln!(to, "{time:.12},motion,,{},,,,", format!("{motion:?}").to_lowercase())?;
-            }
-            Event::Sample([a, b, c], u) => {
-                writeln!(to, "{time:.12},sample,,,{a:.9},{b:.9},{c:.9},{u:.6}")?;
-            }
-        }
-    }
-    Ok(())
 }

@@ -8,6 +8,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
+use standstill_files::Digest;
 use tempfile::TempDir;
 
 use crate::asked::{Asked, NOTE};
@@ -138,6 +139,15 @@ impl Output {
     pub fn close(&self, name: &str, mut file: BufWriter<File>) -> Result<(), Error> {
         let synced = file.flush().and_then(|()| file.get_ref().sync_all());
         synced.map_err(Error::writing(&self.target.join(name)))
+    }
+
+    /// Size and checksum of a file that is complete.
+    ///
+    /// # Errors
+    /// A file that cannot be read back.
+    pub fn digest(&self, name: &str) -> Result<String, Error> {
+        let digest = Digest::of_file(&self.staged(name));
+        digest.map(|digest| digest.to_string()).map_err(|error| Error::Read(self.target.join(name), error))
     }
 
     /// A whole file at once.

@@ -1,4 +1,5 @@
 // A control for every key of a scenario, with its unit, its range and what it is by itself.
+import { field } from './keyboard.mjs';
 import { make, quantity } from './words.mjs';
 
 const TABLES = [
@@ -19,12 +20,13 @@ export class Controls {
     const controls = info.controls;
     const of = key => controls.find(control => control.key === key);
     const motors = { key: 'motor', about: 'A built-in motor, or the path of a data sheet below the folder.', kind: 'motor', choices: info.motors.map(motor => [motor, '']) };
-    // What one turns first stands first.
+    // What one turns first stands first; where it stands above the results, alone.
+    const isWide = matchMedia('(min-width:70rem)').matches;
     this.#table('What', true, [motors, of('errors'), of('detector.method'), of('rotor.state')]);
     for (const [table, title, open] of TABLES) {
       const own = controls.filter(control => (control.key.includes('.') ? control.key.split('.')[0] : '') === table
         && !['errors', 'detector.method', 'rotor.state', 'trials'].includes(control.key));
-      this.#table(title, open, own);
+      this.#table(title, open && isWide, own);
     }
     this.motor = this.#table('Motor’s data sheet', false, []);
     this.#tolerances(controls.filter(control => control.kind === 'number' && /^(sensors|inverter|rotor)\./.test(control.key)));
@@ -73,12 +75,15 @@ export class Controls {
     const typed = () => {
       const text = row.input.value.trim();
       if (text === row.shown) return;
-      this.set(control.key, text === '' ? null : this.#withUnit(control, text), null);
+      const whole = text === '' ? null : this.#withUnit(control, text);
+      // From here on the field shows what is set, and follows it.
+      if (whole !== null) field(row.input, control.key, whole, true);
+      this.set(control.key, whole, null);
     };
     row.input.addEventListener('change', typed);
     row.input.addEventListener('keydown', event => {
       if (event.key === 'Enter') typed();
-      if (event.key === 'Escape') { row.input.value = row.shown; row.input.blur(); }
+      if (event.key === 'Escape') { field(row.input, control.key, row.shown, true); row.input.blur(); }
     });
     row.slider = make('input', { type: 'range', min: '0', max: '1000', step: '1', tabindex: '0', 'aria-label': `${control.key}, slider` });
     row.slider.addEventListener('input', () => {
@@ -88,7 +93,7 @@ export class Controls {
       value = Number((Math.round(value / step) * step).toPrecision(6));
       if (this.#whole(control)) value = Math.round(value);
       const text = quantity(value, control.unit, control.share, 4);
-      row.input.value = text;
+      field(row.input, control.key, text, true);
       row.slider.setAttribute('aria-valuetext', text);
       this.set(control.key, text, `slider ${control.key}`);
     });
@@ -160,7 +165,7 @@ export class Controls {
       return;
     }
     row.shown = text ?? shown.text;
-    if (document.activeElement !== input) input.value = row.shown;
+    field(input, control.key, row.shown);
     input.placeholder = shown.default || (control.key === 'rotor.angle' ? 'drawn' : 'not set');
     if (slider && shown.slider) {
       row.span = shown.slider;
@@ -171,6 +176,24 @@ export class Controls {
       }
       slider.setAttribute('aria-valuetext', row.shown || 'not set');
     }
+  }
+
+  /** Where the scenario has axes, one point of them is looked at. */
+  showPoints({ points }, point, choose) {
+    if (points.length < 2) {
+      this.points?.remove();
+      this.points = null;
+      return;
+    }
+    if (!this.points) {
+      const select = make('select', { id: 'point', onchange: () => choose(Number(select.value)) });
+      this.points = make('div', { id: 'points', class: 'row' }, make('label', { for: 'point' }, 'point of the axes'), select);
+      this.place.before(this.points);
+    }
+    const select = this.points.lastElementChild;
+    const names = points.slice(0, 500).map((text, k) => `${k}: ${text}`);
+    if (select.options.length !== names.length) select.replaceChildren(...names.map((text, k) => make('option', { value: String(k) }, text)));
+    select.value = String(point);
   }
 
   /** The motor's own numbers, as its data sheet has them. */

@@ -12,6 +12,18 @@ export class Files {
     this.timer = null;
   }
 
+  /** Shows and hides its section; `say(message)` says what goes wrong. */
+  behind(button, section, say) {
+    button.hidden = false;
+    button.addEventListener('click', () => {
+      const opened = section.hidden;
+      section.hidden = !opened;
+      button.setAttribute('aria-expanded', String(opened));
+      if (opened) this.show().catch(error => say(error.message));
+      else this.hide();
+    });
+  }
+
   async show() {
     const { entries } = await this.engine.folder();
     this.place.replaceChildren();

@@ -2,6 +2,10 @@
 import { open } from './engine.mjs';
 import { detection as decode, points, words as json } from './decode.mjs';
 import { Newest, Store, read, write } from './state.mjs';
+import { sound } from './link.mjs';
+import { field, keyboard } from './keyboard.mjs';
+import { Faults, leftOut } from './faults.mjs';
+import { Advice } from './advice.mjs';
 import { Controls } from './controls.mjs';
 import { Rotor } from './rotor.mjs';
 import { Waves } from './waves.mjs';
@@ -14,14 +18,15 @@ const $ = id => document.getElementById(id);
 const root = document.documentElement;
 
 class Lab {
-  constructor(engine, info) {
+  constructor(engine, info, state) {
     this.engine = engine;
     this.info = info;
     this.tab = crypto.randomUUID?.() ?? String(Math.random());
-    // Of each side: what is wrong, what its keys come to, its statistics, and the cloud that is being filled.
-    for (const name of ['errors', 'values', 'summaries', 'clouds', 'timers']) this[name] = { a: null, b: null };
+    // Of each side: what its keys come to, its statistics, and the cloud that is being filled.
+    for (const name of ['values', 'summaries', 'clouds', 'timers']) this[name] = { a: null, b: null };
     this.begun = { a: 0, b: 0 };
-    this.store = new Store(read(location.hash), before => this.#changed(before));
+    this.store = new Store(state, before => this.#changed(before));
+    this.faults = new Faults($('wrong'), this.store, () => this.#showValues());
     this.rotor = new Rotor($('rotor'), angle => this.store.change('angle', state => { state.angle = angle; }));
     this.waves = new Waves($('waves'), $('readout'));
     this.cloud = new Cloud($('cloud'), trial => this.#look(trial));
@@ -30,6 +35,7 @@ class Lab {
     for (const side of ['a', 'b']) {
       this.asks[side] = { detection: new Newest(() => this.#detection(side)), values: new Newest(() => this.#values(side)) };
     }
+    this.advice = new Advice($('advice'), engine, info, this.store);
     this.#buttons();
     if (engine.files && info.folder) this.#folder();
     $('foot').textContent = `Standstill ${info.version}. ${engine.files ? 'Computed on this machine.' : 'Computed in this browser: one thread, no files.'}`;
@@ -58,8 +64,7 @@ class Lab {
   /** Something was set: asks for what depends on it, and for nothing else. */
   #changed(before) {
     const { state } = this;
-    const fragment = write(state);
-    history.replaceState(null, '', fragment ? `#${fragment}` : location.pathname);
+    this.#address();
     const frame = one => JSON.stringify([one.scenario, one.point]);
     for (const side of ['a', 'b']) {
       if (!state[side]) {
@@ -74,6 +79,8 @@ class Lab {
       else if (looks) this.#valuesSoon(side);
       if (other || many) this.#restart(side);
     }
+    this.faults.show();
+    this.advice.show();
     this.#tools();
     if (before && (before.side !== state.side || Boolean(before.b) !== Boolean(state.b))) this.#showValues();
   }
@@ -88,60 +95,49 @@ class Lab {
     this.clouds[side]?.abort();
     clearTimeout(this.timers[side]);
     this.summaries[side] = null;
-    this.errors[side] = null;
     this.values[side] = null;
+    delete this.found?.[side];
     this.cloud.begin(side);
     this.waves.show(side, null);
     this.rotor.found(side, null);
     this.#numbers();
+    this.#verdicts();
     this.cloud.dirty();
-    this.#banner();
   }
 
-  /** Says what cannot be; true where the engine is gone. */
-  #failed(side, error) {
+  /** Says what cannot be, as long as it is what is asked. */
+  #failed(side, part, question, error) {
     if (error.name === 'AbortError') return;
-    if (error.lost) {
-      this.#lost();
-      return;
-    }
-    this.errors[side] = error;
-    this.#banner();
-    this.#showValues();
-  }
-
-  #banner() {
-    const wrong = ['a', 'b'].filter(side => this.errors[side] && this.state[side]);
-    $('wrong').hidden = wrong.length === 0;
-    $('wrong').replaceChildren(...wrong.map(side =>
-      make('span', {}, `${this.state.b ? `${side.toUpperCase()}: ` : ''}${this.errors[side].message}. `)),
-    wrong.length ? make('span', { class: 'hint', text: 'What is shown is the last setting that works. ' }) : '',
-    wrong.length ? make('button', { type: 'button', onclick: () => this.store.undo() }, 'Undo') : '');
+    if (error.lost) this.#lost();
+    else this.faults.set(side, part, question, error);
   }
 
   async #detection(side) {
     const { trial, angle } = this.state;
     if (!this.state[side]) return;
+    const question = this.faults.question(side, 'detection');
     try {
       const found = decode(await this.engine.detection({ setting: this.store.setting(side), trial, angle }));
       if (!this.state[side]) return;
+      this.faults.set(side, 'detection', question, null);
       this.waves.show(side, found);
       this.rotor.found(side, found.estimate, found.outcome === 'found');
       // An answer that comes late must not turn back what the hand has turned on.
       if (side === 'a' && this.state.angle === angle && this.state.trial === trial) this.rotor.stand(found.true_angle);
-      this.#verdict(side, found);
+      this.found = { ...this.found, [side]: found };
+      this.#verdicts();
     } catch (error) {
-      this.#failed(side, error);
+      this.#failed(side, 'detection', question, error);
     }
   }
 
-  #verdict(side, found) {
-    this.found ??= {};
-    this.found[side] = found;
+  /** The detections in words, of the sides that are there. */
+  #verdicts(always = false) {
+    if (!this.found) return;
     const sides = this.store.sides().map(one => [one, this.found[one]]).filter(([, one]) => one);
     $('verdict').replaceChildren(...sides.map(([one, of]) => detection(one, of, sides.length > 1)));
     const first = this.found.a;
-    if (document.activeElement !== $('angle')) $('angle').value = this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle);
+    field($('angle'), '~angle', this.state.angle === null ? fixed(first?.start_angle, 2) : String(this.state.angle), always);
     this.cloud.selected = this.state.trial;
     this.cloud.here = first ? { angle: first.true_angle, error: first.axis_error } : null;
     this.cloud.dirty(false);
@@ -155,16 +151,16 @@ class Lab {
     if (!this.state[side]) return;
     const { trial, angle, trials } = this.state;
     const setting = this.store.setting(side);
+    const question = this.faults.question(side, 'values');
     try {
       const values = await this.engine.setting({ setting, trial, angle, trials });
       if (!this.state[side]) return;
       this.values[side] = values;
-      this.errors[side] = null;
-      this.#banner();
+      this.faults.set(side, 'values', question, null);
       if (side === 'a') this.rotor.motor(values.motor);
       this.#showValues();
     } catch (error) {
-      this.#failed(side, error);
+      this.#failed(side, 'values', question, error);
     }
   }
 
@@ -175,27 +171,10 @@ class Lab {
     const values = this.values[side] ?? this.values.a;
     if (!values) return;
     const other = state.b ? state[side === 'a' ? 'b' : 'a'] : null;
-    this.controls.show(values, state[side], values.axes, other, this.errors[side]);
+    this.controls.show(values, state[side], values.axes, other, this.faults.of(side));
     $('what').textContent = `${values.motor.name}, ${values.method}${values.points.length > 1 ? `, point ${state.point}: ${values.points[state.point]}` : ''}`;
     for (const name of ['trace', 'run', 'toml']) $(name).textContent = values[name];
-    this.#points(values);
-  }
-
-  /** Where the scenario has axes, one point of them is looked at. */
-  #points(values) {
-    let place = $('points');
-    if (values.points.length < 2) {
-      place?.remove();
-      return;
-    }
-    if (!place) {
-      const select = make('select', { id: 'point', onchange: () => this.store.change(null, state => { state.point = Number($('point').value); }) });
-      place = make('div', { id: 'points', class: 'row' }, make('label', { for: 'point' }, 'point of the axes'), select);
-      $('controls').before(place);
-    }
-    const names = values.points.slice(0, 500).map((text, k) => `${k}: ${text}`);
-    if ($('point').options.length !== names.length) $('point').replaceChildren(...names.map((text, k) => make('option', { value: String(k) }, text)));
-    $('point').value = String(this.state.point);
+    this.controls.showPoints(values, state.point, point => this.store.change(null, now => { now.point = point; }));
   }
 
   /** A new cloud of a side; while a hand is on a slider, not more often than the eye has use for. */
@@ -211,6 +190,9 @@ class Lab {
     const abort = new AbortController();
     this.clouds[side] = abort;
     this.begun[side] = performance.now();
+    const question = this.faults.question(side, 'cloud');
+    // What was said of other trials goes with them.
+    $('pair').textContent = '';
     let first = true;
     const current = () => this.clouds[side] === abort && this.state[side];
     const frame = (kind, view) => {
@@ -231,11 +213,14 @@ class Lab {
     try {
       await this.engine.cloud({ setting: this.store.setting(side), trials: this.state.trials, slot: `${this.tab} ${side}` }, frame, abort.signal);
       if (!current()) return;
+      this.faults.set(side, 'cloud', question, null);
       this.cloud.scale(true);
       this.cloud.dirty();
       await this.#pair();
+      // The machine's time belongs to the first cloud.
+      this.advice.open();
     } catch (error) {
-      if (current()) this.#failed(side, error);
+      if (current()) this.#failed(side, 'cloud', question, error);
     }
   }
 
@@ -271,7 +256,7 @@ class Lab {
     $('compare').textContent = both ? 'End comparison' : 'Compare A | B';
     $('sides').hidden = !both;
     for (const side of ['a', 'b']) $(`side-${side}`).setAttribute('aria-pressed', String(state.side === side));
-    if (document.activeElement !== $('trial')) $('trial').value = String(state.trial);
+    field($('trial'), '~trial', String(state.trial));
     $('trials').value = String(state.trials);
     $('drawn').disabled = state.angle === null;
     this.cloud.both = both;
@@ -301,12 +286,16 @@ class Lab {
     });
     $('trial').addEventListener('change', () => {
       const trial = Number($('trial').value);
-      if (Number.isInteger(trial) && trial >= 0 && trial < 1e9) this.#look(trial);
+      const isOne = $('trial').value !== '' && Number.isInteger(trial) && trial >= 0 && trial < 1e9;
+      field($('trial'), '~trial', String(isOne ? trial : this.state.trial), true);
+      if (isOne) this.#look(trial);
     });
     $('angle').addEventListener('change', () => {
       const text = $('angle').value.replace('°', '').replace('−', '-').trim();
       const angle = text === '' ? null : Number(text);
-      if (angle === null || Number.isFinite(angle)) store.change(null, state => { state.angle = angle; });
+      if (angle !== null && !Number.isFinite(angle)) return this.#verdicts(true);
+      if (angle !== null) field($('angle'), '~angle', String(angle), true);
+      return store.change(null, state => { state.angle = angle; });
     });
     $('trials').addEventListener('change', () => store.change(null, state => { state.trials = Number($('trials').value); }));
     $('find').addEventListener('input', () => this.controls.filter($('find').value));
@@ -322,34 +311,35 @@ class Lab {
       this.#paint();
     });
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.#paint());
-    addEventListener('hashchange', () => store.replace(read(location.hash)));
-    addEventListener('keydown', event => {
-      if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== 'z' || event.target.matches('input[type=text],input[type=search],input[type=number]')) return;
-      event.preventDefault();
-      if (event.shiftKey) store.redo();
-      else store.undo();
-    });
+    addEventListener('hashchange', () => this.#link());
+    keyboard(store);
   }
 
-  #paint() {
-    this.waves.dirty();
-    this.cloud.dirty();
+  /** Another address was typed into this page. */
+  async #link() {
+    const broken = [];
+    const state = await sound(read(location.hash, broken), this.engine, broken).catch(() => null);
+    if (!state) return this.#lost();
+    leftOut($('left-out'), broken);
+    this.store.replace(state);
+    // Where all that was typed is left out, the address must not keep it.
+    return this.#address();
   }
+
+  #address() {
+    const fragment = write(this.state);
+    history.replaceState(null, '', fragment ? `#${fragment}` : location.pathname);
+  }
+
+  #paint() { [this.waves, this.cloud].forEach(picture => picture.dirty()); }
 
   #folder() {
     const files = new Files($('entries'), this.engine, path => {
       this.store.change(null, state => Object.assign(state, { scenario: path, point: 0, a: {}, b: null, side: 'a', trial: 0, angle: null }));
       this.#say(`${path} is open.`);
     });
-    $('files').hidden = false;
     $('folder-path').textContent = this.info.folder;
-    $('files').addEventListener('click', () => {
-      const opened = $('folder').hidden;
-      $('folder').hidden = !opened;
-      $('files').setAttribute('aria-expanded', String(opened));
-      if (opened) files.show().catch(error => this.#say(error.message));
-      else files.hide();
-    });
+    files.behind($('files'), $('folder'), message => this.#say(message));
   }
 
   async #copy(text, message) {
@@ -390,10 +380,19 @@ class Lab {
 }
 
 try { if (localStorage.getItem('theme')) root.dataset.theme = localStorage.getItem('theme'); } catch { /* As the system has it. */ }
-try {
-  const engine = await open();
-  globalThis.lab = new Lab(engine, await engine.start());
-} catch (error) {
-  $('lost').hidden = false;
-  $('lost').textContent = error.message;
+/** The lab as soon as it answers. */
+async function begin() {
+  try {
+    const engine = await open();
+    const broken = [];
+    const [info, state] = await Promise.all([engine.start(), sound(read(location.hash, broken), engine, broken)]);
+    $('lost').hidden = true;
+    leftOut($('left-out'), broken);
+    globalThis.lab = new Lab(engine, info, state);
+  } catch (error) {
+    $('lost').hidden = false;
+    $('lost').textContent = error.message;
+    if (error.lost) setTimeout(begin, 1000);
+  }
 }
+begin();

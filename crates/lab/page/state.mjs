@@ -19,24 +19,38 @@ export function write(state) {
   return words.toString();
 }
 
-/** From a fragment; what is not understood is left out. */
-export function read(fragment) {
+/** From a fragment; what is not understood goes into `broken`, with the reason. */
+export function read(fragment, broken) {
   const state = start();
   const words = new URLSearchParams(fragment.replace(/^#/, ''));
-  const whole = (text, most) => (/^\d{1,9}$/.test(text) && Number(text) <= most ? Number(text) : null);
+  const refuse = (key, value, why) => broken.push({ key, value, why });
+  const whole = (key, value, least, most) => {
+    if (/^\d{1,9}$/.test(value) && Number(value) >= least && Number(value) <= most) state[key.slice(1)] = Number(value);
+    else refuse(key, value, `needed: a whole number from ${least} to ${most}`);
+  };
   for (const [key, value] of words) {
     if (key === '~scenario') state.scenario = value;
-    else if (key === '~point') state.point = whole(value, 1e9) ?? 0;
-    else if (key === '~trials') state.trials = whole(value, 1e6) || 10000;
-    else if (key === '~trial') state.trial = whole(value, 1e9) ?? 0;
-    else if (key === '~angle') state.angle = value !== '' && Number.isFinite(Number(value)) ? Number(value) : null;
-    else if (key === '~compare') {
+    else if (key === '~point' || key === '~trial') whole(key, value, 0, 999_999_999);
+    else if (key === '~trials') whole(key, value, 1, 1_000_000);
+    else if (key === '~angle') {
+      if (value.trim() !== '' && Number.isFinite(Number(value))) state.angle = Number(value);
+      else refuse(key, value, 'needed: an angle in degrees');
+    } else if (key === '~compare') {
       state.b ??= {};
       state.side = value === 'a' ? 'a' : 'b';
-    } else if (key.startsWith('b:')) (state.b ??= {})[key.slice(2)] = value;
-    else if (!key.startsWith('~')) state.a[key] = value;
+      if (!['a', 'b'].includes(value)) refuse(key, value, 'needed: a or b');
+    } else if (key.startsWith('~')) refuse(key, value, 'needed: ~scenario, ~point, ~trials, ~trial, ~angle or ~compare');
+    else if (/^(b:)?(__proto__)?$/.test(key)) refuse(key, value, 'needed: a key of a scenario');
+    else if (key.startsWith('b:')) (state.b ??= {})[key.slice(2)] = value;
+    else state.a[key] = value;
   }
   return state;
+}
+
+/** The words of the address in which two states differ. */
+export function differing(one, other) {
+  const [a, b] = [one, other].map(state => new URLSearchParams(write(state)));
+  return [...new Set([...a.keys(), ...b.keys()])].filter(key => a.get(key) !== b.get(key));
 }
 
 /** What is set, with undo: changes while a hand holds a slider are one, and so are those that follow each other fast. */

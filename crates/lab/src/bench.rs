@@ -9,6 +9,7 @@ use serde_json::{Value, json};
 use standstill_detect::Method;
 use standstill_scenario::{Document, FileError, Origin, Plan, Scenario, Single};
 
+use crate::advice::{Adviser, Find};
 use crate::cloud::{self, CloudRequest, Clouds, Pair};
 use crate::commands::Written;
 use crate::controls;
@@ -82,6 +83,7 @@ const KEPT: usize = 48;
 pub struct Bench {
     given: Given,
     folder: Option<Folder>,
+    adviser: Option<Adviser>,
     /// Those looked at last come last.
     ready: Mutex<Vec<(String, Arc<Ready>)>>,
     pub(crate) clouds: Mutex<Clouds>,
@@ -106,11 +108,19 @@ impl Bench {
         // What the scenario itself names is read here, wherever it lies.
         let plan = Plan::new(given.document.clone())?;
         given.document.fence(folder.as_ref().map(Folder::path))?;
-        let bench = Self { given, folder, ready: Mutex::default(), clouds: Mutex::default() };
+        let bench =
+            Self { given, folder, adviser: None, ready: Mutex::default(), clouds: Mutex::default() };
         let name = Setting::default().name();
         let ready = bench.made(plan, bench.given.document.clone(), 0)?;
         lock(&bench.ready).push((name, Arc::new(ready)));
         Ok(bench)
+    }
+
+    /// With somebody who knows which detector suits a scenario.
+    #[must_use]
+    pub fn advised(mut self, find: Find) -> Self {
+        self.adviser = Some(Adviser::new(find));
+        self
     }
 
     /// The folder, if there is one.
@@ -118,7 +128,7 @@ impl Bench {
         self.folder.as_ref()
     }
 
-    /// The answer to a request in JSON: `start`, `setting`, `pair`, `folder`, `progress`; `detection` has one in bytes.
+    /// The answer to a request in JSON: `start`, `setting`, `advice`, `pair`, `folder`, `progress`; `detection` has one in bytes.
     ///
     /// # Errors
     /// Requests that no page makes, and scenarios that cannot be.
@@ -126,6 +136,10 @@ impl Bench {
         let answer = match request {
             "start" => self.start()?,
             "setting" => values::answer(self, &body(text)?)?,
+            "advice" => {
+                let adviser = self.adviser.as_ref().ok_or_else(|| LabError::of("the lab has no adviser"))?;
+                adviser.answer(self, &body(text)?)?
+            }
             "pair" => cloud::pair(self, &body::<Pair>(text)?),
             "folder" => json!({ "entries": self.folder.as_ref().map(Folder::entries) }),
             "progress" => {
@@ -158,6 +172,7 @@ impl Bench {
             "version": env!("CARGO_PKG_VERSION"),
             "motors": standstill_plant::built_in_names().collect::<Vec<_>>(),
             "controls": controls::controls(&self.given.document)?,
+            "has_method": self.given.document.get("detector").is_some(),
             "scenario": self.given.file.as_ref().map(|file| file.display().to_string()),
             "folder": self.folder.as_ref().map(|folder| folder.path().display().to_string()),
             "scenarios": self.folder.as_ref().map(Folder::scenarios),

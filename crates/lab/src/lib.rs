@@ -9,6 +9,7 @@
 //! address of this machine.
 #![cfg_attr(test, allow(clippy::disallowed_methods, reason = "tests compare with the C library"))]
 
+mod advice;
 mod bench;
 mod cloud;
 mod commands;
@@ -22,6 +23,7 @@ mod server;
 mod setting;
 mod values;
 
+pub use advice::{Advice, Find};
 pub use bench::{Bench, Given};
 pub use cloud::{CloudRequest, Filling, Pair};
 pub use detection::DetectionRequest;

@@ -289,3 +289,24 @@ fn regress_missing_tables_and_tables_that_are_none_are_named() {
         "m.toml: missing the table [rotor], or [nameplate] with what a motor's owner knows"
     );
 }
+
+#[test]
+fn law_every_example_sheet_is_a_motor_and_says_where_its_numbers_come_from() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/motors");
+    let mut known = 0;
+    for entry in std::fs::read_dir(folder).expect("examples/motors") {
+        let path = entry.expect("an entry").path();
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let name = path.file_name().expect("a name").to_string_lossy().into_owned();
+        let sheet = DataSheet::parse(&name, &text).unwrap_or_else(|error| panic!("{error}"));
+        let motor = sheet.motor().unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(format!("{}.toml", motor.name), name);
+        assert!(sheet.notes().contains("Source:"), "{name} names no source");
+        for entry in sheet.entries() {
+            let told = entry.reason != standstill_files::sheet::PLAIN && !entry.reason.is_empty();
+            assert!(told, "{name}: {} has no reason", entry.key);
+        }
+        known += 1;
+    }
+    assert!(known >= 10, "{known} sheets");
+}

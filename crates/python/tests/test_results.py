@@ -120,7 +120,8 @@ def test_law_a_trace_has_the_columns_of_its_files(tmp_path: Path) -> None:
     assert json.loads((tmp_path / "csv/result.json").read_text()) == trace.result
     for name, table in (("waveform", trace.waveform), ("events", trace.events)):
         text = pd.read_csv(tmp_path / f"csv/{name}.csv")
-        assert list(table) == list(text.columns) and len(table) == len(text)
+        assert [*table, "run"] == list(text.columns) and len(table) == len(text)
+        assert json.loads(text["run"][0])["scenario"] == trace.result["scenario"]
         assert pl.DataFrame(table).equals(pl.read_parquet(tmp_path / f"parquet/{name}.parquet"))
         archive = np.load(tmp_path / f"npz/{name}.npz")
         matlab = scipy.io.loadmat(tmp_path / f"mat/{name}.mat", squeeze_me=True)

@@ -11,7 +11,7 @@ use standstill_numeric::{exp, log10};
 use standstill_sim::{Purpose, Streams};
 use toml::Value;
 
-use super::document::FileError;
+use super::document::{Document, FileError, Origin};
 use super::named::Named;
 use super::number::Number;
 
@@ -247,6 +247,33 @@ impl<'a> Axis<'a> {
             }
         }
     }
+}
+
+/// Refuses a value of the command line in whose place axes of these keys put their own at every point.
+pub(super) fn check_typed<'a>(
+    document: &Document,
+    axes: impl Iterator<Item = &'a String>,
+) -> Result<(), FileError> {
+    let below = |key: &str, table: &str| key.strip_prefix(table).is_some_and(|rest| rest.starts_with('.'));
+    for axis in axes {
+        // The key itself, one of what the axis replaces as a whole, or a table in which it stands.
+        let covered =
+            |key: &str| key == axis || below(key, axis) || below(axis, key) && document.get(axis).is_some();
+        let typed = |origin: &Origin| matches!(origin, Origin::CommandLine | Origin::Option(_));
+        let set = document.changed.iter().find(|(key, origin)| typed(origin) && covered(key));
+        if let Some((key, origin)) = set {
+            return Err(FileError::Key {
+                place: origin.to_string(),
+                key: key.clone(),
+                message: format!(
+                    "found a value, but `{axis}` is an axis of the scenario, whose values take its place at every point; needed \
+                     no value (`trace --point` chooses a point), `-s 'axes.{axis}=[VALUE]'` for this value alone, or \
+                     `-s 'axes={{}}'` for no axes"
+                ),
+            });
+        }
+    }
+    Ok(())
 }
 
 /// The points of a design; without axes a single one without values. `seed` moves what is random in it.

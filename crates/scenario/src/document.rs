@@ -175,7 +175,7 @@ pub struct Document {
     file: PathBuf,
     text: Arc<str>,
     pub(super) table: Table,
-    changed: Vec<(String, Origin)>,
+    pub(super) changed: Vec<(String, Origin)>,
     files: Files,
 }
 

@@ -10,7 +10,7 @@ use standstill_plant::{Digest, Motor};
 use standstill_sim::Streams;
 use toml::Value;
 
-use super::axes::Point;
+use super::axes::{Point, check_typed};
 use super::document::{Document, FileError, Origin};
 use super::tables::ScenarioFile;
 use super::tolerances::{Drawn, Tolerance};
@@ -78,6 +78,7 @@ impl Plan {
                 return Err(document.locate(error));
             }
         }
+        check_typed(&document, file.axes.keys())?;
         let points = file.points().map_err(|error| document.locate(error))?;
         let tolerances = file
             .tolerances

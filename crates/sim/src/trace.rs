@@ -10,7 +10,7 @@ use crate::physics::motion::Motion;
 pub struct Snapshot {
     /// Time in s since the start of the run.
     pub time: f64,
-    /// Phase currents in A into the motor.
+    /// Phase currents in A into the winding; their sum is zero.
     pub current: [f64; 3],
     /// Terminal potentials in V against the negative rail.
     pub potential: [f64; 3],
@@ -24,6 +24,32 @@ pub struct Snapshot {
     pub torque: f64,
     /// Conduction mode of each leg.
     pub modes: Modes,
+}
+
+impl Snapshot {
+    /// What the devices of each leg carry in A, towards the motor. A leg in which none conducts carries nothing: the phase current, if
+    /// there is one, charges the capacitance of its terminal. What a terminal takes to follow a device's potential is left out.
+    ///
+    /// ```
+    /// use standstill_inverter::Conduction::{Blocked, LowerSwitch, UpperSwitch};
+    /// use standstill_sim::Snapshot;
+    ///
+    /// // The open leg's terminal has a capacitance, which swings.
+    /// let now = Snapshot {
+    ///     time: 0.0,
+    ///     current: [2.0, -1.5, -0.5],
+    ///     potential: [550.0, 0.0, 240.0],
+    ///     dc_link: 550.0,
+    ///     angle: 0.0,
+    ///     speed: 0.0,
+    ///     torque: 0.0,
+    ///     modes: [UpperSwitch, LowerSwitch, Blocked],
+    /// };
+    /// assert_eq!(now.leg_current(), [2.0, -1.5, 0.0]);
+    /// ```
+    pub fn leg_current(&self) -> [f64; 3] {
+        std::array::from_fn(|k| if self.modes[k] == Conduction::Blocked { 0.0 } else { self.current[k] })
+    }
 }
 
 /// Something that happens at an instant.

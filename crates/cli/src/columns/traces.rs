@@ -1,17 +1,23 @@
 //! The tables of a trace: waveform and events, with the columns of their CSV files.
 
-use standstill_inverter::Conduction;
-use standstill_sim::{Event, Snapshot, Trace};
-use standstill_table::{Column, Kind, TableError, Value};
+use standstill_sim::{Event, Trace};
+use standstill_table::{Column, Format, Kind, TableError, Value};
 
 /// Takes rows.
 type Sink<'a> = &'a mut dyn FnMut(&[Value<'_>]) -> Result<(), TableError>;
 
+/// A column: its name, and for numbers into how many parts text divides their unit.
+type Head = (&'static str, Option<f64>);
+
+const MICRO: Option<f64> = Some(1e6);
+const NANO: Option<f64> = Some(1e9);
+const PICO: Option<f64> = Some(1e12);
+
 /// A table of a trace: its name, its columns and its rows.
 pub struct TraceTable {
     pub name: &'static str,
-    columns: &'static [(&'static str, Kind)],
-    pub rows: fn(&Trace, Sink<'_>) -> Result<(), TableError>,
+    columns: &'static [Head],
+    rows: fn(&Trace, Sink<'_>) -> Result<(), TableError>,
 }
 
 impl TraceTable {
@@ -22,60 +28,81 @@ impl TraceTable {
     ];
 
     pub fn columns(&self) -> Vec<Column> {
-        self.columns.iter().map(|(name, kind)| Column::new(*name, *kind)).collect()
+        let kind = |parts: Option<f64>| parts.map_or(Kind::Text, |_| Kind::Number);
+        self.columns.iter().map(|(name, parts)| Column::new(*name, kind(*parts))).collect()
+    }
+
+    /// Its rows for a file of this format: as text numbers end at a picosecond, a nanoampere and a microvolt.
+    pub fn rows(&self, trace: &Trace, format: Format, to: Sink<'_>) -> Result<(), TableError> {
+        let mut rounded = |row: &[Value<'_>]| {
+            let mut row = row.to_vec();
+            for (value, (_, parts)) in row.iter_mut().zip(self.columns) {
+                if let (Value::Number(number), Some(parts)) = (value, parts) {
+                    *number = round(*number, *parts);
+                }
+            }
+            to(&row)
+        };
+        if format == Format::Csv { (self.rows)(trace, &mut rounded) } else { (self.rows)(trace, to) }
     }
 }
 
-const WAVEFORM: [(&str, Kind); 14] = [
-    ("t_s", Kind::Number),
-    ("i_a_A", Kind::Number),
-    ("i_b_A", Kind::Number),
-    ("i_c_A", Kind::Number),
-    ("v_a_V", Kind::Number),
-    ("v_b_V", Kind::Number),
-    ("v_c_V", Kind::Number),
-    ("theta_deg", Kind::Number),
-    ("mode_a", Kind::Text),
-    ("mode_b", Kind::Text),
-    ("mode_c", Kind::Text),
-    ("u_dc_V", Kind::Number),
-    ("omega_electrical_rad_per_s", Kind::Number),
-    ("torque_Nm", Kind::Number),
-];
-
-/// The currents into the motor as files have them. A blocked leg carries none; what the integrator leaves of it is not one.
-pub fn currents(s: &Snapshot) -> [f64; 3] {
-    std::array::from_fn(|k| {
-        let digits = (s.current[k] * 1e9).round() / 1e9;
-        // Adding zero turns −0 into 0, which would otherwise print as a negative current.
-        if s.modes[k] == Conduction::Blocked { 0.0 } else { digits + 0.0 }
-    })
+/// A number to the nearest of so many parts of one; −0 becomes 0, which would otherwise print as a negative number.
+fn round(number: f64, parts: f64) -> f64 {
+    (number * parts).round() / parts + 0.0
 }
 
-/// Voltages against the negative rail, currents into the motor.
+const WAVEFORM: [Head; 17] = [
+    ("t_s", PICO),
+    ("i_a_A", NANO),
+    ("i_b_A", NANO),
+    ("i_c_A", NANO),
+    ("v_a_V", MICRO),
+    ("v_b_V", MICRO),
+    ("v_c_V", MICRO),
+    ("theta_deg", NANO),
+    ("mode_a", None),
+    ("mode_b", None),
+    ("mode_c", None),
+    ("u_dc_V", MICRO),
+    ("omega_electrical_rad_per_s", NANO),
+    ("torque_Nm", NANO),
+    ("i_leg_a_A", NANO),
+    ("i_leg_b_A", NANO),
+    ("i_leg_c_A", NANO),
+];
+
+/// Currents as all files have them: whole nanoamperes, so that what the integrator leaves of none is none.
+fn currents(current: [f64; 3]) -> [Value<'static>; 3] {
+    current.map(|current| Value::Number(round(current, 1e9)))
+}
+
+/// Voltages against the negative rail; the winding's currents, and those of each leg's devices, towards the motor.
 fn waveform(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
     for s in &trace.snapshots {
         let number = |value: f64| Value::Number(value);
-        let [a, b, c] = currents(s).map(number);
+        let [a, b, c] = currents(s.current);
+        let [leg_a, leg_b, leg_c] = currents(s.leg_current());
         let [va, vb, vc] = s.potential.map(number);
         let [ma, mb, mc] = s.modes.map(|mode| Value::Text(mode.to_string().into()));
         let angle = number(s.angle.to_degrees());
         let end = [s.dc_link, s.speed, s.torque].map(number);
         let [link, speed, torque] = end;
-        to(&[number(s.time), a, b, c, va, vb, vc, angle, ma, mb, mc, link, speed, torque])?;
+        let time = number(s.time);
+        to(&[time, a, b, c, va, vb, vc, angle, ma, mb, mc, link, speed, torque, leg_a, leg_b, leg_c])?;
     }
     Ok(())
 }
 
-const EVENTS: [(&str, Kind); 8] = [
-    ("t_s", Kind::Number),
-    ("event", Kind::Text),
-    ("phase", Kind::Text),
-    ("to", Kind::Text),
-    ("i_a_A", Kind::Number),
-    ("i_b_A", Kind::Number),
-    ("i_c_A", Kind::Number),
-    ("u_dc_V", Kind::Number),
+const EVENTS: [Head; 8] = [
+    ("t_s", PICO),
+    ("event", None),
+    ("phase", None),
+    ("to", None),
+    ("i_a_A", NANO),
+    ("i_b_A", NANO),
+    ("i_c_A", NANO),
+    ("u_dc_V", MICRO),
 ];
 
 fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
@@ -111,4 +138,68 @@ fn events(trace: &Trace, to: Sink<'_>) -> Result<(), TableError> {
         to(&row)?;
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use standstill_detect::MethodName;
+    use standstill_interface::Nanos;
+    use standstill_scenario::{Document, Plan};
+    use standstill_sim::{Case, run};
+
+    use super::*;
+
+    /// The numbers of a row in columns of these names.
+    fn numbers<const N: usize>(row: &[Value<'_>], names: [&str; N]) -> [f64; N] {
+        names.map(|name| {
+            let place = WAVEFORM.iter().position(|(known, _)| *known == name).expect("a column");
+            let Value::Number(number) = row[place] else { panic!("{name}: no number") };
+            number
+        })
+    }
+
+    #[test]
+    fn law_phase_currents_sum_to_zero_and_only_conducting_legs_carry_any() {
+        for (method, errors) in
+            MethodName::ALL.into_iter().flat_map(|method| [(method, "default"), (method, "field")])
+        {
+            let text = format!(
+                "motor = \"paper-5k5\"\nerrors = \"{errors}\"\ndetector.method = \"{}\"\n",
+                method.name()
+            );
+            let document = Document::parse(Path::new("scenario"), &text).expect("a scenario");
+            let single = Plan::new(document).expect("a plan").single(0, 0).expect("a trial");
+            // Of methods that take seconds the beginning.
+            let case = Case { time_limit: Nanos::from_micros(60_000), ..single.case() };
+            let mut trace = Trace::new(5e-6);
+            run(&case, &mut single.scenario.detector_for(&case).expect("a detector"), false, &mut trace);
+            let mut charging = 0.0_f64;
+            for format in [Format::Csv, Format::Npz] {
+                let [waveform, _] = TraceTable::ALL;
+                waveform
+                    .rows(&trace, format, &mut |row| {
+                        let phase = numbers(row, ["i_a_A", "i_b_A", "i_c_A"]);
+                        let leg = numbers(row, ["i_leg_a_A", "i_leg_b_A", "i_leg_c_A"]);
+                        let sum: f64 = phase.iter().sum();
+                        assert!(sum.abs() < 2e-9, "{}, {errors}: {phase:?}", method.name());
+                        for k in 0..3 {
+                            let blocked = row[8 + k] == Value::Text("blocked".into());
+                            assert_eq!(leg[k], if blocked { 0.0 } else { phase[k] });
+                            charging = charging.max((phase[k] - leg[k]).abs());
+                        }
+                        Ok(())
+                    })
+                    .expect("rows");
+            }
+            // Without a capacitance nothing flows where nothing conducts.
+            let has_capacitance = errors == "field";
+            assert!(
+                if has_capacitance { charging > 0.1 } else { charging == 0.0 },
+                "{}: {charging} A",
+                method.name()
+            );
+        }
+    }
 }

@@ -250,6 +250,7 @@ impl Run {
         let Some(trials) = names.map(|name| folder.join(name)).into_iter().find(|path| path.exists()) else {
             return Err(no_trials(folder, &names));
         };
+        summary.check(&trials)?;
         let file = Document::parse(Path::new("scenario"), &summary.run.scenario)?.load()?;
         Ok(Self { folder: folder.to_owned(), trials, summary, file, fence: None })
     }

@@ -6,6 +6,7 @@ pub mod isolated;
 mod opening;
 mod points;
 pub mod results;
+mod tables;
 
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
@@ -245,6 +246,12 @@ fn finished(options: &Run, identity: &Identity) -> Result<Option<Report>, Error>
             return Ok(None);
         }
         return Err(results::of_another_run(path, &difference));
+    }
+    for table in names.iter().filter(|name| **name != SUMMARY) {
+        match summary.check(&options.out.join(table)) {
+            Err(_) if options.force => return Ok(None),
+            checked => checked?,
+        }
     }
     let code = u8::from(summary.errors() > 0);
     let text = if options.json {

@@ -15,7 +15,7 @@ use standstill_table::{Columns, Format, Writer};
 use crate::Report;
 use crate::arguments::{Source, Trace as Options};
 use crate::asked::Asked;
-use crate::columns::{self, traces::TraceTable};
+use crate::columns::traces::TraceTable;
 use crate::commands::question::{Identity, setting};
 use crate::doubts;
 use crate::error::Error;
@@ -39,16 +39,9 @@ fn plan(options: &Options, source: &Source) -> Result<Plan, Error> {
     let names = |(key, _): &(String, String)| ["detector.method", "detector.library"].contains(&key.as_str());
     let names_method = options.method.is_some() || source.keys.detector.is_some() || keys.iter().any(names);
     let shipped = if names_method { Shipped::Empty } else { Shipped::Paper };
-    let given = shorthands.given();
     let mut document = scenario::document(source, shipped, shorthands)?;
     scenario::vary(&mut document, &options.axes)?;
     let plan = Plan::new(document)?;
-    let set = keys.iter().map(|(key, _)| ("-s", key.as_str())).chain(given);
-    if let Some((option, key)) = set.into_iter().find(|(_, key)| plan.file().axes.contains_key(*key)) {
-        return Err(Error::Arguments(format!(
-            "{option}: `{key}` is an axis of the scenario, whose values --point chooses"
-        )));
-    }
     if options.point >= plan.points().len() {
         return Err(Error::Arguments(format!(
             "--point {}: needed from 0 to {}, the last point of the axes",
@@ -85,13 +78,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let mut names: Vec<&str> = tables.iter().map(String::as_str).collect();
     names.extend(["result.json", "waveform.svg", "waveform.png"]);
     names.extend(options.verify.then_some("verify.csv"));
+    let identity = Identity::new(&plan, [])?;
     let asked = || {
         let said = format!("{}, {}", setting(plan.file(), scenario), trial_of(options));
         // The same trial in another format, or with its numerical error, is no other one.
-        let of = (Identity::new(&plan, [])?, options.point, options.trial);
-        Ok::<_, Error>(Asked::new("trace", said, &of, options.force.force))
+        let of = (&identity, options.point, options.trial);
+        Asked::new("trace", said, &of, options.force.force)
     };
-    let output = if in_memory { None } else { Some(Output::answering(asked()?, &options.out, &names)?) };
+    let output = if in_memory { None } else { Some(Output::answering(asked(), &options.out, &names)?) };
 
     let case = single.case();
     // The campaign's trial to the last bit. Energies are integrated along, which moves the steps a little.
@@ -103,12 +97,14 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if let Some(host) = &host {
         for table in TraceTable::ALL {
             let mut columns = Columns::new(table.columns());
-            (table.rows)(&trace, &mut |row| columns.row(row)).map_err(Error::Table)?;
+            table.rows(&trace, Format::Npz, &mut |row| columns.row(row)).map_err(Error::Table)?;
             host.keep(table.name, columns);
         }
     }
     let verified = options.verify.then(|| verify::numerical_error(&single)).transpose()?;
     let mut result = result(&file, scenario, &record, &watched);
+    result["version"] = identity.of.version.as_str().into();
+    result["numerics"] = identity.of.numerics.into();
     result["scenario"] = plan.text()?.into();
     result["point"] = specimen::point_json(&plan, single.point);
     result["trial"] = single.trial.into();
@@ -121,7 +117,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let Some(mut output) = output else {
         return Ok(Report { text: json, code });
     };
-    write(&mut output, options, &trace, format)?;
+    write(&mut output, options, &trace, &metadata(&identity, options.point, options.trial))?;
     if let Some(error) = &verified {
         output.file("verify.csv", error.csv().as_bytes())?;
     }
@@ -147,24 +143,32 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     Ok(Report { text, code })
 }
 
-/// Writes waveform and events.
-fn write(output: &mut Output, options: &Options, trace: &Trace, format: Format) -> Result<(), Error> {
+/// Writes waveform and events, which say of which trial they are.
+fn write(
+    output: &mut Output,
+    options: &Options,
+    trace: &Trace,
+    of: &[(String, String)],
+) -> Result<(), Error> {
+    let format = Format::from(options.format);
     for table in TraceTable::ALL {
         let name = format!("{}.{}", table.name, format.extension());
         let path = options.out.join(&name);
+        let failed = |error| Error::table(&path, error);
         let mut file = output.begin(&name)?;
-        if format == Format::Csv {
-            let write = if table.name == "waveform" { columns::waveform } else { columns::events };
-            write(trace, &mut file).map_err(Error::writing(&path))?;
-        } else {
-            let failed = |error| Error::table(&path, error);
-            let mut writer = Writer::new(&mut file, format, table.columns(), &[]).map_err(failed)?;
-            (table.rows)(trace, &mut |row| writer.row(row)).map_err(failed)?;
-            writer.finish().map_err(failed)?;
-        }
+        let mut writer = Writer::new(&mut file, format, table.columns(), of).map_err(failed)?;
+        table.rows(trace, format, &mut |row| writer.row(row)).map_err(failed)?;
+        writer.finish().map_err(failed)?;
         output.close(&name, file)?;
     }
     Ok(())
+}
+
+/// Of which program, scenario and trial files are.
+fn metadata(identity: &Identity, point: usize, trial: u64) -> Vec<(String, String)> {
+    let place = [("point", point.to_string()), ("trial", trial.to_string())];
+    let place = place.into_iter().map(|(key, value)| (key.to_owned(), value));
+    identity.of.metadata().into_iter().chain(place).collect()
 }
 
 /// What the figure shows.

@@ -59,7 +59,7 @@ impl Found {
             if statistics.exists() {
                 found.journal(&statistics, identity)?;
             }
-            found.files(folder, identity);
+            found.files(folder, identity)?;
         }
         Ok(found)
     }
@@ -90,10 +90,10 @@ impl Found {
 
     /// The files of a finished run: all trials that found an angle. Of the others the files say why in words alone; they are
     /// run again.
-    fn files(&mut self, folder: &Path, identity: &Identity) {
-        let Ok(summary) = SummaryFile::read(folder) else { return };
+    fn files(&mut self, folder: &Path, identity: &Identity) -> Result<(), Error> {
+        let Ok(summary) = SummaryFile::read(folder) else { return Ok(()) };
         if !summary.run.begins(identity) {
-            return;
+            return Ok(());
         }
         self.finished = Some(summary.trials());
         let names = [Format::Csv, Format::Parquet].map(trials_name);
@@ -102,14 +102,20 @@ impl Found {
             if let Some(other) = others.iter().find(|path| path.exists()) {
                 tell(&format!("{} is not read back: its trials are run again", other.display()));
             }
-            return;
+            return Ok(());
         };
-        let Ok(reader) = Reader::open(&path) else { return };
-        if summary.run.metadata().iter().any(|(key, value)| reader.metadata.get(key) != Some(value)) {
-            return;
+        if let Err(changed) = summary.check(&path) {
+            // A run that ended between its table and its summary has left its own table, and all rows in its journal.
+            let journal = folder.join(identity.shard.file_name());
+            let own = || Reader::open(&path).is_ok_and(|reader| is_of(&reader, identity));
+            return if journal.exists() && own() { Ok(()) } else { Err(changed) };
         }
-        self.trials = self.trials.max(summary.run.trials);
-        self.rows.add(rows(reader).into_iter().flatten());
+        let Ok(reader) = Reader::open(&path) else { return Ok(()) };
+        if is_of(&reader, &summary.run) {
+            self.trials = self.trials.max(summary.run.trials);
+            self.rows.add(rows(reader).into_iter().flatten());
+        }
+        Ok(())
     }
 
     /// What became of the run that was there, once its files are in place.
@@ -132,6 +138,11 @@ impl Found {
             let _ = std::fs::remove_file(path);
         }
     }
+}
+
+/// Whether a table says that it is of this run.
+fn is_of(reader: &Reader, run: &Identity) -> bool {
+    run.metadata().iter().all(|(key, value)| reader.metadata.get(key) == Some(value))
 }
 
 /// The extension of a journal that was put aside, after its number of trials.

@@ -13,6 +13,7 @@ use standstill_scenario::{Document, Point, StopTable};
 use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
 
 use super::points;
+use super::tables::Tables;
 use crate::Report;
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, trial_columns, trial_values};
@@ -40,6 +41,9 @@ pub struct SummaryFile {
     /// Each point of the axes.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub points: Vec<PointSummary>,
+    /// What the tables beside it are; none of a run by a version that did not say it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    tables: Option<Tables>,
 }
 
 /// One point of the axes.
@@ -66,6 +70,14 @@ impl SummaryFile {
             return Err(error("neither a summary nor points".to_owned()));
         }
         Ok(file)
+    }
+
+    /// Refuses a table beside this summary that is not as it was written.
+    ///
+    /// # Errors
+    /// As [`Tables::check`].
+    pub fn check(&self, table: &Path) -> Result<(), Error> {
+        Tables::check(self.tables.as_ref(), table)
     }
 
     /// The summary of a run without axes.
@@ -299,7 +311,8 @@ impl Results {
         format: Option<Format>,
     ) -> Result<Self, Error> {
         let whole = points.axes.is_empty().then(|| points.all.summary());
-        let summary = SummaryFile { run: identity.clone(), summary: whole, points: points.done };
+        let tables = output.as_ref().map(|output| Tables::of(output, format.map(trials_name))).transpose()?;
+        let summary = SummaryFile { run: identity.clone(), summary: whole, points: points.done, tables };
         let json = serde_json::to_string_pretty(&summary)
             .map_err(|error| Error::Write(options.out.join(SUMMARY), error.into()))?
             + "\n";

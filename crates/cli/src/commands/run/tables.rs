@@ -1,0 +1,63 @@
+//! What the tables of a finished run were when they were written.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use standstill_campaign::store::Shard;
+use standstill_files::Digest;
+
+use super::quoted;
+use super::results::SUMMARY;
+use crate::error::Error;
+use crate::output::Output;
+use crate::terminal::tell;
+
+/// Size and checksum of each table, by its name.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Tables(BTreeMap<String, String>);
+
+impl Tables {
+    /// Of files that are complete.
+    ///
+    /// # Errors
+    /// A file that cannot be read back.
+    pub fn of(output: &Output, names: impl IntoIterator<Item = &'static str>) -> Result<Self, Error> {
+        let digest = |name: &str| Ok((name.to_owned(), output.digest(name)?));
+        names.into_iter().map(digest).collect::<Result<_, _>>().map(Self)
+    }
+
+    /// Refuses a table that is not as it was written. Of a run by a version without digests (`None`) that cannot be told, which is
+    /// said.
+    ///
+    /// # Errors
+    /// A table that was changed since, cannot be read, or is not of this run; how to have it again.
+    pub fn check(of: Option<&Self>, table: &Path) -> Result<(), Error> {
+        let Some(Self(digests)) = of else {
+            tell(&format!(
+                "{}: {SUMMARY} beside it is of a version that kept no digest of it, so nobody can tell whether it was changed since",
+                table.display()
+            ));
+            return Ok(());
+        };
+        let found = Digest::of_file(table).map_err(|error| Error::Read(table.to_owned(), error))?.to_string();
+        let kept = table.file_name().and_then(|name| digests.get(&*name.to_string_lossy()));
+        if kept == Some(&found) {
+            return Ok(());
+        }
+        let folder = table.parent().unwrap_or(Path::new(""));
+        // A run that ended between its table and its summary has all trials in its journal.
+        let option = if folder.join(Shard::WHOLE.file_name()).exists() { "resume" } else { "force" };
+        let kept = kept.map_or("no such table", String::as_str);
+        Err(Error::Results {
+            path: table.to_owned(),
+            found: format!("{found}, so it was changed after it was written"),
+            needed: format!(
+                "{kept}, as {SUMMARY} beside it says: put that file back, or compute it again with \
+                 `standstill run SCENARIO --{option} --out {}`",
+                quoted(&folder.to_string_lossy())
+            ),
+        })
+    }
+}

@@ -1,0 +1,140 @@
+//! Tables of finished runs that somebody or something has changed since.
+
+use std::fs;
+use std::path::Path;
+use std::process::Output;
+
+use crate::{folder, mistake, standstill};
+
+const SCENARIO: &str = "trials = 30\n[detector]\nmethod = \"bipolar\"\n";
+
+fn succeed(arguments: &[&str], folder: &Path) -> Output {
+    let output = standstill(arguments, folder);
+    assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+    output
+}
+
+#[test]
+fn law_a_table_with_any_bit_flipped_is_refused_by_all_that_read_it() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    for format in ["csv", "parquet"] {
+        succeed(&["run", "s.toml", "--format", format, "--force", "--out", "r"], path);
+        let table = path.join(format!("r/trials.{format}"));
+        let [whole, summary] =
+            [&table, &path.join("r/summary.json")].map(|path| fs::read(path).expect("there"));
+        let longer = ["run", "s.toml", "--trials", "40", "--format", format, "--resume", "--out", "r"];
+        let again = ["run", "s.toml", "--format", format, "--resume", "--out", "r"];
+        let refused = |arguments: &[&str], what: &str| {
+            let message = mistake(arguments, path);
+            for part in
+                [&format!("trials.{format}: found "), "changed after it was written", "--force --out r"]
+            {
+                assert!(message.contains(part), "{what}: {part} in {message}");
+            }
+            assert_eq!(fs::read(path.join("r/summary.json")).expect("there"), summary, "{what}");
+        };
+        for flip in 0..40 {
+            // All over the file, each bit of a byte in turn.
+            let (place, bit) = (whole.len() * flip / 40, flip % 8);
+            let mut changed = whole.clone();
+            changed[place] ^= 1 << bit;
+            fs::write(&table, changed).expect("written");
+            let what = format!("bit {bit} of byte {place}");
+            refused(&longer, &what);
+            if flip % 10 == 3 {
+                refused(&again, &what);
+                refused(&["report", "r"], &what);
+                refused(&["report", "r", "r"], &what);
+                refused(&["explain", "r", "--worst", "1"], &what);
+            }
+        }
+        fs::write(&table, &whole[..whole.len() - 1]).expect("written");
+        refused(&longer, "cut");
+        // The way out that the message names; then all is as it was.
+        succeed(&["run", "s.toml", "--format", format, "--force", "--out", "r"], path);
+        assert_eq!(fs::read(&table).expect("there"), whole);
+        succeed(&longer, path);
+    }
+}
+
+#[test]
+fn law_a_folder_without_digests_is_read_with_a_word_about_it() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    succeed(&["run", "s.toml", "--out", "r"], path);
+    let summary = path.join("r/summary.json");
+    let text = fs::read_to_string(&summary).expect("there");
+    let mut json: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let tables = json.as_object_mut().and_then(|json| json.remove("tables")).expect("digests");
+    assert!(tables["trials.csv"].as_str().is_some_and(|digest| digest.contains("bytes, CRC-32")), "{tables}");
+    fs::write(&summary, json.to_string()).expect("written");
+    for arguments in
+        [&["report", "r", "--json"][..], &["run", "s.toml", "--trials", "31", "--resume", "--out", "r"]]
+    {
+        let output = succeed(arguments, path);
+        let said = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(said.contains("trials.csv: summary.json beside it") && said.contains("no digest"), "{said}");
+    }
+    // Extended by this version, it has them.
+    assert!(fs::read_to_string(&summary).expect("there").contains("\"trials.csv\": \""));
+    assert!(succeed(&["report", "r", "--json"], path).stderr.is_empty());
+}
+
+#[test]
+fn law_merged_tables_have_the_digests_of_the_whole_run() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), SCENARIO).expect("written");
+    succeed(&["run", "s.toml", "--out", "whole"], path);
+    for shard in ["1/2", "2/2"] {
+        succeed(&["run", "s.toml", "--shard", shard, "--out", "shards"], path);
+    }
+    succeed(&["merge", "shards", "--out", "merged"], path);
+    let of = |folder: &str, file: &str| fs::read(path.join(folder).join(file)).expect("there");
+    for file in ["trials.csv", "summary.json"] {
+        assert_eq!(of("whole", file), of("merged", file));
+    }
+    // A table that was changed is not what is put together: it is replaced by the trials of the shards.
+    fs::write(path.join("merged/trials.csv"), "trial\n1\n").expect("written");
+    assert!(mistake(&["report", "merged"], path).contains("changed after it was written"));
+    succeed(&["merge", "shards", "--out", "merged"], path);
+    assert_eq!(of("merged", "trials.csv"), of("whole", "trials.csv"));
+}
+
+#[test]
+fn law_a_value_for_the_key_of_an_axis_is_refused() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(
+        path.join("s.toml"),
+        format!("{SCENARIO}[axes]\n\"inverter.dead_time\" = [\"1 us\", \"2 us\"]\n"),
+    )
+    .expect("written");
+    let of_motor = ["--vary", "motor=paper-5k5,outrunner", "-s", "motor.winding.resistance=1 ohm"];
+    for (command, set) in [
+        ("run", &["-s", "inverter.dead_time=3 us"][..]),
+        ("run", &["-s", "inverter={ dead_time = \"3 us\" }"]),
+        ("sweep", &["-s", "inverter.dead_time=3 us"]),
+        ("sweep", &["-s", "sensors.noise=1 mA", "--vary", "sensors.noise=0:2 mA:2"]),
+        ("sweep", &of_motor),
+        ("sweep", &["--seed", "3", "--vary", "seed=1,2"]),
+        ("trace", &["-s", "inverter.dead_time=3 us"]),
+    ] {
+        let message = mistake(&[&[command, "s.toml", "--out", "x"], set].concat(), path);
+        for part in ["is an axis of the scenario", "[VALUE]", "axes={}"] {
+            assert!(message.contains(part), "{command} {set:?}: {message}");
+        }
+        assert!(!path.join("x").exists());
+    }
+    // What the message says works, and so do keys beside the axis.
+    for set in [
+        &["-s", "axes.inverter.dead_time=[\"3 us\"]"][..],
+        &["-s", "axes={}", "-s", "inverter.dead_time=3 us"],
+        &["-s", "inverter.carrier=8000"],
+    ] {
+        succeed(&[&["run", "s.toml", "--trials", "2", "--force", "--out", "y"], set].concat(), path);
+    }
+}

@@ -1,0 +1,66 @@
+//! The files of `trace`: what flows where, and of which trial they are.
+
+use std::fs;
+use std::path::Path;
+
+use standstill_table::Reader;
+
+use crate::{folder, standstill};
+
+/// The largest sum of the phase currents in A, and how much of them no device carries at most.
+fn currents(path: &Path) -> (f64, f64) {
+    let reader = Reader::open(path).expect("a table");
+    let names = ["i_a_A", "i_b_A", "i_c_A", "i_leg_a_A", "i_leg_b_A", "i_leg_c_A"];
+    let places = names.map(|name| reader.columns.iter().position(|column| column == name).expect(name));
+    let (mut sum, mut charging) = (0.0_f64, 0.0_f64);
+    let read = reader.numbers(places, |row| {
+        let [a, b, c, legs @ ..] = row.map(|number| number.expect("a number"));
+        sum = sum.max((a + b + c).abs());
+        charging = [a, b, c].iter().zip(legs).fold(charging, |most, (i, leg)| most.max((i - leg).abs()));
+    });
+    read.expect("rows");
+    (sum, charging)
+}
+
+#[test]
+fn law_files_of_a_trace_have_both_currents_and_say_of_which_trial_they_are() {
+    let folder = folder();
+    let path = folder.path();
+    for format in ["csv", "parquet", "npz", "mat"] {
+        let of = ["--motor", "paper-5k5", "--method", "bipolar", "--errors", "field", "--trial", "3"];
+        let output = standstill(&[&["trace", "--format", format, "--out", format][..], &of].concat(), path);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let result = fs::read_to_string(path.join(format).join("result.json")).expect("result.json");
+        let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+        assert_eq!(result["version"], env!("CARGO_PKG_VERSION"));
+        assert!(result["numerics"].is_u64());
+        let of = [("version", &result["version"]), ("scenario", &result["scenario"]), ("trial", &"3".into())];
+        for name in ["waveform", "events"] {
+            let file = path.join(format).join(format!("{name}.{format}"));
+            if ["csv", "parquet"].contains(&format) {
+                let metadata = Reader::open(&file).expect("a table").metadata;
+                for (key, value) in &of {
+                    assert_eq!(
+                        metadata.get(*key).map(String::as_str),
+                        value.as_str(),
+                        "{name}.{format}: {key}"
+                    );
+                }
+                assert_eq!(metadata["numerics"], result["numerics"].to_string());
+            } else {
+                // Texts of four bytes or one a character: those of the metadata in their order.
+                let bytes = fs::read(&file).expect("a file");
+                let text: String =
+                    bytes.iter().filter(|byte| **byte != 0).map(|byte| char::from(*byte)).collect();
+                for part in ["\"version\":\"", "\"numerics\":\"", "\"scenario\":\"motor", "\"trial\":\"3\""] {
+                    assert!(text.contains(part), "{name}.{format}: {part}");
+                }
+            }
+        }
+    }
+    for format in ["csv", "parquet"] {
+        let (sum, charging) = currents(&path.join(format).join(format!("waveform.{format}")));
+        // Each is a whole number of nanoamperes.
+        assert!(sum < 2e-9 && charging > 1.0, "{format}: {sum} A, {charging} A");
+    }
+}
