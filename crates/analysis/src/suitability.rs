@@ -34,7 +34,7 @@ pub use margins::{Demand, Margins};
 use crate::bound::{Bound, BoundError};
 use bench::Bench;
 use search::{Found, is_slow};
-use starts::Starts;
+use starts::{Starts, stops_when_content};
 
 /// What the start of a motor demands of a detection.
 ///
@@ -440,7 +440,7 @@ impl Bench<'_> {
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.retain(|number| candidates[*number].objections.is_empty());
         // Those whose wrong poles can be told from few starts first, and injections last.
-        let effort = |candidate: &Candidate| (is_slow(candidate.method()), candidate.settings.is_adaptive());
+        let effort = |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
         order.sort_by(|a, b| {
             let (a, b) = (&candidates[*a], &candidates[*b]);
             effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))

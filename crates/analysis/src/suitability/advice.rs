@@ -25,6 +25,9 @@ struct Change {
     current: Option<f64>,
 }
 
+/// Keys of what sensors and drive can do better together.
+const FINER: [&str; 4] = ["sensors.bits", "sensors.noise", "sensors.gain_error", "inverter.dead_time"];
+
 /// Methods that changes are tried with: those whose detection is short.
 const METHODS: [MethodName; 3] =
     [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::LineInductanceFast];
@@ -36,7 +39,15 @@ pub(super) fn tried(
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let mut advice = Vec::new();
-    for change in changes(bench)? {
+    let mut changes = changes(bench)?;
+    // What does not help together does not help alone, so the last is the first.
+    changes.rotate_right(1);
+    let mut together = true;
+    for change in changes {
+        if !together && change.keys.iter().any(|(key, _)| FINER.contains(key)) {
+            advice.push(Advice { change: change.words, option: change.option, helps: None });
+            continue;
+        }
         hear(Progress::Change(&change.words));
         let mut document = bench.document.clone();
         for (key, value) in &change.keys {
@@ -44,8 +55,11 @@ pub(super) fn tried(
         }
         let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
         let helps = helps(&document, bench, &demands, methods)?;
+        together = helps.is_some() || change.keys.len() < 2 && together;
         advice.push(Advice { change: change.words, option: change.option, helps });
     }
+    // The simplest first.
+    advice.rotate_left(1);
     Ok(advice)
 }
 
@@ -73,46 +87,60 @@ fn helps(
 }
 
 fn changes(bench: &Bench<'_>) -> Result<Vec<Change>, SuitabilityError> {
-    let sensors = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false).map(|of| of.sensors);
-    let (bits, range) = match sensors.ok().and_then(|sensors| sensors.adc) {
-        Some(adc) => (Some(adc.bits), adc.high),
-        None => (None, f64::INFINITY),
-    };
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {
         changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
     }
+    let Ok(scenario) = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false) else {
+        return Ok(changes);
+    };
+    let (sensors, drive) = (scenario.sensors, scenario.drive);
+    let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);
     for factor in [1.5, 2.0] {
-        let current = bench.most_current * factor;
+        let current = digits(bench.most_current * factor, 3);
         // More than the sensors read is no help.
         if current < 0.98 * range {
-            let current = standstill_quantity::rounded(standstill_quantity::rounded(current, 2).round(), -2);
-            changes.push(Change {
-                words: format!("{factor} times the current, {current} A"),
-                option: format!("--current {current}"),
-                keys: Vec::new(),
-                current: Some(current),
-            });
+            let (words, option) = (format!("{factor} times the current, {current} A"), format!("--current {current}"));
+            changes.push(Change { words, option, keys: Vec::new(), current: Some(current) });
         }
     }
-    if let Some(bits) = bits.filter(|bits| *bits < 16) {
-        changes.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
-        let smaller = standstill_quantity::rounded(standstill_quantity::rounded(1.1 * bench.most_current, 2).ceil(), -2);
+    let mut finer = Vec::new();
+    if let Some(adc) = sensors.adc.filter(|adc| adc.bits < 16) {
+        finer.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
+        let smaller = digits(1.1 * bench.most_current, 3);
         if smaller < range {
-            let words = format!("a sensor range of {smaller} A with its {bits} bits");
+            let words = format!("a sensor range of {smaller} A with its {} bits", adc.bits);
             changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
         }
     }
-    if let Ok(sensors) = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false).map(|of| of.sensors)
-        && sensors.noise > 0.0
-    {
-        let noise = standstill_quantity::rounded(sensors.noise / 4.0, 3);
-        let power = standstill_quantity::magnitude(noise).unwrap_or(0) - 1;
-        let digits = standstill_quantity::rounded(noise, -power).round();
-        let noise = format!("{} mA", standstill_quantity::rounded(digits, power));
-        changes.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
+    if sensors.noise > 0.0 {
+        let noise = format!("{} A", digits(sensors.noise / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
     }
+    if sensors.gain_error > 0.0 {
+        let gain = format!("{} %", digits(100.0 * sensors.gain_error / 4.0, 2));
+        finer.push(keyed(&format!("sensors calibrated to {gain}"), "sensors.gain_error", gain));
+    }
+    let dead = drive.dead_time.seconds() * 1e6;
+    if dead > 0.0 {
+        let dead = format!("{} us", digits(dead / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
+    }
+    let all = Change {
+        words: "converter, noise, calibration and dead time together".to_owned(),
+        option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
+        keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
+        current: None,
+    };
+    changes.extend(finer);
+    changes.push(all);
     Ok(changes)
+}
+
+/// Rounded to so many digits.
+fn digits(value: f64, count: i32) -> f64 {
+    let power = standstill_quantity::magnitude(value).unwrap_or(0) - count + 1;
+    standstill_quantity::rounded(standstill_quantity::rounded(value, -power).round(), power)
 }
 
 fn keyed(words: &str, key: &'static str, value: String) -> Change {

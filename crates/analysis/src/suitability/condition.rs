@@ -7,6 +7,7 @@ use standstill_quantity::unit::Share;
 use standstill_scenario::{Document, Origin};
 
 use super::bench::{Bench, Setting};
+use super::margins::Margins;
 use super::{Demands, Progress, SuitabilityError};
 
 /// What must hold of the motor for the verdict to hold.
@@ -101,7 +102,8 @@ impl Bench<'_> {
             return Ok(false);
         }
         for setting in self.strongest(method)? {
-            if self.look(setting, LOOK)?.is_some_and(|look| look.margins.is_kept()) {
+            let enough = |margins: &Margins| margins.is_kept() && margins.pole.is_none_or(|pole| pole > 1.05);
+            if self.look(setting, LOOK)?.is_some_and(|look| enough(&look.margins)) {
                 return Ok(true);
             }
         }

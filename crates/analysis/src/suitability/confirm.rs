@@ -1,5 +1,6 @@
 //! Whether settings hold on starts that nobody chose them by.
 
+use standstill_detect::MethodName;
 use standstill_scenario::Rotor;
 
 use super::SuitabilityError;
@@ -26,6 +27,8 @@ pub struct Confirmed {
     pub without_angle_at_most: f64,
     /// Starts with a wrong pole.
     pub wrong_poles: u64,
+    /// Starts in which they were counted where the evidence does not tell how rare they are; none where it does.
+    pub counted: Option<u64>,
     /// At most this share has one, by their number and by how far the pole evidence of all starts is from it. None where poles are
     /// not judged.
     pub wrong_poles_at_most: Option<f64>,
@@ -59,11 +62,12 @@ impl Bench<'_> {
             let wrong = confirmed.wrong_poles_at_most.unwrap_or(0.0);
             let holds = confirmed.p95_at_most_deg <= self.demands.error_deg
                 && confirmed.without_angle_at_most <= self.demands.without_angle;
-            if holds && wrong > self.demands.wrong_poles && !is_slow(setting.method) {
+            let long = is_slow(setting.method) || setting.method == MethodName::MaximumLikelihoodAdaptive;
+            if holds && wrong > self.demands.wrong_poles && !long {
                 self.count_wrong_poles(setting, &mut confirmed)?;
             }
             // Of a method that takes long, what was counted is said and must do.
-            let counted = is_slow(setting.method) && confirmed.wrong_poles == 0;
+            let counted = long && confirmed.wrong_poles == 0;
             if holds && (counted || confirmed.wrong_poles_at_most.unwrap_or(0.0) <= self.demands.wrong_poles) {
                 return Ok(Ok(confirmed));
             }
@@ -93,6 +97,7 @@ impl Bench<'_> {
             seed: self.scenario(setting, Rotor::Locked, true)?.seed,
             p95_at_most_deg: most(&|starts| starts.summary.p95_deg.high),
             without_angle_at_most: most(&without),
+            counted: all.iter().any(|starts| starts.stops_when_content).then_some(trials * all.len() as u64),
             wrong_poles: all.iter().map(|starts| starts.summary.wrong_poles).sum(),
             wrong_poles_at_most: self.has_pole.then(|| most(&Starts::wrong_poles_at_most)),
             moved_deg: most(&|starts| if starts.rotor == Rotor::Free { starts.summary.max_moved_deg } else { 0.0 }),
@@ -105,6 +110,7 @@ impl Bench<'_> {
         let rotor = self.rotors.last().copied().unwrap_or(Rotor::Locked);
         if let Ok(starts) = self.starts(setting, rotor, true, COUNTED)? {
             confirmed.wrong_poles += starts.summary.wrong_poles;
+            confirmed.counted = Some(COUNTED);
             confirmed.wrong_poles_at_most = Some(starts.wrong_poles_at_most());
             confirmed.moved_deg = confirmed.moved_deg.max(starts.summary.max_moved_deg);
             confirmed.peak_current_a = confirmed.peak_current_a.max(starts.summary.peak_current_a);

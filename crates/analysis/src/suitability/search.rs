@@ -223,7 +223,8 @@ impl Bench<'_> {
         text: &dyn Fn(f64) -> String,
     ) -> Result<(Option<f64>, Option<Demand>), SuitabilityError> {
         let trials = if is_slow(plain.method) { PROBE / 4 } else { PROBE };
-        let limits = if key == "pulse" { PULSE_RANGE } else { [f64::MIN_POSITIVE, f64::INFINITY] };
+        // A detection that ends before its vectors says nothing of their current.
+        let limits = if key == "pulse" { PULSE_RANGE } else { [f64::MIN_POSITIVE, 1.1 * self.most_current] };
         let (mut value, mut before) = (first.clamp(limits[0], limits[1]), None);
         let wanted = 0.985 * self.most_current;
         let mut best = None;

@@ -111,6 +111,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
                 "p95_at_most_deg": fresh.p95_at_most_deg,
                 "without_angle_at_most": fresh.without_angle_at_most,
                 "wrong_poles": fresh.wrong_poles,
+                "counted": fresh.counted,
                 "wrong_poles_at_most": fresh.wrong_poles_at_most,
                 "moved_deg": fresh.moved_deg,
                 "peak_current_A": fresh.peak_current_a,

@@ -121,8 +121,9 @@ fn confirmed(found: &Suitability) -> Option<String> {
     let fresh = found.confirmed()?;
     let states = found.candidates[0].locked.trials.min(found.candidates[0].free.trials);
     let states = if states > 0 { "with the rotor locked and as many free" } else { "of the rotor as it is" };
-    let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| {
-        format!(", {} wrong poles and by the evidence for the pole at most {}", fresh.wrong_poles, share(most))
+    let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| match fresh.counted {
+        Some(starts) => format!(", {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
+        None => format!(", {} wrong poles, by their evidence at most {}", fresh.wrong_poles, share(most)),
     });
     Some(format!(
         "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without an angle or a pole{poles} (95 % confidence each); a free rotor moved by {:.3}° at most, {} A flowed at most.",
@@ -290,10 +291,18 @@ fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
     (tone, cells)
 }
 
+/// What is said of motors without a saliency.
+const SAME: &str = " L_d and L_q are the same: there is no axis to find. Many sheets print one inductance: measure both, at two terminals while the shaft is turned by hand.";
+
 fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {
     let ratio = suitability.saliency_ratio;
     let mut saliency = format!("Saliency: |L_B|/L_A = {ratio:.3}.");
-    let Some(bound) = suitability.limit else { return saliency };
+    let Some(bound) = suitability.limit.filter(|_| ratio >= 1e-3) else {
+        if ratio < 1e-3 {
+            saliency += SAME;
+        }
+        return saliency;
+    };
     // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
     let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
     if informative(limit).is_none() {
