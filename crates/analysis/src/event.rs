@@ -203,7 +203,7 @@ fn beyond(happened: bool, distance: Option<f64>) -> f64 {
 }
 
 /// The evidence for the wrong pole, and what is needed.
-fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
+pub(crate) fn evidence(outcome: &Outcome<f64>, north: f64) -> Option<(f64, f64)> {
     let right = outcome.evidence_for(Angle::from_radians(north))?;
     let PoleEvidence { needed, .. } = outcome.findings().pole_evidence?;
     Some((-right, needed))

@@ -7,7 +7,7 @@
 //!   tune     which settings are best:            keys, a measure, limits  ─► search on common draws       ─► Tuned
 //!   explain  why a trial ended as it did:       its tape, one draw at its mean              ─► Explained
 //!   compare  methods side by side:              the same drives and angles    ─► Entry, with its Bound
-//!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability
+//!   check    whether a motor is suited:         candidates, what is demanded  ─► Suitability, with settings
 //! ```
 //! [`Bounds`] computes the Cramér–Rao limit: no method has a smaller error with the same excitation. [`paper`] has the tables of the
 //! paper, audits them and simulates them.
@@ -46,6 +46,9 @@ pub use compare::{Entry, informative, mean_energy};
 pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
-pub use suitability::{CANDIDATES, Candidate, Demands, Suitability, SuitabilityError};
+pub use suitability::{
+    Advice, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Margins, Progress, Setting, Suitability,
+    SuitabilityError, Suited,
+};
 pub use system::{Halt, System, Watch};
 pub use trials::Trials;

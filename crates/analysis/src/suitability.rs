@@ -1,16 +1,40 @@
-//! Is a motor suited to the detection of its rotor's position at standstill?
+//! Is a motor suited to the detection of its rotor's position at standstill, and with which settings?
 //!
-//! The verdict is one of trials: candidates are set up for the motor as for any other, and each must find the axis, must
-//! not name a wrong pole and must leave a free rotor where it is. What stands beside it explains it: the saliency against
-//! the sensors' noise (as the Cramér–Rao limit), the poles' difference against what the drive gets wrong.
+//! ```text
+//!   each method: most current that is allowed ─► looks at pulses and rounds ─► best settings ─► 200 starts each way
+//!                                                                     │ the best method
+//!   suited, suited if ... ◄─ holds on fresh starts, by 95 % ◄──────────┘
+//!        not suited       ◄─ none holds: a brake, more current, a finer converter are tried
+//! ```
+//! The verdict is one of trials: a method must find the axis, must name no wrong pole and must leave a free rotor where it is, with
+//! no more current and time than allowed. What stands beside it explains it: the saliency against the sensors' noise (as the
+//! Cramér–Rao limit), the poles' difference against what the drive gets wrong.
 
+mod advice;
+mod bench;
+mod condition;
+mod confirm;
+mod margins;
+mod search;
+mod starts;
+#[cfg(test)]
+mod tests;
+
+use standstill_campaign::{CampaignError, Statistics, Summary};
 use standstill_detect::{Method, MethodName, Signature};
-use standstill_plant::{PolarityPoint, PoleKnowledge};
+use standstill_plant::{Motor, PolarityPoint, PoleKnowledge};
+use standstill_scenario::{Document, FileError, Origin, Rotor};
+
+pub use advice::Advice;
+pub use bench::Setting;
+pub use condition::Condition;
+pub use confirm::Confirmed;
+pub use margins::{Demand, Margins};
 
 use crate::bound::{Bound, BoundError};
-use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
-use standstill_scenario::{Document, FileError, Origin};
-use standstill_scenario::{Rotor, Scenario};
+use bench::Bench;
+use search::{Found, is_slow};
+use starts::{Starts, stops_when_content};
 
 /// What the start of a motor demands of a detection.
 ///
@@ -27,14 +51,27 @@ pub struct Demands {
     pub error_deg: f64,
     /// How far a free rotor may move, in electrical degrees.
     pub movement_deg: f64,
-    /// Share of detections that may end without an angle.
+    /// Share of detections that may end without an angle, and share that may end without a pole.
     pub without_angle: f64,
+    /// Share of detections that may name the wrong pole.
+    pub wrong_poles: f64,
+    /// Largest phase current in A; none: the motor's rated one.
+    pub current_a: Option<f64>,
+    /// Longest time of a detection in s.
+    pub time_s: f64,
 }
 
 impl Default for Demands {
-    /// 5°, 1° and one in a hundred.
+    /// 5°, 1°, one in a hundred, one in ten thousand, rated current and a second.
     fn default() -> Self {
-        Self { error_deg: 5.0, movement_deg: 1.0, without_angle: 0.01 }
+        Self {
+            error_deg: 5.0,
+            movement_deg: 1.0,
+            without_angle: 0.01,
+            wrong_poles: 1e-4,
+            current_a: None,
+            time_s: 1.0,
+        }
     }
 }
 
@@ -47,22 +84,76 @@ pub const CANDIDATES: [MethodName; 5] = [
     MethodName::HfiRotating,
 ];
 
-/// A method as it did.
+/// A method at the best settings that were found for it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// The method.
-    pub method: MethodName,
-    /// Its settings for this motor.
+    /// The method with its keys.
+    pub setting: Setting,
+    /// All its settings for this motor.
     pub settings: Method<f64>,
-    /// With the rotor locked.
+    /// With the rotor locked; of no starts where that is not judged.
     pub locked: Summary,
-    /// With the rotor free.
+    /// With the rotor free, or in the one state that is judged; likewise.
     pub free: Summary,
     /// Why it does not suit the motor; empty: it does.
     pub objections: Vec<String>,
+    /// By how much the demands are kept; none where it cannot be set up.
+    pub margins: Option<Margins>,
+    /// The demand that binds: of a method that suits the motor the one that is kept least, of another the one that keeps its settings
+    /// from being stronger. None where no demand does: the link drives no more current.
+    pub binding: Option<Demand>,
+    /// Settings that were looked at.
+    pub looks: usize,
+}
+
+impl Candidate {
+    /// The method.
+    pub const fn method(&self) -> MethodName {
+        self.setting.method
+    }
+
     /// How many times better than demanded, in error and in movement, whichever is less; 1 is just enough, 0 without any
     /// angle.
-    pub margin: f64,
+    pub fn margin(&self) -> f64 {
+        self.margins.map_or(0.0, |margins| margins.spare())
+    }
+}
+
+/// What is being done, and what is known by then.
+#[derive(Clone, Copy, Debug)]
+pub enum Progress<'a> {
+    /// Settings of a method are looked for.
+    Method(MethodName),
+    /// What was found of it.
+    Found(&'a Candidate),
+    /// Settings are tried on fresh starts.
+    Confirming(&'a Setting),
+    /// Whether the motor would be suited if L_d fell by this share at rated current.
+    Saturation(f64),
+    /// Whether a change would help.
+    Change(&'a str),
+}
+
+/// What the answer is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Suited {
+    /// Suited.
+    Yes,
+    /// Suited if [`Suitability::condition`] holds.
+    If,
+    /// Not suited with any settings.
+    No,
+}
+
+impl Suited {
+    /// Its name in files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Yes => "suited",
+            Self::If => "suited-if",
+            Self::No => "not-suited",
+        }
+    }
 }
 
 /// All that is known of a motor's suitability.
@@ -75,8 +166,7 @@ pub struct Suitability {
     pub limit: Option<Bound>,
     /// Whether the motor has poles to tell apart.
     pub has_magnet: bool,
-    /// What is known of which pole draws more current. Where that is too little, the poles cannot be judged, and no method is
-    /// blamed for what it says of them.
+    /// What the motor's data say of which pole draws more current. Where that is too little, see [`Suitability::condition`].
     pub pole: PoleKnowledge,
     /// Which pole draws more current: near rated current, and in pulses of half of it.
     pub signature: [Signature; 2],
@@ -84,8 +174,16 @@ pub struct Suitability {
     pub polarity_difference: f64,
     /// The same at half of it.
     pub pulse_difference: f64,
+    /// Largest phase current in A that was allowed.
+    pub most_current_a: f64,
     /// The methods tried, in the order of [`CANDIDATES`].
     pub candidates: Vec<Candidate>,
+    /// Which of them is recommended, with what fresh starts showed of it.
+    pub recommended: Option<(usize, Confirmed)>,
+    /// What must hold of the motor beside its data.
+    pub condition: Option<Condition>,
+    /// What was tried where no settings suffice.
+    pub advice: Vec<Advice>,
 }
 
 /// A verdict that could not be reached.
@@ -129,56 +227,84 @@ impl From<BoundError> for SuitabilityError {
     }
 }
 
-/// Angles of the limit; as many as show a harmonic of the winding.
-const ANGLES: usize = 16;
-
 impl Suitability {
-    /// Tries the candidates under the conditions of a scenario file, whatever its method and its rotor's state. A method that
-    /// lacks a setting of the scenario is no candidate; one that was set beside the file is the only one.
+    /// Looks for settings of each candidate under the conditions of a scenario file, whatever its method and its rotor's state.
+    /// Settings of the detector that the scenario has stay as they are. A method that lacks one of them is no candidate; one
+    /// that was set beside the file is the only one, and so is a state of the rotor.
     ///
     /// # Errors
     /// A scenario that cannot be, or that suits no candidate.
     pub fn of(
         document: &Document,
         demands: &Demands,
-        mut progress: impl FnMut(MethodName),
+        mut progress: impl FnMut(Progress<'_>),
     ) -> Result<Self, SuitabilityError> {
         let motor = document.motor()?;
-        let scenario = |method: MethodName, rotor: Rotor| {
-            let mut document = document.clone();
-            document.set("detector.method", method.name(), Origin::CommandLine)?;
-            document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
-            if rotor == Rotor::Locked {
-                // No load moves it.
-                document.remove("rotor.load");
-            }
-            document.unchecked_scenario_of(&motor)
-        };
-        let mut candidates = Vec::new();
-        let mut unsuitable = None;
-        let mut tried = None;
-        // One that is set beside the scenario is the only one.
-        let only = document.origin("detector.method").map(|_| document.load()).transpose()?;
-        let methods = only.map_or(CANDIDATES.to_vec(), |file| vec![file.detector.method.0]);
-        for method in methods {
-            progress(method);
-            let (locked, free) = match (scenario(method, Rotor::Locked), scenario(method, Rotor::Free)) {
-                (Err(error), _) | (_, Err(error)) if error.is_foreign_setting() => {
-                    unsuitable = Some(error);
-                    continue;
-                }
-                (locked, free) => (locked?, free?),
-            };
-            candidates.push(Candidate::of(method, &locked, &free, demands)?);
-            tried.get_or_insert(locked);
+        let methods = methods(document, &motor, demands)?;
+        let hear: &mut dyn FnMut(Progress<'_>) = &mut progress;
+        let open = motor.has_magnet() && motor.pole_knowledge().is_open();
+        if open
+            && condition::saturating(document, 0.1).is_some()
+            && let Some(found) = Self::with_saturation(document, demands, &methods, hear)?
+        {
+            return Ok(found);
         }
-        let Some(tried) = tried else {
-            return Err(
-                unsuitable.map_or_else(|| unreachable!("there are candidates"), SuitabilityError::File)
-            );
+        let bench = Bench::new(document, &motor, demands);
+        let mut found = Self::judged(&bench, &methods, hear)?;
+        if found.recommended.is_none() {
+            found.advice = advice::tried(&bench, &methods, hear)?;
+        }
+        found.condition = open.then_some(Condition::Pole);
+        Ok(found)
+    }
+
+    /// A motor whose saturation is not given, with the least that suffices; none where no saturation does.
+    fn with_saturation(
+        document: &Document,
+        demands: &Demands,
+        methods: &[MethodName],
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<Self>, SuitabilityError> {
+        let Some(mut least) = condition::least_saturation(document, demands, methods, hear)? else {
+            return Ok(None);
         };
-        // What the trials met, not what the drive was told.
-        let known = tried.nameplate();
+        // What few starts let pass may need a little more on many.
+        for _ in 0..5 {
+            let Some((saturating, motor)) = condition::saturating(document, least) else { return Ok(None) };
+            let bench = Bench::new(&saturating, &motor, demands);
+            let mut found = Self::judged(&bench, methods, hear)?;
+            if found.recommended.is_some() {
+                let minus_d = condition::minus_d(&saturating)?;
+                found.pole = PoleKnowledge::NotGiven;
+                found.condition = Some(Condition::Saturation { least, minus_d });
+                return Ok(Some(found));
+            }
+            least = condition::rounded_up(1.12 * least);
+        }
+        Ok(None)
+    }
+
+    fn judged(
+        bench: &Bench<'_>,
+        methods: &[MethodName],
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Self, SuitabilityError> {
+        let mut candidates = Vec::new();
+        let mut found = Vec::new();
+        for method in methods {
+            hear(Progress::Method(*method));
+            let of_method = bench.search(*method)?;
+            let candidate = bench.candidate(*method, &of_method)?;
+            hear(Progress::Found(&candidate));
+            candidates.push(candidate);
+            found.push(of_method);
+        }
+        let recommended = bench.recommended(&mut candidates, &found, hear)?;
+        let plain = bench.scenario(&Setting::plain(methods[0]), Rotor::Locked, false)?;
+        let known = plain.nameplate();
+        let tried = candidates.first().map_or_else(|| Setting::plain(methods[0]), |of| of.setting.clone());
+        let tried = bench.scenario(&tried, Rotor::Locked, false)?;
+        let motor = bench.motor;
         Ok(Self {
             saliency_ratio: (motor.winding.saliency / motor.winding.mean_inductance).abs(),
             limit: if tried.check().is_ok() { Bound::or_reason(&tried, ANGLES, None)?.0 } else { None },
@@ -187,92 +313,157 @@ impl Suitability {
             signature: [known.signature, known.pulse_signature],
             polarity_difference: known.polarity_difference,
             // Where a map ends before, nothing is known.
-            pulse_difference: PolarityPoint::of(&tried.motor.magnetics, 0.5 * tried.motor.rated_current)
+            pulse_difference: PolarityPoint::of(&plain.motor.magnetics, 0.5 * plain.motor.rated_current)
                 .map_or(0.0, |point| point.difference()),
+            most_current_a: bench.most_current,
             candidates,
+            recommended,
+            condition: None,
+            advice: Vec::new(),
         })
     }
 
-    /// Whether there are poles to tell apart of which too little is known to judge it.
-    pub fn pole_is_open(&self) -> bool {
-        self.has_magnet && self.pole.is_open()
-    }
-
-    /// The method to be recommended: of those without objection the one with the largest margin.
-    pub fn recommended(&self) -> Option<&Candidate> {
-        let suited = self.candidates.iter().filter(|candidate| candidate.objections.is_empty());
-        suited.max_by(|a, b| a.margin.total_cmp(&b.margin))
-    }
-}
-
-impl Candidate {
-    /// Tries a method. One whose settings cannot work for this motor is no reason to give up on the others.
-    fn of(
-        method: MethodName,
-        locked: &Scenario<Method<f64>>,
-        free: &Scenario<Method<f64>>,
-        demands: &Demands,
-    ) -> Result<Self, CampaignError> {
-        let settings = free.detector;
-        if let Err(error) = free.check() {
-            let none = Statistics::default().summary();
-            let objections = vec![format!("it cannot be set up: {error}")];
-            return Ok(Self { method, settings, locked: none.clone(), free: none, objections, margin: 0.0 });
+    /// The answer.
+    pub const fn suited(&self) -> Suited {
+        match (&self.recommended, &self.condition) {
+            (None, _) => Suited::No,
+            (Some(_), Some(_)) => Suited::If,
+            (Some(_), None) => Suited::Yes,
         }
-        let has_pole = free.motor.has_magnet() && !free.motor.pole_knowledge().is_open();
-        let (locked, free) = (summary(locked, method)?, summary(free, method)?);
-        let objections = objections(&locked, &free, demands, has_pole);
-        let worst = locked.p95_deg.value.max(free.p95_deg.value);
-        let margin = if worst.is_nan() {
-            0.0
-        } else {
-            (demands.error_deg / worst).min(demands.movement_deg / free.max_moved_deg)
-        };
-        Ok(Self { method, settings, locked, free, objections, margin })
+    }
+
+    /// Whether there are poles to tell apart of which too little is known to judge it: the axis alone was judged.
+    pub fn pole_is_open(&self) -> bool {
+        self.condition == Some(Condition::Pole)
+    }
+
+    /// The method to be recommended with its settings.
+    pub fn recommended(&self) -> Option<&Candidate> {
+        self.recommended.as_ref().map(|(number, _)| &self.candidates[*number])
+    }
+
+    /// What fresh starts showed of it.
+    pub fn confirmed(&self) -> Option<&Confirmed> {
+        self.recommended.as_ref().map(|(_, confirmed)| confirmed)
+    }
+
+    /// The document with what is recommended, ready to be run; none where nothing is. Where a saturation is the condition, the motor has
+    /// it.
+    ///
+    /// # Errors
+    /// A key that cannot be set.
+    pub fn document(&self, document: &Document) -> Result<Option<Document>, FileError> {
+        let Some(candidate) = self.recommended() else { return Ok(None) };
+        let mut document = document.clone();
+        if let Some(Condition::Saturation { least, .. }) = self.condition {
+            let share = format!("{} %", standstill_quantity::rounded(least, 2));
+            document.set_value(condition::KEY, share.into(), Origin::CommandLine)?;
+        }
+        candidate.setting.set_in(&mut document)?;
+        if document.origin("rotor.state").is_none() {
+            document.set("rotor.state", Rotor::Free.name(), Origin::CommandLine)?;
+        }
+        Ok(Some(document))
     }
 }
 
-/// Trials of a candidate under one condition.
+/// The candidates of a document.
+fn methods(document: &Document, motor: &Motor, demands: &Demands) -> Result<Vec<MethodName>, SuitabilityError> {
+    if document.origin("detector.method").is_some() {
+        return Ok(vec![document.load()?.detector.method.0]);
+    }
+    let bench = Bench::new(document, motor, demands);
+    let (mut methods, mut unsuitable) = (Vec::new(), None);
+    for method in CANDIDATES {
+        for rotor in &bench.rotors {
+            match bench.scenario(&Setting::plain(method), *rotor, false) {
+                Err(error) if error.is_foreign_setting() => unsuitable = Some(error),
+                Err(error) => return Err(error.into()),
+                Ok(_) if methods.last() == Some(&method) => {}
+                Ok(_) => methods.push(method),
+            }
+        }
+    }
+    match unsuitable {
+        Some(error) if methods.is_empty() => Err(error.into()),
+        _ => Ok(methods),
+    }
+}
+
+/// Angles of the limit; as many as show a harmonic of the winding.
+const ANGLES: usize = 16;
+/// Starts of a candidate in each state of the rotor.
 const TRIALS: u64 = 200;
 /// The same of an injection, which takes a hundred times as long.
 const FEW_TRIALS: u64 = 24;
+/// Settings of a method that are tried on fresh starts.
+const TRIED: usize = 3;
 
-fn summary(scenario: &Scenario<Method<f64>>, method: MethodName) -> Result<Summary, CampaignError> {
-    let trials = if method == MethodName::HfiRotating { FEW_TRIALS } else { TRIALS };
-    Campaign { scenario, trials, threads: None }.summary()
-}
+impl Bench<'_> {
+    /// A method at the best settings that were found.
+    fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
+        let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());
+        let settings = self.scenario(&setting, Rotor::Locked, false)?.detector;
+        let trials = if is_slow(method) { FEW_TRIALS } else { TRIALS };
+        let (mut states, mut objections) = (Vec::new(), Vec::new());
+        for rotor in &self.rotors {
+            match self.starts(&setting, *rotor, false, trials)? {
+                Ok(starts) => states.push(starts),
+                Err(problem) => objections = vec![problem],
+            }
+        }
+        let all: Vec<&Starts> = states.iter().collect();
+        objections.extend(self.objections(&all));
+        let margins = (!all.is_empty()).then(|| self.margins(&all));
+        let of = |wanted: bool| {
+            let state = states.iter().find(|starts| (starts.rotor == Rotor::Locked) == wanted);
+            state.map_or_else(|| Statistics::default().summary(), |starts| starts.summary.clone())
+        };
+        let binding = if objections.is_empty() {
+            margins.map(|margins| margins.binding().0)
+        } else {
+            // What is strong enough for the pole breaks another demand; or nothing is.
+            let strong = found.looks.iter().find(|look| look.margins.pole.is_none_or(|pole| pole >= 1.0));
+            strong.map_or(found.stop, |look| Some(look.margins.binding().0))
+        };
+        let looks = found.looks.len();
+        Ok(Candidate { setting, settings, locked: of(true), free: of(false), objections, margins, binding, looks })
+    }
 
-fn objections(locked: &Summary, free: &Summary, demands: &Demands, has_pole: bool) -> Vec<String> {
-    let mut objections = Vec::new();
-    for (state, summary) in [("locked", locked), ("free", free)] {
-        let all = summary.trials as f64;
-        let unexpected = summary.failed + summary.errors;
-        if unexpected as f64 > demands.without_angle * all {
-            let reason =
-                summary.reasons.iter().max_by_key(|(_, times)| times.count).map_or("", |(name, _)| name);
-            objections.push(format!("{unexpected} of {all} without an angle, rotor {state}: {reason}"));
-            continue;
+    /// The best candidate whose settings hold on fresh starts.
+    fn recommended(
+        &self,
+        candidates: &mut [Candidate],
+        found: &[Found],
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<(usize, Confirmed)>, SuitabilityError> {
+        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        order.retain(|number| candidates[*number].objections.is_empty());
+        // Those whose wrong poles can be told from few starts first, and injections last.
+        let effort = |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
+        order.sort_by(|a, b| {
+            let (a, b) = (&candidates[*a], &candidates[*b]);
+            effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))
+        });
+        for number in order {
+            // The best is tried even if the few starts of its look were not quite enough.
+            let mut looks = found[number].looks.iter().enumerate();
+            let looks = looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
+            for (rank, look) in looks {
+                hear(Progress::Confirming(&look.setting));
+                match self.confirm(&look.setting)? {
+                    Ok(confirmed) => {
+                        if rank > 0 {
+                            let one = Found { looks: vec![look.clone()], stop: found[number].stop };
+                            candidates[number] = self.candidate(look.setting.method, &one)?;
+                        }
+                        return Ok(Some((number, confirmed)));
+                    }
+                    Err(objections) if rank == 0 => candidates[number].objections = objections,
+                    Err(_) => {}
+                }
+            }
         }
-        if summary.p95_deg.value > demands.error_deg {
-            objections.push(format!(
-                "95 of 100 errors within {}°, rotor {state}, where {}° are demanded",
-                summary.p95_deg.alone(),
-                demands.error_deg
-            ));
-        }
-        if has_pole && summary.wrong_poles > 0 {
-            objections.push(format!("{} wrong poles in {all}, rotor {state}", summary.wrong_poles));
-        }
-        if has_pole && summary.undetermined as f64 > demands.without_angle * all {
-            let count = summary.undetermined;
-            objections.push(format!("pole undetermined in {count} of {all}, rotor {state}"));
-        }
+        Ok(None)
     }
-    if free.max_moved_deg > demands.movement_deg {
-        objections.push(format!(
-            "a free rotor moves by {:.2}° where {}° are allowed",
-            free.max_moved_deg, demands.movement_deg
-        ));
-    }
-    objections
 }

@@ -253,6 +253,18 @@ pub struct Check {
     /// Furthest that a free rotor may move, in electrical degrees
     #[arg(long, value_name = "DEG", default_value_t = 1.0, value_parser = tolerance, allow_hyphen_values = true)]
     pub movement: f64,
+    /// Largest phase current in A (peak) that the drive may use [default: the motor's rated current]
+    #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
+    pub current: Option<f64>,
+    /// Longest time of a detection in ms
+    #[arg(long, value_name = "MS", default_value_t = 1000.0, value_parser = milliseconds, allow_hyphen_values = true)]
+    pub time: f64,
+    /// Scenario file for what is recommended [default: check-MOTOR.toml; with --json none]
+    #[arg(long, value_name = "FILE.toml")]
+    pub write: Option<PathBuf>,
+    /// Replace that file where it says something else
+    #[arg(long)]
+    pub force: bool,
     #[command(flatten)]
     pub seed: Seed,
     #[command(flatten)]
@@ -304,6 +316,13 @@ fn tolerance(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(degrees) if (0.001..=90.0).contains(&degrees) => Ok(degrees),
         _ => Err("not a number of degrees from 0.001 to 90".to_owned()),
+    }
+}
+
+fn milliseconds(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(time) if (0.1..=20_000.0).contains(&time) => Ok(time),
+        _ => Err("not a number of milliseconds from 0.1 to 20000".to_owned()),
     }
 }
 

@@ -148,14 +148,6 @@ pub fn reading(rows: u64) -> ProgressBar {
     bar
 }
 
-/// A bar for this many steps of unequal length, on standard error.
-pub fn steps(count: u64) -> ProgressBar {
-    let bar = new(count, " steps");
-    let style = ProgressStyle::with_template("{bar:16} {pos}/{len} {msg}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
-}
-
 /// For work whose length nobody knows.
 pub fn spinner(what: &'static str) -> ProgressBar {
     let spinner = watched(ProgressBar::new_spinner(), " steps");

@@ -1,0 +1,149 @@
+//! What would make a motor suited, where no setting does: tried on the bench, one change at a time.
+
+use standstill_detect::MethodName;
+use standstill_scenario::{Document, Origin, Rotor};
+
+use super::bench::{Bench, Setting};
+use super::{Demands, Progress, SuitabilityError};
+
+/// A change that was tried.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// In words.
+    pub change: String,
+    /// What `standstill check` is told for it.
+    pub option: String,
+    /// Settings with which the motor is then suited; none where the change does not help.
+    pub helps: Option<Setting>,
+}
+
+/// A change of the drive or of what is demanded.
+struct Change {
+    words: String,
+    option: String,
+    keys: Vec<(&'static str, String)>,
+    current: Option<f64>,
+}
+
+/// Keys of what sensors and drive can do better together.
+const FINER: [&str; 4] = ["sensors.bits", "sensors.noise", "sensors.gain_error", "inverter.dead_time"];
+
+/// Methods that changes are tried with: those whose detection is short.
+const METHODS: [MethodName; 3] =
+    [MethodName::Bipolar, MethodName::MaximumLikelihood, MethodName::LineInductanceFast];
+
+/// Tries the changes that a drive's engineer can make.
+pub(super) fn tried(
+    bench: &Bench<'_>,
+    methods: &[MethodName],
+    hear: &mut dyn FnMut(Progress<'_>),
+) -> Result<Vec<Advice>, SuitabilityError> {
+    let mut advice = Vec::new();
+    let mut changes = changes(bench)?;
+    // What does not help together does not help alone, so the last is the first.
+    changes.rotate_right(1);
+    let mut together = true;
+    for change in changes {
+        if !together && change.keys.iter().any(|(key, _)| FINER.contains(key)) {
+            advice.push(Advice { change: change.words, option: change.option, helps: None });
+            continue;
+        }
+        hear(Progress::Change(&change.words));
+        let mut document = bench.document.clone();
+        for (key, value) in &change.keys {
+            document.set(key, value, Origin::CommandLine)?;
+        }
+        let demands = Demands { current_a: change.current.or(bench.demands.current_a), ..*bench.demands };
+        let helps = helps(&document, bench, &demands, methods)?;
+        together = helps.is_some() || change.keys.len() < 2 && together;
+        advice.push(Advice { change: change.words, option: change.option, helps });
+    }
+    // The simplest first.
+    advice.rotate_left(1);
+    Ok(advice)
+}
+
+/// The first settings that hold with a change.
+fn helps(
+    document: &Document,
+    bench: &Bench<'_>,
+    demands: &Demands,
+    methods: &[MethodName],
+) -> Result<Option<Setting>, SuitabilityError> {
+    let mut changed = Bench::new(document, bench.motor, demands);
+    changed.has_pole = bench.has_pole;
+    for method in METHODS.into_iter().filter(|method| methods.contains(method)) {
+        let found = match changed.search(method) {
+            Err(SuitabilityError::File(_)) => continue,
+            found => found?,
+        };
+        for look in found.looks.iter().filter(|look| look.margins.is_kept()).take(2) {
+            if changed.confirm(&look.setting)?.is_ok() {
+                return Ok(Some(look.setting.clone()));
+            }
+        }
+    }
+    Ok(None)
+}
+
+fn changes(bench: &Bench<'_>) -> Result<Vec<Change>, SuitabilityError> {
+    let mut changes = Vec::new();
+    if bench.rotors.contains(&Rotor::Free) {
+        changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
+    }
+    let Ok(scenario) = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false) else {
+        return Ok(changes);
+    };
+    let (sensors, drive) = (scenario.sensors, scenario.drive);
+    let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);
+    for factor in [1.5, 2.0] {
+        let current = digits(bench.most_current * factor, 3);
+        // More than the sensors read is no help.
+        if current < 0.98 * range {
+            let (words, option) = (format!("{factor} times the current, {current} A"), format!("--current {current}"));
+            changes.push(Change { words, option, keys: Vec::new(), current: Some(current) });
+        }
+    }
+    let mut finer = Vec::new();
+    if let Some(adc) = sensors.adc.filter(|adc| adc.bits < 16) {
+        finer.push(keyed("a converter of 16 bits", "sensors.bits", "16".to_owned()));
+        let smaller = digits(1.1 * bench.most_current, 3);
+        if smaller < range {
+            let words = format!("a sensor range of {smaller} A with its {} bits", adc.bits);
+            changes.push(keyed(&words, "sensors.range", format!("{smaller} A")));
+        }
+    }
+    if sensors.noise > 0.0 {
+        let noise = format!("{} A", digits(sensors.noise / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the sensors' noise, {noise}"), "sensors.noise", noise));
+    }
+    if sensors.gain_error > 0.0 {
+        let gain = format!("{} %", digits(100.0 * sensors.gain_error / 4.0, 2));
+        finer.push(keyed(&format!("sensors calibrated to {gain}"), "sensors.gain_error", gain));
+    }
+    let dead = drive.dead_time.seconds() * 1e6;
+    if dead > 0.0 {
+        let dead = format!("{} us", digits(dead / 4.0, 2));
+        finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
+    }
+    let all = Change {
+        words: "converter, noise, calibration and dead time together".to_owned(),
+        option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
+        keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
+        current: None,
+    };
+    changes.extend(finer);
+    changes.push(all);
+    Ok(changes)
+}
+
+/// Rounded to so many digits.
+fn digits(value: f64, count: i32) -> f64 {
+    let power = standstill_quantity::magnitude(value).unwrap_or(0) - count + 1;
+    standstill_quantity::rounded(standstill_quantity::rounded(value, -power).round(), power)
+}
+
+fn keyed(words: &str, key: &'static str, value: String) -> Change {
+    let shown = if value.contains(' ') { format!("-s \"{key}={value}\"") } else { format!("-s {key}={value}") };
+    Change { words: words.to_owned(), option: shown, keys: vec![(key, value)], current: None }
+}

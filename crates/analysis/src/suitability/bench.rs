@@ -1,0 +1,151 @@
+//! The bench on which settings are tried: a document's motor, drive and sensors, and what is demanded.
+
+use standstill_campaign::CampaignError;
+use standstill_detect::{Method, MethodName};
+use standstill_plant::Motor;
+use standstill_scenario::{Document, FileError, Origin, Rotor, Scenario};
+
+use super::margins::Margins;
+use super::starts::Starts;
+use super::{Demands, SuitabilityError};
+
+/// A method with settings: keys of `[detector]` and their values, as a scenario file has them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Setting {
+    /// The method.
+    pub method: MethodName,
+    /// Its keys; what is not among them suits the motor by itself.
+    pub keys: Vec<(&'static str, String)>,
+}
+
+impl Setting {
+    /// A method as it suits the motor by itself.
+    pub(super) const fn plain(method: MethodName) -> Self {
+        Self { method, keys: Vec::new() }
+    }
+
+    /// The same with a key.
+    #[must_use]
+    pub(super) fn with(&self, key: &'static str, value: &str) -> Self {
+        let mut keys: Vec<_> = self.keys.iter().filter(|(other, _)| *other != key).cloned().collect();
+        keys.push((key, value.to_owned()));
+        Self { method: self.method, keys }
+    }
+
+    /// The document with these settings.
+    ///
+    /// # Errors
+    /// A key that cannot be set.
+    pub fn set_in(&self, document: &mut Document) -> Result<(), FileError> {
+        document.set("detector.method", self.method.name(), Origin::CommandLine)?;
+        for (key, value) in &self.keys {
+            document.set_value(&format!("detector.{key}"), toml_value(value), Origin::CommandLine)?;
+        }
+        Ok(())
+    }
+}
+
+/// A whole number as such, all else as a text.
+fn toml_value(text: &str) -> toml::Value {
+    text.parse::<i64>().map_or_else(|_| text.into(), toml::Value::Integer)
+}
+
+/// Settings and what starts showed of them.
+#[derive(Clone, Debug)]
+pub(super) struct Look {
+    pub setting: Setting,
+    pub margins: Margins,
+}
+
+/// What settings are tried on.
+pub(super) struct Bench<'a> {
+    pub document: &'a Document,
+    pub motor: &'a Motor,
+    pub demands: &'a Demands,
+    /// Largest phase current in A.
+    pub most_current: f64,
+    /// States of the rotor that are judged.
+    pub rotors: Vec<Rotor>,
+    /// Whether poles are judged.
+    pub has_pole: bool,
+}
+
+impl<'a> Bench<'a> {
+    /// A document's bench. A state of the rotor that is set beside the scenario is the only one that is judged: held by a brake, say.
+    pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands) -> Self {
+        let state = document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state.0);
+        Self {
+            document,
+            motor,
+            demands,
+            most_current: demands.current_a.unwrap_or(motor.rated_current),
+            rotors: state.map_or(vec![Rotor::Locked, Rotor::Free], |state| vec![state]),
+            has_pole: motor.has_magnet() && !motor.pole_knowledge().is_open(),
+        }
+    }
+}
+
+impl Bench<'_> {
+    /// Whether a key of the detector is the user's own, and not to be looked for.
+    pub fn is_set(&self, key: &str) -> bool {
+        self.document.get(&format!("detector.{key}")).is_some()
+    }
+
+    /// The scenario with settings. `fresh` random numbers are not those on which settings were looked for.
+    pub fn scenario(
+        &self,
+        setting: &Setting,
+        rotor: Rotor,
+        fresh: bool,
+    ) -> Result<Scenario<Method<f64>>, FileError> {
+        let mut document = self.document.clone();
+        setting.set_in(&mut document)?;
+        document.set("rotor.state", rotor.name(), Origin::CommandLine)?;
+        if rotor == Rotor::Locked {
+            // No load moves it.
+            document.remove("rotor.load");
+        }
+        let mut scenario = document.unchecked_scenario_of(self.motor)?;
+        if fresh {
+            scenario.seed = scenario.seed.wrapping_add(1);
+        }
+        Ok(scenario)
+    }
+
+    /// Starts with settings; none where these cannot be set up.
+    pub fn starts(
+        &self,
+        setting: &Setting,
+        rotor: Rotor,
+        fresh: bool,
+        trials: u64,
+    ) -> Result<Result<Starts, String>, SuitabilityError> {
+        let scenario = self.scenario(setting, rotor, fresh)?;
+        if let Err(error) = scenario.check() {
+            return Ok(Err(format!("it cannot be set up: {error}")));
+        }
+        match Starts::of(&scenario, rotor, trials) {
+            Ok(starts) => Ok(Ok(starts)),
+            Err(CampaignError::Settings(error)) => Ok(Err(format!("it cannot be set up: {error}"))),
+            Err(error) => Err(error.into()),
+        }
+    }
+
+    /// A quick look, with the rotor in the last of its states.
+    pub fn look(&self, setting: Setting, trials: u64) -> Result<Option<Look>, SuitabilityError> {
+        let rotor = self.rotors.last().copied().unwrap_or(Rotor::Locked);
+        let Ok(starts) = self.starts(&setting, rotor, false, trials)? else { return Ok(None) };
+        let margins = self.margins(&[&starts]);
+        Ok(Some(Look { setting, margins }))
+    }
+
+    pub fn margins(&self, starts: &[&Starts]) -> Margins {
+        Margins::of(starts, self.demands, self.most_current, self.has_pole)
+    }
+
+    /// What speaks against settings after such starts.
+    pub fn objections(&self, starts: &[&Starts]) -> Vec<String> {
+        let of = |starts: &&Starts| starts.objections(self.demands, self.most_current, self.has_pole);
+        starts.iter().flat_map(of).collect()
+    }
+}

@@ -1,0 +1,279 @@
+//! Settings at which a method answers within the demands.
+//!
+//! The evidence for a pole grows with the square of the current, the precision of the axis in proportion to it, movement with a
+//! higher power. So the search begins at the most current that is allowed and goes down from there, in steps of a fifth; only
+//! where that does not suffice it turns to the number of rounds, with whose root noise falls.
+
+use standstill_detect::{Method, MethodName, Signature};
+use standstill_quantity::{magnitude, rounded};
+use standstill_scenario::Rotor;
+
+use super::bench::{Bench, Look, Setting};
+use super::SuitabilityError;
+use super::margins::Demand;
+
+/// Starts of a look, and of one at an injection, which takes a hundred times as long.
+const LOOK: u64 = 64;
+const SLOW_LOOK: u64 = 12;
+/// Starts that tell how much current flows.
+const PROBE: u64 = 24;
+
+/// Pulses as shares of the longest.
+const PULSES: [f64; 8] = [1.0, 0.85, 0.72, 0.6, 0.5, 0.36, 0.25, 0.17];
+/// Rounds beside the usual three.
+const ROUNDS: [u8; 4] = [2, 6, 12, 24];
+/// Vectors as shares of the most current.
+const VECTORS: [f64; 6] = [1.0, 0.95, 0.85, 0.7, 0.5, 0.3];
+/// Where nothing suffices, pulses about the best one, and rounds.
+const NEAR: [f64; 4] = [0.92, 0.96, 1.04, 1.08];
+const NEAR_ROUNDS: [u8; 5] = [3, 4, 6, 9, 16];
+/// The longest pulse in s that a scenario may have, and the shortest.
+const PULSE_RANGE: [f64; 2] = [1e-6, 10e-3];
+
+/// What a search found of a method.
+#[derive(Clone, Debug)]
+pub(super) struct Found {
+    /// What was looked at, the best first.
+    pub looks: Vec<Look>,
+    /// What ends the growth of its current: a demand, or none where the link drives no more.
+    pub stop: Option<Demand>,
+}
+
+/// Whether a method takes a hundred times as long as others.
+pub(super) fn is_slow(method: MethodName) -> bool {
+    matches!(method, MethodName::HfiRotating | MethodName::HfiPulsating)
+}
+
+/// Whether a method reads axis and pole from the same pulses.
+fn is_both_ways(mut detector: Method<f64>) -> bool {
+    detector.has_line_pulses() && detector.polarity_mut().is_none()
+}
+
+impl Bench<'_> {
+    /// Looks for settings of a method. Where the user's own cannot be set up, nothing is found.
+    pub fn search(&self, method: MethodName) -> Result<Found, SuitabilityError> {
+        let plain = self.signed(Setting::plain(method))?;
+        let mut found = Found { looks: Vec::new(), stop: Some(Demand::Current) };
+        let scenario = self.scenario(&plain, Rotor::Locked, false)?;
+        if is_both_ways(scenario.detector) {
+            let dead = scenario.nameplate().dead_time.seconds();
+            let first = self.first_pulse(&plain)?;
+            self.pulses(&plain, first, dead, scenario.detector.is_adaptive(), &mut found)?;
+        } else {
+            self.vectors(&plain, &mut found)?;
+        }
+        if found.looks.is_empty() {
+            found.looks.extend(self.look(plain, LOOK)?);
+        }
+        found.looks.sort_by(|a, b| b.margins.compare(&a.margins));
+        Ok(found)
+    }
+
+    /// A method by pulses is told which pole draws more current in pulses of half the rated one. Where both draw the same there, but
+    /// not near rated current, it is told of these: its pulses will be as strong.
+    fn signed(&self, setting: Setting) -> Result<Setting, SuitabilityError> {
+        let nameplate = self.scenario(&setting, Rotor::Locked, false)?.nameplate();
+        let hidden = nameplate.pulse_signature == Signature::None && nameplate.signature != Signature::None;
+        if !hidden || self.is_set("signature") || is_slow(setting.method) {
+            return Ok(setting);
+        }
+        Ok(setting.with("signature", standstill_interface::Choice::name(nameplate.signature)))
+    }
+
+    /// The strongest pulses or vectors that are allowed.
+    pub fn strongest(&self, method: MethodName) -> Result<Vec<Setting>, SuitabilityError> {
+        let plain = self.signed(Setting::plain(method))?;
+        let scenario = self.scenario(&plain, Rotor::Locked, false)?;
+        let dead = scenario.nameplate().dead_time.seconds();
+        if !is_both_ways(scenario.detector) {
+            let (most, _) = self.grown(&plain, "vector_current", self.most_current, 0.0, &amperes)?;
+            let vector = most.map_or(plain.clone(), |most| plain.with("vector_current", &amperes(most)));
+            return Ok(vec![vector.clone(), vector.with("polarity", "sequential")]);
+        }
+        let first = self.first_pulse(&plain)?;
+        let (Some(longest), _) = self.grown(&plain, "pulse", first, dead, &microseconds)? else { return Ok(vec![plain]) };
+        let with = |share: f64| plain.with("pulse", &microseconds(dead + (longest - dead) * share));
+        let pulses = PULSES[..3].iter().map(|share| with(*share));
+        Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
+    }
+
+    /// About the pulse in s after which the allowed current flows.
+    fn first_pulse(&self, plain: &Setting) -> Result<f64, SuitabilityError> {
+        let nameplate = self.scenario(plain, Rotor::Locked, false)?.nameplate();
+        let rated = nameplate.rated_pulse.seconds() * self.most_current / self.motor.rated_current;
+        Ok(rated + nameplate.dead_time.seconds())
+    }
+
+    /// Pulses both ways: their length, then their rounds.
+    fn pulses(
+        &self,
+        plain: &Setting,
+        first: f64,
+        dead: f64,
+        adaptive: bool,
+        found: &mut Found,
+    ) -> Result<(), SuitabilityError> {
+        let longest = match self.is_set("pulse") {
+            true => None,
+            false => {
+                let (longest, stop) = self.grown(plain, "pulse", first, dead, &microseconds)?;
+                found.stop = stop;
+                longest
+            }
+        };
+        let lengths = longest.map_or(&[1.0][..], |_| &PULSES);
+        let with_pulse = |setting: &Setting, share: f64| match longest {
+            Some(longest) => setting.with("pulse", &microseconds(dead + (longest - dead) * share)),
+            None => setting.clone(),
+        };
+        let mut seen = Vec::new();
+        for share in lengths {
+            let Some(look) = self.look(with_pulse(plain, *share), LOOK)? else { continue };
+            // Shorter pulses move a rotor less, and speak less for a pole: once that is too little, they are not tried.
+            let hopeless = look.margins.pole.is_some_and(|pole| pole < 0.15);
+            seen.push((*share, look));
+            if hopeless {
+                break;
+            }
+        }
+        // A method that repeats itself until it is content needs no rounds.
+        let at_ease = seen.iter().any(|(_, look)| look.margins.is_easy());
+        let mut more = Vec::new();
+        if !(at_ease || adaptive || self.is_set("rounds")) {
+            for (share, look) in &seen {
+                for rounds in ROUNDS {
+                    let gain = (f64::from(rounds) / 3.0).sqrt();
+                    let margins = look.margins;
+                    let weak = margins.pole.is_some_and(|pole| pole * gain < 0.7) || margins.error * gain < 0.7;
+                    let restless = margins.movement / gain < 0.4 || margins.time / (gain * gain) < 0.5;
+                    if weak || (restless && rounds > 3) {
+                        continue;
+                    }
+                    let setting = with_pulse(plain, *share).with("rounds", &rounds.to_string());
+                    more.extend(self.look(setting, LOOK)?.map(|look| (*share, look)));
+                }
+            }
+        }
+        let all = || seen.iter().map(|(share, look)| (*share, look)).chain(more.iter().map(|(share, look)| (*share, look)));
+        let best = all().max_by(|a, b| a.1.margins.compare(&b.1.margins)).map(|(share, look)| (share, look.margins));
+        let mut near = Vec::new();
+        if let Some((share, margins)) = best
+            && !(margins.is_kept() || adaptive || self.is_set("rounds"))
+            && margins.worst() > 0.5
+        {
+            for share in NEAR.iter().map(|factor| factor * share).filter(|share| *share <= 1.0) {
+                for rounds in NEAR_ROUNDS {
+                    near.extend(self.look(with_pulse(plain, share).with("rounds", &rounds.to_string()), LOOK)?);
+                }
+            }
+        }
+        found.looks.extend(seen.into_iter().chain(more).map(|(_, look)| look).chain(near));
+        Ok(())
+    }
+
+    /// A polarity test of its own behind the axis: the current of its vectors and its rule; then how the axis is found.
+    fn vectors(&self, plain: &Setting, found: &mut Found) -> Result<(), SuitabilityError> {
+        let slow = is_slow(plain.method);
+        let trials = if slow { SLOW_LOOK } else { LOOK };
+        let mut settings = vec![plain.clone()];
+        if self.has_pole && !self.is_set("vector_current") {
+            let (most, stop) = self.grown(plain, "vector_current", self.most_current, 0.0, &amperes)?;
+            found.stop = stop;
+            if let Some(most) = most {
+                settings = VECTORS.iter().map(|share| plain.with("vector_current", &amperes(most * share))).collect();
+            }
+        }
+        if self.has_pole && !slow && !self.is_set("polarity") {
+            let sequential: Vec<Setting> = settings.iter().map(|of| of.with("polarity", "sequential")).collect();
+            settings.extend(sequential);
+        }
+        for setting in settings {
+            found.looks.extend(self.look(setting, trials)?);
+        }
+        // How the axis is found: by longer pulses, or by another voltage.
+        let Some(best) = found.looks.iter().max_by(|a, b| a.margins.compare(&b.margins)).cloned() else {
+            return Ok(());
+        };
+        if best.margins.is_easy() {
+            return Ok(());
+        }
+        let key = if slow { "voltage" } else { "pulse" };
+        if self.is_set(key) {
+            return Ok(());
+        }
+        let scenario = self.scenario(&best.setting, Rotor::Locked, false)?;
+        let of_key = standstill_detect::keys::ALL.into_iter().find(|of| of.name == key);
+        let Some(usual) = of_key.and_then(|key| scenario.detector.get(key)) else { return Ok(()) };
+        for factor in [0.5, 1.5, 2.0, 3.0] {
+            let value = usual.number() * factor;
+            let text = if slow { volts(value) } else { microseconds(value) };
+            found.looks.extend(self.look(best.setting.with(key, &text), trials)?);
+        }
+        Ok(())
+    }
+
+    /// The value of a key at which the largest current is just what is allowed, and what keeps it from being more: the current
+    /// allowed, or nothing, where the link drives no more. `dead` is what raises no current. No value where none can be set up.
+    fn grown(
+        &self,
+        plain: &Setting,
+        key: &'static str,
+        first: f64,
+        dead: f64,
+        text: &dyn Fn(f64) -> String,
+    ) -> Result<(Option<f64>, Option<Demand>), SuitabilityError> {
+        let trials = if is_slow(plain.method) { PROBE / 4 } else { PROBE };
+        // A detection that ends before its vectors says nothing of their current.
+        let limits = if key == "pulse" { PULSE_RANGE } else { [f64::MIN_POSITIVE, 1.1 * self.most_current] };
+        let (mut value, mut before) = (first.clamp(limits[0], limits[1]), None);
+        let wanted = 0.985 * self.most_current;
+        let mut best = None;
+        for _ in 0..5 {
+            let starts = self.starts(&plain.with(key, &text(value)), Rotor::Locked, false, trials)?;
+            let Ok(starts) = starts else { return Ok((best, Some(Demand::Current))) };
+            let peak = starts.summary.peak_current_a;
+            if peak <= self.most_current / 1.005 {
+                best = Some(best.map_or(value, |best: f64| best.max(value)));
+            }
+            if (0.975..=0.993).contains(&(peak / self.most_current)) {
+                break;
+            }
+            // The link drives no more through the resistance, or the pulse can be no longer.
+            let saturated = before.is_some_and(|(earlier, less): (f64, f64)| value > 1.3 * earlier && peak < 1.1 * less);
+            if peak < wanted && (saturated || value >= limits[1]) {
+                return Ok((best, None));
+            }
+            before = Some((value, peak));
+            let factor = (wanted / peak.max(1e-9 * wanted)).clamp(0.2, 2.0);
+            value = (dead + (value - dead).max(0.1 * value) * factor).clamp(limits[0], limits[1]);
+        }
+        Ok((best.or(Some(value)), Some(Demand::Current)))
+    }
+}
+
+/// A time for a file, rounded down to what an engineer would write.
+fn microseconds(seconds: f64) -> String {
+    let value = seconds.max(PULSE_RANGE[0]) * 1e6;
+    let (step, power) = match value {
+        v if v < 20.0 => (1.0, -1),
+        v if v < 100.0 => (1.0, 0),
+        v if v < 500.0 => (5.0, 0),
+        _ => (1.0, 1),
+    };
+    format!("{} us", down(value / step, power) * step)
+}
+
+/// A current for a file, to three digits, rounded down.
+fn amperes(value: f64) -> String {
+    format!("{} A", down(value, magnitude(value).unwrap_or(0) - 2))
+}
+
+/// A voltage likewise.
+fn volts(value: f64) -> String {
+    format!("{} V", down(value, magnitude(value).unwrap_or(0) - 2))
+}
+
+/// Rounded down to whole numbers of this power of ten.
+fn down(value: f64, power: i32) -> f64 {
+    rounded((rounded(value, -power) + 1e-9).floor(), power)
+}

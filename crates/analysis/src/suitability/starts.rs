@@ -1,0 +1,183 @@
+//! Starts under one condition, and what they showed.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
+
+use standstill_campaign::{Campaign, CampaignError, Statistics, Summary};
+use standstill_detect::{Method, PolarityRule};
+use standstill_scenario::{Record, Rotor, Scenario, Verdict};
+
+use super::Demands;
+use crate::event::evidence;
+
+/// Starts with the rotor in one state.
+#[derive(Clone, Debug)]
+pub(super) struct Starts {
+    pub rotor: Rotor,
+    pub summary: Summary,
+    /// Why starts failed, and how many for each reason. Those that left the pole undetermined are not among them.
+    pub failures: BTreeMap<String, u64>,
+    /// The longest detection in s.
+    pub longest_s: f64,
+    /// Pole evidence of each start that has an axis, sorted: towards the true pole, in units of what a decision needs. From 1
+    /// on a start names the right pole, from −1 down the wrong one.
+    pub evidence: Vec<f64>,
+    /// Whether the method goes on until it is content, so that its evidence is just enough whatever the motor is.
+    pub stops_when_content: bool,
+}
+
+impl Starts {
+    /// So many starts of a scenario.
+    pub fn of(scenario: &Scenario<Method<f64>>, rotor: Rotor, trials: u64) -> Result<Self, CampaignError> {
+        let mut statistics = Statistics::default();
+        let (mut failures, mut evidence, mut longest_s) = (BTreeMap::new(), Vec::new(), 0.0_f64);
+        let campaign = Campaign { scenario, trials, threads: None };
+        campaign.run(&AtomicBool::new(false), |record| {
+            statistics.add(record);
+            longest_s = longest_s.max(record.run.duration.seconds());
+            if let (Verdict::Failed | Verdict::Error, Some(reason)) = (record.verdict(), record.reason_name()) {
+                *failures.entry(reason).or_insert(0) += 1;
+            }
+            evidence.extend(towards_north(record));
+            Ok::<(), CampaignError>(())
+        })?;
+        evidence.sort_by(f64::total_cmp);
+        let stops_when_content = stops_when_content(scenario.detector);
+        Ok(Self { rotor, summary: statistics.summary(), failures, longest_s, evidence, stops_when_content })
+    }
+
+    /// Starts without an angle: given up, or not simulated.
+    pub fn failed(&self) -> u64 {
+        self.summary.failed + self.summary.errors
+    }
+
+    /// Those reasons, the most frequent first, with their counts.
+    fn failures_in_words(&self) -> String {
+        let mut reasons: Vec<(&String, &u64)> = self.failures.iter().collect();
+        reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+        match reasons[..] {
+            [(reason, _)] => reason.clone(),
+            _ => {
+                let counted: Vec<String> =
+                    reasons.iter().map(|(reason, count)| format!("{reason} in {count}")).collect();
+                counted.join(", ")
+            }
+        }
+    }
+
+    /// The pole evidence that 99 of 100 starts exceed, in units of what a decision needs: of few starts by mean and deviation.
+    pub fn least_evidence(&self) -> f64 {
+        let n = self.evidence.len() as f64;
+        if n < 2.0 {
+            return 0.0;
+        }
+        if self.stops_when_content {
+            let undetermined = self.summary.undetermined as f64 / self.summary.trials as f64;
+            return if undetermined == 0.0 { COMFORTABLE } else { 1.0 - undetermined };
+        }
+        let (mean, deviation) = self.spread();
+        mean - 2.326 * deviation * (1.0 + 1.0 / n.sqrt())
+    }
+
+    /// Mean and standard deviation of the evidence, the deviation as large as the lower half of the starts says.
+    fn spread(&self) -> (f64, f64) {
+        let n = self.evidence.len() as f64;
+        let mean = self.evidence.iter().sum::<f64>() / n;
+        let square = |value: &f64| (value - mean) * (value - mean);
+        let all = self.evidence.iter().map(square).sum::<f64>() / (n - 1.0);
+        let below: Vec<f64> = self.evidence.iter().filter(|value| **value < mean).map(square).collect();
+        let lower = below.iter().sum::<f64>() / (below.len() as f64).max(1.0);
+        (mean, all.max(lower).sqrt())
+    }
+
+    /// A bound on the share of wrong poles: by counting, and where the evidence is a number that repeats, by how many of its
+    /// standard deviations lie between the mean and a wrong pole. Both ends are 95 % bounds; the tail is taken as normal, which the
+    /// lowest of the starts must not contradict.
+    pub fn wrong_poles_at_most(&self) -> f64 {
+        let counted = standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
+        let n = self.evidence.len() as f64;
+        if self.stops_when_content || self.summary.wrong_poles > 0 || n < 100.0 {
+            return counted;
+        }
+        let (mean, deviation) = self.spread();
+        let lowest = self.evidence.first().copied().unwrap_or(0.0);
+        // As many deviations as a normal distribution's least of n is below its mean, and two more.
+        let expected = (2.0 * standstill_numeric::ln(n)).sqrt() + 2.0;
+        let deviation = deviation.max((mean - lowest) / expected);
+        let mean = mean - 1.645 * deviation / n.sqrt();
+        let away = (mean + 1.0) / (deviation * (1.0 + 1.645 / (2.0 * n).sqrt()));
+        if away <= 1.0 {
+            return counted;
+        }
+        // The normal tail's upper bound.
+        let tail = standstill_numeric::exp(-0.5 * away * away) / (away * std::f64::consts::TAU.sqrt());
+        tail.min(counted)
+    }
+
+    /// What speaks against the method: each count with its own reason.
+    pub fn objections(&self, demands: &Demands, most_current: f64, has_pole: bool) -> Vec<String> {
+        let mut objections = Vec::new();
+        let (summary, state) = (&self.summary, self.rotor.name());
+        let all = summary.trials as f64;
+        let failed = self.failed();
+        if failed as f64 > demands.without_angle * all {
+            objections
+                .push(format!("{failed} of {all} without an angle, rotor {state}: {}", self.failures_in_words()));
+        }
+        // Of the few that have an axis where most have none, the error says nothing.
+        if failed as f64 <= demands.without_angle * all && summary.p95_deg.value > demands.error_deg {
+            objections.push(format!(
+                "95 of 100 errors within {}°, rotor {state}, where {}° are demanded",
+                summary.p95_deg.alone(),
+                demands.error_deg
+            ));
+        }
+        if has_pole && summary.wrong_poles > 0 {
+            objections.push(format!("{} wrong poles in {all}, rotor {state}", summary.wrong_poles));
+        }
+        if has_pole && summary.undetermined as f64 > demands.without_angle * all {
+            let count = summary.undetermined;
+            objections.push(format!("pole undetermined in {count} of {all}, rotor {state}"));
+        }
+        if self.rotor == Rotor::Free && summary.max_moved_deg > demands.movement_deg {
+            objections.push(format!(
+                "a free rotor moves by {:.2}° where {}° are allowed",
+                summary.max_moved_deg, demands.movement_deg
+            ));
+        }
+        if summary.peak_current_a > most_current {
+            objections.push(format!(
+                "{} A, rotor {state}, where {} A are allowed",
+                standstill_quantity::number(2, summary.peak_current_a),
+                standstill_quantity::number(2, most_current)
+            ));
+        }
+        if self.longest_s > demands.time_s {
+            objections.push(format!(
+                "{} ms, rotor {state}, where {} ms are allowed",
+                standstill_quantity::number(0, self.longest_s * 1e3),
+                standstill_quantity::number(0, demands.time_s * 1e3)
+            ));
+        }
+        objections
+    }
+}
+
+/// Whether a method goes on until it is content.
+pub(super) fn stops_when_content(mut method: Method<f64>) -> bool {
+    let sequential = method.polarity_mut().is_some_and(|of| matches!(of.rule, PolarityRule::Sequential(_)));
+    sequential || method.is_adaptive()
+}
+
+/// Evidence above which nothing is gained by more: a third more than a decision needs, in 99 of 100 starts.
+pub(super) const COMFORTABLE: f64 = 1.3;
+
+/// The pole evidence of a start with an axis, in units of what a decision needs; zero where no amount would do.
+fn towards_north(record: &Record) -> Option<f64> {
+    let standstill_sim::Ended::Outcome(outcome) = record.run.ended else { return None };
+    record.axis_deg()?;
+    let (wrong, needed) = evidence(&outcome, record.run.end_angle)?;
+    let share = -wrong / needed;
+    // Evidence without bound is enough.
+    Some(if share.is_nan() { 0.0 } else { share.clamp(-100.0, 100.0) })
+}

@@ -1,0 +1,161 @@
+//! What `check` answers to programs, and which command goes on.
+
+use serde_json::{Map, Value, json};
+use standstill_analysis::{Candidate, Condition, Setting, Suited};
+
+use super::file::Written;
+use super::words::{Asked, settings};
+
+/// Lines that say how to go on.
+pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
+    let found = asked.found;
+    let mut lines = Vec::new();
+    if found.suited() == Suited::No {
+        let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
+        let commands: Vec<String> =
+            helps.map(|advice| format!("  standstill check {} {}", asked.named, advice.option)).collect();
+        if !commands.is_empty() {
+            lines.extend([String::new(), "Go on with one of".to_owned()]);
+            lines.extend(commands);
+        }
+        return lines;
+    }
+    if matches!(found.condition, Some(Condition::Saturation { .. })) {
+        lines.extend([
+            String::new(),
+            "Once the saturation is measured:".to_owned(),
+            format!("  standstill check {} -s \"motor.nameplate.saturation=… %\"", asked.named),
+        ]);
+    }
+    lines.push(String::new());
+    match written {
+        Some(Written::Done(path)) => {
+            lines.push(format!("{} has these settings. Go on with", path.display()));
+            lines.push(format!("  standstill run {}", path.display()));
+        }
+        Some(Written::InTheWay(path)) => {
+            let path = path.display();
+            lines.push(format!("{path} is there already and says something else: it stays. --force replaces it, --write FILE"));
+            lines.push("names another. Or go on with".to_owned());
+            lines.push(in_a_line(asked));
+        }
+        None => {
+            lines.push("Go on with".to_owned());
+            lines.push(in_a_line(asked));
+        }
+    }
+    lines
+}
+
+/// The run of what is recommended without a file.
+fn in_a_line(asked: &Asked<'_>) -> String {
+    let mut line = format!("  standstill run {} -s rotor.state=free", asked.named);
+    for (key, value) in asked.found.recommended().into_iter().flat_map(|candidate| keys(&candidate.setting)) {
+        line += &format!(" -s \"{key}={value}\"");
+    }
+    line
+}
+
+/// Its keys as a scenario has them.
+fn keys(setting: &Setting) -> Vec<(String, String)> {
+    let method = ("detector.method".to_owned(), setting.method.name().to_owned());
+    let others = setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
+    std::iter::once(method).chain(others).collect()
+}
+
+fn object(setting: &Setting) -> Value {
+    keys(setting).into_iter().map(|(key, value)| (key, value.into())).collect::<Map<String, Value>>().into()
+}
+
+/// All of it.
+pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Value {
+    let found = asked.found;
+    let has_poles = found.has_magnet && !found.pole_is_open();
+    let margins = |candidate: &Candidate| {
+        let all = candidate.margins?.all().into_iter().filter(|(_, margin)| margin.is_finite());
+        Some(all.map(|(demand, margin)| (demand.name().to_owned(), margin.into())).collect::<Map<String, Value>>())
+    };
+    let candidates: Vec<Value> = found
+        .candidates
+        .iter()
+        .map(|candidate| {
+            json!({
+                "method": candidate.method().name(),
+                "keys": object(&candidate.setting),
+                "suited": candidate.objections.is_empty(),
+                "objections": candidate.objections,
+                "binding": candidate.binding.map(|demand| demand.name()),
+                "margin": candidate.margin(),
+                "margins": margins(candidate),
+                "settings_tried": candidate.looks,
+                "locked": candidate.locked,
+                "free": candidate.free,
+            })
+        })
+        .collect();
+    let recommended = found.recommended().zip(found.confirmed()).map(|(candidate, fresh)| {
+        let settings: Map<String, Value> = settings(&candidate.settings, has_poles)
+            .into_iter()
+            .map(|(name, value)| (name.to_owned(), value.into()))
+            .collect();
+        json!({
+            "method": candidate.method().name(),
+            "keys": object(&candidate.setting),
+            "margin": candidate.margin(),
+            "binding": candidate.binding.map(|demand| demand.name()),
+            "settings": settings,
+            "confirmed": {
+                "starts": fresh.starts,
+                "seed": fresh.seed,
+                "confidence": 0.95,
+                "p95_at_most_deg": fresh.p95_at_most_deg,
+                "without_angle_at_most": fresh.without_angle_at_most,
+                "wrong_poles": fresh.wrong_poles,
+                "counted": fresh.counted,
+                "wrong_poles_at_most": fresh.wrong_poles_at_most,
+                "moved_deg": fresh.moved_deg,
+                "peak_current_A": fresh.peak_current_a,
+            },
+        })
+    });
+    let condition = found.condition.as_ref().map(|condition| match condition {
+        Condition::Saturation { least, minus_d } => {
+            json!({ "kind": "saturation", "least": least, "minus_d": minus_d, "q": 0.0 })
+        }
+        Condition::Pole => json!({ "kind": "pole" }),
+    });
+    let advice: Vec<Value> = found
+        .advice
+        .iter()
+        .map(|advice| json!({ "change": advice.change, "option": advice.option, "keys": advice.helps.as_ref().map(object) }))
+        .collect();
+    let commands: Vec<&str> = next.iter().filter_map(|line| line.strip_prefix("  ")).collect();
+    json!({
+        "motor": asked.motor.name,
+        "errors": asked.errors.name(),
+        "verdict": found.suited().name(),
+        "suited": found.suited() == Suited::Yes,
+        "condition": condition,
+        "pole_judged": !found.pole_is_open(),
+        "pole": found.pole,
+        "reasons": asked.reasons(),
+        "demands": {
+            "error_deg": asked.demands.error_deg,
+            "movement_deg": asked.demands.movement_deg,
+            "without_angle": asked.demands.without_angle,
+            "wrong_poles": asked.demands.wrong_poles,
+            "current_A": found.most_current_a,
+            "time_s": asked.demands.time_s,
+        },
+        "saliency_ratio": found.saliency_ratio,
+        "limit_deg": found.limit.map(|bound| bound.scheme_deg),
+        "limit_on_a_specimen_deg": found.limit.and_then(|bound| bound.hybrid_deg),
+        "polarity_difference": found.polarity_difference,
+        "pulse_polarity_difference": found.pulse_difference,
+        "candidates": candidates,
+        "recommended": recommended,
+        "advice": advice,
+        "scenario": written.and_then(Written::path).map(|path| path.display().to_string()),
+        "next": commands,
+    })
+}

@@ -1,0 +1,366 @@
+//! What `check` says.
+
+use std::fmt::Write as _;
+
+use standstill_analysis::{Candidate, Condition, Demand, Demands, Setting, Suitability, Suited, informative};
+use standstill_detect::{Method, SequentialSettings, Signature};
+use standstill_plant::{DataSheet, Entry, Motor, PoleKnowledge, Source};
+use standstill_report::page::Tone;
+use standstill_scenario::ErrorSet;
+
+use crate::table::{Column, Table};
+use crate::terminal::{painted, paragraph};
+
+/// What was asked, and what was found.
+pub struct Asked<'a> {
+    pub motor: &'a Motor,
+    /// As whoever asks named it.
+    pub named: &'a str,
+    pub errors: ErrorSet,
+    pub sheet: &'a DataSheet,
+    pub demands: &'a Demands,
+    pub found: &'a Suitability,
+}
+
+impl Asked<'_> {
+    /// The verdict in a sentence, painted or not.
+    fn verdict(&self, paint: &dyn Fn(Tone, &str) -> String) -> String {
+        let found = self.found;
+        let what = if found.pole_is_open() { "rotor's axis" } else { "rotor position" };
+        let (tone, word) = match found.suited() {
+            Suited::Yes => (Tone::Good, "suited"),
+            Suited::If => (Tone::Warning, "suited"),
+            Suited::No => (Tone::Bad, "NOT suited"),
+        };
+        let note = match &found.condition {
+            Some(Condition::Saturation { least, .. }) => format!(
+                "; if the north pole's inductance falls by at least {} at rated current",
+                percent(*least)
+            ),
+            _ => found.pole.note().filter(|_| found.has_magnet).map_or_else(String::new, |note| format!("; {note}")),
+        };
+        format!(
+            "{}: {} to detection of the {what} at standstill (error set {}){note}",
+            self.motor.name,
+            paint(tone, word),
+            self.errors.name()
+        )
+    }
+
+    /// The same without colours, for files.
+    pub fn head(&self) -> String {
+        self.verdict(&|_, word| word.to_owned())
+    }
+
+    /// Why.
+    pub fn reasons(&self) -> Vec<String> {
+        let mut reasons = vec![saliency(self.found, self.demands, self.errors), poles(self.found)];
+        reasons.extend(condition(self));
+        reasons.extend(self.motor.map_note().map(|note| format!("Map: {note}.")));
+        reasons
+    }
+}
+
+/// A share in per cent.
+fn percent(share: f64) -> String {
+    format!("{} %", standstill_quantity::rounded(share, 2))
+}
+
+/// All of it.
+pub fn text(asked: &Asked<'_>, next: &[String]) -> String {
+    let found = asked.found;
+    let mut text = paragraph("", &asked.verdict(&painted));
+    text.push('\n');
+    for line in asked.reasons().into_iter().chain(assumptions(asked.sheet)) {
+        text += &paragraph("  – ", &line);
+    }
+    text.push('\n');
+    text += &Table::new(columns()).judged(found.candidates.iter().map(cells)).text();
+    if let Some(candidate) = found.recommended() {
+        text.push('\n');
+        text += &paragraph("", &recommendation(candidate));
+        for (name, value) in settings(&candidate.settings, found.has_magnet && !found.pole_is_open()) {
+            let _ = writeln!(text, "  {name:<24} {value}");
+        }
+        text.extend(confirmed(found).map(|said| paragraph("", &said)));
+    }
+    text += &advice(found);
+    for line in next {
+        text.push_str(line);
+        text.push('\n');
+    }
+    text
+}
+
+fn recommendation(candidate: &Candidate) -> String {
+    let mut said = format!(
+        "Recommended: {}, {} times better than demanded in error and in movement",
+        candidate.setting.method,
+        factor(candidate.margin())
+    );
+    if let (Some(margins), Some(demand)) = (candidate.margins, candidate.binding) {
+        let _ = write!(said, ". What binds is {demand}: {}", kept(demand, margins.binding().1));
+    }
+    said + "."
+}
+
+/// How far a demand is kept.
+fn kept(demand: Demand, margin: f64) -> String {
+    match demand {
+        Demand::Error | Demand::Movement | Demand::Time => {
+            format!("{:.0} % of what is allowed", 100.0 / margin)
+        }
+        Demand::Current => format!("{:.0} % of what may flow", 100.0 / margin),
+        Demand::Pole => format!("in 99 of 100 starts {:.0} % of what a decision needs", 100.0 * margin),
+        Demand::Answers => "too many end without an angle".to_owned(),
+    }
+}
+
+/// What fresh starts showed.
+fn confirmed(found: &Suitability) -> Option<String> {
+    let fresh = found.confirmed()?;
+    let states = found.candidates[0].locked.trials.min(found.candidates[0].free.trials);
+    let states = if states > 0 { "with the rotor locked and as many free" } else { "of the rotor as it is" };
+    let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| match fresh.counted {
+        Some(starts) => format!(", {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
+        None => format!(", {} wrong poles, by their evidence at most {}", fresh.wrong_poles, share(most)),
+    });
+    Some(format!(
+        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without an angle or a pole{poles} (95 % confidence each); a free rotor moved by {:.3}° at most, {} A flowed at most.",
+        fresh.starts,
+        fresh.seed,
+        fresh.p95_at_most_deg,
+        share(fresh.without_angle_at_most),
+        fresh.moved_deg,
+        amperes(fresh.peak_current_a),
+    ))
+}
+
+/// A small share.
+fn share(value: f64) -> String {
+    match value {
+        v if v < 1e-9 => "one in a billion".to_owned(),
+        v if v < 1e-4 => format!("{v:.0e}"),
+        v => format!("{:.2} %", 100.0 * v),
+    }
+}
+
+/// What was tried where nothing suffices.
+fn advice(found: &Suitability) -> String {
+    if found.advice.is_empty() {
+        return String::new();
+    }
+    let looks: usize = found.candidates.iter().map(|candidate| candidate.looks).sum();
+    let (helps, not): (Vec<_>, Vec<_>) = found.advice.iter().partition(|advice| advice.helps.is_some());
+    let head = format!(
+        "No settings suffice: {looks} were tried, up to {} A. {}",
+        amperes(found.most_current_a),
+        if helps.is_empty() { "Nor does any of these changes, each tried on the bench:" } else { "Each of these changes suffices, as tried on the bench:" }
+    );
+    let mut text = format!("\n{}", paragraph("", &head));
+    for advice in &helps {
+        let with = advice.helps.as_ref().map_or_else(String::new, setting);
+        text += &paragraph("  – ", &format!("{}: {with}.", advice.change));
+    }
+    let words: Vec<&str> = not.iter().map(|advice| advice.change.as_str()).collect();
+    if !words.is_empty() {
+        text += &if helps.is_empty() {
+            paragraph("  – ", &format!("{}.", words.join("; ")))
+        } else {
+            paragraph("", &format!("Not enough by itself: {}.", words.join("; ")))
+        };
+    }
+    text
+}
+
+/// A method with its keys.
+pub fn setting(setting: &Setting) -> String {
+    match keys(setting) {
+        keys if keys.is_empty() => setting.method.to_string(),
+        keys => format!("{} with {keys}", setting.method),
+    }
+}
+
+fn keys(setting: &Setting) -> String {
+    let keys: Vec<String> =
+        setting.keys.iter().map(|(key, value)| format!("{} {value}", key.replace('_', " "))).collect();
+    keys.join(", ")
+}
+
+/// What a table says of a method.
+pub fn verdict(candidate: &Candidate) -> String {
+    let keys = keys(&candidate.setting);
+    let at = if keys.is_empty() { String::new() } else { format!("{keys}: ") };
+    let binds = match candidate.binding {
+        Some(demand) => format!("; {} binds", short(demand)),
+        None => "; the link drives no more current".to_owned(),
+    };
+    match candidate.objections.is_empty() {
+        true => format!("{at}suited{binds}"),
+        false => format!("{at}{}{binds}", candidate.objections.join("; ")),
+    }
+}
+
+const fn short(demand: Demand) -> &'static str {
+    match demand {
+        Demand::Error => "error",
+        Demand::Movement => "movement",
+        Demand::Current => "current",
+        Demand::Time => "time",
+        Demand::Pole => "pole",
+        Demand::Answers => "saliency or converter",
+    }
+}
+
+/// What must hold beside the sheet, what a single number assumes, and how to measure it.
+fn condition(asked: &Asked<'_>) -> Option<String> {
+    let Some(Condition::Saturation { least, minus_d }) = &asked.found.condition else { return None };
+    Some(format!(
+        "Saturation is not given. The verdict is that of the least that suffices, found on the bench: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. To measure it: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
+        percent(*least),
+        -100.0 * minus_d,
+    ))
+}
+
+/// What the verdict rests on and nobody has measured: numbers that the sheet leaves out, and those that it calls assumed. A built-in
+/// motor's are listed by `standstill motors`.
+fn assumptions(sheet: &DataSheet) -> Vec<String> {
+    let list = |head: &str, entries: &[Entry]| {
+        let values: Vec<String> =
+            entries.iter().map(|entry| format!("{} {}", entry.key, entry.value)).collect();
+        (!values.is_empty()).then(|| format!("{head}: {}.", values.join(", ")))
+    };
+    let left_out = sheet.assumed();
+    let is_written = |entry: &Entry| {
+        let is_left_out = left_out.iter().any(|other| other.key == entry.key);
+        // Saturation that is not given is nothing that was assumed: the verdict says what is open without.
+        let is_open = entry.key == "nameplate.saturation";
+        let is_built_in = DataSheet::built_in(sheet.name()).is_some();
+        entry.source == Source::Assumed && !is_left_out && !is_open && !is_built_in
+    };
+    let written: Vec<Entry> = sheet.entries().into_iter().filter(is_written).collect();
+    let said = [
+        list("Assumed, as the data sheet does not say", left_out),
+        list("Assumed, as the data sheet itself says", &written),
+    ];
+    said.into_iter().flatten().collect()
+}
+
+fn columns() -> [Column; 7] {
+    [
+        Column::word("method"),
+        Column::number("p95 ° locked"),
+        Column::number("p95 ° free").rank(3),
+        Column::number("ms").rank(1),
+        Column::number("peak A").rank(2),
+        Column::number("moved °").rank(1),
+        Column::prose("verdict").judged(),
+    ]
+}
+
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() { format!("{value:.digits$}") } else { "–".to_owned() }
+}
+
+/// How many times, with a digit after the point where that matters.
+fn factor(value: f64) -> String {
+    if value < 9.95 { format!("{value:.1}") } else { format!("{value:.0}") }
+}
+
+/// A current in A, of motors of milliamperes as well.
+fn amperes(value: f64) -> String {
+    if value > 0.0 { standstill_quantity::number(1, value) } else { "–".to_owned() }
+}
+
+fn milliseconds(seconds: f64) -> String {
+    if seconds.is_finite() { standstill_quantity::number(1, seconds * 1e3) } else { "–".to_owned() }
+}
+
+fn cells(candidate: &Candidate) -> (Tone, Vec<String>) {
+    let (locked, free) = (&candidate.locked, &candidate.free);
+    let tone = if candidate.objections.is_empty() { Tone::Good } else { Tone::Bad };
+    let cells = vec![
+        candidate.method().name().to_owned(),
+        locked.p95_deg.alone(),
+        free.p95_deg.alone(),
+        milliseconds(free.mean_duration_s),
+        amperes(locked.peak_current_a.max(free.peak_current_a)),
+        if free.trials > 0 { number(free.max_moved_deg, 2) } else { "–".to_owned() },
+        verdict(candidate),
+    ];
+    (tone, cells)
+}
+
+/// What is said of motors without a saliency.
+const SAME: &str = " L_d and L_q are the same: there is no axis to find. Many sheets print one inductance: measure both, at two terminals while the shaft is turned by hand.";
+
+fn saliency(suitability: &Suitability, demands: &Demands, errors: ErrorSet) -> String {
+    let ratio = suitability.saliency_ratio;
+    let mut saliency = format!("Saliency: |L_B|/L_A = {ratio:.3}.");
+    let Some(bound) = suitability.limit.filter(|_| ratio >= 1e-3) else {
+        if ratio < 1e-3 {
+            saliency += SAME;
+        }
+        return saliency;
+    };
+    // What holds for this specimen too: its gains and offsets are known only as its sensors are made.
+    let limit = bound.hybrid_deg.unwrap_or(bound.scheme_deg);
+    if informative(limit).is_none() {
+        saliency += " The currents of line pulses do not tell the rotor's angle.";
+    } else if limit > 0.0 {
+        let margin = demands.error_deg / (1.96 * limit);
+        let _ = write!(
+            saliency,
+            " With error set {} no method can know the axis better than {limit:.3}° rms from these line pulses (Cramér–Rao), {} times {} than the {}° demanded in 95 of 100.",
+            errors.name(),
+            factor(if margin < 1.0 { 1.0 / margin } else { margin }),
+            if margin < 1.0 { "worse" } else { "better" },
+            demands.error_deg
+        );
+    }
+    saliency
+}
+
+fn poles(suitability: &Suitability) -> String {
+    let [rated, pulses] = suitability.signature;
+    let difference = suitability.polarity_difference.abs();
+    let floor = SequentialSettings::<f64>::new(difference).floor;
+    if !suitability.has_magnet {
+        return "Poles: none, the motor has no magnet; its axis is all there is to find.".to_owned();
+    }
+    if let (true, Some(note)) = (suitability.pole_is_open(), suitability.pole.note()) {
+        let way_out = match suitability.pole {
+            PoleKnowledge::NotDetermined => "Points of both sides would tell; `standstill magnetics` shows what each core says.",
+            _ => "By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].",
+        };
+        return format!("Poles: {note}. {way_out}");
+    }
+    if rated == Signature::None && pulses == Signature::None {
+        return format!(
+            "Poles: they draw the same current, to {:.1} % near rated current: no test at standstill can tell them apart.",
+            100.0 * difference
+        );
+    }
+    format!(
+        "Poles{}: {} near rated current, by {:.1} %, {} times what drive and sensors get wrong between two vectors ({:.1} %); {} in pulses of half that current, by {:.1} %.",
+        match (&suitability.condition, suitability.pole) {
+            (Some(_), _) => " (of the least saturation that suffices)",
+            (None, PoleKnowledge::Assumed) => " (assumed: the map has one side of the d-axis only)",
+            _ => "",
+        },
+        rated.in_words(),
+        100.0 * difference,
+        factor(difference / floor),
+        100.0 * floor,
+        pulses.in_words(),
+        100.0 * suitability.pulse_difference.abs()
+    )
+}
+
+/// The settings that matter, by name; those of the poles where there are some that are known.
+pub fn settings(method: &Method<f64>, has_poles: bool) -> Vec<(&'static str, String)> {
+    let mut all = Vec::new();
+    method.describe(&mut |name, value| all.push((name, value.to_string())));
+    all.retain(|(name, _)| has_poles || !(name.starts_with("polarity") || *name == "signature"));
+    all
+}
