@@ -19,7 +19,7 @@ pub use campaign::{Campaign, CampaignError};
 pub use numerics::NUMERICS;
 pub use plan::Glance;
 pub use statistics::{
-    Estimate, Occurrence, Statistics, Summary, binomial_interval, correlated_difference,
+    Apart, Estimate, Judgement, Occurrence, Statistics, Summary, binomial_interval, correlated_difference,
     independent_difference, paired_difference, paired_rms, quantile_ranks, student,
 };
 

@@ -4,6 +4,7 @@
 //! large angle error but another kind of failure. All intervals are at 95 %.
 
 mod binomial;
+mod judged;
 mod merge;
 mod quantiles;
 mod rms;
@@ -16,6 +17,7 @@ use std::collections::BTreeMap;
 
 use serde::{Deserialize, Serialize};
 
+pub use self::judged::{Apart, Judgement};
 use self::quantiles::Magnitudes;
 use self::rms::root_mean_square;
 pub use self::student::student;

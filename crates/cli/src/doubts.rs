@@ -1,5 +1,6 @@
 //! Values that can be simulated, but that hardly anybody means: a line of warning each, before the first trial.
 
+use standstill_plant::Motor;
 use standstill_quantity::listed;
 use standstill_scenario::Scenario;
 
@@ -23,6 +24,11 @@ pub fn warn<S>(scenario: &Scenario<S>) {
             tell(&format!("warning: {doubt}"));
         }
     }
+}
+
+/// What is hardly meant of a motor's numbers, with the slip that would explain it.
+pub fn of_motor(motor: &Motor) -> Option<String> {
+    motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
 /// What is doubtful.
@@ -54,7 +60,7 @@ pub fn of<S>(scenario: &Scenario<S>) -> Vec<String> {
         doubt("inverter.dc_link", drive.link.voltage, "V", 5.0, usual_link),
     ];
     doubts.retain(|doubt| doubt.value > doubt.share * doubt.of.0);
-    let mut said: Vec<String> = doubts.iter().map(Doubt::said).collect();
+    let mut said: Vec<String> = of_motor(motor).into_iter().chain(doubts.iter().map(Doubt::said)).collect();
     if let Some(adc) = sensors.adc {
         let reach = listed(&[adc.high], "A");
         if adc.high < 0.5 * rated.0 {
@@ -110,6 +116,17 @@ mod tests {
                 assert_eq!(found, [""; 0], "{motor}, {errors}");
             }
         }
+    }
+
+    #[test]
+    fn regress_a_flux_without_its_m_is_named_with_the_one_that_was_meant() {
+        let plate = "pole_pairs = 7, resistance = \"21 mΩ\", L_d = \"16 uH\", L_q = \"20 uH\", rated_current = \"60 A\", dc_link = \"48 V\", saturation = \"5 %\"";
+        let of = |flux: &str| {
+            doubts(&format!("[motor]\nname = \"own\"\nnameplate = {{ {plate}, magnet_flux = \"{flux}\" }}\n"))
+        };
+        assert_eq!(of("5.2 mWb"), [""; 0]);
+        let said = &of("5.2 Wb")[0];
+        assert!(said.starts_with("own: ") && said.contains("did you mean magnet_flux 5.2 mWb?"), "{said}");
     }
 
     #[test]

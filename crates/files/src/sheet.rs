@@ -9,12 +9,12 @@ use schemars::JsonSchema;
 use serde::Deserialize;
 use standstill_quantity::unit::{
     Ampere, Celsius, Degree, Henry, KilogramSquareMetre, NewtonMetre, NewtonMetreSecond, Ohm, One, PerKelvin,
-    Second, Share, Volt, Watt, Weber,
+    RevolutionsPerMinute, Second, Share, Volt, Watt, Weber,
 };
 use toml::{Table, Value};
 
 pub use self::map::{Beyond, MapTable, SourcedFile};
-pub use self::nameplate::{NameplateTable, SharesTable};
+pub use self::nameplate::{NameplateTable, SharesTable, WrittenNameplate};
 pub use self::sourced::{PLAIN, Source, Sourced};
 use crate::table::{TableError, lacking, read_keyed};
 
@@ -22,6 +22,8 @@ use crate::table::{TableError, lacking, read_keyed};
 #[serde(deny_unknown_fields)]
 pub struct RatingTable {
     pub power: Option<Sourced<Watt>>,
+    pub speed: Option<Sourced<RevolutionsPerMinute>>,
+    pub torque: Option<Sourced<NewtonMetre>>,
     pub current: Sourced<Ampere>,
     pub dc_link: Option<Sourced<Volt>>,
 }
@@ -122,6 +124,7 @@ pub struct Sheet {
     pub notes: String,
     pub rating: RatingTable,
     pub winding: WindingTable,
+    #[schemars(with = "Option<WrittenNameplate>")]
     pub nameplate: Option<NameplateTable>,
     pub saturation: Option<SaturationTable>,
     pub bridge: Option<BridgeTable>,

@@ -18,6 +18,7 @@ export function detection(side, of, both) {
     of.pole_evidence && ['pole evidence', `${number(of.pole_evidence[0])} σ, needed ${number(of.pole_evidence[1])}`],
     of.angle_deviation !== null && of.angle_deviation !== undefined && ['it claims', `± ${number(of.angle_deviation)}°`],
     of.reason && ['why', of.reason],
+    of.doubt && ['is the motor meant so?', of.doubt],
   ].filter(Boolean);
   return make('div', { class: `outcome ${side} ${wrong ? 'bad' : of.outcome === 'found' ? 'good' : 'odd'}` },
     make('p', { class: 'headline' }, both ? make('i', { class: `dot ${side}` }) : null, both ? `${side.toUpperCase()} ` : '', head),
@@ -73,12 +74,10 @@ export function statistics(table, sides, of) {
 }
 
 /** How B differs from A, and how surely. */
-export function difference({ trials, axes, rms, in_words, wrong, share }) {
-  const better = rms.value > 0 ? 'B is worse' : 'B is better';
-  const sure = rms.low > 0 || rms.high < 0 ? better : 'no difference that these trials show';
+export function difference({ trials, axes, in_words, wrong, share, verdict }) {
   const chance = share.low > 0.5 || share.high < 0.5 ? 'more than chance' : 'no more than chance';
   const poles = wrong.a + wrong.b === 0 ? 'No trial in which only one of them names a wrong pole.'
     : `Wrong poles only in A: ${wrong.a}, only in B: ${wrong.b}, ${chance}.`;
   const of = axes < trials ? ` (${axes} in which both found an axis)` : '';
-  return `B − A on the same ${trials} trials${of}: rms ${in_words}, ${sure}. ${poles}`;
+  return `B − A on the same ${trials} trials${of}: ${verdict}; rms ${in_words}. ${poles}`;
 }

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use serde::Deserialize;
 use serde_json::json;
 use standstill_campaign::store::{Row, SweepError};
-use standstill_campaign::{Glance, Statistics, binomial_interval, paired_rms};
+use standstill_campaign::{Apart, Glance, Statistics, binomial_interval, paired_difference, paired_rms};
 use standstill_quantity::Quantity;
 use standstill_scenario::{Record, Verdict};
 
@@ -48,6 +48,8 @@ pub struct Pair {
 pub(crate) struct Kept {
     axis_error: Option<f64>,
     wrong: bool,
+    /// Whether it named an angle with its pole.
+    answered: bool,
 }
 
 /// Clouds that are kept to be compared.
@@ -99,7 +101,8 @@ impl Filling {
         for record in records {
             self.statistics.add_row(&Row::from(record));
             let wrong = record.pole_correct() == Some(false);
-            self.kept.push(Kept { axis_error: record.axis_error_deg(), wrong });
+            let answered = record.verdict() == Verdict::Found;
+            self.kept.push(Kept { axis_error: record.axis_error_deg(), wrong, answered });
         }
         points(records)
     }
@@ -230,9 +233,12 @@ fn compared(a: &[Kept], b: &[Kept]) -> serde_json::Value {
     // Of those in which they differ, how many are B's: one half if there is no difference.
     let share = binomial_interval(wrong[1] as u64, (wrong[0] + wrong[1]) as u64);
     let counts = BTreeMap::from([("a", wrong[0]), ("b", wrong[1])]);
+    let unanswered = only(|kept| !kept.answered, |kept| kept.answered);
     let rms = paired_rms(&axes);
+    let more = |counts: [usize; 2]| paired_difference(counts.map(|count| count as u64), trials as u64);
+    let apart = Apart { wrong: more(wrong), unanswered: more(unanswered), error: rms };
     json!({ "trials": trials, "axes": axes.len(), "rms": rms, "in_words": change(rms), "wrong": counts, "share": share,
-        "without_axis": BTreeMap::from([("a", lost[0]), ("b", lost[1])]) })
+        "without_axis": BTreeMap::from([("a", lost[0]), ("b", lost[1])]), "verdict": apart.in_words() })
 }
 
 #[cfg(test)]
@@ -240,7 +246,7 @@ mod tests {
     use super::*;
 
     fn kept(errors: &[f64]) -> Vec<Kept> {
-        errors.iter().map(|error| Kept { axis_error: Some(*error), wrong: false }).collect()
+        errors.iter().map(|error| Kept { axis_error: Some(*error), wrong: false, answered: true }).collect()
     }
 
     #[test]
@@ -290,6 +296,17 @@ mod tests {
         b[3].axis_error = None;
         let compared = compared(&a, &b);
         assert_eq!((compared["wrong"]["a"].as_u64(), compared["wrong"]["b"].as_u64()), (Some(0), Some(2)));
+        assert_eq!(compared["verdict"], "no difference shown");
         assert_eq!((compared["without_axis"]["b"].as_u64(), compared["axes"].as_u64()), (Some(1), Some(9)));
+    }
+
+    #[test]
+    fn regress_what_leaves_starts_without_a_pole_is_not_better_for_being_exact() {
+        let errors: Vec<f64> = (0..300).map(|k| (f64::from(k) * 0.7).sin()).collect();
+        let a = kept(&errors);
+        let mut b = kept(&errors.iter().map(|error| 0.5 * error).collect::<Vec<_>>());
+        assert_eq!(compared(&a, &b)["verdict"], "B is better: it is more exact");
+        b.iter_mut().step_by(3).for_each(|kept| kept.answered = false);
+        assert_eq!(compared(&a, &b)["verdict"], "B answers less, is more exact where both find the axis");
     }
 }

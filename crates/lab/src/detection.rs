@@ -56,7 +56,10 @@ pub(crate) fn answer(bench: &Bench, request: &DetectionRequest) -> Result<Vec<u8
     let (record, trace) = traced(scenario, &case, request.trial)?;
     let samples = samples(&trace);
     let words = specimen(&case, &single.drawn);
-    let header = header(&record, &trace, samples.len(), &words);
+    let mut header = header(&record, &trace, samples.len(), &words);
+    if let Some(doubtful) = scenario.motor.doubtful() {
+        header["doubt"] = doubtful.said().into();
+    }
     Ok(bytes(&header, &trace, &samples))
 }
 

@@ -95,13 +95,15 @@ impl DataSheet {
         // A plain number stands for all that could stand below it.
         let stated = |key: &str| {
             let mut place = Some(&Value::Table(table.clone()));
-            key.split('.').all(|part| match place {
-                Some(Value::Table(below)) => {
-                    place = below.get(part);
-                    place.is_some()
-                }
-                _ => true,
-            })
+            let stood_for = nameplate::stands_for(key, table);
+            stood_for
+                || key.split('.').all(|part| match place {
+                    Some(Value::Table(below)) => {
+                        place = below.get(part);
+                        place.is_some()
+                    }
+                    _ => true,
+                })
         };
         // Saturation that is not given is not assumed either: nothing is known of it.
         let missing = |key: &str| !stated(key) && key != "nameplate.saturation";

@@ -20,6 +20,7 @@ mod fluxmap;
 mod library;
 mod magnetics;
 mod motor;
+mod plausible;
 mod rotor;
 mod survey;
 mod thermal;
@@ -34,7 +35,8 @@ pub use magnetics::{
     Algebraic, Cell, Cogging, Core, Eddy, EddyBranch, Falls, FallsError, Harmonics, Hysteresis, IronBridge,
     Linear, MOST_CELLS, MagneticCircuit, MagneticState, Magnetics, NoConvergence,
 };
-pub use motor::Motor;
+pub use motor::{Motor, Ratings};
+pub use plausible::Doubtful;
 pub use rotor::{Friction, Rotor};
 pub use standstill_files::sheet::Source;
 pub use standstill_files::{Digest, Files, MapError, MapLayout, MapPoint, MapSamples, MapValues, Place};

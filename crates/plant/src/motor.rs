@@ -30,6 +30,19 @@ pub struct Motor {
     pub thermal: Thermal,
     /// The mechanical side.
     pub rotor: Rotor,
+    /// What the nameplate says of the machine at work.
+    pub ratings: Ratings,
+}
+
+/// Ratings of a machine at work: nothing is simulated with them, they are compared with what the other numbers make.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Ratings {
+    /// At the shaft, in W.
+    pub power: Option<f64>,
+    /// Of the shaft, in revolutions per minute.
+    pub speed_rpm: Option<f64>,
+    /// At the shaft with rated current, in N m.
+    pub torque: Option<f64>,
 }
 
 impl Motor {

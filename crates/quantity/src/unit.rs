@@ -85,6 +85,12 @@ units! {
     PerKelvin = "1/K" or "/K" { prefixed: false };
     /// Frequency.
     Hertz = "Hz" { usual: "k" };
+    /// Speed of a shaft.
+    RevolutionsPerMinute = "rpm" or "1/min" or "min-1" or "min⁻¹" or "U/min" or "r/min" { prefixed: false };
+    /// Speed per volt.
+    RevolutionsPerMinuteVolt = "rpm/V" or "KV" or "1/(min V)" { prefixed: false };
+    /// Volts per 1,000 revolutions per minute.
+    VoltPerThousandRevolutionsPerMinute = "V/krpm" or "mV/rpm" or "V/1000rpm" or "V/1000 rpm" or "V/(1000 rpm)" { prefixed: false };
 }
 
 impl Dimension {

@@ -127,7 +127,12 @@ mod tests {
         let place = sheet.to_string();
         let reference =
             place.split("#/").nth(1).and_then(|rest| rest.split('"').next()).expect("a reference");
-        assert_eq!(keys, properties(&schema, &format!("/{reference}")));
+        let known = properties(&schema, &format!("/{reference}"));
+        assert!(keys.is_subset(&known), "{keys:?}");
+        for key in known {
+            assert!(MOTOR.contains(&key), "{key} is not in the sheet");
+        }
+        assert_eq!(motor(&all).doubtful(), None);
     }
 
     fn properties(schema: &serde_json::Value, path: &str) -> BTreeSet<String> {

@@ -7,9 +7,10 @@ use standstill_plant::{Entry, built_in_names};
 
 use crate::Report;
 use crate::arguments::Motors;
+use crate::doubts;
 use crate::error::Error;
 use crate::table::{Column, Table};
-use crate::terminal::paragraph;
+use crate::terminal::{paragraph, tell};
 
 pub fn run(options: &Motors) -> Result<Report, Error> {
     let mut out = String::new();
@@ -29,7 +30,10 @@ pub fn run(options: &Motors) -> Result<Report, Error> {
     };
     let sheet = super::sheet(name)?;
     // A sheet that is no motor is not shown as one.
-    sheet.motor().map_err(Error::Motor)?;
+    let motor = sheet.motor().map_err(Error::Motor)?;
+    if let Some(doubt) = doubts::of_motor(&motor) {
+        tell(&format!("warning: {doubt}"));
+    }
     if options.json {
         let entry = |entry: Entry| json!({ "key": entry.key, "value": entry.value, "source": entry.source.to_string(), "reason": entry.reason });
         let entries: Vec<Value> = sheet.entries().into_iter().map(entry).collect();

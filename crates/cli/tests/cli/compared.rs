@@ -123,7 +123,7 @@ fn law_two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     };
     let (text, paired) = compared("a", "b");
     let number = |row: &[String], k: usize| row[k].parse::<f64>().expect("a number");
-    for part in ["B is worse", "600 pairs", "sensors.noise", "12 mA", "seed 1"] {
+    for part in ["B is worse: it is less exact; rms", "600 pairs", "sensors.noise", "12 mA", "seed 1"] {
         assert!(text.contains(part), "{part} in {text}");
     }
     // The rms of each is that of its own summary, and the difference theirs.
@@ -140,7 +140,7 @@ fn law_two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     let width = |row: &[String]| number(row, 10) - number(row, 9);
     assert!(width(&alone) > 2.0 * width(&paired), "{} {}", width(&alone), width(&paired));
     let (text, same) = compared("a", "a");
-    assert!(text.contains("no difference seen") && text.contains("No setting differs"), "{text}");
+    assert!(text.contains("no difference shown") && text.contains("No setting differs"), "{text}");
     assert_eq!((number(&same, 8), number(&same, 9), number(&same, 10)), (0.0, 0.0, 0.0));
     assert_eq!(
         names(&path.join("both")),

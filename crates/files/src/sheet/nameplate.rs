@@ -3,7 +3,10 @@
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
+use standstill_quantity::unit::{
+    Ampere, Henry, NewtonMetre, Ohm, One, RevolutionsPerMinute, RevolutionsPerMinuteVolt, Share, Volt,
+    VoltPerThousandRevolutionsPerMinute, Watt, Weber,
+};
 use toml::{Table, Value};
 
 use super::Sourced;
@@ -12,7 +15,7 @@ use crate::table::{TableError, read_keyed};
 /// What a motor's owner knows of it. Currents are peak values of a phase, resistance and inductances those of one phase
 /// (half of what is measured between two terminals), the magnet's flux the peak of a phase's voltage over the electrical
 /// speed in rad/s. Plain values will do.
-#[derive(Clone, Debug, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NameplateTable {
     pub pole_pairs: Sourced<One>,
@@ -27,9 +30,45 @@ pub struct NameplateTable {
     pub rated_current: Sourced<Ampere>,
     pub dc_link: Sourced<Volt>,
     pub power: Option<Sourced<Watt>>,
+    pub rated_speed: Option<Sourced<RevolutionsPerMinute>>,
+    pub rated_torque: Option<Sourced<NewtonMetre>>,
     pub leakage: Option<Sourced<Henry>>,
-    #[schemars(schema_with = "shares_schema")]
     pub saturation: Option<SharesTable>,
+}
+
+/// The keys that may be written into a `[nameplate]`: resistance, inductances, flux and current each in one of the ways that data
+/// sheets and controllers give them.
+#[derive(Clone, Debug, JsonSchema)]
+#[schemars(deny_unknown_fields)]
+#[allow(dead_code, non_snake_case, reason = "the schema of a table that is read key by key")]
+pub struct WrittenNameplate {
+    pole_pairs: Sourced<One>,
+    resistance: Option<Sourced<Ohm>>,
+    resistance_line_to_line: Option<Sourced<Ohm>>,
+    vesc_R: Option<Sourced<Ohm>>,
+    L_d: Option<Sourced<Henry>>,
+    L_q: Option<Sourced<Henry>>,
+    L_line_to_line: Option<Sourced<Henry>>,
+    L_line_to_line_min: Option<Sourced<Henry>>,
+    L_line_to_line_max: Option<Sourced<Henry>>,
+    vesc_L: Option<Sourced<Henry>>,
+    vesc_ld_lq_diff: Option<Sourced<Henry>>,
+    magnet_flux: Option<Sourced<Weber>>,
+    Kv: Option<Sourced<RevolutionsPerMinuteVolt>>,
+    Ke_line_peak: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
+    Ke_line_rms: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
+    Ke_phase_peak: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
+    Ke_phase_rms: Option<Sourced<VoltPerThousandRevolutionsPerMinute>>,
+    vesc_lambda: Option<Sourced<Weber>>,
+    rated_current: Option<Sourced<Ampere>>,
+    rated_current_rms: Option<Sourced<Ampere>>,
+    dc_link: Sourced<Volt>,
+    power: Option<Sourced<Watt>>,
+    rated_speed: Option<Sourced<RevolutionsPerMinute>>,
+    rated_torque: Option<Sourced<NewtonMetre>>,
+    leakage: Option<Sourced<Henry>>,
+    #[schemars(schema_with = "shares_schema")]
+    saturation: Option<SharesTable>,
 }
 
 /// By what share the inductances fall at rated current.

@@ -41,9 +41,6 @@ impl DataSheet {
         let check = Check { sheet: (&self.file, &self.text) };
         let w = &self.tables.winding;
         let resistance = check.positive("winding.resistance", &w.resistance)?;
-        if let Some(power) = &self.tables.rating.power {
-            check.positive("rating.power", power)?;
-        }
         let known_map = known.and_then(|known| match known.magnetics.core() {
             Core::Map(map) => Some(map.clone()),
             _ => None,
@@ -82,6 +79,7 @@ impl DataSheet {
             magnetics,
             thermal: check.thermal(self.tables.thermal.as_ref())?,
             rotor: check.rotor(&self.tables.rotor)?,
+            ratings: check.ratings(&self.tables.rating)?,
         };
         // One by a nameplate is convex as it is made.
         if same.is_none() && self.tables.nameplate.is_none() {

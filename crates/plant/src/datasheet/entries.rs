@@ -100,6 +100,8 @@ impl DataSheet {
     fn winding_entries(&self, entries: &mut Vec<Entry>) {
         let Sheet { rating, winding: w, .. } = &self.tables;
         entries.extend(rating.power.as_ref().map(|power| entry("rating", "power", power)));
+        entries.extend(rating.speed.as_ref().map(|speed| entry("rating", "speed", speed)));
+        entries.extend(rating.torque.as_ref().map(|torque| entry("rating", "torque", torque)));
         entries.push(entry("rating", "current", &rating.current));
         entries.extend(rating.dc_link.as_ref().map(|dc_link| entry("rating", "dc_link", dc_link)));
         entries.extend([

@@ -1,7 +1,7 @@
 //! Whether the numbers beside winding and core make sense: rotor, harmonics, eddy currents, hysteresis, temperature.
 
 use standstill_files::sheet::{
-    EddyTable, HarmonicsTable, HysteresisTable, RotorTable, Sourced, ThermalTable,
+    EddyTable, HarmonicsTable, HysteresisTable, RatingTable, RotorTable, Sourced, ThermalTable,
 };
 use standstill_numeric::Heading;
 use standstill_quantity::listed;
@@ -10,10 +10,19 @@ use standstill_quantity::unit::One;
 use super::MotorError;
 use super::check::Check;
 use crate::{
-    Cogging, EddyBranch, Friction, Harmonics, Hysteresis, MOST_CELLS, MagneticCircuit, Rotor, Thermal,
+    Cogging, EddyBranch, Friction, Harmonics, Hysteresis, MOST_CELLS, MagneticCircuit, Ratings, Rotor,
+    Thermal,
 };
 
 impl Check<'_> {
+    pub(super) fn ratings(&self, table: &RatingTable) -> Result<Ratings, MotorError> {
+        Ok(Ratings {
+            power: table.power.as_ref().map(|power| self.positive("rating.power", power)).transpose()?,
+            speed_rpm: table.speed.as_ref().map(|speed| self.positive("rating.speed", speed)).transpose()?,
+            torque: table.torque.as_ref().map(|torque| self.positive("rating.torque", torque)).transpose()?,
+        })
+    }
+
     pub(super) fn rotor(&self, r: &RotorTable) -> Result<Rotor, MotorError> {
         let friction = Friction {
             stiction: self.at_least_zero("rotor.stiction", &r.stiction)?,

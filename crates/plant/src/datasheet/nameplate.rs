@@ -3,6 +3,7 @@
 //! What stands there is checked at once, so that all that is missing or wrong is named together, and becomes a data sheet
 //! like any other: what was left out has a default that says that it is assumed.
 
+mod given;
 mod numbers;
 mod reader;
 mod whole;
@@ -10,6 +11,7 @@ mod whole;
 use standstill_files::sheet::{NameplateTable, SharesTable, Source, Sourced};
 use standstill_quantity::unit::Share;
 
+pub(super) use self::given::stands_for;
 pub use self::numbers::NameplateNumber;
 pub(super) use self::reader::spelled_out;
 use super::{Entry, entry};
@@ -54,6 +56,8 @@ pub(super) fn entries(nameplate: &NameplateTable) -> Vec<Entry> {
         entry(table, "dc_link", &nameplate.dc_link),
     ];
     entries.extend(nameplate.power.as_ref().map(|from| entry(table, "power", from)));
+    entries.extend(nameplate.rated_speed.as_ref().map(|from| entry(table, "rated_speed", from)));
+    entries.extend(nameplate.rated_torque.as_ref().map(|from| entry(table, "rated_torque", from)));
     entries.extend(nameplate.leakage.as_ref().map(|from| entry(table, "leakage", from)));
     let percent = |key: &str, value: f64, source: Source, reason: &str| Entry {
         key: format!("nameplate.saturation.{key}"),

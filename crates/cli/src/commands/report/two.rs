@@ -5,6 +5,7 @@
 //! numbers do to both alike makes no difference.
 
 mod difference;
+mod judged;
 mod row;
 mod settings;
 mod shown;
@@ -15,16 +16,15 @@ use std::path::Path;
 
 use serde_json::json;
 use standstill_campaign::{Estimate, Summary};
-use standstill_report::page::Tone;
 
 use self::difference::{Rates, independent, paired_percentile, paired_rms};
+use self::judged::headline;
 use self::row::{P95, RMS, Row};
 use self::settings::settings;
 use self::shown::{figure, page};
 use self::trials::{Trial, of_run, summary};
 use super::Run;
 use super::study::setting;
-use super::verdict::range;
 use crate::Report as Said;
 use crate::arguments::Report;
 use crate::columns;
@@ -32,7 +32,6 @@ use crate::commands::reproduce::file_list;
 use crate::commands::run::results::PointSummary;
 use crate::error::Error;
 use crate::output::Output;
-use crate::summary::{GOOD, right};
 use crate::table::{self, Table};
 use crate::terminal::paragraph;
 use crate::units::Shown;
@@ -354,44 +353,4 @@ impl Common {
         }
         rows
     }
-}
-
-/// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
-fn headline(rows: &[Row], points: &[Common]) -> (Tone, String) {
-    let apart = difference(rows, points.len());
-    let shares = |run: usize| {
-        points.iter().map(move |point| (right(&point.summaries[run]), point.summaries[run].trials))
-    };
-    if shares(0).chain(shares(1)).all(|(share, _)| share >= GOOD) {
-        return (Tone::Neutral, apart);
-    }
-    let by = if points.len() > 1 { ", by point" } else { "" };
-    let [a, b] = [0, 1].map(|run| range(shares(run)).unwrap_or_else(|| "–".to_owned()));
-    (Tone::Warning, format!("Answered rightly: {a} at A, {b} at B{by}; {apart}"))
-}
-
-fn difference(rows: &[Row], points: usize) -> String {
-    let rms: Vec<&Row> = rows.iter().filter(|row| row.is_rms()).collect();
-    if let [one] = rms[..] {
-        let cells = one.cells();
-        let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();
-        if one.a.is_nan() || one.b.is_nan() {
-            let said = |of: usize| match value(of) {
-                none if none == "–" => "no axis".to_owned(),
-                value => format!("rms {value}°"),
-            };
-            return format!("{} at A, {} at B", said(0), said(1));
-        }
-        let [a, b] = [value(0), value(1)];
-        let apart = [one.difference, one.difference_low, one.difference_high];
-        let decimals = Estimate { value: apart[0], low: apart[1], high: apart[2] }.decimals();
-        let [value, low, high] = apart.map(|x| format!("{x:+.decimals$}"));
-        return format!("{}: rms {a}° at A, {b}° at B, {value}° [{low}, {high}]", one.verdict());
-    }
-    let count = |verdict: &str| rms.iter().filter(|row| row.verdict() == verdict).count();
-    format!(
-        "rms of B is surely smaller at {} of {points} points, larger at {}",
-        count("B is better"),
-        count("B is worse")
-    )
 }

@@ -3,28 +3,22 @@
 use standstill_files::sheet::{SharesTable, Sourced};
 use standstill_files::{in_words, key_span, line_of};
 use standstill_quantity::Unit;
-use standstill_quantity::unit::{Ampere, Henry, Ohm, One, Share, Volt, Watt, Weber};
+use standstill_quantity::unit::{
+    Ampere, Henry, NewtonMetre, Ohm, One, RevolutionsPerMinute, Share, Volt, Watt, Weber,
+};
 use toml::{Table, Value};
 
 use super::super::MotorError;
 use super::falls;
+use super::given;
 use super::whole::{BESIDE, Nameplate, sourced, with_source};
 use crate::Algebraic;
 
 /// Those whose place it takes.
 const REPLACED: [&str; 5] = ["rating", "winding", "saturation", "bridge", "map"];
-const KEYS: [&str; 10] = [
-    "pole_pairs",
-    "resistance",
-    "L_d",
-    "L_q",
-    "magnet_flux",
-    "rated_current",
-    "dc_link",
-    "power",
-    "leakage",
-    "saturation",
-];
+/// Those that have one name; [`GROUPS`] has those that data sheets give in several ways.
+const KEYS: [&str; 7] =
+    ["pole_pairs", "dc_link", "power", "rated_speed", "rated_torque", "leakage", "saturation"];
 
 /// The data sheet, like any other, that a sheet with a `[nameplate]` amounts to. `text` is its file's, for line numbers.
 pub(in crate::datasheet) fn spelled_out(
@@ -44,6 +38,7 @@ pub(in crate::datasheet) fn spelled_out(
     let empty = Table::new();
     let table = sheet.get("nameplate").and_then(Value::as_table).unwrap_or(&empty);
     let mut reader = Reader { table, text, problems: Vec::new() };
+    let in_phase = given::in_phase_values(&mut reader);
     for key in sheet.keys() {
         if REPLACED.contains(&key.as_str()) {
             reader.problems.push(format!("[{key}] stands beside [nameplate], which takes its place"));
@@ -54,11 +49,16 @@ pub(in crate::datasheet) fn spelled_out(
             reader.problems.push(format!("`{key}` is not known beside [nameplate]; known are {known}"));
         }
     }
-    let unknown: Vec<&str> = table.keys().map(String::as_str).filter(|key| !KEYS.contains(key)).collect();
-    for key in unknown {
+    let known: Vec<&str> = KEYS.into_iter().chain(given::keys()).collect();
+    for key in table.keys().filter(|key| !known.contains(&key.as_str())) {
         let place = reader.place(key);
-        reader.problems.push(format!("{place}is no key of [nameplate], which are {}", KEYS.join(", ")));
+        let needed = given::instead_of(key).map_or_else(
+            || format!("is no key of [nameplate], which are {}", known.join(", ")),
+            |instead| format!("is no key of [nameplate]: {instead}"),
+        );
+        reader.problems.push(format!("{place}{needed}"));
     }
+    let mut reader = Reader { table: &in_phase, ..reader };
     let nameplate = reader.nameplate();
     if let (Some(nameplate), true) = (nameplate, reader.problems.is_empty()) {
         return Ok(nameplate.sheet(file, sheet));
@@ -67,16 +67,21 @@ pub(in crate::datasheet) fn spelled_out(
     Err(MotorError::Format { file: file.to_owned(), message })
 }
 
+/// Larger or smaller numbers are typing errors of any motor, and would end in infinities.
+pub(super) fn positive(value: f64) -> bool {
+    (1e-15..=1e12).contains(&value)
+}
+
 /// What must be right, in the order of the file.
-struct Reader<'a> {
-    table: &'a Table,
+pub(super) struct Reader<'a> {
+    pub(super) table: &'a Table,
     text: Option<&'a str>,
-    problems: Vec<String>,
+    pub(super) problems: Vec<String>,
 }
 
 impl Reader<'_> {
     /// Where a key stands, in words that a message begins with.
-    fn place(&self, key: &str) -> String {
+    pub(super) fn place(&self, key: &str) -> String {
         let first = key.split('.').next().unwrap_or_default();
         let text = self.text.filter(|_| self.table.contains_key(first));
         let line =
@@ -85,7 +90,7 @@ impl Reader<'_> {
     }
 
     /// A number by its key; `needed` says what it must be, which `fits` knows.
-    fn number<U: Unit>(
+    pub(super) fn number<U: Unit>(
         &mut self,
         key: &'static str,
         value: Option<&Value>,
@@ -113,8 +118,6 @@ impl Reader<'_> {
     fn nameplate(&mut self) -> Option<Nameplate> {
         let table = self.table;
         let get = |key: &str| table.get(key);
-        // Larger or smaller numbers are typing errors of any motor, and would end in infinities.
-        let positive = |value: f64| (1e-15..=1e12).contains(&value);
         let pole_pairs = self.number::<One>(
             "pole_pairs",
             get("pole_pairs"),
@@ -153,6 +156,19 @@ impl Reader<'_> {
         );
         if let Some(power) = get("power") {
             self.number::<Watt>("power", Some(power), "positive, such as \"5 kW\"", positive);
+        }
+        for key in ["rated_speed", "rated_torque"] {
+            let (value, speed) = (get(key), key == "rated_speed");
+            let _ = match value {
+                None => None,
+                value if speed => self.number::<RevolutionsPerMinute>(
+                    key,
+                    value,
+                    "positive, such as \"3000 rpm\"",
+                    positive,
+                ),
+                value => self.number::<NewtonMetre>(key, value, "positive, such as \"14 N m\"", positive),
+            };
         }
         let leakage = match get("leakage") {
             None => Some(0.0),

@@ -85,6 +85,8 @@ impl Nameplate {
             ("current", number("rated_current")),
             ("dc_link", number("dc_link")),
             ("power", number("power")),
+            ("speed", number("rated_speed")),
+            ("torque", number("rated_torque")),
         ];
         sheet.insert("rating".to_owned(), table(rating));
         let [mean, saliency] = winding(self.inductance, self.leakage);

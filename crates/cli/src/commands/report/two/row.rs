@@ -83,6 +83,11 @@ impl Row {
         [RMS, P95].contains(&self.measure)
     }
 
+    /// What B has more than A.
+    pub fn apart(&self) -> Estimate {
+        Estimate { value: self.difference, low: self.difference_low, high: self.difference_high }
+    }
+
     pub fn is_rms(&self) -> bool {
         self.measure == RMS
     }
@@ -102,18 +107,19 @@ impl Row {
             interval(self.b, self.b_low, self.b_high),
             interval(self.difference, self.difference_low, self.difference_high),
             // In few words, for a terminal's width.
-            self.verdict().replace("no difference seen", "unsure"),
+            self.verdict().replace("no difference shown", "unsure"),
         ]
     }
 
+    /// Which is larger; which is better, all measures of a point say together.
     pub fn verdict(&self) -> &'static str {
         if self.difference_low.is_nan() || self.difference_high.is_nan() {
             return "cannot be compared";
         }
         match (self.difference_low > 0.0, self.difference_high < 0.0) {
-            (true, _) => "B is worse",
-            (_, true) => "B is better",
-            _ => "no difference seen",
+            (true, _) => "B larger",
+            (_, true) => "B smaller",
+            _ => "no difference shown",
         }
     }
 }
@@ -123,7 +129,8 @@ mod tests {
     use standstill_campaign::{Statistics, Summary};
     use standstill_report::page::Tone;
 
-    use super::super::{Common, headline};
+    use super::super::Common;
+    use super::super::judged::headline;
     use super::*;
     use crate::columns;
 
@@ -147,7 +154,43 @@ mod tests {
         };
         let (tone, said) = headline(&[row], &[point]);
         assert_eq!(tone, Tone::Warning);
-        let expected = "Answered rightly: 0 % at A, 75 % at B; no axis at A, rms 1.2° at B";
+        let expected = "Answered rightly: 0 % at A, 75 % at B; B is better: it answers more; no axis at A, rms 1.2° at B";
         assert_eq!(said, expected);
+    }
+
+    #[test]
+    fn regress_a_run_that_leaves_starts_without_a_pole_is_not_better_for_being_exact() {
+        let none = Statistics::default().summary();
+        let of = |found: u64, wrong_poles: u64, undetermined: u64| Summary {
+            trials: 300,
+            found,
+            wrong_poles,
+            undetermined,
+            ..none.clone()
+        };
+        let one = |value: f64| Estimate { value, low: value - 0.1, high: value + 0.1 };
+        for (a, b, rms, said) in [
+            (
+                of(300, 0, 0),
+                of(100, 0, 200),
+                [1.0, 0.4],
+                "B answers less, is more exact where both find the axis; rms",
+            ),
+            (of(300, 30, 0), of(300, 0, 0), [1.0, 1.0], "B is better: it names fewer wrong poles; rms"),
+            (of(300, 0, 0), of(300, 30, 0), [1.0, 0.4], "B names more wrong poles, is more exact; rms"),
+            (of(300, 0, 0), of(300, 0, 0), [1.0, 1.4], "B is worse: it is less exact; rms"),
+            (of(300, 0, 0), of(299, 1, 1), [1.0, 1.0], "no difference shown; rms"),
+        ] {
+            let row = Row::new("all starts", RMS, rms.map(one), one(rms[1] - rms[0]), None);
+            let point = Common {
+                name: "all starts".to_owned(),
+                places: [0, 0],
+                counts: [300, 300],
+                summaries: [a, b],
+                pairs: None,
+            };
+            let (_, told) = headline(&[row], &[point]);
+            assert!(told.contains(said), "{said}: {told}");
+        }
     }
 }

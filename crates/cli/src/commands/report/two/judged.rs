@@ -1,0 +1,79 @@
+//! Which of two runs does better, in a line.
+
+use standstill_campaign::{Apart, Estimate, Judgement, Summary, binomial_interval};
+use standstill_report::page::Tone;
+
+use super::super::verdict::range;
+use super::Common;
+use super::difference::{Rates, independent};
+use super::row::Row;
+use super::trials::Trial;
+use crate::summary::{GOOD, right};
+
+impl Common {
+    /// What B has more than A, of what decides which does better; `rows` are its measures.
+    fn apart(&self, rows: &[Row]) -> Apart {
+        let of_starts = |case: fn(&Trial) -> bool, count: fn(&Summary) -> u64| {
+            let Some(pairs) = self.pairs.as_ref().filter(|pairs| !pairs.is_empty()) else {
+                let rate = |s: &Summary| binomial_interval(count(s), s.trials);
+                return independent(self.summaries.each_ref().map(rate));
+            };
+            let only = |b: bool| pairs.iter().filter(|(x, y)| case(x) != b && case(y) == b).count() as u64;
+            Rates { only_a: only(false), only_b: only(true), pairs: pairs.len() as u64 }.difference()
+        };
+        let rms = rows.iter().find(|row| row.is_rms() && row.point == self.name);
+        Apart {
+            wrong: of_starts(|trial| trial.cases[0], |s| s.wrong_poles),
+            unanswered: of_starts(|trial| trial.cases[1] || trial.cases[2], |s| s.undetermined + s.failed),
+            error: rms.map_or(Estimate::UNKNOWN, Row::apart),
+        }
+    }
+}
+
+/// What is different, in a line; first how many starts were answered rightly, where that is not nearly all.
+pub fn headline(rows: &[Row], points: &[Common]) -> (Tone, String) {
+    let apart = difference(rows, points);
+    let shares = |run: usize| {
+        points.iter().map(move |point| (right(&point.summaries[run]), point.summaries[run].trials))
+    };
+    if shares(0).chain(shares(1)).all(|(share, _)| share >= GOOD) {
+        return (Tone::Neutral, apart);
+    }
+    let by = if points.len() > 1 { ", by point" } else { "" };
+    let [a, b] = [0, 1].map(|run| range(shares(run)).unwrap_or_else(|| "–".to_owned()));
+    (Tone::Warning, format!("Answered rightly: {a} at A, {b} at B{by}; {apart}"))
+}
+
+fn difference(rows: &[Row], points: &[Common]) -> String {
+    let judged: Vec<Apart> = points.iter().map(|point| point.apart(rows)).collect();
+    if let ([apart], Some(one)) = (&judged[..], rows.iter().find(|row| row.is_rms())) {
+        return format!("{}; {}", apart.in_words(), measured(one));
+    }
+    let count = |judgement| judged.iter().filter(|apart| apart.judgement() == judgement).count();
+    format!(
+        "Of {} points B is better at {}, worse at {}, better in one and worse in another measure at {}; at {} no difference is shown",
+        judged.len(),
+        count(Judgement::Better),
+        count(Judgement::Worse),
+        count(Judgement::Mixed),
+        count(Judgement::Open)
+    )
+}
+
+/// Both errors, and their difference where there are both.
+fn measured(one: &Row) -> String {
+    let cells = one.cells();
+    let value = |of: usize| cells[2 + of].split(" [").next().unwrap_or_default().to_owned();
+    if one.a.is_nan() || one.b.is_nan() {
+        let said = |of: usize| match value(of) {
+            none if none == "–" => "no axis".to_owned(),
+            value => format!("rms {value}°"),
+        };
+        return format!("{} at A, {} at B", said(0), said(1));
+    }
+    let [a, b] = [value(0), value(1)];
+    let apart = one.apart();
+    let decimals = apart.decimals();
+    let [value, low, high] = [apart.value, apart.low, apart.high].map(|x| format!("{x:+.decimals$}"));
+    format!("rms {a}° at A, {b}° at B, {value}° [{low}, {high}]")
+}

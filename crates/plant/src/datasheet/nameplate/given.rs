@@ -1,0 +1,268 @@
+//! Numbers of a `[nameplate]` in the ways in which data sheets and controllers give them, and the values of a phase that they come to.
+//!
+//! In what follows ω is the electrical speed, p the number of pole pairs, ψ the peak flux linkage of a phase. A shaft's speed n in
+//! revolutions per minute makes ω = p·2π·n/60.
+//!
+//! * **Between two terminals.** Two phases of a star are in series, so a resistance or an inductance between two terminals is twice
+//!   that of a phase. In delta a phase is parallel to the other two in series: what is measured is 2/3 of it, and half of that is a third,
+//!   the phase of the star that behaves alike. So half is right whatever the winding. While the shaft turns, the inductance between two
+//!   terminals runs from 2·L_d to 2·L_q, the third terminal open; magnets inside the rotor make L_d the lesser one.
+//! * **`Kv`** in rpm/V is the speed at which the *peak* voltage between two terminals is one volt: √3·ω·ψ = 1 V at n = Kv, so that
+//!   ψ = 60 / (2π·√3·p·Kv). This is the hobby's convention; ODrive's torque constant 8.27 / Kv N m per ampere of a phase's peak is
+//!   the same statement, 3/2·p·ψ = √3/2·60/(2π) / Kv.
+//! * **`Ke_…`** in V per 1,000 rpm is ψ·ω at n = 1,000, times √3 between two terminals, over √2 as an rms value. `Ke_line_peak` is that
+//!   of `MathWorks`' Motor Control Blockset (`Vpk_LL/krpm`), `Ke_line_rms` that of ST's Motor Control Workbench ("Volts RMS ph-ph/kRPM").
+//! * **`vesc_…`** are `foc_motor_r`, `foc_motor_l`, `foc_motor_flux_linkage` and `foc_motor_ld_lq_diff` of a VESC: values of a phase,
+//!   L = (L_d + L_q)/2 and difference L_q − L_d (`motor/foc_math.c`: `p_lq = l + diff/2`, `p_ld = l − diff/2`). Firmware before 5.03
+//!   measured R and L 2/3 as large ("Correct scaling for resistance and inductance" in its changelog).
+//! * **`rated_current_rms`** is the rms current of a phase, its peak over √2.
+
+#[cfg(test)]
+mod tests;
+
+use std::f64::consts::{PI, SQRT_2};
+
+use standstill_quantity::Unit;
+use standstill_quantity::unit::{
+    Ampere, Henry, Ohm, RevolutionsPerMinuteVolt, VoltPerThousandRevolutionsPerMinute, Weber,
+};
+use toml::{Table, Value};
+
+use super::reader::{Reader, positive};
+use super::whole::sourced;
+
+/// A number that data sheets give in several ways: its name, the keys that it has in the end, and the ways, each with its keys.
+struct Group {
+    name: &'static str,
+    phase: &'static [&'static str],
+    ways: &'static [&'static [&'static str]],
+}
+
+static GROUPS: [Group; 4] = [
+    Group {
+        name: "the resistance",
+        phase: &["resistance"],
+        ways: &[&["resistance"], &["resistance_line_to_line"], &["vesc_R"]],
+    },
+    Group {
+        name: "the inductances",
+        phase: &["L_d", "L_q"],
+        ways: &[
+            &["L_d", "L_q"],
+            &["L_line_to_line"],
+            &["L_line_to_line_min", "L_line_to_line_max"],
+            &["vesc_L", "vesc_ld_lq_diff"],
+        ],
+    },
+    Group {
+        name: "the magnet's flux",
+        phase: &["magnet_flux"],
+        ways: &[
+            &["magnet_flux"],
+            &["Kv"],
+            &["Ke_line_peak"],
+            &["Ke_line_rms"],
+            &["Ke_phase_peak"],
+            &["Ke_phase_rms"],
+            &["vesc_lambda"],
+        ],
+    },
+    Group {
+        name: "the rated current",
+        phase: &["rated_current"],
+        ways: &[&["rated_current"], &["rated_current_rms"]],
+    },
+];
+
+/// All keys that give a number in one of several ways.
+pub(super) fn keys() -> impl Iterator<Item = &'static str> {
+    GROUPS.iter().flat_map(|group| group.ways.iter().copied().flatten().copied())
+}
+
+/// Whether another key of a sheet says what this one, such as `nameplate.magnet_flux`, would.
+pub(in crate::datasheet) fn stands_for(key: &str, sheet: &Table) -> bool {
+    let plate = sheet.get("nameplate").and_then(Value::as_table);
+    let group =
+        key.strip_prefix("nameplate.").and_then(|key| GROUPS.iter().find(|of| of.phase.contains(&key)));
+    let given = |key: &&str| plate.is_some_and(|plate| plate.contains_key(*key));
+    group.is_some_and(|group| group.ways[1..].iter().copied().flatten().any(given))
+}
+
+/// The keys to write in place of one that leaves open what it is.
+pub(super) fn instead_of(key: &str) -> Option<&'static str> {
+    Some(match key {
+        "Ke" | "ke" | "K_e" => {
+            "a voltage constant is Ke_line_peak, Ke_line_rms, Ke_phase_peak or Ke_phase_rms, between two terminals or of a phase, peak or rms"
+        }
+        "KV" | "kv" | "K_v" => "a speed constant is Kv, such as Kv = \"900 rpm/V\"",
+        "L" | "inductance" => {
+            "one inductance is L_line_to_line between two terminals, or both L_d and L_q of a phase"
+        }
+        "R" => "a resistance is resistance of a phase, or resistance_line_to_line between two terminals",
+        "lambda" | "psi" | "flux" => "a flux linkage is magnet_flux, the peak of a phase",
+        _ => return None,
+    })
+}
+
+/// ψ in Wb of a speed constant in rpm/V and of pole pairs.
+fn of_speed_constant(kv: f64, pole_pairs: f64) -> f64 {
+    60.0 / (2.0 * PI * 3.0_f64.sqrt() * pole_pairs * kv)
+}
+
+/// ψ in Wb of a peak voltage of a phase at 1,000 rpm.
+fn of_voltage_constant(phase_peak: f64, pole_pairs: f64) -> f64 {
+    phase_peak / (pole_pairs * 2.0 * PI * 1000.0 / 60.0)
+}
+
+/// A number as it goes on, in six digits: what it was made of has fewer.
+fn converted(value: f64, from: &Value, how: &str) -> Value {
+    let value = format!("{value:.5e}").parse().unwrap_or(value);
+    let of = |key: &str| from.get(key).and_then(Value::as_str);
+    let plain = from.get("value").unwrap_or(from);
+    let plain = plain.as_str().map_or_else(|| plain.to_string(), str::to_owned);
+    let reason = of("reason").map_or_else(String::new, |reason| format!("; {reason}"));
+    // What was assumed or measured stays so.
+    let source = of("source").filter(|source| *source != "given").unwrap_or("inferred");
+    sourced(value, source, &(how.replace("{}", &plain) + &reason))
+}
+
+/// The table with a phase's values in place of all others. What is wrong, or given twice, goes to the reader's problems; a number that is
+/// wrong is stood for by one that nobody will see.
+pub(super) fn in_phase_values(reader: &mut Reader) -> Table {
+    let given = reader.table;
+    let mut table = given.clone();
+    for key in keys().filter(|key| !GROUPS.iter().any(|group| group.phase.contains(key))) {
+        table.remove(key);
+    }
+    for group in &GROUPS {
+        let is_given = |way: &&&[&str]| way.iter().any(|key| given.contains_key(*key));
+        let ways: Vec<&&[&str]> = group.ways.iter().filter(is_given).collect();
+        if let [first, .., last] = ways[..] {
+            let keys: Vec<&str> = [first, last]
+                .iter()
+                .filter_map(|way| way.iter().find(|key| given.contains_key(**key)).copied())
+                .collect();
+            let place = reader.place(keys[1]);
+            reader
+                .problems
+                .push(format!("{place}gives {}, as `{}` does: keep one of them", group.name, keys[0]));
+        }
+        let Some(way) = ways.first().filter(|way| way[0] != group.phase[0] || ways.len() > 1) else {
+            continue;
+        };
+        let values = convert(reader, way);
+        for (at, key) in group.phase.iter().enumerate() {
+            let value = values.as_ref().and_then(|values| values.get(at).or(values.first())).cloned();
+            if value.is_some() || !table.contains_key(*key) {
+                table.insert((*key).to_owned(), value.unwrap_or(Value::Float(1e-3)));
+            }
+        }
+    }
+    table
+}
+
+/// The values of a phase that the keys of one way come to; none where one is wrong, or is a phase's already.
+fn convert(reader: &mut Reader, way: &[&'static str]) -> Option<Vec<Value>> {
+    let given = reader.table;
+    let pole_pairs = || {
+        let value = given.get("pole_pairs")?;
+        let value = value.get("value").unwrap_or(value);
+        value.as_float().or_else(|| value.as_integer().map(|n| n as f64)).filter(|p| *p >= 1.0)
+    };
+    let from = |key: &str| given.get(key).cloned().unwrap_or(Value::Float(0.0));
+    let key = way[0];
+    let volts = |reader: &mut Reader| {
+        number::<VoltPerThousandRevolutionsPerMinute>(reader, key, "positive, such as \"4.6 V/krpm\"")
+    };
+    let flux = |value: f64, how: &str| Some(vec![converted(value, &from(key), how)]);
+    match key {
+        "resistance_line_to_line" => {
+            let r = number::<Ohm>(
+                reader,
+                key,
+                "the positive resistance between two terminals, such as \"0.1 Ω\"",
+            )?;
+            Some(vec![converted(0.5 * r, &from(key), "half of {} between two terminals")])
+        }
+        "vesc_R" => {
+            let r = number::<Ohm>(reader, key, "the positive foc_motor_r of a VESC, such as \"18 mΩ\"")?;
+            Some(vec![converted(r, &from(key), "foc_motor_r = {}")])
+        }
+        "L_line_to_line" => {
+            let l = number::<Henry>(
+                reader,
+                key,
+                "the positive inductance between two terminals, such as \"40 µH\"",
+            )?;
+            Some(vec![converted(
+                0.5 * l,
+                &from(key),
+                "half of {} between two terminals, alike along both axes",
+            )])
+        }
+        "L_line_to_line_min" => {
+            let [least, most] = ["L_line_to_line_min", "L_line_to_line_max"].map(|key| {
+                number::<Henry>(reader, key, "the positive inductance between two terminals where it is least (min) or most (max), such as \"40 µH\"")
+            });
+            let (least, most) = (least?, most?);
+            if most < least {
+                let place = reader.place("L_line_to_line_max");
+                reader.problems.push(format!("{place}must be at least L_line_to_line_min"));
+                return None;
+            }
+            let half = |value: f64, key: &str| {
+                converted(0.5 * value, &from(key), "half of {} between two terminals")
+            };
+            Some(vec![half(least, "L_line_to_line_min"), half(most, "L_line_to_line_max")])
+        }
+        "vesc_L" => {
+            let l = number::<Henry>(reader, key, "the positive foc_motor_l of a VESC, such as \"14 µH\"")?;
+            let apart = "vesc_ld_lq_diff";
+            let difference = match given.get(apart) {
+                None => 0.0,
+                value => {
+                    let needed = "foc_motor_ld_lq_diff of a VESC, less than twice vesc_L either way";
+                    reader.number::<Henry>(apart, value, needed, |d| d.abs() < 2.0 * l)?
+                }
+            };
+            let how = "foc_motor_l = {}, half of foc_motor_ld_lq_diff less along d and more along q";
+            Some([-0.5, 0.5].map(|half| converted(l + half * difference, &from(key), how)).into())
+        }
+        "Kv" => {
+            let kv = number::<RevolutionsPerMinuteVolt>(reader, key, "positive, such as \"900 rpm/V\"")?;
+            flux(of_speed_constant(kv, pole_pairs()?), "Kv = {}, 60 / (2π √3 p Kv)")
+        }
+        "Ke_line_peak" => flux(
+            of_voltage_constant(volts(reader)? / 3.0_f64.sqrt(), pole_pairs()?),
+            "Ke = {} between two terminals, peak",
+        ),
+        "Ke_line_rms" => flux(
+            of_voltage_constant(volts(reader)? * SQRT_2 / 3.0_f64.sqrt(), pole_pairs()?),
+            "Ke = {} between two terminals, rms",
+        ),
+        "Ke_phase_peak" => {
+            flux(of_voltage_constant(volts(reader)?, pole_pairs()?), "Ke = {} of a phase, peak")
+        }
+        "Ke_phase_rms" => {
+            flux(of_voltage_constant(volts(reader)? * SQRT_2, pole_pairs()?), "Ke = {} of a phase, rms")
+        }
+        "vesc_lambda" => {
+            let flux_linkage = number::<Weber>(
+                reader,
+                key,
+                "the positive foc_motor_flux_linkage of a VESC, such as \"3.4 mWb\"",
+            )?;
+            flux(flux_linkage, "foc_motor_flux_linkage = {}")
+        }
+        "rated_current_rms" => {
+            let i = number::<Ampere>(reader, key, "the positive rms current of a phase, such as \"10 A\"")?;
+            Some(vec![converted(SQRT_2 * i, &from(key), "√2 times {} rms")])
+        }
+        _ => None,
+    }
+}
+
+fn number<U: Unit>(reader: &mut Reader, key: &'static str, needed: &str) -> Option<f64> {
+    let table = reader.table;
+    reader.number::<U>(key, table.get(key), needed, positive)
+}
