@@ -189,7 +189,7 @@ pub struct Summary {
     pub beyond_max: Estimate,
     /// The error in degrees whose exceedance is counted.
     pub limit_deg: f64,
-    /// P(|e| > limit) of the whole error, wrong poles included, among the trials with an angle.
+    /// Among the trials with an angle, the share of those whose angle is off by more than the limit, wrong poles included.
     pub beyond_limit: Estimate,
     /// Trials that named the wrong pole.
     pub wrong_poles: u64,

@@ -1,6 +1,7 @@
 //! The command line.
 
 mod campaigns;
+mod folder;
 mod motors;
 mod scenario;
 mod slurm;
@@ -24,6 +25,7 @@ pub use campaigns::{
     Amount, Bounds, Budget, Explain, FormatName, Init, Lab, MOST_AT_A_VALUE, Man, Merge, Odds, Question,
     Report, Require, Results, Rows, Run, Status, Sweep, Tune,
 };
+pub use folder::{OUT, default_folder};
 pub use motors::{Fit, Magnetics, Motors};
 #[cfg(feature = "program")]
 pub use motors::{Fmu, FmuPart};
@@ -123,7 +125,7 @@ pub struct Reproduce {
     #[command(flatten)]
     pub source: Source,
     /// Folder for the files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/reproduce")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
@@ -223,7 +225,7 @@ pub struct Compare {
     #[command(flatten)]
     pub seed: Seed,
     /// Folder for the files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/compare")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,

@@ -141,7 +141,11 @@ pub(crate) fn print(text: &str) -> Result<(), Error> {
 
 /// A command line, beginning with the program's name; mistakes in one line.
 fn arguments(words: impl IntoIterator<Item = OsString>) -> Result<Arguments, Error> {
-    Arguments::try_parse_from(words).map_err(|error| match error.kind() {
+    let parsed = Arguments::try_parse_from(words).map(|mut arguments| {
+        arguments.command.name_folder();
+        arguments
+    });
+    parsed.map_err(|error| match error.kind() {
         ErrorKind::DisplayHelp
         | ErrorKind::DisplayVersion
         | ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand

@@ -94,7 +94,7 @@ pub fn text(s: &Summary, open: bool) -> String {
         number(s.max_deg, 3),
         at_most(s.beyond_max.high)
     );
-    let beyond = format!("P(|e| > {}°)", s.limit_deg);
+    let beyond = format!("angle off by > {}°", s.limit_deg);
     let poles = if s.wrong_poles > 0 { Tone::Bad } else { Tone::Good };
     let wrong = if open {
         "not judged".to_owned()
@@ -108,7 +108,7 @@ pub fn text(s: &Summary, open: bool) -> String {
         ("95th percentile", format!("{}°", s.p95_deg)),
         ("99th percentile", format!("{}°", s.p99_deg)),
         ("largest", if s.axes == 0 { "–".to_owned() } else { largest }),
-        (beyond.as_str(), format!("{} % of {} found", percent(&s.beyond_limit), s.found)),
+        (beyond.as_str(), format!("{} % of {} with an angle", percent(&s.beyond_limit), s.found)),
         ("wrong poles", wrong),
         ("pole undetermined", share(s.undetermined, &s.undetermined_probability)),
         ("failed", share(s.failed, &s.failed_probability)),

@@ -63,7 +63,7 @@ export function statistics(table, sides, of) {
     ['wrong pole', s => s.in_words.wrong, s => s.wrong_poles > 0],
     ['pole undetermined', s => s.in_words.undetermined],
     ['no angle', s => s.in_words.failed],
-    [`error beyond ${sides.length ? of(sides[0]).limit_deg : 2}°`, s => s.in_words.beyond],
+    [`angle off by > ${sides.length ? of(sides[0]).limit_deg : 2}°, where one was found`, s => s.in_words.beyond],
     ['detection takes', s => (s.mean_duration_s === null ? '–' : shown(s.mean_duration_s, 's'))],
     ['largest current', s => shown(s.peak_current_a, 'A')],
   ];

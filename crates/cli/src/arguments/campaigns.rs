@@ -9,7 +9,7 @@ use standstill_campaign::store::Shard;
 use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::{Force, MOST_ROWS, trial, whole};
+use super::{Force, MOST_ROWS, OUT, trial, whole};
 use crate::error::Error;
 
 /// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are
@@ -64,7 +64,7 @@ pub struct Run {
 #[derive(Debug, Args)]
 pub struct Results {
     /// Folder for the files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/run")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     /// Format of the trials' file
     #[arg(long, value_enum, default_value_t = FormatName::Csv)]
@@ -110,8 +110,8 @@ pub struct Question {
     pub keys: Keys,
     #[command(flatten)]
     pub seed: Seed,
-    /// Folder for table, figure and page; made if it does not exist [default: standstill-out/ and the command's name; with
-    /// --json none]
+    /// Folder for table, figure and page; made if it does not exist [default: standstill-out/SCENARIO-COMMAND; with --json
+    /// none]
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
     /// Go on with a question of this scenario that was interrupted; from the start if there is none
@@ -134,7 +134,7 @@ pub struct Odds {
     #[command(flatten)]
     pub question: Question,
     /// What may happen: wrong-pole, wrong-evidence (readings that speak for the wrong pole, enough or not), undetermined,
-    /// failed, `|e| > 3 deg` (of the axis), `moved > 1 deg`, `peak_current > 8 A`
+    /// failed, `|e| > 3 deg` (the axis is off by more; of all starts), `moved > 1 deg`, `peak_current > 8 A`
     #[arg(long, value_name = "EVENT", value_parser = event)]
     pub event: Event,
 }
@@ -155,8 +155,8 @@ pub struct Require {
     /// The key whose largest or smallest value is looked for, such as `sensors.noise`; two for their trade-off curve
     #[arg(long, value_name = "KEY", required = true)]
     pub key: Vec<String>,
-    /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X), wrong_poles, undetermined,
-    /// failed, moved, duration, peak_current. Starts without an answer count against each
+    /// What must hold, such as `rms <= 1 deg, undetermined <= 0.1 %`: rms, p95, p99, P(|e| > X) (the angle is off by more, of all
+    /// starts), wrong_poles, undetermined, failed, moved, duration, peak_current. Starts without an answer count against each
     #[arg(long, value_name = "LIMITS", value_parser = limits)]
     pub limit: Limits,
     /// Where to look, such as `1 mA:50 mA`; of two keys once for each [default: 30 times the scenario's value either way]

@@ -7,7 +7,7 @@ use standstill_plant::MapValues;
 #[cfg(feature = "program")]
 use standstill_scenario::{ErrorSet, Rotor};
 
-use super::{Force, Temperatures, amperes, map_values, ohms, scenario, whole};
+use super::{Force, OUT, Temperatures, amperes, map_values, ohms, scenario, whole};
 #[cfg(feature = "program")]
 use super::{Keys, Seed, choice};
 
@@ -77,7 +77,7 @@ pub struct Magnetics {
     #[arg(long, value_name = "A", value_parser = amperes, allow_hyphen_values = true)]
     pub current: Option<f64>,
     /// Folder for the figure; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/magnetics")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,
@@ -102,7 +102,7 @@ pub struct Fit {
     #[arg(short, long = "set", value_name = "KEY=VALUE", value_parser = scenario::assignment)]
     pub set: Vec<(String, String)>,
     /// Folder for the files; made if it does not exist
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/fit")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     #[command(flatten)]
     pub force: Force,

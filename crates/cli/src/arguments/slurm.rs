@@ -6,7 +6,7 @@ use clap::Args;
 
 use super::campaigns::{Amount, FormatName, Rows};
 use super::scenario::{Axes, Keys};
-use super::whole;
+use super::{OUT, whole};
 
 #[derive(Debug, Args)]
 pub struct Slurm {
@@ -37,7 +37,7 @@ pub struct Slurm {
     #[arg(long)]
     pub isolate: bool,
     /// Folder for the results; journals and logs go to `shards` in it
-    #[arg(long, value_name = "DIR", default_value = "standstill-out/run")]
+    #[arg(long, value_name = "DIR", default_value = OUT)]
     pub out: PathBuf,
     /// Format of the trials' file
     #[arg(long, value_enum, default_value_t = FormatName::Csv)]

@@ -12,6 +12,7 @@ use super::question::{
     self, Answer, Identity, folder, interrupted, json as with_setup, on_threads, plan, setting,
     unless_stopped,
 };
+use super::run::quoted;
 use crate::Report;
 use crate::arguments::Budget as Options;
 use crate::columns;
@@ -108,6 +109,15 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     let plan = plan(question)?;
     let trials = Trials::new(&plan)?;
     let sources = Source::all(&trials);
+    if sources.is_empty() {
+        let scenario = quoted(&question.scenario.to_string_lossy());
+        return Err(Error::Arguments(format!(
+            "{scenario}: found no error that starts draw (`errors` is \"{}\"), so the whole error is the method's own, which \
+             `standstill run {scenario}` measures; needed errors to share it out among, such as -s errors=default, a key such as \
+             -s 'sensors.noise=5 mA', or a table [tolerances]",
+            plan.file().errors.0.name()
+        )));
+    }
     if let Some(folder) = folder(question, "budget") {
         drop(Output::create(&folder, &FILES)?);
     }

@@ -229,25 +229,24 @@ fn answer(run: &Run, plan: &Plan, all: &[Told], lost: u64) -> Result<Answer, Err
             paragraph("", &about.headline),
             about.details.iter().map(|line| paragraph("  ", line)).collect::<String>(),
             about.specimen,
-            about.table.text(),
+            if told.explained.causes.is_empty() { String::new() } else { about.table.text() },
             about.left_out + &paragraph("", &about.legend)
         );
         let tone = if told.explained.record.pole_correct() == Some(true) { Tone::Neutral } else { Tone::Bad };
         let verdict = Block::Verdict { tone, headline: about.headline, details: about.details };
         let first = sections.is_empty();
         let said = lost_said.clone().filter(|_| first).map(Block::Text);
+        let errors = (!told.explained.causes.is_empty()).then(|| Block::Code {
+            caption: "Without one of its errors".to_owned(),
+            text: about.whole.whole() + &about.legend,
+        });
         sections.push(Section {
             title: format!("Trial {}", told.chosen.trial),
             blocks: [verdict]
                 .into_iter()
                 .chain(said)
-                .chain([
-                    Block::Code { caption: "What it drew".to_owned(), text: about.specimen },
-                    Block::Code {
-                        caption: "Without one of its errors".to_owned(),
-                        text: about.whole.whole() + &about.legend,
-                    },
-                ])
+                .chain([Block::Code { caption: "What it drew".to_owned(), text: about.specimen }])
+                .chain(errors)
                 .collect(),
         });
     }

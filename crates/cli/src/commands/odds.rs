@@ -142,6 +142,7 @@ fn answer(
     let alarms: Vec<String> = odds.alarms.iter().map(ToString::to_string).collect();
     let answer = json!({
         "event": event.to_string(),
+        "share_of": words::share_of(event),
         "probability": found.value,
         "low": found.low,
         "high": found.high,

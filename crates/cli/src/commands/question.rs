@@ -22,7 +22,7 @@ use standstill_scenario::{Document, FileError, Plan, ScenarioFile};
 use super::report::setup::{self, Setup};
 use super::reproduce::file_list;
 use crate::Report;
-use crate::arguments::Question;
+use crate::arguments::{Question, default_folder};
 use crate::asked::Asked;
 use crate::doubts;
 use crate::error::Error;
@@ -172,7 +172,7 @@ pub fn json(
 
 /// Where files go; none if none are wanted.
 pub fn folder(question: &Question, name: &str) -> Option<PathBuf> {
-    let default = || (!question.json).then(|| PathBuf::from("standstill-out").join(name));
+    let default = || (!question.json).then(|| default_folder(Some(&question.scenario), name));
     question.out.clone().or_else(default)
 }
 

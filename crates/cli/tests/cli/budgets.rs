@@ -48,6 +48,30 @@ fn law_a_budget_has_its_keys_and_writes_its_files() {
     assert_eq!(names(&folder.path().join("b")), expected);
 }
 
+#[test]
+fn regress_a_budget_without_a_source_of_error_says_so_and_what_to_do() {
+    let folder = folder();
+    let path = folder.path();
+    fs::write(path.join("s.toml"), "trials = 5\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    for json in [&[][..], &["--json"]] {
+        let budget = ["budget", "s.toml", "--pairs", "100", "-s", "errors=none"];
+        let message = super::mistake(&[&budget[..], json].concat(), path);
+        for part in ["s.toml: found no error", "\"none\"", "standstill run s.toml", "-s errors=default"] {
+            assert!(message.contains(part), "{part} in {message}");
+        }
+    }
+    assert_eq!(names(path), ["s.toml"]);
+    // Of a run without errors nothing is to be explained by them.
+    for arguments in
+        [&["run", "s.toml", "-s", "errors=none", "--out", "r"][..], &["explain", "r", "--worst", "1"]]
+    {
+        let output = standstill(arguments, path);
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(output.status.success() && !text.contains("one at a time"), "{text}");
+        assert!(arguments[0] == "run" || text.contains("the method's own at this angle"), "{text}");
+    }
+}
+
 /// A part of the turn, or all of it, without an axis is a gap or a message, and no panic.
 #[test]
 fn regress_a_budget_of_starts_without_an_axis_says_so() {

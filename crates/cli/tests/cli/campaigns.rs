@@ -297,7 +297,10 @@ fn law_an_example_scenario_runs_as_it_is_and_is_never_overwritten() {
     let path = folder.path();
     succeed(&["init"], path);
     let text = succeed(&["run", "scenario.toml", "--trials", "50"], path);
-    assert!(text.contains("rms axis error") && text.contains("standstill-out/run"), "{text}");
+    assert!(
+        text.contains("rms axis error") && text.contains("standstill report standstill-out/scenario-run"),
+        "{text}"
+    );
     let message = mistake(&["init"], path);
     assert!(message.contains("scenario.toml") && message.contains("already"), "{message}");
 }

@@ -48,7 +48,7 @@ fn golden_the_commands_of_the_page_on_answers_run_as_they_are_printed() {
     let bipolar = scenario.replace("line-inductance-fast", "bipolar") + "rotor.state = \"free\"\n";
     fs::write(path.join("bipolar.toml"), bipolar).expect("written");
     fs::write(path.join("free.toml"), scenario.clone() + "rotor.state = \"free\"\n").expect("written");
-    for (seed, out) in [("1", "run"), ("1", "before"), ("1", "after")] {
+    for (seed, out) in [("1", "scenario-run"), ("1", "before"), ("1", "after")] {
         let out = format!("standstill-out/{out}");
         assert!(standstill(&["run", "lif.toml", "--seed", seed, "--out", &out], path).status.success());
     }

@@ -301,7 +301,7 @@ fn law_workers_end_with_their_parent() {
             .stdout(std::process::Stdio::null())
             .spawn()
             .expect("starts");
-        let journal = folder.path().join("standstill-out/run");
+        let journal = folder.path().join("standstill-out/s-run");
         soon("trials begin", || journal.exists() && children(run.id()).len() == 2);
         let workers = children(run.id());
         let status = Command::new("kill").args([signal, &run.id().to_string()]).status().expect("kill");

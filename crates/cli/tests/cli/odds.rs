@@ -16,6 +16,11 @@ fn law_odds_of_what_is_not_rare_are_those_of_plain_trials_on_any_number_of_threa
     let (low, high) = (number(&one, "low"), number(&one, "high"));
     assert!(low < 0.24 && 0.22 < high && high - low < 0.02, "{low} to {high}");
     assert_eq!((&one["event"], &one["levels"]), (&"|e| > 1 deg".into(), &1.into()));
+    let share = one["share_of"].as_str().expect("a text");
+    assert!(
+        share.contains("of all starts") && share.contains("whose axis is off by more than 1°"),
+        "{share}"
+    );
     assert_eq!(number(&one, "trials"), 32_000.0);
     assert_eq!(names(folder.path()), ["s.toml"], "with --json no files");
 }

@@ -76,7 +76,7 @@ fn golden_the_five_minutes_of_the_readme_run_as_they_are_printed() {
         run += 1;
     }
     assert_eq!(run, 5);
-    for file in ["trace/waveform.png", "scenario.toml", "standstill-out/run/report/report.html"] {
+    for file in ["trace/waveform.png", "scenario.toml", "standstill-out/scenario-run/report/report.html"] {
         assert!(folder.path().join(file).exists(), "{file}");
     }
 }

@@ -159,3 +159,45 @@ fn regress_a_report_replaces_no_page_of_another_run_without_leave() {
         );
     }
 }
+
+#[test]
+fn law_scenarios_and_commands_have_default_folders_of_their_own_and_name_the_next_command() {
+    let folder = folder();
+    let path = folder.path();
+    for name in ["a.toml", "two words.toml"] {
+        fs::write(path.join(name), "trials = 4\n[detector]\nmethod = \"bipolar\"\n").expect("written");
+    }
+    let said = |arguments: &[&str]| {
+        let output = standstill(arguments, path);
+        assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    assert!(said(&["run", "a.toml"]).ends_with("\n  standstill report standstill-out/a-run\n"));
+    assert!(
+        said(&["run", "two words.toml"]).ends_with("\n  standstill report 'standstill-out/two words-run'\n")
+    );
+    said(&["report", "standstill-out/a-run"]);
+    said(&["sweep", "a.toml", "--vary", "sensors.noise=1 mA,2 mA"]);
+    said(&["magnetics", "paper-5k5"]);
+    said(&["magnetics", "outrunner"]);
+    for shard in ["1/2", "2/2"] {
+        said(&["run", "a.toml", "--shard", shard, "--out", "parts"]);
+    }
+    said(&["merge", "parts"]);
+    let comparison =
+        ["--method", "bipolar", "--rotor", "locked", "--errors", "none", "--no-limit", "--trials", "2"];
+    said(&[&["compare", "a.toml"][..], &comparison].concat());
+    said(&[&["compare"][..], &comparison].concat());
+    let expected = [
+        "a-compare",
+        "a-run",
+        "a-sweep",
+        "compare",
+        "outrunner-magnetics",
+        "paper-5k5-magnetics",
+        "parts-merge",
+        "two words-run",
+    ];
+    assert_eq!(names(&path.join("standstill-out")), expected);
+    assert!(path.join("standstill-out/a-run/report/report.html").exists());
+}

@@ -104,7 +104,11 @@ pub fn about(plan: &Plan, told: &Told) -> About {
         details.push(format!("furthest from their means: {}", largest.join(", ")));
     }
     details.extend(evidence(record));
-    details.push(format!("with all errors at their means: {}", ended(&explained.without_all)));
+    details.push(if explained.causes.is_empty() {
+        "the run draws no errors: what is off here is the method's own at this angle".to_owned()
+    } else {
+        format!("with all errors at their means: {}", ended(&explained.without_all))
+    });
     if let Some(rounding) = explained.rounding_deg {
         details.push(format!(
             "the converter's rounding alone moves this error by {rounding:.3}° (standard deviation over the 15 other places of its codes)"
@@ -141,7 +145,8 @@ pub fn about(plan: &Plan, told: &Told) -> About {
     };
     let whole = Table::new(columns()).rows(rows);
     let rounded = explained.rounding_deg.map_or("", |_| ROUNDED);
-    About { headline, details, specimen, table, whole, left_out, legend: format!("{SCORE}{rounded}") }
+    let legend = if explained.causes.is_empty() { String::new() } else { format!("{SCORE}{rounded}") };
+    About { headline, details, specimen, table, whole, left_out, legend }
 }
 
 #[cfg(test)]

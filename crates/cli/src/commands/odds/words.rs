@@ -59,6 +59,16 @@ fn one_in(p: &Estimate) -> Option<String> {
     Some(format!("one in {}{name} starts", rounded(often / unit, 0)))
 }
 
+/// Of which starts the probability is the share, where the event alone does not say it.
+pub(super) fn share_of(event: Event) -> String {
+    match event {
+        Event::Error(bound) => format!(
+            "of all starts those whose axis is off by more than {bound}°; one without an axis is not among them"
+        ),
+        _ => "of all starts".to_owned(),
+    }
+}
+
 fn headline(event: Event, odds: &Odds) -> String {
     if let Some(often) = one_in(&odds.probability) {
         return format!("{event}: {}, {often}", probability_interval(&odds.probability));
@@ -73,7 +83,8 @@ fn headline(event: Event, odds: &Odds) -> String {
 
 /// On the terminal.
 pub(super) fn text(setting: &str, event: Event, odds: &Odds, alarms: &[String], anatomy: &Anatomy) -> String {
-    let mut text = format!("{setting}\n{}\n  {}\n", headline(event, odds), method(odds));
+    let mut text =
+        format!("{setting}\n{}\n  {}\n  {}\n", headline(event, odds), share_of(event), method(odds));
     if odds.answer == By::Subset {
         let _ = writeln!(text, "  levels of {}", event.order_parameter());
     }
@@ -106,7 +117,7 @@ pub(super) fn page(
     anatomy: &Anatomy,
     rows: &[Row],
 ) -> Page {
-    let mut details = vec![method(odds)];
+    let mut details = vec![share_of(event), method(odds)];
     if odds.answer == By::Subset {
         details.push(format!("Levels of {}", event.order_parameter()));
     }

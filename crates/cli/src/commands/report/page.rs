@@ -110,7 +110,7 @@ fn statistics(s: &Summary, open: bool) -> Table {
     let single = |name: &str, unit: &str, value: String| {
         vec![name.to_owned(), unit.to_owned(), value, String::new(), String::new(), String::new()]
     };
-    let beyond = format!("Error beyond {}°, of those with an angle", s.limit_deg);
+    let beyond = format!("Angle off by more than {}°, of the starts with an angle", s.limit_deg);
     // Of what was never asked nothing is known.
     let (wrong, wrong_probability, beyond_limit) = match s.found {
         0 => (None, &NOTHING, &NOTHING),

@@ -149,7 +149,10 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     ));
     if s.beyond_limit.value.is_finite() {
         let beyond = counted(s.beyond_limit.value, s.found);
-        details.push(format!("The error exceeds {}° in {beyond} of starts with an angle", s.limit_deg));
+        details.push(format!(
+            "The angle is off by more than {}° in {beyond} of starts with an angle",
+            s.limit_deg
+        ));
     }
     if unsure && s.wrong_poles == 0 {
         details.push("Too few starts to rule out wrong poles in one of a hundred".to_owned());
@@ -203,8 +206,10 @@ fn of_sweep(summary: &SummaryFile) -> (Tone, String, Vec<String>) {
         details.push(format!("Starts without an answer: {range}, by point"));
     }
     if let (Some(range), Some(s)) = (range(each().map(|s| (s.beyond_limit.value, s.found))), each().next()) {
-        details
-            .push(format!("The error exceeds {}° in {range} of starts with an angle, by point", s.limit_deg));
+        details.push(format!(
+            "The angle is off by more than {}° in {range} of starts with an angle, by point",
+            s.limit_deg
+        ));
     }
     if !open && !wrong && limits().any(|high| high > OFTEN) {
         details.push("Too few starts to rule out wrong poles in one of a hundred at each point".to_owned());

@@ -12,8 +12,8 @@ use standstill_quantity::Quantity;
 use standstill_scenario::{Document, Point, StopTable};
 use standstill_table::{Column, Columns, Format, TableError, Value, Writer};
 
-use super::points;
 use super::tables::Tables;
+use super::{points, quoted};
 use crate::Report;
 use crate::arguments::{Results as Options, Rows, Run};
 use crate::columns::{AxisColumn, trial_columns, trial_values};
@@ -361,6 +361,13 @@ impl Results {
         }
         text += "\n";
         text += &file_list(&options.out, &files);
+        if [trials_name(Format::Csv), trials_name(Format::Parquet)]
+            .iter()
+            .any(|name| files.iter().any(|file| file == name))
+        {
+            let folder = quoted(&options.out.to_string_lossy());
+            text += &format!("A page of them:\n  standstill report {folder}\n");
+        }
         Report { text, code }
     }
 }

@@ -1,0 +1,47 @@
+//! The folder of a command's results where the command line names none.
+
+use std::path::{Path, PathBuf};
+
+use super::Command;
+
+/// What stands for it in the help: the names of the scenario's file, or of the motor, and of the command.
+pub const OUT: &str = "standstill-out/SCENARIO-COMMAND";
+
+/// Of a command on a scenario's file or a motor; without one the command's name alone.
+///
+/// Two scenarios have two folders, and so have two commands.
+pub fn default_folder(of: Option<&Path>, command: &str) -> PathBuf {
+    let name = of.and_then(Path::file_stem).map(|stem| format!("{}-", stem.to_string_lossy()));
+    Path::new("standstill-out").join(name.unwrap_or_default() + command)
+}
+
+impl Command {
+    /// Puts the folder that is meant in place of [`OUT`].
+    pub fn name_folder(&mut self) {
+        let motor = |motor: &Option<String>| motor.as_ref().map(PathBuf::from);
+        let (out, of, command) = match self {
+            #[cfg(feature = "program")]
+            Self::Reproduce(options) => {
+                let of = options.source.scenario.clone().or_else(|| motor(&options.setup.motor));
+                (&mut options.out, of, "reproduce")
+            }
+            Self::Compare(options) => {
+                let of = options.source.scenario.clone().or_else(|| motor(&options.motor));
+                (&mut options.out, of, "compare")
+            }
+            Self::Magnetics(options) => (&mut options.out, Some((&options.motor).into()), "magnetics"),
+            Self::Fit(options) => (&mut options.out, options.traces.first().cloned(), "fit"),
+            Self::Run(options) => (&mut options.results.out, Some(options.scenario.clone()), "run"),
+            Self::Sweep(options) => {
+                (&mut options.run.results.out, Some(options.run.scenario.clone()), "sweep")
+            }
+            Self::Merge(options) => (&mut options.results.out, options.shards.first().cloned(), "merge"),
+            #[cfg(feature = "program")]
+            Self::Slurm(options) => (&mut options.out, Some(options.scenario.clone()), "run"),
+            _ => return,
+        };
+        if out.as_path() == Path::new(OUT) {
+            *out = default_folder(of.as_deref(), command);
+        }
+    }
+}
