@@ -100,7 +100,7 @@ impl<'a> Control<'a> {
             return Ok(());
         }
         if bank.machine.legs.elastance.is_some() {
-            return self.settle_terminals(bank);
+            return self.settle_terminals(bank, 0.0);
         }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
@@ -135,13 +135,14 @@ impl<'a> Control<'a> {
             return self.resolve(bank);
         }
         if which != BLOCKED {
-            if !self.is_at_end(bank, which) {
+            let shortest = self.shortest(bank);
+            if !self.is_at_end(bank, which, shortest) {
                 // It only seemed to end, on the cubic of a longer step.
                 return Ok(());
             }
             let legs = &bank.machine.legs;
             if legs.elastance.is_some() {
-                return self.settle_terminals(bank);
+                return self.settle_terminals(bank, shortest);
             }
             let ends: [bool; 3] = std::array::from_fn(|k| k == which || legs.direction(self.lane, k) == 0.0);
             self.make_zero(bank, ends);
