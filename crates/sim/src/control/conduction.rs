@@ -100,7 +100,7 @@ impl<'a> Control<'a> {
             return Ok(());
         }
         if bank.machine.legs.elastance.is_some() {
-            return self.settle_terminals(bank);
+            return self.settle_terminals(bank, 0.0);
         }
         let mut port = self.port(bank, &bank.here);
         if !port.current.iter().all(|current| current.is_finite()) {
@@ -132,13 +132,14 @@ impl<'a> Control<'a> {
             Guard::Stop | Guard::Motion => self.change_motion(bank, guard == Guard::Stop),
             Guard::Blocked => {}
             Guard::Leg(leg) => {
-                if !self.is_at_end(bank, leg) {
+                let shortest = self.shortest(bank);
+                if !self.is_at_end(bank, leg, shortest) {
                     // It only seemed to end, on the cubic of a longer step.
                     return Ok(());
                 }
                 let legs = &bank.machine.legs;
                 if legs.elastance.is_some() {
-                    return self.settle_terminals(bank);
+                    return self.settle_terminals(bank, shortest);
                 }
                 let ends: [bool; 3] =
                     std::array::from_fn(|k| k == leg || legs.direction(self.lane, k) == 0.0);

@@ -17,7 +17,7 @@ const SOON: f64 = 1e-6;
 
 impl<'a> Control<'a> {
     /// Whether a leg is where its mode ends: its current no more than a step may be off, or its potential that near to a bound.
-    pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> bool {
+    pub(super) fn is_at_end<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> bool {
         let direction = bank.machine.legs.direction(self.lane, leg);
         if direction != 0.0 || bank.machine.legs.elastance.is_none() {
             let shift = self.following(bank, direction, leg);
@@ -25,7 +25,14 @@ impl<'a> Control<'a> {
         }
         let [low, high] = self.band(bank, leg);
         let potential = bank.here.state.potential[leg].get(self.lane);
-        (potential - low).min(high - potential) <= self.near(bank)
+        (potential - low).min(high - potential) <= self.near(bank, leg, shortest)
+    }
+
+    /// Where a mode that was found at this time has ended at it: the time in s to the next number, 4e-6 ns after 17 s. What becomes of
+    /// currents and potentials within it decides, for no step is shorter. Else zero.
+    pub(super) fn shortest<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
+        let time = self.time(bank);
+        if self.found == time { (time.next_up() - time) * 1e-9 } else { 0.0 }
     }
 
     /// What a device of a leg carries in A for its terminal to follow the link, with a current of this direction.
@@ -49,8 +56,14 @@ impl<'a> Control<'a> {
         bridge.terminal_capacitance * rise
     }
 
-    fn near<V: Wide>(&self, bank: &Bank<'a, V>) -> f64 {
-        bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP
+    /// How near to its bound in V a potential is at it.
+    fn near<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize, shortest: f64) -> f64 {
+        let mut near = bank.bounds.slack.blocked.get(self.lane) * POTENTIAL_DEEP;
+        if shortest > 0.0 {
+            let charge = self.currents(bank)[leg].abs() * shortest;
+            near += charge / self.case.inverter.bridge.terminal_capacitance;
+        }
+        near
     }
 
     fn band<V: Wide>(&self, bank: &Bank<'a, V>, leg: usize) -> [f64; 2] {
@@ -62,14 +75,21 @@ impl<'a> Control<'a> {
     /// What conducts, from the gates and from potentials and currents as they are. A switch that comes on takes its terminal's
     /// potential to the nearer of its bounds at once; a current that flows out of the leg at the lower bound, or into it at
     /// the upper one, flows through a device; all others charge their terminals.
-    pub(super) fn settle_terminals<V: Wide>(&mut self, bank: &mut Bank<'a, V>) -> Result<(), RunError> {
+    ///
+    /// A current that passes through zero within the `shortest` time in s counts as none: how it changes decides, and not its sign.
+    pub(super) fn settle_terminals<V: Wide>(
+        &mut self,
+        bank: &mut Bank<'a, V>,
+        shortest: f64,
+    ) -> Result<(), RunError> {
         let (lane, time) = (self.lane, self.time(bank));
         self.found = time;
         let current = self.currents(bank);
         if !current.iter().all(|current| current.is_finite()) {
             return Err(RunError::NotFinite);
         }
-        let (gates, near) = (self.gates(bank), self.near(bank));
+        let gates = self.gates(bank);
+        let near: [f64; 3] = std::array::from_fn(|k| self.near(bank, k, shortest));
         let link = bank.here.state.link.get(lane);
         let bands: [[f64; 2]; 3] = std::array::from_fn(|k| self.band(bank, k));
         let held: [f64; 3] = std::array::from_fn(|k| {
@@ -83,17 +103,25 @@ impl<'a> Control<'a> {
         let carried: [[f64; 2]; 3] =
             std::array::from_fn(|k| [1.0, -1.0].map(|way| current[k] + self.following(bank, way, k)));
         let is_one = |k: usize| bands[k][1] - bands[k][0] <= ONE_BOUND * link;
-        let is_none = |k: usize, way: usize| carried[k][way].abs() <= bank.bounds.slack.leg[k].get(lane);
+        let again = shortest > 0.0;
+        let is_none = |k: usize, way: usize, slope: f64| {
+            carried[k][way].abs() <= bank.bounds.slack.leg[k].get(lane) + slope.abs() * shortest
+        };
+        let damped = bridge.terminal_resistance > 0.0;
+        let least = NO_CURRENT * self.case.motor.rated_current;
         let mode = |k: usize, slope: f64| {
             let [low, high] = bands[k];
             if is_one(k) {
                 // The same whichever way its current flows.
-                return if carried[k][0] < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
+                let way = if again && is_none(k, 0, slope) { slope } else { carried[k][0] };
+                return if way < 0.0 { kind.inflow(gates[k]) } else { kind.outflow(gates[k]) };
             }
-            let way = |way: usize| if is_none(k, way) { slope } else { carried[k][way] };
-            if way(0) > 0.0 && held[k] <= low + near {
+            // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
+            let rises = if damped && slope.abs() * SOON <= least { 0.0 } else { slope };
+            let way = |way: usize| if is_none(k, way, slope) { rises } else { carried[k][way] };
+            if way(0) > 0.0 && held[k] <= low + near[k] {
                 kind.outflow(gates[k])
-            } else if way(1) < 0.0 && held[k] >= high - near {
+            } else if way(1) < 0.0 && held[k] >= high - near[k] {
                 kind.inflow(gates[k])
             } else {
                 Conduction::Blocked
@@ -110,14 +138,10 @@ impl<'a> Control<'a> {
             let met = if blocked { bridge.terminal_resistance * current[k] } else { 0.0 };
             potential_in(k, modes[k]) - met
         });
-        if (0..3).any(|k| !is_one(k) && (is_none(k, 0) || is_none(k, 1))) {
+        if again || (0..3).any(|k| !is_one(k) && (is_none(k, 0, 0.0) || is_none(k, 1, 0.0))) {
             let rise = self.rise(bank, behind);
-            let slopes = self.axes(bank).map(|axis| axis.dot(rise));
-            // A slope that makes no current for a while is what the resistance makes of rounding: no device conducts for it.
-            let (damped, least) =
-                (bridge.terminal_resistance > 0.0, NO_CURRENT * self.case.motor.rated_current);
-            let slope = |k: usize| if damped && slopes[k].abs() * SOON <= least { 0.0 } else { slopes[k] };
-            modes = std::array::from_fn(|k| mode(k, slope(k)));
+            let axes = self.axes(bank);
+            modes = std::array::from_fn(|k| mode(k, axes[k].dot(rise)));
         }
         for k in 0..3 {
             let [_, high] = bands[k];
@@ -125,7 +149,7 @@ impl<'a> Control<'a> {
             let upper = match gates[k] {
                 Gate::High => true,
                 Gate::Low => false,
-                Gate::Off => modes[k].is_upper() || held[k] >= high - near,
+                Gate::Off => modes[k].is_upper() || held[k] >= high - near[k],
             };
             self.move_terminal(bank, k, to, upper);
         }

@@ -47,6 +47,8 @@ pub struct Bank<'a, V: Wide> {
     pub to_mode_end: u32,
     /// In ns.
     pub mode_end: V,
+    /// A bit for each machine that cannot come nearer to it: between `mode_end` and the number before it the mode ends.
+    pub nearest: u32,
     /// Its guard; none: a margin was negative by rounding only.
     pub ending_mode: [Option<Guard>; MOST_LANES],
     /// When a current is expected to have carried a terminal to its bound, in ns, and of which leg.
@@ -151,6 +153,7 @@ impl<'a, V: Wide> Bank<'a, V> {
             hints: [zero; 4],
             to_mode_end: 0,
             mode_end: zero,
+            nearest: 0,
             ending_mode: [None; MOST_LANES],
             expected: V::of(NEVER),
             carried: [0; MOST_LANES],

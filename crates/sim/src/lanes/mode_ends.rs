@@ -162,8 +162,11 @@ impl<V: Wide> Bank<'_, V> {
         }
         let (share, which) = if first.0.is_finite() { first } else { (1.0, None) };
         let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
-        self.mode_end.put(lane, (from + (to - from) * share).min(to));
+        let end = (from + (to - from) * share).min(to);
+        self.mode_end.put(lane, end);
         self.to_mode_end |= 1 << lane;
+        // A terminal may rise by more than what is near to its bound in the shortest time that is a number.
+        self.nearest = self.nearest & !(1 << lane) | u32::from(end >= to && which.is_some()) << lane;
         self.ending_mode[lane] = which;
     }
 }

@@ -9,6 +9,7 @@ use standstill_sim::{
     referee, run,
 };
 
+mod late;
 mod mosfets;
 #[path = "../script/mod.rs"]
 mod script;

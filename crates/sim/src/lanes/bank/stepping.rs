@@ -38,6 +38,7 @@ impl<V: Wide> Bank<'_, V> {
         self.expected = V::choose(expecting, V::of(NEVER), self.expected);
         let mut left = expecting.bits();
         self.to_mode_end |= left;
+        self.nearest &= !left;
         while left != 0 {
             let lane = left.trailing_zeros() as usize;
             left &= left - 1;
@@ -83,7 +84,7 @@ impl<V: Wide, const RARE: bool> Compute for StepOf<'_, '_, V, RARE> {
         let out_of_bounds = live & zero.above(tried.blocked_at_begin);
         let may = live & exact & !out_of_bounds;
         let ends = (zero.above(tried.least_margin) & !to_mode_end)
-            | (zero.above(tried.least_at_mode_end) & to_mode_end);
+            | (zero.above(tried.least_at_mode_end) & V::Mask::of_bits(bank.to_mode_end & !bank.nearest));
         let crossed = may & ends;
         let accepted = may & !crossed;
         // A cut that is not exact is none: shorter steps find their own.
