@@ -77,6 +77,7 @@ impl Variable {
         };
         attributes(&[
             ("unit", unit.map(|unit| unit.name.to_owned())),
+            ("displayUnit", unit.and_then(|unit| unit.shown).map(|(name, _)| name.to_owned())),
             ("min", limit(0)),
             ("max", limit(1)),
             ("start", self.start.map(|start| self.written(start))),
@@ -114,8 +115,10 @@ impl Model {
 
     /// A PWM period; a motor alone has none, and takes the same as a proposal.
     fn experiment(&self) -> String {
-        let step = format!("{:?}", self.period().seconds());
-        format!("  <DefaultExperiment startTime=\"0\" stopTime=\"0.02\" stepSize=\"{step}\"/>\n")
+        let step = self.period().seconds();
+        // Whole steps of about 20 ms: the last one, too, is one that a drive takes.
+        let stop = (0.02 / step).round().max(1.0) * step;
+        format!("  <DefaultExperiment startTime=\"0\" stopTime=\"{stop:?}\" stepSize=\"{step:?}\"/>\n")
     }
 
     fn units(&self) -> String {
@@ -132,7 +135,10 @@ impl Model {
             if unit.offset != 0.0 {
                 let _ = write!(base, " offset=\"{:?}\"", unit.offset);
             }
-            let _ = writeln!(text, "    <Unit name=\"{}\"><BaseUnit{base}/></Unit>", unit.name);
+            let shown = unit.shown.map_or(String::new(), |(name, factor)| {
+                format!("<DisplayUnit name=\"{name}\" factor=\"{factor:?}\"/>")
+            });
+            let _ = writeln!(text, "    <Unit name=\"{}\"><BaseUnit{base}/>{shown}</Unit>", unit.name);
         }
         text + "  </UnitDefinitions>\n"
     }

@@ -185,20 +185,38 @@ impl Instance {
     pub fn get(&mut self, reference: u32, kind: Kind) -> Outcome<f64> {
         let (place, variable) = self.variable(reference, kind)?;
         let role = variable.role.clone();
-        if matches!(role, Role::Sampled(_) | Role::True(_)) && self.state.rig.is_none() {
+        let output = matches!(role, Role::Sampled(_) | Role::True(_));
+        if output && self.state.rig.is_none() {
             self.must_be(&[Phase::Initialising], "outputs")?;
+        }
+        // Which angle a trial draws, only its machine knows.
+        if output || role == Role::Angle && self.state.phase == Phase::Initialising {
             self.build()?;
         }
         let Some(rig) = &self.state.rig else {
-            return Ok(if role == Role::Time { self.state.time } else { self.state.values[place] });
+            return Ok(match role {
+                Role::Time => self.state.time,
+                Role::DrawAngle => f64::from(u8::from(self.draws_angle())),
+                _ => self.state.values[place],
+            });
         };
         Ok(match role {
             Role::Time => self.state.time,
             Role::Clock => f64::from(u8::from(self.state.tick)),
             Role::Sampled(of) => sampled(rig, of),
             Role::True(of) => truth(rig, of),
+            Role::DrawAngle => f64::from(u8::from(self.draws_angle())),
+            Role::Angle if self.draws_angle() => rig.start_angle(),
             _ => self.state.values[place],
         })
+    }
+
+    /// Whether the trial draws the rotor's angle. What counts is the values and not the order in which they were set: some importers set
+    /// all parameters, also to what they are.
+    fn draws_angle(&self) -> bool {
+        let all = || self.model.variables.iter().zip(&self.state.values);
+        let asked = all().any(|(variable, value)| variable.role == Role::DrawAngle && *value != 0.0);
+        asked && all().any(|(variable, value)| variable.role == Role::Angle && variable.start == Some(*value))
     }
 
     /// The machine with the parameters as they are.
@@ -207,7 +225,7 @@ impl Instance {
             let mut trial = 0;
             let document = self.changed(&mut trial).map_err(|error| error.to_string())?;
             let scenario = Model::scenario_of(&document).map_err(|error| error.to_string())?;
-            self.state.rig = Some(Rig::new(self.model.part, scenario, trial));
+            self.state.rig = Some(Rig::new(self.model.part, scenario, trial)?);
         }
         Ok(())
     }
@@ -216,7 +234,7 @@ impl Instance {
     fn changed(&self, trial: &mut u64) -> Result<Document, FileError> {
         const IMPORTER: Origin = Origin::Option("the importer");
         let mut document = self.model.document.clone();
-        let mut drawn = true;
+        let drawn = self.draws_angle();
         for (variable, value) in self.model.variables.iter().zip(&self.state.values) {
             // Whole and from 0 to 2^31.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -224,19 +242,16 @@ impl Instance {
             match &variable.role {
                 Role::Seed => document.set_value("seed", Value::Integer(whole), IMPORTER)?,
                 Role::Trial => *trial = whole.unsigned_abs(),
-                Role::DrawAngle => drawn = *value != 0.0,
                 // A value that is there in other words, such as one with a unit, stays.
                 Role::Key(key) if variable.start != Some(*value) => {
                     document.set_value(key, Value::Float(*value), IMPORTER)?;
                 }
-                Role::Key(key) if key == "rotor.angle" && document.get(key).is_none() => {
-                    document.set_value(key, Value::Float(*value), IMPORTER)?;
+                Role::Angle if drawn => document.remove("rotor.angle"),
+                Role::Angle if variable.start != Some(*value) || document.get("rotor.angle").is_none() => {
+                    document.set_value("rotor.angle", Value::Float(value.to_degrees()), IMPORTER)?;
                 }
                 _ => {}
             }
-        }
-        if drawn {
-            document.remove("rotor.angle");
         }
         Ok(document)
     }
@@ -324,9 +339,9 @@ impl State {
     }
 }
 
-/// What the last step read; before the first one, zeros.
+/// What the last step read; before the first one, what the sensors say of a drive at rest.
 fn sampled(rig: &Rig, of: Sampled) -> f64 {
-    let Some(reading) = &rig.reading else { return 0.0 };
+    let reading = &rig.reading;
     match of {
         Sampled::Current(k) => reading.current.0[k],
         Sampled::Sensed(k) => match reading.sensed.0[k] {

@@ -197,6 +197,11 @@ impl Model {
         self.period
     }
 
+    /// The same for people, with all digits: a communication step may be off it by a nanosecond.
+    pub fn period_text(&self) -> String {
+        readable(self.period.seconds(), "s")
+    }
+
     /// What tells this model from another: part, version of the program, and all that the resources say.
     pub fn token(&self) -> String {
         // Fowler–Noll–Vo, twice.

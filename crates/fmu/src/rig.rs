@@ -22,8 +22,10 @@ pub(crate) struct Rig {
     second_half: bool,
     /// Time of all steps of a motor so far.
     elapsed: Nanos,
-    /// What the last step read; none before the first.
-    pub reading: Option<Reading<f64>>,
+    /// Where the rotor stood at the start, in rad.
+    start_angle: f64,
+    /// What the last step read; before the first one, what the sensors say of the drive at rest, all switches off.
+    pub reading: Reading<f64>,
 }
 
 /// Legs of a drive: the mode of each (0 off, 1 low, 2 high, 3 duty) and its duty.
@@ -41,7 +43,10 @@ const LONGEST: Nanos = Nanos(10_000_000_000_000);
 
 impl Rig {
     /// At rest, as trial number `trial` of the scenario.
-    pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Self {
+    ///
+    /// # Errors
+    /// Sensors that cannot say what is there.
+    pub fn new(part: Part, scenario: Scenario<Method<f64>>, trial: u64) -> Result<Self, String> {
         let scenario = Arc::new(scenario);
         let period = scenario.drive.carrier_period;
         // SAFETY: the scenario lives on the heap and is neither moved nor changed while the `Arc` beside the machine is there;
@@ -54,14 +59,23 @@ impl Rig {
             Part::Motor => Driven::motor(&case),
         };
         let half = Nanos(period.0 / 2);
-        Self {
+        // A copy reads, so that the drive's own samples draw what they draw in a run.
+        let look = Command::hold(Stage::off(half), Sampling::once(Nanos::ZERO));
+        let reading = driven.clone().carry_out(&look).map_err(|error| why(&error))?.first().copied();
+        Ok(Self {
             driven,
             _scenario: scenario,
             halves: [half, period - half],
             second_half: false,
             elapsed: Nanos::ZERO,
-            reading: None,
-        }
+            start_angle: case.start_angle,
+            reading: reading.ok_or("the sensors read nothing at rest")?,
+        })
+    }
+
+    /// Where the rotor stood at the start, in rad.
+    pub fn start_angle(&self) -> f64 {
+        self.start_angle
     }
 
     /// What is there now.
@@ -112,7 +126,9 @@ impl Rig {
         let at = Nanos((sample_at * duration.0 as f64).round() as u64);
         let command = Command { stage: first, then, sampling: Sampling::once(at) };
         let readings = self.driven.carry_out(&command).map_err(|error| why(&error))?;
-        self.reading = readings.first().copied();
+        if let Some(reading) = readings.first() {
+            self.reading = *reading;
+        }
         self.second_half ^= then.is_none();
         Ok(())
     }

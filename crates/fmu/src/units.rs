@@ -10,32 +10,28 @@ pub(crate) struct Unit {
     pub base: &'static [(&'static str, i32)],
     pub factor: f64,
     pub offset: f64,
+    /// The unit in which tools show it, and how many of that there are in one.
+    pub shown: Option<(&'static str, f64)>,
 }
 
 const fn si(symbol: &'static str, name: &'static str, base: &'static [(&'static str, i32)]) -> Unit {
-    Unit { symbol, name, base, factor: 1.0, offset: 0.0 }
+    Unit { symbol, name, base, factor: 1.0, offset: 0.0, shown: None }
 }
 
-const UNITS: [Unit; 14] = [
+/// Angles are in rad alone: a variable in degrees beside one in rad would be taken for the other.
+const UNITS: [Unit; 13] = [
     si("A", "A", &[("A", 1)]),
     si("V", "V", &[("kg", 1), ("m", 2), ("s", -3), ("A", -1)]),
     si("Ω", "Ohm", &[("kg", 1), ("m", 2), ("s", -3), ("A", -2)]),
     si("F", "F", &[("kg", -1), ("m", -2), ("s", 4), ("A", 2)]),
     si("s", "s", &[("s", 1)]),
     si("Hz", "Hz", &[("s", -1)]),
-    si("rad", "rad", &[("rad", 1)]),
+    Unit { shown: Some(("deg", 180.0 / std::f64::consts::PI)), ..si("rad", "rad", &[("rad", 1)]) },
     si("rad/s", "rad/s", &[("rad", 1), ("s", -1)]),
     si("N m", "N.m", &[("kg", 1), ("m", 2), ("s", -2)]),
     si("N m s", "N.m.s", &[("kg", 1), ("m", 2), ("s", -1)]),
     si("kg m²", "kg.m2", &[("kg", 1), ("m", 2)]),
-    Unit {
-        symbol: "deg",
-        name: "deg",
-        base: &[("rad", 1)],
-        factor: std::f64::consts::PI / 180.0,
-        offset: 0.0,
-    },
-    Unit { symbol: "°C", name: "degC", base: &[("K", 1)], factor: 1.0, offset: 273.15 },
+    Unit { offset: 273.15, ..si("°C", "degC", &[("K", 1)]) },
     si("", "1", &[]),
 ];
 

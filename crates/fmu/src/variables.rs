@@ -1,10 +1,13 @@
 //! The variables of an FMU. The number of each in the list is its value reference.
 
+use std::f64::consts::TAU;
+
 use standstill_detect::{Method, longest_dead_time};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
 use standstill_quantity::rounded;
 use standstill_scenario::{Document, Packed, Scenario, Values, allowed, keys, range};
+use standstill_sim::RotorState;
 use toml::Value;
 
 use crate::model::{Part, RESOLVER};
@@ -34,6 +37,8 @@ pub enum Role {
     Trial,
     /// Whether the rotor stands where the trial draws it.
     DrawAngle,
+    /// Where it stands otherwise, in rad.
+    Angle,
     /// Where in a step the converters sample.
     SampleAt,
     /// What a leg does, by its number.
@@ -140,7 +145,10 @@ impl Variable {
 
     /// Whether it is set before the simulation begins, and then stays.
     pub fn is_parameter(&self) -> bool {
-        matches!(self.role, Role::Key(_) | Role::Seed | Role::Trial | Role::DrawAngle | Role::SampleAt)
+        matches!(
+            self.role,
+            Role::Key(_) | Role::Seed | Role::Trial | Role::DrawAngle | Role::Angle | Role::SampleAt
+        )
     }
 
     /// Whether it is set from step to step.
@@ -179,12 +187,12 @@ pub(crate) fn variables(
         all.extend(sampled());
     }
     all.extend(truth(part));
-    all.extend(draws(part, document));
+    all.extend(draws(part, document, scenario));
     all.extend(of_rotor(document, scenario));
     if part == Part::Drive {
         all.extend(of_drive(scenario));
     }
-    all.extend(of_motor(packed, motor));
+    all.extend(of_motor(packed, motor, scenario.rotor));
     all.push(Variable::new("time", "Time", Kind::Real, Role::Time).unit("s"));
     if part == Part::Drive {
         let about = "Ticks once a period of the PWM: legs take effect, and what was sampled is there";
@@ -273,10 +281,17 @@ fn truth(part: Part) -> Vec<Variable> {
     all
 }
 
-fn draws(part: Part, document: &Document) -> Vec<Variable> {
+fn draws(part: Part, document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let (whole, allowed) = ([0.0, f64::from(i32::MAX)], format!("a whole number from 0 to {}", i32::MAX));
     let seed = document.load().map_or(1, |file| file.seed);
-    let about = "Seed of all that is drawn: the specimen of drive and sensors, the angle, noise and jitter";
+    let about = match part {
+        Part::Drive => {
+            "Seed of all that is drawn: the specimen of drive and sensors, the angle, noise and jitter"
+        }
+        Part::Motor => {
+            "Seed of all that is drawn: the angle, where in a brake's play the rotor stands, what its iron remembers"
+        }
+    };
     let seeds = Variable::new("seed", about, Kind::Integer, Role::Seed);
     let mut all = vec![seeds.start(seed as f64).limits(whole, &allowed)];
     let about = "Which trial of that seed, from 0 as in the trials' file";
@@ -287,18 +302,25 @@ fn draws(part: Part, document: &Document) -> Vec<Variable> {
         let at = Variable::new("sample_at", about, Kind::Real, Role::SampleAt);
         all.push(at.unit("").start(1.0).limits([0.0, 1.0], SHARE));
     }
-    let about = "Whether the rotor stands where the trial draws it, and not at rotor.angle";
-    let drawn = document.get("rotor.angle").is_none();
+    let about = "Whether the trial draws the angle at which the rotor stands at the start. It does not once rotor.angle has another value than its start";
     let draw = Variable::new("rotor.draw_angle", about, Kind::Boolean, Role::DrawAngle);
-    all.push(draw.start(f64::from(u8::from(drawn))));
+    all.push(draw.start(f64::from(u8::from(scenario.start_angle.is_none()))));
+    let about = "Electrical angle of the rotor at the start. While rotor.draw_angle is true, it is the one that the trial draws";
+    let angle = Variable::new("rotor.angle", about, Kind::Real, Role::Angle).unit("rad");
+    // Where the rotor of trial 0 stands, a free one where cogging lets it: at most a little beyond a turn.
+    let start = scenario.start_angle.unwrap_or_else(|| scenario.case(0).start_angle);
+    let start = if start.abs() > TAU { start - TAU.copysign(start) } else { start };
+    all.push(angle.start(start).limits([-TAU, TAU], TURN));
     all
 }
+
+/// What an angle may be. An importer that counts in degrees meets it soon.
+const TURN: &str = "from -6.2832 to 6.2832 rad, a turn either way: 1° is 0.017453 rad";
 
 fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let mut all = Vec::new();
     for of in keys() {
         let start = match of.key.as_str() {
-            "rotor.angle" => Some(scenario.start_angle.map_or(0.0, f64::to_degrees)),
             "rotor.load" => number(scenario.value(&of.key)),
             // Without it the motor is as its data sheet says.
             "rotor.winding_temperature" | "rotor.magnet_temperature" => document
@@ -342,14 +364,20 @@ fn number(value: Option<Value>) -> Option<f64> {
     value.and_then(|value| value.as_float())
 }
 
+/// What a key is, in an FMU: there each has a value, and what starts is a simulation.
+fn about(of: &str) -> String {
+    let about = of.replace('\n', " ").replace("the start of the detection", "the start");
+    about.split(" Without it").next().unwrap_or_default().to_owned()
+}
+
 /// A key that is a number, in a unit that FMI is told of.
 fn of_key(of: &standstill_scenario::KeyOf, start: f64) -> Option<Variable> {
     let Values::Number { unit, .. } = &of.values else { return None };
     units::unit(unit)?;
     let whole = of.key.ends_with("bits");
     let kind = if whole { Kind::Integer } else { Kind::Real };
-    let about = of.about.replace('\n', " ");
-    let variable = Variable::new(&of.key, &about, kind, Role::Key(of.key.clone())).unit(unit).start(start);
+    let variable =
+        Variable::new(&of.key, &about(&of.about), kind, Role::Key(of.key.clone())).unit(unit).start(start);
     match (range(&of.key), allowed(&of.key)) {
         (Some(limits), Some(words)) => Some(variable.limits(limits, words)),
         _ => Some(variable),
@@ -357,7 +385,7 @@ fn of_key(of: &standstill_scenario::KeyOf, start: f64) -> Option<Variable> {
 }
 
 /// What differs from one motor to the next of its kind, and with what is coupled to its shaft.
-fn of_motor(packed: &Packed, motor: &Motor) -> Vec<Variable> {
+fn of_motor(packed: &Packed, motor: &Motor, state: RotorState) -> Vec<Variable> {
     let friction = motor.rotor.friction;
     let numbers = [
         ("motor.winding.resistance", motor.resistance, "Resistance of a phase"),
@@ -378,5 +406,7 @@ fn of_motor(packed: &Packed, motor: &Motor) -> Vec<Variable> {
         let variable = Variable::new(key, about, Kind::Real, Role::Key(key.to_owned()));
         variable.unit(&unit).start(start).limits([0.0, 1e12], "zero or more, at most 1e12")
     };
-    numbers.into_iter().filter(|(key, ..)| has(key)).map(variable).collect()
+    // What turns does nothing on a rotor that is locked.
+    let counts = |key: &str| state != RotorState::Locked || !key.starts_with("motor.rotor.");
+    numbers.into_iter().filter(|(key, ..)| has(key) && counts(key)).map(variable).collect()
 }

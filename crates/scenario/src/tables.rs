@@ -131,10 +131,10 @@ pub struct InverterTable {
     /// Voltage of the DC link. Without it, the motor's.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link: Option<Quantity<Volt>>,
-    /// Amplitude of its ripple, a share of the voltage.
+    /// Amplitude of the DC link's ripple, a share of its voltage.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple: Option<Quantity<Share>>,
-    /// Frequency of the ripple.
+    /// Frequency of the DC link's ripple.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub ripple_frequency: Option<Quantity<Hertz>>,
     /// Capacitor of the DC link; 0: none, the link has the source's voltage whatever flows.
@@ -146,10 +146,10 @@ pub struct InverterTable {
     /// Depth of a sag of the source, a share of the voltage: a smooth trough, deepest in its middle. 0: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sag_depth: Option<Quantity<Share>>,
-    /// When it begins, after the start of the detection. Without it, at once.
+    /// When the sag begins, after the start of the detection. Without it, at once.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sag_start: Option<Quantity<Second>>,
-    /// How long it lasts.
+    /// How long the sag lasts.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub sag_duration: Option<Quantity<Second>>,
     /// Dead time.
@@ -170,20 +170,20 @@ pub struct InverterTable {
     /// Voltage across a conducting IGBT.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub switch_drop: Option<Quantity<Volt>>,
-    /// Its slope.
+    /// Slope of the voltage across a conducting IGBT over its current.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub switch_resistance: Option<Quantity<Ohm>>,
     /// Voltage across a conducting diode.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diode_drop: Option<Quantity<Volt>>,
-    /// Its slope.
+    /// Slope of the voltage across a conducting diode over its current.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub diode_resistance: Option<Quantity<Ohm>>,
     /// Capacitance of each terminal to the negative rail, of switches and cable: a leg in which no device conducts charges it and
     /// rings with the winding. 0: none.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terminal_capacitance: Option<Quantity<Farad>>,
-    /// Resistance of the winding, one phase against the two others, to what rings with that capacitance: eddy currents in sheets and
+    /// Resistance of the winding, one phase against the two others, to what rings with the terminals' capacitance: eddy currents in sheets and
     /// conductors make it far larger than for direct current. An LCR meter reads it in series with the inductance, at the frequency
     /// of the ringing.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -215,7 +215,7 @@ pub struct SensorsTable {
     /// By how much, either way and uniformly, a specimen's corner frequencies are off in common.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth_tolerance: Option<Quantity<Share>>,
-    /// By how much each phase's is off beside that.
+    /// By how much, either way and uniformly, each phase's corner frequency is off beside what all are off in common.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub bandwidth_mismatch: Option<Quantity<Share>>,
     /// How much later than phase a the converter takes phase b, and phase c than phase b.
@@ -224,10 +224,10 @@ pub struct SensorsTable {
     /// Amplitude of what an edge of a leg's potential adds to all readings of current.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pick_up: Option<Quantity<Ampere>>,
-    /// Time constant with which that decays.
+    /// Time constant with which decays what an edge adds to the readings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pick_up_decay: Option<Quantity<Second>>,
-    /// Frequency with which it rings.
+    /// Frequency with which rings what an edge adds to the readings.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub pick_up_frequency: Option<Quantity<Hertz>>,
     /// Range of the current converters, either way.
@@ -245,16 +245,16 @@ pub struct SensorsTable {
     /// Standard deviation of the DC-link sensor's gain.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_gain_error: Option<Quantity<Share>>,
-    /// Standard deviation of its offset.
+    /// Standard deviation of the DC-link sensor's offset.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_offset: Option<Quantity<Volt>>,
-    /// Noise of its samples, rms.
+    /// Noise of the DC-link sensor's samples, rms.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_noise: Option<Quantity<Volt>>,
-    /// Range of its converter, from zero.
+    /// Range of the DC link's converter, from zero.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_range: Option<Quantity<Volt>>,
-    /// Bits of its converter; 0: nothing is rounded, the range stays.
+    /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub dc_link_bits: Option<Quantity<One>>,
     /// Standard deviation of the resolver that stands for "measured angle" in traces.

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use standstill_files::{open, read_at_most};
 use standstill_fmu::{Binary, Model, Part, Version, pack};
 use standstill_interface::Choice;
-use standstill_quantity::listed;
 use standstill_scenario::Document;
 
 use crate::Report;
@@ -75,11 +74,9 @@ pub fn run(options: &Fmu) -> Result<Report, Error> {
     output.file(&name, &content)?;
     output.finish()?;
     let count = |of: fn(&standstill_fmu::Variable) -> bool| model.variables.iter().filter(|v| of(v)).count();
-    let period = model.period();
     let steps = match part {
         Part::Drive => {
-            let period = listed(&[period.seconds()], "s");
-            format!("steps of {period}, a period of the PWM, or half of that")
+            format!("steps of {}, a period of the PWM, or half of that", model.period_text())
         }
         Part::Motor => "steps of any length".to_owned(),
     };

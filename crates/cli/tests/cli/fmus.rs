@@ -9,6 +9,9 @@ fn law_an_fmu_is_one_file_or_none() {
     let folder = folder();
     let path = folder.path();
     fs::create_dir(path.join("deep")).expect("made");
+    let odd = standstill(&["fmu", "paper-5k5", "-s", "inverter.carrier=12345Hz", "-o", "odd.fmu"], path);
+    let said = String::from_utf8_lossy(&odd.stdout).into_owned();
+    assert!(said.contains("steps of 81.004 µs, a period of the PWM"), "{said}");
     let output = standstill(&["fmu", "paper-5k5", "--errors", "field", "-o", "deep/drive.fmu"], path);
     let said = String::from_utf8_lossy(&output.stdout).into_owned();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -5,6 +5,7 @@
 mod description;
 mod importer;
 mod time;
+mod truth;
 
 use std::path::Path;
 use std::ptr::null_mut;
