@@ -57,7 +57,7 @@ fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seed
         "", "truth", "bias", "deviation", "half width", "inside", "below", "above"
     );
     for estimate in &fits[0].parameters {
-        let Some(truth) = pulses.truth_of(&estimate.name, &scope(0)) else { continue };
+        let Some(truth) = pulses.truth_of(estimate, &scope(0)) else { continue };
         let mut seen = Seen::default();
         for fit in &fits {
             let found = fit.parameters.iter().find(|one| one.name == estimate.name);

@@ -3,20 +3,20 @@
 use std::f64::consts::PI;
 
 use super::parameters::{Parameter, Point};
-use super::plant::Law;
+use super::plant::{Law, Plant};
 use super::result::Pole;
 use super::start::falls_of;
 use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
 
 /// Whether the law of iron holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Iron {
     /// The readings do not show that the core saturates.
     Unknown,
     /// As the start has it.
     OfStart,
-    /// They do; the falls are those of the series, which has no iron's shape. What the laws differ by is not known.
-    Seen([f64; 3]),
+    /// They do. This is the plant with the series, which has no iron's shape; which of the two laws is nearer is not known.
+    Seen(Box<Plant>),
 }
 
 /// Turns d around: the other pole.
@@ -63,7 +63,8 @@ pub(super) fn with_iron(
     let falls = point.plant.falls(&work.problem.frame);
     let told = |p: Parameter| free.contains(&p);
     let (against, across) = (told(Parameter::SaturationAgainst), told(Parameter::SaturationAcross));
-    let Some(seen @ [d, minus_d, q]) = falls else {
+    let series = Box::new(point.plant.clone());
+    let Some([d, minus_d, q]) = falls else {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
     // What the readings do not tell is as the start has it; without one, the fall along −d follows from that along +d.
@@ -77,7 +78,7 @@ pub(super) fn with_iron(
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
     match work.told_of(&free, &iron) {
-        Ok(solved) => Ok((solved, pole, Iron::Seen(seen))),
+        Ok(solved) => Ok((solved, pole, Iron::Seen(series))),
         Err(FitError::Stopped) => Err(FitError::Stopped),
         Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
     }
@@ -89,7 +90,7 @@ fn with_known_falls(
     point: &Point,
     falls: [f64; 3],
 ) -> Result<Option<(Solved, Pole, Iron)>, FitError> {
-    let all: Vec<Parameter> = Parameter::all(work.problem.channels, point.plant.devices.kind)
+    let all: Vec<Parameter> = Parameter::observable(work.problem.channels, point)
         .into_iter()
         .filter(|p| p.fall().is_none())
         .collect();

@@ -120,7 +120,7 @@ impl Problem {
         let begin = piece.rows[0].time - super::plant::MARGIN;
         let sampled = |point: &Point, shifts: &[f64]| {
             let waveform = point.plant.waveform(&self.frame, piece, shifts)?;
-            Some(waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay)))
+            Some(waveform.behind(point.lag, piece.rows.iter().map(|row| row.time - begin - point.delay)))
         };
         let nominal = sampled(point, shifts)?;
         let n = self.count();
