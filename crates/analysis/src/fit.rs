@@ -266,7 +266,11 @@ impl Work<'_> {
                 Some(before) if round > MOST_ROUNDS / 2 => before.clone(),
                 _ => all.to_vec(),
             };
-            let sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            let mut sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            if round == 0 {
+                // Residuals follow each other as long as what is free is too little: a core that saturates looks like that.
+                sum.inflation = 1.0;
+            }
             self.problem.free = self.identified(&sum, &point);
             if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);

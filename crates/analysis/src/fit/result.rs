@@ -2,8 +2,6 @@
 
 use std::f64::consts::PI;
 
-use standstill_numeric::hypot;
-
 use super::between_rows::Between;
 use super::parameters::{Parameter, Point, last, letter};
 use super::plant::{Frame, Law, Plant};
@@ -245,9 +243,13 @@ fn estimates(
             });
             let off = between.interval(&terms, &of_fixed);
             match (iron, parameter.fall()) {
-                (Iron::Seen(series), Some(fall)) => {
-                    let other = series.falls_at(frame, at).map_or(value, |falls| falls[fall]);
-                    off.map(|off| hypot(off, value - other).copysign(off))
+                (Iron::Seen(Some(series)), Some(fall)) => {
+                    // Both intervals: either law may be the nearer one.
+                    let other =
+                        series.point.plant.falls_at(frame, at).map_or(0.0, |falls| falls[fall] - value);
+                    let terms = fall_terms(fall, &series.free, &series.point, frame, at);
+                    let half = series.spread.half(&terms, parameter);
+                    [off[0].min(other - half), off[1].max(other + half)]
                 }
                 _ => off,
             }

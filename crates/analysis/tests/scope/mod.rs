@@ -12,6 +12,7 @@ use standstill_plant::{Algebraic, Core, IronBridge, MagneticCircuit, Magnetics, 
 use standstill_sim::{Purpose, Streams};
 
 /// Pulses without any channel's error.
+#[derive(Clone)]
 pub struct Pulses {
     /// Time in s, from one row to the next alike, and phase currents in A.
     rows: Vec<[f64; 4]>,
