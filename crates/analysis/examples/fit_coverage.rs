@@ -1,21 +1,28 @@
-//! Do the intervals of `standstill fit` hold? Pulses of ngspice (a linear motor) and SciPy (a saturated core), read by a
-//! scope of eight bits with other noise each time: how often the truth is inside of the 95 % interval. The scope's samples are
-//! as far apart as the drive's timer counts, so that all edges lie alike between two samples (drive); or they follow a clock of its
-//! own, with each seed another one, so that edges lie anywhere (own); or the edges lie at four places between samples (pattern).
-//! Each seed also draws the motor that the fit begins with, within the tolerances that a fit assumes: an interval contains what the readings
-//! do not tell, so it can hold in 95 % only if that varies from seed to seed. docs/fit-coverage.txt has the tables.
+//! Do the intervals of `standstill fit` hold? Pulses of ngspice (a linear motor), of SciPy (a saturated core) and of a bridge of MOSFETs on
+//! 12 V (`tests/scope/mosfet.rs`), read by a scope with other noise each time: how often the truth is inside of the 95 % interval.
+//!
+//! The first two are read with eight bits. The scope's samples are as far apart as the drive's timer counts, so that all edges lie alike
+//! between two samples (drive); or they follow a clock of its own, with each seed another one, so that edges lie anywhere (own); or the
+//! edges lie at four places between samples (pattern). With MOSFETs each seed draws motor and drive: a linear core; one of the fit's own
+//! law; one of another law, with cross-saturation (steep); the fit's law behind probes of 20 kHz (probe); with eight bits or twelve.
+//! Each seed also draws what the fit begins with, within the tolerances that a fit assumes: an interval contains what the readings
+//! do not tell, so it can hold in 95 % only if that varies from seed to seed. docs/notes/fit-coverage.txt has the tables.
 //! Printed are the mean and the standard deviation of the estimates' errors beside the mean half width of the intervals, and how many
 //! truths lie below and above theirs.
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
+//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [8|12]
 //! ```
 
 #[path = "../tests/scope/mod.rs"]
 mod scope;
 
 use rayon::prelude::*;
+use scope::mosfet::{Bench, Iron, drive, six_vectors};
 use scope::{Pulses, Scope, beside};
+use standstill_analysis::fit::record::Record;
+use standstill_analysis::fit::{Fit, FitError, MISFIT, Start, fit};
 
 fn main() {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -23,6 +30,25 @@ fn main() {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count")]
     let seeds = number(0).unwrap_or(200.0) as u64;
     let noise = number(1).unwrap_or(0.5);
+    let asked_for = |word: &str| arguments.iter().any(|text| text == word);
+    for (name, iron, lag) in [
+        ("linear", Iron::Linear, 0.0),
+        ("law", Iron::Series([0.05, 0.02, 0.02]), 0.0),
+        ("steep", Iron::Steep([0.003, 3.0, 6.0]), 0.0),
+        ("probe", Iron::Series([0.05, 0.02, 0.02]), 8e-6),
+    ] {
+        if asked_for(name) {
+            let codes = if asked_for("12") { 2048.0 } else { 128.0 };
+            table(&format!("MOSFETs on 12 V, {name}, {codes} codes"), seeds, |seed| {
+                let bench = Bench::drawn(seed, iron);
+                let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
+                let interval = 0.5 * interval("own", seed);
+                let scope = Scope { noise, interval, codes, lag, delay: 0.3e-6, ..Scope::of(32.0) };
+                (pulses, scope, drive(&bench, seed))
+            });
+            return;
+        }
+    }
     let asked = |words: &[&str], word: &str| {
         arguments.iter().any(|text| text == word) || !arguments.iter().any(|text| words.contains(&&text[..]))
     };
@@ -30,8 +56,10 @@ fn main() {
         for beat in ["own", "drive", "pattern"] {
             if asked(&["ngspice", "SciPy"], name) && asked(&["own", "drive", "pattern"], beat) {
                 let pulses = if name == "ngspice" { scope::ngspice() } else { scope::scipy() };
-                let scope = |seed| Scope { noise, interval: interval(beat, seed), ..Scope::of(range) };
-                table(&format!("{name}, {beat}"), &pulses, scope, seeds);
+                table(&format!("{name}, {beat}"), seeds, |seed| {
+                    let scope = Scope { noise, interval: interval(beat, seed), ..Scope::of(range) };
+                    (pulses.clone(), scope, pulses.start(seed))
+                });
             }
         }
     }
@@ -46,43 +74,59 @@ fn interval(beat: &str, seed: u64) -> f64 {
     }
 }
 
-fn table(title: &str, pulses: &Pulses, scope: impl Fn(u64) -> Scope + Sync, seeds: u64) {
-    let fits: Vec<_> = (0..seeds)
-        .into_par_iter()
-        .map(|seed| pulses.found(&scope(seed), seed, &pulses.start(seed)))
-        .collect();
-    println!("{title}: {seeds} seeds, noise {} steps", scope(0).noise);
+fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) + Sync) {
+    let one = |seed: u64| {
+        let (pulses, scope, start) = case(seed);
+        let record = Record::parse("pulses.csv", &pulses.text(&scope, seed)).expect("a record");
+        (fit(&[record], &start, &|| false), pulses, scope)
+    };
+    let all: Vec<(Result<Fit, FitError>, Pulses, Scope)> = (0..seeds).into_par_iter().map(one).collect();
+    println!("{title}: {seeds} seeds, noise {} steps", all[0].2.noise);
+    for (seed, (result, ..)) in all.iter().enumerate() {
+        match result {
+            Err(error) => println!("  seed {seed}: {error}"),
+            Ok(fit) if !fit.converged || fit.widened >= MISFIT => {
+                println!("  seed {seed}: converged {}, widened by {:.2}", fit.converged, fit.widened);
+            }
+            Ok(_) => {}
+        }
+    }
     println!(
-        "  {:18} {:>13} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",
-        "", "truth", "bias", "deviation", "half width", "inside", "below", "above"
+        "  {:22} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",
+        "", "bias", "deviation", "half width", "inside", "below", "above"
     );
-    for estimate in &fits[0].parameters {
-        let Some(truth) = pulses.truth_of(&estimate.name, &scope(0)) else { continue };
+    let fits: Vec<(&Fit, &Pulses, &Scope)> =
+        all.iter().filter_map(|(fit, pulses, scope)| Some((fit.as_ref().ok()?, pulses, scope))).collect();
+    let mut names: Vec<&str> = Vec::new();
+    for name in fits.iter().flat_map(|(fit, ..)| fit.parameters.iter().map(|one| &one.name[..])) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    for name in names {
         let mut seen = Seen::default();
-        for fit in &fits {
-            let found = fit.parameters.iter().find(|one| one.name == estimate.name);
-            let Some((found, [low, high])) = found.and_then(|one| Some((one, one.interval?))) else {
+        for (fit, pulses, scope) in fits.iter().filter(|(fit, ..)| fit.converged && fit.widened < MISFIT) {
+            let Some(found) = fit.parameters.iter().find(|one| one.name == name && one.identified) else {
                 continue;
             };
-            if !found.identified {
+            let Some((truth, [low, high])) = pulses.truth_of(found, scope).zip(found.interval) else {
                 continue;
-            }
-            let value =
-                beside(found.value, truth, found.unit, if fit.pole.identified { 360.0 } else { 180.0 });
+            };
+            let turn = if fit.pole.identified { 360.0 } else { 180.0 };
+            let value = beside(found.value, truth, found.unit, turn);
             let turned = value - found.value;
             seen.add(value - truth, [low + turned - truth, high + turned - truth]);
         }
-        seen.print(&estimate.name, truth);
+        seen.print(name);
     }
-    let mean = |value: fn(&standstill_analysis::fit::Fit) -> f64| {
-        fits.iter().map(value).sum::<f64>() / fits.len() as f64
-    };
+    let mean =
+        |value: fn(&Fit) -> f64| fits.iter().map(|(fit, ..)| value(fit)).sum::<f64>() / fits.len() as f64;
     println!(
         "  residual {:.4} A, expected {:.4} A, intervals widened by {:.2}; poles named in {} of {seeds}\n",
         mean(|fit| fit.residual_rms),
         mean(|fit| fit.expected_rms),
         mean(|fit| fit.widened),
-        fits.iter().filter(|fit| fit.pole.identified).count()
+        fits.iter().filter(|(fit, ..)| fit.pole.identified).count()
     );
 }
 
@@ -106,9 +150,8 @@ impl Seen {
         self.width += (high - low) / 2.0;
     }
 
-    fn print(&self, name: &str, truth: f64) {
+    fn print(&self, name: &str) {
         if self.told == 0 {
-            println!("  {name:18} {truth:13.6e} {:>66}  0", "");
             return;
         }
         let n = f64::from(self.told);
@@ -116,7 +159,7 @@ impl Seen {
         let deviation = (self.squares / n - bias * bias).max(0.0).sqrt();
         let [below, above] = self.beyond;
         println!(
-            "  {name:18} {truth:13.6e} {bias:10.1e} {deviation:9.1e} {:10.1e} {:7.1} % {below:6} {above:6}  {}",
+            "  {name:22} {bias:10.1e} {deviation:9.1e} {:10.1e} {:7.1} % {below:6} {above:6}  {}",
             self.width / n,
             100.0 * f64::from(self.told - below - above) / n,
             self.told

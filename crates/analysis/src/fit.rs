@@ -13,12 +13,18 @@
 //! Currents at standstill do not tell three things: a gain that all channels have in common, which scales R, L_d, L_q and the
 //! devices' slopes alike; the magnet's flux; and the pole, unless one takes for granted which pole saturates the iron.
 
+mod advice;
 mod between_rows;
+mod covariance;
 mod error;
+mod exchanged;
+mod far_off;
 mod parameters;
 mod pieces;
 mod plant;
 mod pole;
+mod probe;
+mod reached;
 mod reading;
 pub mod record;
 mod result;
@@ -30,17 +36,21 @@ mod untold;
 mod wiring;
 
 use std::f64::consts::{FRAC_PI_2, PI};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use nalgebra::DMatrix;
 use standstill_plant::Motor;
 
-use parameters::{Parameter, Point, loose_edges};
+use covariance::{Spread, covariance, scale_of, scaled};
+use parameters::{Begin, Parameter, Point, loose_edges};
 use pieces::Piece;
 use reading::Scatter;
 use record::Record;
 use solve::{Problem, Sum};
 
+pub use advice::Pulse;
 pub use error::FitError;
+pub use exchanged::{Exchanged, Mislabelled};
 pub use plant::Plant;
 pub use result::{Estimate, Fit, Pole, Trace};
 pub use standstill_inverter::{DeviceKind, Devices};
@@ -56,6 +66,8 @@ pub struct Start {
     pub devices: Devices,
     /// In s.
     pub dead_time: f64,
+    /// Whether somebody stated the resistance of the switches; if not, it may be anything up to twice the value here.
+    pub switch_is_stated: bool,
 }
 
 /// Changes of the legs whose places between rows can be estimated along.
@@ -74,6 +86,10 @@ pub const MISFIT: f64 = 2.0;
 /// Rows that are used at most, or nearly: of more, each second, third and so on.
 const MOST_USED: usize = 50_000;
 
+/// Steps of a search in all, each of two simulations of all pulses for each parameter. one that takes
+/// more goes nowhere, because the legs or the currents are not those of one motor at standstill.
+const MOST_STEPS: usize = 250;
+
 /// Times that it is looked at anew what the readings tell.
 const MOST_ROUNDS: usize = 8;
 
@@ -81,8 +97,9 @@ const MOST_ROUNDS: usize = 8;
 struct Work<'a> {
     problem: Problem,
     scatter: [Scatter; 3],
-    /// The plant that the search began with.
-    begin: Plant,
+    begin: Begin,
+    /// Steps of the search that are left.
+    steps: usize,
     reach: f64,
     link: f64,
     /// Called before each step; whether to stop.
@@ -118,22 +135,25 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     if let Some(wiring) = wiring::miswired(&pieces, channels, &pieces::resting(&records[0])) {
         return Err(FitError::Wiring(wiring));
     }
+    if let Some(legs) = exchanged::exchanged(records, &pieces, &pieces::resting(&records[0])) {
+        return Err(FitError::Legs(legs));
+    }
     let (frame, point, scatter) =
         start::begin(records, &pieces, channels, start).ok_or(FitError::NoCurrent)?;
     let reach = start::reach(&pieces, &point);
     let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
     let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
     let problem = Problem { frame, pieces, channels, free: Vec::new(), edges: Vec::new() };
-    let mut work = Work { problem, scatter, begin: point.plant.clone(), reach, link, did };
+    let begin = Begin { plant: point.plant.clone(), switch_is_stated: start.switch_is_stated };
+    let mut work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };
 
     // The axis, by straight cores, from several angles.
     work.problem.free = vec![Parameter::DAxisInductance, Parameter::QAxisInductance, Parameter::Angle];
     work.problem.free.extend(
-        Parameter::all(channels, start.devices.kind)
-            .into_iter()
-            .filter(|p| matches!(p, Parameter::Offset(_))),
+        Parameter::observable(channels, &point).into_iter().filter(|p| matches!(p, Parameter::Offset(_))),
     );
     let straight = work.straight(&point)?;
+    work.is_near(&straight.point, records)?;
 
     // All that can be told, and the edges.
     let noise = straight
@@ -148,13 +168,19 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     work.scatter.clone_from(&straight.scatter);
     let point = work.bent_as(straight.point, start);
     let solved = work.either_axis(&point, start)?;
+    let solved = work.behind_a_probe(solved)?;
     Ok(Fit { every, ..result::conclude(work, solved, start)? })
 }
 
 impl Work<'_> {
     fn solve(&mut self, point: &Point, most: usize) -> Result<Solved, FitError> {
         let mut scatter = self.scatter.clone();
-        let solved = self.problem.solve(point.clone(), &mut scatter, most, self.did);
+        let (did, count) = (self.did, AtomicUsize::new(0));
+        let solved = self.problem.solve(point.clone(), &mut scatter, most.min(self.steps), &|| {
+            count.fetch_add(1, Ordering::Relaxed);
+            did()
+        });
+        self.steps -= count.into_inner();
         match solved {
             Some((point, sum, converged)) => {
                 Ok(Solved { point, sum, free: self.problem.free.clone(), scatter, converged })
@@ -224,7 +250,7 @@ impl Work<'_> {
 
     /// Solved for all parameters that the readings tell; the others stay where they are.
     fn told(&mut self, point: &Point) -> Result<Solved, FitError> {
-        let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
+        let all = Parameter::observable(self.problem.channels, point);
         self.told_of(&all, point)
     }
 
@@ -240,7 +266,11 @@ impl Work<'_> {
                 Some(before) if round > MOST_ROUNDS / 2 => before.clone(),
                 _ => all.to_vec(),
             };
-            let sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            let mut sum = self.problem.sum(&point, &self.scatter, true).ok_or(FitError::NoPlant)?;
+            if round == 0 {
+                // Residuals follow each other as long as what is free is too little: a core that saturates looks like that.
+                sum.inflation = 1.0;
+            }
             self.problem.free = self.identified(&sum, &point);
             if let (Some(solved), true) = (solved.take(), before.as_ref() == Some(&self.problem.free)) {
                 return Ok(solved);
@@ -317,71 +347,8 @@ impl Work<'_> {
     }
 }
 
-/// How well parameters are known.
-struct Spread {
-    /// The covariance that follows from the readings' noise.
-    covariance: DMatrix<f64>,
-    /// By how much each free parameter (row) moves when a fixed one (column) changes by 1.
-    shifts: DMatrix<f64>,
-    /// By how much fixed parameters may be off: half the width of their 95 % intervals.
-    off: Vec<f64>,
-    /// Between two rows, in s.
-    interval: f64,
-}
-
-impl Spread {
-    /// Half the width of the 95 % interval of a sum of parameters, each with a factor; `parameter` is what it stands for.
-    fn half(&self, terms: &[(usize, f64)], parameter: Parameter) -> f64 {
-        let mut square = 0.0;
-        for (x, a) in terms {
-            for (y, b) in terms {
-                square += a * b * self.covariance[(*x, *y)];
-            }
-        }
-        let mut half = TWO_SIDED_95 * TWO_SIDED_95 * square.max(0.0);
-        for (f, off) in self.off.iter().enumerate() {
-            let shift = terms.iter().map(|(x, a)| a * self.shifts[(*x, f)]).sum::<f64>() * off;
-            half += shift * shift;
-        }
-        if parameter == Parameter::Delay {
-            // All edges may lie alike between their rows, as they do where drive and scope count by the same beat: anywhere.
-            half += (0.475 * self.interval) * (0.475 * self.interval);
-        }
-        half.sqrt()
-    }
-}
-
 /// d where q is.
 fn swap_axes(point: &mut Point) {
     point.plant.inductance.swap(0, 1);
     point.plant.angle += FRAC_PI_2;
-}
-
-/// The root of each of these unknowns' information.
-fn scale_of(information: &DMatrix<f64>, places: &[usize]) -> Vec<f64> {
-    places.iter().map(|k| information[(*k, *k)].sqrt()).collect()
-}
-
-/// Their information in units of these scales.
-fn scaled(information: &DMatrix<f64>, places: &[usize], scale: &[f64]) -> DMatrix<f64> {
-    let n = places.len();
-    DMatrix::from_fn(n, n, |x, y| information[(places[x], places[y])] / (scale[x] * scale[y]))
-}
-
-/// Covariance of these unknowns while the others stay: the inverse of their information. None where that is singular.
-fn covariance(information: &DMatrix<f64>, places: &[usize], inflation: f64) -> Option<DMatrix<f64>> {
-    let scale = scale_of(information, places);
-    let n = places.len();
-    if n == 0 {
-        return Some(DMatrix::zeros(0, 0));
-    }
-    if !scale.iter().all(|scale| *scale > 0.0) {
-        return None;
-    }
-    let scaled = scaled(information, places, &scale);
-    if scaled.clone().symmetric_eigenvalues().min() < 1e-10 {
-        return None;
-    }
-    let inverse = scaled.cholesky()?.inverse();
-    Some(DMatrix::from_fn(n, n, |x, y| inflation * inverse[(x, y)] / (scale[x] * scale[y])))
 }

@@ -9,9 +9,14 @@ use standstill_analysis::fit::{Devices, Fit, Start, Weak};
 
 /// How many truths are inside of their intervals, of how many.
 fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
+    within(2.5, pulses, scope, fit)
+}
+
+/// That many half widths at most is each truth from its interval's middle, and how many are inside.
+fn within(most: f64, pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
     let mut count = [0; 2];
     for estimate in fit.parameters.iter().filter(|estimate| estimate.identified) {
-        let Some((truth, [low, high])) = pulses.truth_of(&estimate.name, scope).zip(estimate.interval) else {
+        let Some((truth, [low, high])) = pulses.truth_of(estimate, scope).zip(estimate.interval) else {
             continue;
         };
         let turn = if fit.pole.identified { 360.0 } else { 180.0 };
@@ -19,7 +24,7 @@ fn inside(pulses: &Pulses, scope: &Scope, fit: &Fit) -> [usize; 2] {
         // Of the interval's middle: it need not lie alike to either side of the estimate.
         let middle = f64::midpoint(low, high) + value - estimate.value;
         let off = (middle - truth).abs() / ((high - low) / 2.0);
-        assert!(off < 2.5, "{} is {value}, not {truth}: {off} half widths", estimate.name);
+        assert!(off < most, "{} is {value}, not {truth}: {off} half widths", estimate.name);
         count[0] += usize::from(off <= 1.0);
         count[1] += 1;
     }
@@ -102,7 +107,7 @@ fn cross_a_resistance_that_leans_on_drops_is_told_and_contains_the_truth() {
     let (pulses, scope) = (scope::ngspice(), Scope::of(2.5));
     let motor = scope::like_it();
     let devices = Devices { switch_drop: 1.75, diode_drop: 1.0, ..scope::start(None, 0).devices };
-    let start = Start { motor: Some(motor), devices, dead_time: 2e-6 };
+    let start = Start { motor: Some(motor), devices, dead_time: 2e-6, switch_is_stated: true };
     let fit = pulses.found(&scope, 0, &start);
     let resistance = fit.parameters.iter().find(|one| one.name == "resistance").expect("named");
     let [low, high] = resistance.interval.expect("an interval");
@@ -187,7 +192,7 @@ fn cross_without_a_motor_to_begin_with_and_without_the_third_current() {
     // Saturation is stated at another current than the truth's.
     for name in ["resistance", "L_d", "L_q", "angle"] {
         let estimate = fit.parameters.iter().find(|estimate| estimate.name == name).expect("named");
-        let (truth, [low, high]) = pulses.truth_of(name, &scope).zip(estimate.interval).expect("known");
+        let (truth, [low, high]) = pulses.truth_of(estimate, &scope).zip(estimate.interval).expect("known");
         let off = (estimate.value - truth).abs() / ((high - low) / 2.0);
         assert!(estimate.identified && off < 1.5, "{name}: {estimate:?}, not {truth}");
     }
@@ -262,7 +267,8 @@ fn law_a_drive_without_dead_time_and_drops_is_found_from_one_that_has_them() {
     for seed in 0..3 {
         let fit = pulses.found(&scope, seed, &scope::start(None, seed));
         assert!(fit.converged && fit.residual_rms < 1.1 * fit.expected_rms, "{fit:?}");
-        inside(&pulses, &scope, &fit);
+        // No drop at all is 3.9 standard deviations from what the fit is told of the drops, and it moves the resistance.
+        within(4.0, &pulses, &scope, &fit);
     }
 }
 

@@ -1,6 +1,6 @@
 //! What is estimated: names, steps of the differences, and how well each is known without any measurement.
 
-use std::f64::consts::SQRT_2;
+use std::f64::consts::{PI, SQRT_2};
 
 use standstill_inverter::DeviceKind;
 
@@ -43,10 +43,12 @@ pub enum Parameter {
     DiodeResistance,
     /// In Ω.
     SwitchResistance,
+    /// Time constant in s of the probes, all alike.
+    Lag,
 }
 
 use Parameter::{
-    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, Gain, Offset, QAxisInductance,
+    Angle, DAxisInductance, DeadTime, Delay, DiodeDrop, DiodeResistance, Gain, Lag, Offset, QAxisInductance,
     Resistance, SaturationAcross, SaturationAgainst, SaturationAlong, SwitchDrop, SwitchResistance,
 };
 
@@ -57,6 +59,8 @@ pub struct Point {
     pub plant: Plant,
     /// In s.
     pub delay: f64,
+    /// Time constant of the probes in s; zero: they follow at once.
+    pub lag: f64,
     /// Of the channels, less 1.
     pub gain: [f64; 3],
     /// Of the channels, in A.
@@ -65,10 +69,19 @@ pub struct Point {
     pub shifts: Vec<Vec<f64>>,
 }
 
+/// What the search begins with.
+#[derive(Clone, Debug)]
+pub struct Begin {
+    /// The plant.
+    pub plant: Plant,
+    /// Whether somebody stated the resistance of the switches.
+    pub switch_is_stated: bool,
+}
+
 impl Parameter {
     /// All of a fit with these channels, the first ones never fixed before the later ones. The gain of the last channel
-    /// follows from the others'. A MOSFET's channel has no threshold.
-    pub fn all(channels: [bool; 3], kind: DeviceKind) -> Vec<Self> {
+    /// follows from the others'. A MOSFET's channel has no threshold. Probes have a time constant where the point has one.
+    pub fn all(channels: [bool; 3], point: &Point) -> Vec<Self> {
         let present: Vec<usize> = (0..3).filter(|k| channels[*k]).collect();
         let mut all = vec![DAxisInductance, QAxisInductance, Angle];
         all.extend(present.iter().map(|k| Offset(*k)));
@@ -85,7 +98,20 @@ impl Parameter {
             DiodeResistance,
             SwitchResistance,
         ]);
-        all.retain(|parameter| kind == DeviceKind::Igbt || *parameter != SwitchDrop);
+        if point.lag > 0.0 {
+            let after = all.iter().position(|p| *p == Delay).map_or(0, |k| k + 1);
+            all.insert(after, Lag);
+        }
+        let igbt = point.plant.devices.kind == DeviceKind::Igbt;
+        all.retain(|parameter| igbt || *parameter != SwitchDrop);
+        all
+    }
+
+    /// Those of [`Self::all`] that currents can tell. A current that flows passes the winding and a switch or a diode: currents depend
+    /// on R plus the switch's resistance and on R plus the diode's, and on nothing else of the three. The switch's stays as it was stated.
+    pub fn observable(channels: [bool; 3], point: &Point) -> Vec<Self> {
+        let mut all = Self::all(channels, point);
+        all.retain(|parameter| *parameter != SwitchResistance);
         all
     }
 
@@ -96,7 +122,10 @@ impl Parameter {
 
     /// Whether 0 is the least that it can be.
     pub fn is_never_negative(self) -> bool {
-        matches!(self, Resistance | DeadTime | DiodeDrop | SwitchDrop | DiodeResistance | SwitchResistance)
+        matches!(
+            self,
+            Resistance | DeadTime | DiodeDrop | SwitchDrop | DiodeResistance | SwitchResistance | Lag
+        )
     }
 
     /// Its value.
@@ -110,6 +139,7 @@ impl Parameter {
             Gain(k) => point.gain[k],
             Resistance => plant.resistance,
             Delay => point.delay,
+            Lag => point.lag,
             DeadTime => plant.dead_time,
             SaturationAlong => plant.saturation[0],
             SaturationAgainst => plant.saturation[1],
@@ -135,6 +165,7 @@ impl Parameter {
             }
             Resistance => plant.resistance += change,
             Delay => point.delay += change,
+            Lag => point.lag += change,
             DeadTime => plant.dead_time += change,
             SaturationAlong => plant.saturation[0] += change,
             SaturationAgainst => plant.saturation[1] += change,
@@ -154,6 +185,7 @@ impl Parameter {
                 1e-3 * (0.01 * link / frame.current + point.plant.resistance)
             }
             DeadTime => 10e-9,
+            Lag => 1e-2 * point.lag,
             Angle | SaturationAlong | SaturationAgainst | SaturationAcross => 1e-3,
             DiodeDrop | SwitchDrop => 2e-5 * link,
             // Not differentiated so.
@@ -164,7 +196,8 @@ impl Parameter {
     /// Half the width of what is known of it without measuring anything. An estimate whose 95 % interval is wider tells
     /// nothing. In a fit of currents up to `reach` A, on a link of so many volts, that began with this plant: shares of a
     /// resistance or a drop are those of the value it began with, wherever the search has come to.
-    pub fn plausible(self, point: &Point, begin: &Plant, reach: f64, link: f64) -> f64 {
+    pub fn plausible(self, point: &Point, begin: &Begin, reach: f64, link: f64) -> f64 {
+        let Begin { plant: begin, switch_is_stated } = begin;
         let devices = &begin.devices;
         let resistance = begin.resistance.max(1e-3 * link / reach);
         match self {
@@ -175,6 +208,7 @@ impl Parameter {
             // The resistance that the search began with may be a guess, far too low.
             Resistance => 0.5 * resistance.max(point.plant.resistance),
             Delay => 2e-6,
+            Lag => point.lag,
             DeadTime => 1e-6,
             SaturationAlong | SaturationAgainst | SaturationAcross if point.plant.law == Law::Iron => {
                 PLAUSIBLE_FALL
@@ -186,8 +220,63 @@ impl Parameter {
             DiodeDrop => 0.5 * devices.diode_drop.max(0.3),
             SwitchDrop => 0.5 * devices.switch_drop.max(0.3),
             DiodeResistance => 0.5 * devices.diode_resistance.max(0.02 * resistance),
-            SwitchResistance => 0.5 * devices.switch_resistance.max(0.02 * resistance),
+            // Of one that nobody stated no more is known than its order of magnitude.
+            SwitchResistance => {
+                let share = if *switch_is_stated { 0.5 } else { 1.0 };
+                share * devices.switch_resistance.max(0.02 * resistance)
+            }
         }
+    }
+}
+
+/// A phase's letter.
+pub fn letter(k: usize) -> char {
+    ['a', 'b', 'c'][k]
+}
+
+impl Parameter {
+    /// Its name, that of its key in a data sheet if it has one.
+    pub fn name(self) -> String {
+        match self {
+            Self::DAxisInductance => "L_d".to_owned(),
+            Self::QAxisInductance => "L_q".to_owned(),
+            Self::Angle => "angle".to_owned(),
+            Self::Offset(k) => format!("offset_{}", letter(k)),
+            Self::Gain(k) => format!("gain_{}", letter(k)),
+            Self::Resistance => "resistance".to_owned(),
+            Self::Delay => "delay".to_owned(),
+            Self::DeadTime => "dead_time".to_owned(),
+            Self::SaturationAlong => "saturation.d".to_owned(),
+            Self::SaturationAgainst => "saturation.minus_d".to_owned(),
+            Self::SaturationAcross => "saturation.q".to_owned(),
+            Self::DiodeDrop => "diode_drop".to_owned(),
+            Self::SwitchDrop => "switch_drop".to_owned(),
+            Self::DiodeResistance => "diode_resistance".to_owned(),
+            Self::SwitchResistance => "switch_resistance".to_owned(),
+            Self::Lag => "probe_lag".to_owned(),
+        }
+    }
+
+    /// Unit, and what one of it is in the fit's unit.
+    pub fn unit(self) -> (&'static str, f64) {
+        match self {
+            Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
+            Self::Angle => ("deg", PI / 180.0),
+            Self::Offset(_) => ("A", 1.0),
+            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => {
+                ("", 1.0)
+            }
+            Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
+            Self::Delay | Self::DeadTime | Self::Lag => ("s", 1.0),
+            Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
+        }
+    }
+
+    /// Place among the falls.
+    pub fn fall(self) -> Option<usize> {
+        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross]
+            .iter()
+            .position(|p| *p == self)
     }
 }
 

@@ -101,6 +101,39 @@ impl Waveform {
     }
 }
 
+impl Waveform {
+    /// As [`Self::at`], behind probes of this time constant in s, which are at rest when the waveform begins: exact for straight lines
+    /// between its points.
+    pub fn behind(&self, lag: f64, times: impl Iterator<Item = f64>) -> Vec<([f64; 3], [f64; 3])> {
+        if lag <= 0.0 {
+            return self.at(times);
+        }
+        // y′ = (x − y)/τ with x a straight line: y = x − mτ + (y₀ − x₀ + mτ) exp(−t/τ).
+        let after = |y: [f64; 3], k: usize, time: f64| -> ([f64; 3], [f64; 3]) {
+            let ((from, a), (to, b)) = (self.points[k - 1], self.points[k]);
+            let decay = standstill_numeric::exp(-(time - from) / lag);
+            let x_and_y = |n: usize| {
+                let slope = (b[n] - a[n]) / (to - from);
+                let x = a[n] + slope * (time - from);
+                (x, x - slope * lag + (y[n] - a[n] + slope * lag) * decay)
+            };
+            let both = [x_and_y(0), x_and_y(1), x_and_y(2)];
+            (both.map(|(_, y)| y), both.map(|(x, y)| (x - y) / lag))
+        };
+        let (mut k, last) = (1, self.points.len() - 1);
+        let mut shown = self.points[0].1;
+        times
+            .map(|time| {
+                while k < last && self.points[k].0 < time {
+                    shown = after(shown, k, self.points[k].0).0;
+                    k += 1;
+                }
+                after(shown, k, time.clamp(self.points[k - 1].0, self.points[last].0))
+            })
+            .collect()
+    }
+}
+
 /// Plays requests, one after the other.
 struct Player {
     commands: std::vec::IntoIter<Command<f64>>,
@@ -130,10 +163,14 @@ fn legs(requests: [Request; 3]) -> Abc<Leg<f64>> {
     }))
 }
 
-/// The commands of a piece whose edges are shifted by so much, in s.
+/// By how much time is stretched in a simulation, with all fluxes and inductances, which leaves currents and voltages as they are: the
+/// simulator counts in nanoseconds, and a search over places of edges needs finer ones. A power of two, which rounds nothing.
+const STRETCH: f64 = 1024.0;
+
+/// The commands of a piece whose edges are shifted by so much, in s, in stretched time.
 fn commands(piece: &Piece, shifts: &[f64]) -> Vec<Command<f64>> {
     let (begin, end) = (piece.rows[0].time, piece.rows[piece.rows.len() - 1].time);
-    let at = |time: f64| Nanos::from_seconds(time - begin + MARGIN);
+    let at = |time: f64| Nanos::from_seconds((time - begin + MARGIN) * STRETCH);
     let mut from = Nanos::ZERO;
     let mut requested = piece.first;
     let mut commands = Vec::with_capacity(piece.edges.len() + 1);
@@ -213,8 +250,12 @@ impl Plant {
         if !least.iter().all(|value| *value >= 0.0) {
             return None;
         }
-        let motor = self.motor(frame)?;
-        let gate = GateTiming { dead_time: Nanos::from_seconds(self.dead_time), ..GateTiming::default() };
+        let stretched = Self { inductance: self.inductance.map(|l| l * STRETCH), ..self.clone() };
+        let magnet_flux = frame.magnet_flux * STRETCH;
+        let motor = Motor { magnet_flux, ..frame.motor.clone() };
+        let motor = stretched.motor(&Frame { motor, magnet_flux, ..frame.clone() })?;
+        let dead_time = Nanos::from_seconds(self.dead_time * STRETCH);
+        let gate = GateTiming { dead_time, ..GateTiming::default() };
         let commands = commands(piece, shifts);
         let time_limit = commands.iter().fold(Nanos(1), |sum, command| sum + command.duration());
         let case = Case {
@@ -231,12 +272,13 @@ impl Plant {
             memory: None,
             load_torque: 0.0,
             streams: Streams::new(0, 0),
-            tolerance: Tolerance { flux: frame.tolerance },
+            tolerance: Tolerance { flux: frame.tolerance * STRETCH },
             time_limit,
         };
-        let mut waveform = Waveform { points: Vec::new(), resolution: frame.resolution };
+        let mut waveform = Waveform { points: Vec::new(), resolution: frame.resolution * STRETCH };
         let mut player = Player { commands: commands.into_iter() };
         let run = run(&case, &mut player, false, &mut waveform);
+        waveform.points.iter_mut().for_each(|(time, _)| *time /= STRETCH);
         let sane = |(_, current): &(f64, [f64; 3])| current.iter().all(|i| i.abs() < 1e3 * frame.current);
         match run.ended {
             Ended::Outcome(_) if waveform.points.len() > 1 && waveform.points.iter().all(sane) => {
@@ -248,13 +290,19 @@ impl Plant {
 
     /// Falls of L_d along +d and −d and of L_q at the frame's current.
     pub fn falls(&self, frame: &Frame) -> Option<[f64; 3]> {
+        self.falls_at(frame, [frame.current; 3])
+    }
+
+    /// Falls of L_d along +d and −d and of L_q, each at a current of its own in A.
+    pub fn falls_at(&self, frame: &Frame, currents: [f64; 3]) -> Option<[f64; 3]> {
         let core = MagneticCircuit::new(Core::Algebraic(self.core(frame)?)).ok()?;
         let at = |d: f64, q: f64| {
             let heading = standstill_numeric::Heading::ZERO;
-            let flux = core.flux_at(Dq::new(d, q) * frame.current, heading).ok()?;
+            let flux = core.flux_at(Dq::new(d, q), heading).ok()?;
             Some(core.state(flux, heading).inverse_inductance.inverse())
         };
         let [l_d, l_q] = self.inductance;
-        Some([1.0 - at(1.0, 0.0)?.xx / l_d, 1.0 - at(-1.0, 0.0)?.xx / l_d, 1.0 - at(0.0, 1.0)?.yy / l_q])
+        let [d, minus_d, q] = currents;
+        Some([1.0 - at(d, 0.0)?.xx / l_d, 1.0 - at(-minus_d, 0.0)?.xx / l_d, 1.0 - at(0.0, q)?.yy / l_q])
     }
 }

@@ -2,22 +2,33 @@
 
 use std::f64::consts::PI;
 
+use super::covariance::Spread;
 use super::parameters::{Parameter, Point};
 use super::plant::Law;
-use super::result::Pole;
+use super::result::{Known, Pole};
 use super::start::falls_of;
 use super::{FitError, POLE_DEVIATIONS, Solved, Start, TWO_SIDED_95, Work};
 
 /// Whether the law of iron holds.
-#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Iron {
     /// The readings do not show that the core saturates.
     Unknown,
     /// As the start has it.
     OfStart,
-    /// They do; the falls are those of the series, which has no iron's shape. What the laws differ by is not known.
-    Seen([f64; 3]),
+    /// They do. With the series, which has no iron's shape, where it makes the readings about as likely: which law is nearer is not
+    /// known then.
+    Seen(Option<Box<Series>>),
 }
+
+/// The series as an explanation of the same readings.
+pub(super) struct Series {
+    pub(super) point: Point,
+    pub(super) free: Vec<Parameter>,
+    pub(super) spread: Spread,
+}
+
+/// By how much one law must make the readings more likely than another, in ln P over the inflation, to be the one.
+const MORE_LIKELY: f64 = 8.0;
 
 /// Turns d around: the other pole.
 fn turn(point: &mut Point) {
@@ -63,7 +74,7 @@ pub(super) fn with_iron(
     let falls = point.plant.falls(&work.problem.frame);
     let told = |p: Parameter| free.contains(&p);
     let (against, across) = (told(Parameter::SaturationAgainst), told(Parameter::SaturationAcross));
-    let Some(seen @ [d, minus_d, q]) = falls else {
+    let Some([d, minus_d, q]) = falls else {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     };
     // What the readings do not tell is as the start has it; without one, the fall along −d follows from that along +d.
@@ -76,11 +87,28 @@ pub(super) fn with_iron(
     if iron.plant.core(&work.problem.frame).is_none() {
         return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown));
     }
-    match work.told_of(&free, &iron) {
-        Ok(solved) => Ok((solved, pole, Iron::Seen(seen))),
-        Err(FitError::Stopped) => Err(FitError::Stopped),
-        Err(_) => Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
+    let bent = match work.told_of(&free, &iron) {
+        Ok(solved) => solved,
+        Err(FitError::Stopped) => return Err(FitError::Stopped),
+        Err(_) => return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Unknown)),
+    };
+    let enough = MORE_LIKELY * sum.inflation;
+    let more = bent.sum.likelihood - sum.likelihood;
+    let is_whole = against && across && told(Parameter::SaturationAlong);
+    if is_whole && (more < -enough || converged && !bent.converged) {
+        // The series has the shape of this core, iron's law has not.
+        work.scatter.clone_from(&scatter);
+        work.problem.free.clone_from(&free);
+        return Ok((Solved { point, sum, free, scatter, converged }, pole, Iron::Seen(None)));
     }
+    let series = if more > enough {
+        None
+    } else {
+        let Known { spread, .. } = work.known(&point, &free, &scatter)?;
+        work.problem.free.clone_from(&bent.free);
+        Some(Box::new(Series { point, free, spread }))
+    };
+    Ok((bent, pole, Iron::Seen(series)))
 }
 
 /// With the start's falls, which these currents do not tell: the more likely pole. None: no iron falls so.
@@ -89,7 +117,7 @@ fn with_known_falls(
     point: &Point,
     falls: [f64; 3],
 ) -> Result<Option<(Solved, Pole, Iron)>, FitError> {
-    let all: Vec<Parameter> = Parameter::all(work.problem.channels, point.plant.devices.kind)
+    let all: Vec<Parameter> = Parameter::observable(work.problem.channels, point)
         .into_iter()
         .filter(|p| p.fall().is_none())
         .collect();

@@ -2,12 +2,11 @@
 
 use std::f64::consts::PI;
 
-use standstill_numeric::hypot;
-
 use super::between_rows::Between;
-use super::parameters::{Parameter, Point, last};
+use super::parameters::{Parameter, Point, last, letter};
 use super::plant::{Frame, Law, Plant};
 use super::pole::{Iron, with_iron};
+use super::reached::traces;
 use super::reading::Scatter;
 use super::solve::Sum;
 use super::untold::{Lean, Weak, leans};
@@ -27,6 +26,9 @@ pub struct Estimate {
     pub interval: Option<[f64; 2]>,
     /// Whether the readings tell it. If not, it stayed at its start value.
     pub identified: bool,
+    /// Of a fall of an inductance, the current in A along its axis at which this is it: that at which saturation is stated
+    /// ([`Fit::current`]), or the largest that the pulses drove there.
+    pub at: Option<f64>,
 }
 
 /// Whether the readings tell north from south.
@@ -71,6 +73,8 @@ pub struct Fit {
     pub link_spread: f64,
     /// Largest current in A that was measured.
     pub reach: f64,
+    /// Largest currents in A that the pulses drove along +d, along −d and along q, either way.
+    pub reached: [f64; 3],
     /// The pole.
     pub pole: Pole,
     /// What fixed parameters move.
@@ -95,54 +99,6 @@ pub struct Fit {
     pub traces: Vec<Trace>,
 }
 
-fn letter(k: usize) -> char {
-    ['a', 'b', 'c'][k]
-}
-
-impl Parameter {
-    pub(super) fn name(self) -> String {
-        match self {
-            Self::DAxisInductance => "L_d".to_owned(),
-            Self::QAxisInductance => "L_q".to_owned(),
-            Self::Angle => "angle".to_owned(),
-            Self::Offset(k) => format!("offset_{}", letter(k)),
-            Self::Gain(k) => format!("gain_{}", letter(k)),
-            Self::Resistance => "resistance".to_owned(),
-            Self::Delay => "delay".to_owned(),
-            Self::DeadTime => "dead_time".to_owned(),
-            Self::SaturationAlong => "saturation.d".to_owned(),
-            Self::SaturationAgainst => "saturation.minus_d".to_owned(),
-            Self::SaturationAcross => "saturation.q".to_owned(),
-            Self::DiodeDrop => "diode_drop".to_owned(),
-            Self::SwitchDrop => "switch_drop".to_owned(),
-            Self::DiodeResistance => "diode_resistance".to_owned(),
-            Self::SwitchResistance => "switch_resistance".to_owned(),
-        }
-    }
-
-    /// Unit, and what one of it is in the fit's unit.
-    pub(super) fn unit(self) -> (&'static str, f64) {
-        match self {
-            Self::DAxisInductance | Self::QAxisInductance => ("H", 1.0),
-            Self::Angle => ("deg", PI / 180.0),
-            Self::Offset(_) => ("A", 1.0),
-            Self::Gain(_) | Self::SaturationAlong | Self::SaturationAgainst | Self::SaturationAcross => {
-                ("", 1.0)
-            }
-            Self::Resistance | Self::DiodeResistance | Self::SwitchResistance => ("ohm", 1.0),
-            Self::Delay | Self::DeadTime => ("s", 1.0),
-            Self::DiodeDrop | Self::SwitchDrop => ("V", 1.0),
-        }
-    }
-
-    /// Place among the falls.
-    pub(super) fn fall(self) -> Option<usize> {
-        [Self::SaturationAlong, Self::SaturationAgainst, Self::SaturationAcross]
-            .iter()
-            .position(|p| *p == self)
-    }
-}
-
 /// How well everything is known at a point.
 pub(super) struct Known {
     pub(super) sum: Sum,
@@ -150,9 +106,6 @@ pub(super) struct Known {
     /// Parameters that are not free.
     pub(super) fixed: Vec<Parameter>,
 }
-
-/// The smaller current along d, of those to either side, as a share of the larger one, from which both sides count.
-const BOTH_WAYS: f64 = 0.3;
 
 impl Work<'_> {
     /// How well the free parameters are known, with what the fixed ones may be off by.
@@ -163,7 +116,7 @@ impl Work<'_> {
         scatter: &[Scatter; 3],
     ) -> Result<Known, FitError> {
         let missing = |p: &Parameter| !free.contains(p) && !p.get(point).is_nan();
-        let all = Parameter::all(self.problem.channels, point.plant.devices.kind);
+        let all = Parameter::all(self.problem.channels, point);
         let fixed: Vec<Parameter> = all.into_iter().filter(missing).collect();
         self.problem.free = free.iter().chain(&fixed).copied().collect();
         let sum = self.problem.sum(point, scatter, true).ok_or(FitError::NoPlant)?;
@@ -172,21 +125,13 @@ impl Work<'_> {
         let spread = self.spread(&sum, point, &kept, &others).ok_or(FitError::NoPlant)?;
         Ok(Known { sum, spread, fixed })
     }
-
-    /// Whether the simulated currents reach to both sides of the magnet.
-    pub(super) fn drives_both_ways(&self, point: &Point) -> bool {
-        let axis = |k: usize| standstill_numeric::cos(point.plant.angle - 2.0 * PI / 3.0 * k as f64);
-        let axes = [axis(0), axis(1), axis(2)];
-        let (mut low, mut high) = (0.0_f64, 0.0_f64);
-        for trace in traces(self, point).unwrap_or_default() {
-            for current in &trace.simulated {
-                let along = (0..3).map(|k| (current[k] - point.offset[k]) * axes[k]).sum::<f64>();
-                (low, high) = (low.min(along), high.max(along));
-            }
-        }
-        high.min(-low) > BOTH_WAYS * high.max(-low)
-    }
 }
+
+/// Share of the current at which saturation is stated from which on pulses count as having reached it.
+const NEARLY_REACHED: f64 = 0.9;
+
+/// Share of it below which an axis counts as not driven at all.
+const NOT_DRIVEN: f64 = 0.1;
 
 /// The result of what was solved.
 pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<Fit, FitError> {
@@ -207,47 +152,11 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     }
     let Known { sum, spread, fixed } = work.known(&solved.point, &free, &solved.scatter)?;
     let falls = solved.point.plant.falls(&frame);
+    let reached = work.reached(&solved.point);
     let channels = work.problem.channels;
-    let mut parameters = Vec::new();
-    for parameter in Parameter::all(channels, solved.point.plant.devices.kind) {
-        let (unit, factor) = parameter.unit();
-        let place = free.iter().position(|p| *p == parameter);
-        let mut value = parameter.get(&solved.point);
-        let mut terms: Vec<(usize, f64)> = place.map(|k| (k, 1.0)).into_iter().collect();
-        if let Some(fall) = parameter.fall() {
-            value = falls.map_or(0.0, |falls| falls[fall]);
-            terms = fall_terms(fall, &free, &solved.point, &frame);
-        }
-        let of_series = parameter.fall().filter(|_| solved.point.plant.law == Law::Series);
-        let mut off = if place.is_some() || of_series.is_some() {
-            let of_fixed = of_series.map_or_else(Vec::new, |fall| {
-                let terms = fall_terms(fall, &fixed, &solved.point, &frame);
-                spread_of_fixed(&terms, &spread.off)
-            });
-            let off = between.interval(&terms, &of_fixed);
-            match (iron, parameter.fall()) {
-                (Iron::Seen(series), Some(fall)) => {
-                    off.map(|off| hypot(off, value - series[fall]).copysign(off))
-                }
-                _ => off,
-            }
-        } else {
-            let half = work.plausible(parameter, &solved.point);
-            [-half, half]
-        };
-        if parameter.is_never_negative() {
-            off[0] = off[0].max(-value);
-        }
-        let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
-        let value = value + one;
-        parameters.push(Estimate {
-            name: parameter.name(),
-            unit,
-            value: value / factor,
-            interval: Some(off.map(|off| (value + off) / factor)),
-            identified: place.is_some() && of_series.is_none_or(|fall| is_fall_told(fall, &free)),
-        });
-    }
+    let mut parameters =
+        estimates(&work, &solved.point, [&free, &fixed], &between, &spread.off, &iron, reached);
+    parameters.push(with_switch(&between, &free, &fixed, &spread.off, &solved.point));
     let after = parameters.iter().rposition(|p| p.name.starts_with("gain")).map_or(0, |k| k + 1);
     parameters.splice(after..after, last_gains(&between, &free, &solved.point, channels));
     let leans = leans(&spread, &free, &fixed, &parameters);
@@ -264,13 +173,14 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
         .sum();
     Ok(Fit {
         parameters,
-        falls: falls.filter(|_| iron != Iron::Unknown),
+        falls: falls.filter(|_| !matches!(iron, Iron::Unknown)),
         plant: solved.point.plant,
         current: frame.current,
         magnet_flux: frame.magnet_flux,
         link: work.link,
         link_spread: work.problem.pieces.iter().map(|piece| piece.spread).fold(0.0, f64::max),
         reach: work.reach,
+        reached,
         pole,
         leans,
         weak,
@@ -293,6 +203,77 @@ pub(super) fn conclude(mut work: Work, solved: Solved, start: &Start) -> Result<
     })
 }
 
+/// The estimates of all parameters, free and fixed ones.
+fn estimates(
+    work: &Work,
+    point: &Point,
+    [free, fixed]: [&[Parameter]; 2],
+    between: &Between,
+    off_of_fixed: &[f64],
+    iron: &Iron,
+    reached: [f64; 3],
+) -> Vec<Estimate> {
+    let frame = &work.problem.frame;
+    let shares = reached.map(|i| i / frame.current);
+    let is_told = |fall: usize| {
+        let of_series = point.plant.law == Law::Series;
+        let own = free.iter().any(|p| p.fall() == Some(fall));
+        own && shares[fall] >= NOT_DRIVEN && (!of_series || is_fall_told(fall, free))
+    };
+    let told: [bool; 3] = std::array::from_fn(is_told);
+    // What was not measured stays as it was stated, at the current that it was stated at.
+    let is_short = |k: usize| told[k] && shares[k] < NEARLY_REACHED;
+    let at = std::array::from_fn(|k| if is_short(k) { reached[k] } else { frame.current });
+    let shown = point.plant.falls_at(frame, at);
+    let mut parameters = Vec::new();
+    for parameter in Parameter::all(work.problem.channels, point) {
+        let (unit, factor) = parameter.unit();
+        let place = free.iter().position(|p| *p == parameter);
+        let mut value = parameter.get(point);
+        let mut terms: Vec<(usize, f64)> = place.map(|k| (k, 1.0)).into_iter().collect();
+        if let Some(fall) = parameter.fall() {
+            value = shown.map_or(0.0, |falls| falls[fall]);
+            terms = fall_terms(fall, free, point, frame, at);
+        }
+        let of_series = parameter.fall().filter(|_| point.plant.law == Law::Series);
+        let mut off = if place.is_some() || of_series.is_some() {
+            let of_fixed = of_series.map_or_else(Vec::new, |fall| {
+                let terms = fall_terms(fall, fixed, point, frame, at);
+                spread_of_fixed(&terms, off_of_fixed)
+            });
+            let off = between.interval(&terms, &of_fixed);
+            match (iron, parameter.fall()) {
+                (Iron::Seen(Some(series)), Some(fall)) => {
+                    // Both intervals: either law may be the nearer one.
+                    let other =
+                        series.point.plant.falls_at(frame, at).map_or(0.0, |falls| falls[fall] - value);
+                    let terms = fall_terms(fall, &series.free, &series.point, frame, at);
+                    let half = series.spread.half(&terms, parameter);
+                    [off[0].min(other - half), off[1].max(other + half)]
+                }
+                _ => off,
+            }
+        } else {
+            let half = work.plausible(parameter, point);
+            [-half, half]
+        };
+        if parameter.is_never_negative() {
+            off[0] = off[0].max(-value);
+        }
+        let one = if matches!(parameter, Parameter::Gain(_)) { 1.0 } else { 0.0 };
+        let value = value + one;
+        parameters.push(Estimate {
+            name: parameter.name(),
+            unit,
+            value: value / factor,
+            interval: Some(off.map(|off| (value + off) / factor)),
+            identified: parameter.fall().map_or(place.is_some(), |fall| told[fall]),
+            at: parameter.fall().map(|fall| at[fall]),
+        });
+    }
+    parameters
+}
+
 /// The gain of the last channel, which follows from the others', and that which all channels have in common, which nothing
 /// tells.
 fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [bool; 3]) -> [Estimate; 2] {
@@ -308,10 +289,43 @@ fn last_gains(between: &Between, free: &[Parameter], point: &Point, channels: [b
         value,
         interval: Some(off.map(|off| value + off)),
         identified: told,
+        at: None,
     };
-    let common =
-        Estimate { name: "common_gain".to_owned(), unit: "", value: 1.0, interval: None, identified: false };
+    let common = Estimate {
+        name: "common_gain".to_owned(),
+        unit: "",
+        value: 1.0,
+        interval: None,
+        identified: false,
+        at: None,
+    };
     [channel, common]
+}
+
+/// The resistance of a phase with the switch that its current passes, which the readings tell as long as they tell any resistance.
+fn with_switch(
+    between: &Between,
+    free: &[Parameter],
+    fixed: &[Parameter],
+    off: &[f64],
+    point: &Point,
+) -> Estimate {
+    let place = free.iter().position(|p| *p == Parameter::Resistance);
+    let value = point.plant.resistance + point.plant.devices.switch_resistance;
+    let switch = |(parameter, off): (&Parameter, &f64)| match parameter {
+        Parameter::SwitchResistance => *off,
+        _ => 0.0,
+    };
+    let of_fixed: Vec<f64> = fixed.iter().zip(off).map(switch).collect();
+    let off = place.map(|k| between.interval(&[(k, 1.0)], &of_fixed));
+    Estimate {
+        name: "resistance_with_switch".to_owned(),
+        unit: "ohm",
+        value,
+        interval: off.map(|off| off.map(|off| value + off)),
+        identified: place.is_some(),
+        at: None,
+    }
 }
 
 /// Whether the readings tell a fall of the series, of whose coefficients these are told: the two falls along d follow from β and γ.
@@ -330,36 +344,24 @@ fn spread_of_fixed(terms: &[(usize, f64)], off: &[f64]) -> Vec<f64> {
 }
 
 /// How a fall depends on these parameters: their places, and its slopes.
-fn fall_terms(fall: usize, free: &[Parameter], point: &Point, frame: &Frame) -> Vec<(usize, f64)> {
+fn fall_terms(
+    fall: usize,
+    free: &[Parameter],
+    point: &Point,
+    frame: &Frame,
+    currents: [f64; 3],
+) -> Vec<(usize, f64)> {
     let mut terms = Vec::new();
     for (k, parameter) in free.iter().enumerate() {
         let Some(of) = parameter.fall() else { continue };
         let at = |change: f64| {
             let mut plant = point.plant.clone();
             plant.saturation[of] += change;
-            Some(plant.falls(frame)?[fall])
+            Some(plant.falls_at(frame, currents)?[fall])
         };
         if let (Some(high), Some(low)) = (at(1e-4), at(-1e-4)) {
             terms.push((k, (high - low) / 2e-4));
         }
     }
     terms
-}
-
-fn traces(work: &Work, point: &Point) -> Option<Vec<Trace>> {
-    let pieces = &work.problem.pieces;
-    let trace = |(piece, shifts): (&super::pieces::Piece, &Vec<f64>)| {
-        let begin = piece.rows[0].time - super::plant::MARGIN;
-        let waveform = point.plant.waveform(&work.problem.frame, piece, shifts)?;
-        let currents = waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay));
-        Some(Trace {
-            time: piece.rows.iter().map(|row| row.time).collect(),
-            measured: piece.rows.iter().map(|row| row.current).collect(),
-            simulated: currents
-                .into_iter()
-                .map(|(i, _)| std::array::from_fn(|k| (1.0 + point.gain[k]) * i[k] + point.offset[k]))
-                .collect(),
-        })
-    };
-    pieces.iter().zip(&point.shifts).map(trace).collect()
 }

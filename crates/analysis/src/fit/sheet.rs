@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use standstill_plant::Motor;
-use standstill_quantity::{Scale, magnitude};
+use standstill_quantity::unit::Ampere;
+use standstill_quantity::{Quantity, Scale, magnitude};
 
 use super::{Fit, MISFIT};
 
@@ -102,7 +103,18 @@ impl Fit {
                 let share = |value: f64, _: &str| percent(value);
                 // What noise makes negative is none.
                 let fall = if key == "q" { fall.max(0.0) } else { fall };
-                let kept = self.measured(name, "", share).filter(|_| key != "q" || fall > 0.0);
+                let estimate = self.parameters.iter().find(|estimate| estimate.name == name);
+                let reached =
+                    estimate.filter(|estimate| estimate.identified).and_then(|estimate| estimate.at);
+                let beyond = reached.filter(|at| *at < self.current).map(|at| {
+                    let reason = format!(
+                        "extrapolated: the pulses reached {} along this axis",
+                        Quantity::<Ampere>::si((at * 10.0).round() / 10.0)
+                    );
+                    assumed(quoted(percent(fall)), &reason)
+                });
+                let measured = || self.measured(name, "", share).filter(|_| key != "q" || fall > 0.0);
+                let kept = beyond.or_else(measured);
                 let fixed = || of_start.as_ref().map(|reason| assumed(quoted(percent(fall)), reason));
                 // Without a start, what is left out follows from d.
                 if let Some(value) = kept.or_else(fixed) {

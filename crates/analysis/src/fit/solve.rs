@@ -120,7 +120,7 @@ impl Problem {
         let begin = piece.rows[0].time - super::plant::MARGIN;
         let sampled = |point: &Point, shifts: &[f64]| {
             let waveform = point.plant.waveform(&self.frame, piece, shifts)?;
-            Some(waveform.at(piece.rows.iter().map(|row| row.time - begin - point.delay)))
+            Some(waveform.behind(point.lag, piece.rows.iter().map(|row| row.time - begin - point.delay)))
         };
         let nominal = sampled(point, shifts)?;
         let n = self.count();
@@ -339,11 +339,22 @@ impl Problem {
             }
             let Some(next) = accepted else {
                 converged = left < INTEGRATORS_ERROR;
+                if std::env::var("FITDEBUG").is_ok() {
+                    eprintln!("no step: left {left:.3} most {most} L {:.2}", sum.likelihood);
+                }
                 break;
             };
             (point, here) = next;
         }
         let sum = self.sum(&point, scatter, true)?;
+        if std::env::var("FITDEBUG").is_ok() {
+            eprintln!(
+                "end: {converged} most {most} L {:.2} free {} damping {damping:e} step {:?}",
+                sum.likelihood,
+                self.free.len(),
+                point.plant
+            );
+        }
         Some((point, sum, converged))
     }
 }

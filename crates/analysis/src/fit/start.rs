@@ -96,6 +96,7 @@ pub fn begin(
             dead_time: start.dead_time,
         },
         delay: 0.0,
+        lag: 0.0,
         gain: [0.0; 3],
         offset,
         shifts: pieces.iter().map(|piece| vec![0.0; piece.edges.len()]).collect(),
@@ -135,8 +136,8 @@ pub fn begin(
     let shortest = inductance / point.plant.resistance;
     let frame = Frame {
         tolerance: 1e-9 * inductance * current,
-        // A straight line is off by r²/8 of the bend U R/L²: 1e-5 of the current of a pulse.
-        resolution: (8e-5 * shortest * (reach * inductance / link)).sqrt().max(1e-7),
+        // A straight line is off by r²/8 of the bend U R/L²: 1e-6 of the current of a pulse.
+        resolution: (8e-6 * shortest * (reach * inductance / link)).sqrt().max(1e-7),
         motor,
         current,
         magnet_flux,

@@ -1,14 +1,18 @@
 //! An oscilloscope of eight bits, on pulses that ngspice and SciPy computed (`tests/cross`).
 
+#[allow(dead_code, reason = "not each user has a use for all of it")]
+pub mod mosfet;
+
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 
 use standstill_analysis::fit::record::Record;
-use standstill_analysis::fit::{DeviceKind, Devices, Fit, Start, fit};
+use standstill_analysis::fit::{DeviceKind, Devices, Estimate, Fit, Start, fit};
 use standstill_plant::{Algebraic, Core, IronBridge, MagneticCircuit, Magnetics, Motor, built_in};
 use standstill_sim::{Purpose, Streams};
 
 /// Pulses without any channel's error.
+#[derive(Clone)]
 pub struct Pulses {
     /// Time in s, from one row to the next alike, and phase currents in A.
     rows: Vec<[f64; 4]>,
@@ -16,7 +20,14 @@ pub struct Pulses {
     legs: Vec<(f64, [&'static str; 3])>,
     /// What the fit must find.
     pub truth: Vec<(&'static str, f64)>,
+    /// Falls of L_d along +d and −d and of L_q along q at a current in A.
+    pub falls: Option<Falls>,
+    /// Voltage of the DC link in V.
+    pub link: f64,
 }
+
+/// Falls along +d and −d and along q at a current in A.
+pub type Falls = std::sync::Arc<dyn Fn(f64) -> [f64; 3] + Send + Sync>;
 
 /// The channels of a scope.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +42,10 @@ pub struct Scope {
     pub gain: [f64; 3],
     /// Time in s by which the channels are late.
     pub delay: f64,
+    /// Time constant of the probes in s.
+    pub lag: f64,
+    /// Codes from zero to full scale.
+    pub codes: f64,
 }
 
 /// Between two samples in s: as the drive's timer counts. Every edge lies at the same place between two samples.
@@ -42,7 +57,15 @@ pub const FOUR_PLACES: f64 = 1.037e-6;
 impl Scope {
     /// Eight bits, half a step of noise, gains that differ by percents.
     pub const fn of(range: f64) -> Self {
-        Self { interval: DRIVES_BEAT, range, noise: 0.5, gain: [1.008, 0.995, 0.997], delay: 0.7e-6 }
+        Self {
+            interval: DRIVES_BEAT,
+            range,
+            noise: 0.5,
+            gain: [1.008, 0.995, 0.997],
+            delay: 0.7e-6,
+            lag: 0.0,
+            codes: 128.0,
+        }
     }
 }
 
@@ -85,13 +108,17 @@ pub fn ngspice() -> Pulses {
         ("L_d", 1.5 * (9.2e-3 - 2.1e-3) + 1e-6),
         ("L_q", 1.5 * (9.2e-3 + 2.1e-3) + 1e-6),
         ("angle", 70.0),
-        ("saturation.d", 0.0),
-        ("saturation.q", 0.0),
         ("switch_drop", 0.9021),
         ("diode_drop", 1.0021),
         ("dead_time", 2e-6),
     ];
-    Pulses { rows: rows("ngspice/pulses_070_drops.csv"), legs, truth }
+    Pulses {
+        rows: rows("ngspice/pulses_070_drops.csv"),
+        legs,
+        truth,
+        falls: Some(std::sync::Arc::new(|_| [0.0; 3])),
+        link: 550.0,
+    }
 }
 
 /// A saturated core, by SciPy: voltage vectors up to rated current.
@@ -113,24 +140,30 @@ pub fn scipy() -> Pulses {
         magnet_current: 40.47,
         ..Algebraic::default()
     };
-    let l = |d: f64, q: f64| {
+    let l = move |d: f64, q: f64| {
         let flux = core.flux_at(standstill_interface::Dq::new(d, q)).expect("convex");
         core.current_and_inverse_inductance(flux).1.inverse()
     };
     let rest = l(0.0, 0.0);
+    let falls = move |i: f64| {
+        [1.0 - l(i, 0.0).xx / rest.xx, 1.0 - l(-i, 0.0).xx / rest.xx, 1.0 - l(0.0, i).yy / rest.yy]
+    };
     let truth = vec![
         ("resistance", 1.2),
         ("L_d", rest.xx),
         ("L_q", rest.yy),
         ("angle", 40.0),
-        ("saturation.d", 1.0 - l(8.0, 0.0).xx / rest.xx),
-        ("saturation.minus_d", 1.0 - l(-8.0, 0.0).xx / rest.xx),
-        ("saturation.q", 1.0 - l(0.0, 8.0).yy / rest.yy),
         ("switch_drop", 0.9),
         ("diode_drop", 1.0),
         ("dead_time", 2e-6),
     ];
-    Pulses { rows: rows("scipy_pulses.csv"), legs, truth }
+    Pulses {
+        rows: rows("scipy_pulses.csv"),
+        legs,
+        truth,
+        falls: Some(std::sync::Arc::new(falls)),
+        link: 550.0,
+    }
 }
 
 /// The paper's motor with inductances and resistance that are wrong by a few per cent.
@@ -181,7 +214,7 @@ pub fn start(motor: Option<Motor>, seed: u64) -> Start {
         diode_drop: about(1.0),
         diode_resistance: about(0.03),
     };
-    Start { motor, devices, dead_time: about(2e-6) }
+    Start { motor, devices, dead_time: about(2e-6), switch_is_stated: true }
 }
 
 impl Pulses {
@@ -190,10 +223,11 @@ impl Pulses {
         let mut draws = Streams::new(seed, 0).open(Purpose::CurrentNoise);
         let (phase, trigger) = (draws.uniform(), draws.normal() * 1e-4);
         let offset: [f64; 3] = std::array::from_fn(|_| 0.01 * scope.range * draws.normal());
-        let step = scope.range / 128.0;
+        let step = scope.range / scope.codes;
         let mut text = String::from("t_s,i_a_A,i_b_A,i_c_A,u_dc_V,leg_a,leg_b,leg_c\n");
         let (first, last) = (self.rows[0][0], self.rows[self.rows.len() - 1][0]);
         let clean = self.rows[1][0] - first;
+        let rows = self.behind_a_probe(scope.lag);
         let mut time = first + phase * scope.interval;
         while time < last {
             let legs = self.legs.iter().rev().find(|(from, _)| *from <= time).expect("a state").1;
@@ -203,21 +237,39 @@ impl Pulses {
             let share = place - before as f64;
             let _ = write!(text, "{:.9}", time + trigger);
             for (k, zero) in offset.iter().enumerate() {
-                let current = self.rows[before][1 + k] * (1.0 - share) + self.rows[before + 1][1 + k] * share;
+                let current = rows[before][1 + k] * (1.0 - share) + rows[before + 1][1 + k] * share;
                 let read = scope.gain[k] * current + zero + scope.noise * step * draws.normal();
-                let code = (read / step).round().clamp(-128.0, 127.0);
+                let code = (read / step).round().clamp(-scope.codes, scope.codes - 1.0);
                 let _ = write!(text, ",{:.6}", code * step);
             }
-            let link = 550.0 + 0.3 * draws.normal();
-            let _ = writeln!(text, ",{link:.1},{},{},{}", legs[0], legs[1], legs[2]);
+            let link = self.link * (1.0 + 5e-4 * draws.normal());
+            let _ = writeln!(text, ",{link:.2},{},{},{}", legs[0], legs[1], legs[2]);
             time += scope.interval;
         }
         text
     }
 
+    /// The rows as probes of this time constant in s show them: exact for straight lines between rows.
+    fn behind_a_probe(&self, lag: f64) -> std::borrow::Cow<'_, [[f64; 4]]> {
+        if lag == 0.0 {
+            return (&self.rows[..]).into();
+        }
+        let mut shown = self.rows.clone();
+        for n in 1..shown.len() {
+            let (from, to) = (self.rows[n - 1], self.rows[n]);
+            let time = to[0] - from[0];
+            for k in 1..4 {
+                let slope = (to[k] - from[k]) / time;
+                let behind = shown[n - 1][k] - from[k] + slope * lag;
+                shown[n][k] = to[k] - slope * lag + behind * standstill_numeric::exp(-time / lag);
+            }
+        }
+        shown.into()
+    }
+
     /// What the fits of these pulses begin with.
     pub fn start(&self, seed: u64) -> Start {
-        let saturates = self.truth.iter().any(|(name, fall)| *name == "saturation.d" && *fall != 0.0);
+        let saturates = self.falls.as_ref().is_some_and(|falls| falls(1.0)[0] != 0.0);
         start(Some(if saturates { like_it() } else { like_a_linear_one(seed) }), seed)
     }
 
@@ -228,16 +280,27 @@ impl Pulses {
     }
 
     /// The truth of an estimate as its channels tell it: their common gain makes inductances smaller.
-    pub fn truth_of(&self, name: &str, scope: &Scope) -> Option<f64> {
+    pub fn truth_of(&self, estimate: &Estimate, scope: &Scope) -> Option<f64> {
+        let name = &estimate.name[..];
+        let falls = ["saturation.d", "saturation.minus_d", "saturation.q"];
+        if let Some(fall) = falls.iter().position(|fall| *fall == name) {
+            return Some((self.falls.as_ref()?)(estimate.at?)[fall]);
+        }
         let mean = scope.gain.iter().sum::<f64>() / 3.0;
         let gains = [("gain_a", 0), ("gain_b", 1), ("gain_c", 2)];
         if let Some((_, k)) = gains.iter().find(|(gain, _)| *gain == name) {
             return Some(scope.gain[*k] / mean);
         }
-        if name == "delay" {
-            return Some(scope.delay);
+        if let Some((_, truth)) =
+            [("delay", scope.delay), ("probe_lag", scope.lag)].iter().find(|(of, _)| *of == name)
+        {
+            return Some(*truth);
         }
-        let truth = self.truth.iter().find(|(known, _)| *known == name)?.1;
+        let known = |name: &str| self.truth.iter().find(|(known, _)| *known == name).map(|(_, truth)| *truth);
+        if name == "resistance_with_switch" {
+            return Some((known("resistance")? + known("switch_resistance")?) / mean);
+        }
+        let truth = known(name)?;
         Some(if ["resistance", "L_d", "L_q"].contains(&name) { truth / mean } else { truth })
     }
 }
@@ -295,5 +358,5 @@ pub fn ideal(angle: f64, gamma: f64, stages: &[Stage]) -> Pulses {
         ("diode_drop", 0.0),
         ("dead_time", 0.0),
     ];
-    Pulses { rows, legs, truth }
+    Pulses { rows, legs, truth, falls: None, link: 550.0 }
 }

@@ -10,6 +10,8 @@ use standstill_plant::{DataSheet, Files, Motor, built_in};
 use standstill_quantity::Scale;
 use standstill_scenario::Document;
 
+mod next;
+
 use super::reproduce::file_list;
 use crate::Report;
 use crate::arguments::{Fit as Options, Keys};
@@ -33,14 +35,18 @@ const HARDLY_TOLD: f64 = 0.1;
 const OF_THE_WINDING: [&str; 4] = ["L_d", "L_q", "angle", "resistance"];
 
 /// Keys of a scenario that a fit begins with; it uses no others.
-const DRIVE_KEYS: [&str; 6] = [
+const DRIVE_KEYS: [&str; 7] = [
     "inverter.devices",
     "inverter.dead_time",
     "inverter.switch_drop",
     "inverter.switch_resistance",
+    "inverter.channel_resistance",
     "inverter.diode_drop",
     "inverter.diode_resistance",
 ];
+
+/// Those that state the resistance of the switches.
+const SWITCH_KEYS: [&str; 2] = ["inverter.switch_resistance", "inverter.channel_resistance"];
 
 fn read(path: &Path) -> Result<Record, Error> {
     let bytes = Files::default().read(path).map_err(|error| Error::Read(path.to_owned(), error))?;
@@ -79,8 +85,9 @@ fn start(options: &Options, records: &[Record]) -> Result<Start, Error> {
         let like = built_in("paper-5k5").ok_or_else(|| Error::UnknownMotor("paper-5k5".to_owned()))?;
         Motor { rated_current: current.max(1e-6), dc_link: Some(link), ..like }
     };
+    let switch_is_stated = options.set.iter().any(|(key, _)| SWITCH_KEYS.contains(&key.as_str()));
     let drive = document.unchecked_scenario_of(&drive_of)?.drive;
-    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds() })
+    Ok(Start { motor, devices: drive.bridge.devices, dead_time: drive.dead_time.seconds(), switch_is_stated })
 }
 
 /// Whether both paths lead to one file that exists.
@@ -141,7 +148,7 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if options.json {
         return Ok(Report { text: format!("{json:#}\n"), code: 0 });
     }
-    let text = text_of(&fitted, &records) + "\n" + &file_list(&options.out, &files);
+    let text = text_of(&fitted, &records) + "\n" + &file_list(&options.out, &files) + &next::steps(&fitted, options);
     Ok(Report { text, code: 0 })
 }
 
@@ -165,6 +172,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
             "low": estimate.interval.map(|[low, _]| low),
             "high": estimate.interval.map(|[_, high]| high),
             "identified": estimate.identified,
+            "at_A": estimate.at,
         })).collect::<Vec<_>>(),
         "weak_directions": fit.weak.iter().map(|weak| json!({
             "told": weak.told,
@@ -187,6 +195,7 @@ fn json_of(fit: &Fit, files: &[String], options: &Options) -> serde_json::Value 
         "pulses": fit.traces.len(),
         "largest_current_A": fit.reach,
         "saturation_at_A": fit.current,
+        "reached_A": { "d": fit.reached[0], "minus_d": fit.reached[1], "q": fit.reached[2] },
         "dc_link_V": fit.link,
         "dc_link_spread": fit.link_spread,
     })
@@ -229,7 +238,9 @@ fn text_of(fit: &Fit, records: &[Record]) -> String {
     let rows = fit.parameters.iter().map(|estimate| {
         let [value, interval] = cells(estimate);
         let told = if estimate.identified { "measured" } else { "not measured: fixed" };
-        vec![estimate.name.clone(), value, interval, told.to_owned()]
+        let at = estimate.at.filter(|_| estimate.identified);
+        let at = at.map(|at| format!(" at {} A", standstill_quantity::number(2, at))).unwrap_or_default();
+        vec![estimate.name.clone() + &at, value, interval, told.to_owned()]
     });
     let columns = [
         Column::word("parameter"),
@@ -245,12 +256,13 @@ fn text_of(fit: &Fit, records: &[Record]) -> String {
     text
 }
 
+fn ampere(value: f64) -> String {
+    let scale = Scale::suiting("A", value);
+    format!("{:.3} {}", scale.number(value), scale.unit)
+}
+
 /// What the numbers mean, and what they do not.
 fn sentences(fit: &Fit) -> Vec<String> {
-    let ampere = |value: f64| {
-        let scale = Scale::suiting("A", value);
-        format!("{:.3} {}", scale.number(value), scale.unit)
-    };
     let mut said = vec![format!(
         "Residual {} rms, noise and converter {}.",
         ampere(fit.residual_rms),
@@ -263,7 +275,7 @@ fn sentences(fit: &Fit) -> Vec<String> {
         ));
     }
     if !fit.converged {
-        said.push("The search for the most likely parameters did NOT end at them: do not believe the intervals. Begin nearer, with --motor or -s inverter.dead_time and the like.".to_owned());
+        said.push("The search for the most likely parameters did NOT end at them: the intervals are not 95 % ones. Begin nearer: --motor with a motor like it, -s inverter.dead_time and the like as known.".to_owned());
     }
     if fit.clipped > 0 {
         said.push(format!(
@@ -284,6 +296,8 @@ fn sentences(fit: &Fit) -> Vec<String> {
     } else {
         "The half turn of the angle stays open: the iron saturates alike in both directions, as far as these currents go. The angle may be 180° more.".to_owned()
     });
+    said.extend(next::saturation(fit));
+    said.extend(next::probe(fit));
     said.push("The simulated terminals have no capacitance: what rings after a leg opens (66 kHz with 13 mH and 0.3 nF) is read as noise, and what charges a terminal as a current of the motor.".to_owned());
     said.push("No trace tells a gain that all channels, or the DC link's, have in common: resistance and inductances are in proportion to the link's gain over the channels'.".to_owned());
     let of = |name: &str, value: f64| {

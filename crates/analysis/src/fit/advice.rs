@@ -1,0 +1,67 @@
+//! What to do next: the pulse that shows what these do not.
+
+use std::f64::consts::PI;
+
+use standstill_numeric::{cos, ln};
+
+use super::Fit;
+
+/// A voltage vector, from rest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pulse {
+    /// What the legs are asked for.
+    pub legs: [&'static str; 3],
+    /// For how long, in s.
+    pub duration: f64,
+    /// The current in A that it then drives along the axis.
+    pub current: f64,
+}
+
+/// The six voltage vectors, at 0°, 60° and so on from phase a.
+const VECTORS: [[&str; 3]; 6] = [
+    ["high", "low", "low"],
+    ["high", "high", "low"],
+    ["low", "high", "low"],
+    ["low", "high", "high"],
+    ["low", "low", "high"],
+    ["high", "low", "high"],
+];
+
+impl Fit {
+    /// The falls that the sheet states although the pulses did not reach the current that they are stated at: 0 along +d, 1 along −d, 2
+    /// along q.
+    pub fn extrapolated(&self) -> Vec<usize> {
+        let is_beyond = |name: &str| {
+            let estimate = self.parameters.iter().find(|estimate| estimate.name == name);
+            estimate.is_some_and(|estimate| {
+                !estimate.identified || estimate.at.is_some_and(|at| at < self.current)
+            })
+        };
+        let names = ["saturation.d", "saturation.minus_d", "saturation.q"];
+        (0..3).filter(|k| is_beyond(names[*k])).collect()
+    }
+
+    /// The pulse that drives the current at which saturation is stated along +d (0), −d (1) or q (2): the vector nearest to that axis. None:
+    /// the resistance lets the link drive no such current.
+    pub fn pulse_along(&self, axis: usize) -> Option<Pulse> {
+        // Along q both ways tell the same.
+        let directions: &[f64] = [&[0.0][..], &[PI], &[PI / 2.0, -PI / 2.0]][axis];
+        let beside =
+            |vector: usize, direction: f64| cos(PI / 3.0 * vector as f64 - self.plant.angle - direction);
+        let nearness = |vector: usize| {
+            directions.iter().map(|direction| beside(vector, *direction)).fold(f64::NEG_INFINITY, f64::max)
+        };
+        let vector = (0..6).max_by(|a, b| nearness(*a).total_cmp(&nearness(*b)))?;
+        let voltage = 2.0 / 3.0 * self.link * nearness(vector);
+        let resistance = self.plant.resistance + self.plant.devices.switch_resistance;
+        let inductance = self.plant.inductance[usize::from(axis == 2)];
+        // u = R i + L di/dt from rest.
+        let share = self.current * resistance / voltage;
+        let duration = match share {
+            0.9.. => return None,
+            1e-6.. => -ln(1.0 - share) * inductance / resistance,
+            _ => inductance * self.current / voltage,
+        };
+        Some(Pulse { legs: VECTORS[vector], duration, current: self.current })
+    }
+}

@@ -1,0 +1,39 @@
+//! Currents that no motor at standstill has.
+
+use super::parameters::Point;
+use super::reached::traces;
+use super::record::Record;
+use super::result::Trace;
+use super::{FitError, Work};
+
+/// Residuals of the nearest linear motor as a share of the currents (root mean squares) from which on the record is of no motor.
+const FAR_OFF: f64 = 0.5;
+
+impl Work<'_> {
+    /// Refuses currents most of which the nearest linear motor does not have: a search would go nowhere.
+    pub(super) fn is_near(&self, point: &Point, records: &[Record]) -> Result<(), FitError> {
+        let squares = |trace: &Trace| {
+            let (mut off, mut all) = (0.0, 0.0);
+            for (read, simulated) in trace.measured.iter().zip(&trace.simulated) {
+                for k in (0..3).filter(|k| self.problem.channels[*k]) {
+                    let [r, i] = [read[k] - simulated[k], read[k] - point.offset[k]];
+                    (off, all) = (off + r * r, all + i * i);
+                }
+            }
+            (off, all)
+        };
+        let traces = traces(self, point).ok_or(FitError::NoPlant)?;
+        let each: Vec<(f64, f64)> = traces.iter().map(squares).collect();
+        let [off, all] = [|(off, _): &(f64, f64)| *off, |(_, all): &(f64, f64)| *all]
+            .map(|which| each.iter().map(which).sum::<f64>());
+        let share = (off / all).sqrt();
+        if share < FAR_OFF {
+            return Ok(());
+        }
+        let worst =
+            (0..each.len()).max_by(|a, b| each[*a].0.total_cmp(&each[*b].0)).ok_or(FitError::NoPlant)?;
+        let piece = &self.problem.pieces[worst];
+        let time = piece.edges.first().map_or(0.0, |edge| edge.at);
+        Err(FitError::FarOff { share, file: records[piece.record].file.clone(), time })
+    }
+}

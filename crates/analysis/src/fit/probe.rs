@@ -1,0 +1,39 @@
+//! Probes of low bandwidth: whether the currents come late as behind a low-pass rather than all at once.
+
+use super::{FitError, Solved, Work};
+
+/// Rows by which currents that come late may do so for reasons of the drive before a low-pass is tried.
+const LATE_ROWS: f64 = 2.0;
+
+/// By how much more likely, in ln P, the readings must be behind a low-pass than late, over the inflation.
+const MORE_LIKELY: f64 = 8.0;
+
+impl Work<'_> {
+    /// The solution with probes of first order where these make the readings more likely than a delay alone: a low-pass looks like a
+    /// delay of its time constant, but rounds off the corners of the currents.
+    pub(super) fn behind_a_probe(&mut self, solved: Solved) -> Result<Solved, FitError> {
+        let rows = self.problem.pieces.iter().flat_map(|piece| piece.rows.windows(2));
+        let mut intervals: Vec<f64> = rows.map(|pair| pair[1].time - pair[0].time).collect();
+        intervals.sort_unstable_by(f64::total_cmp);
+        let interval = intervals.get(intervals.len() / 2).copied().unwrap_or(0.0);
+        if solved.point.delay < LATE_ROWS * interval {
+            return Ok(solved);
+        }
+        let scatter = self.scatter.clone();
+        let mut from = solved.point.clone();
+        (from.lag, from.delay) = (from.delay, 0.0);
+        match self.told(&from) {
+            Ok(lagging)
+                if lagging.sum.likelihood > solved.sum.likelihood + MORE_LIKELY * lagging.sum.inflation =>
+            {
+                Ok(lagging)
+            }
+            Err(FitError::Stopped) => Err(FitError::Stopped),
+            _ => {
+                self.scatter = scatter;
+                self.problem.free.clone_from(&solved.free);
+                Ok(solved)
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Motors on MOSFET drives of 12 V, slow probes, cores of another law, and records whose legs are not those of their currents.
+//! `examples/fit_coverage.rs` counts the same over many seeds.
+
+#[allow(dead_code, reason = "other tests use the rest")]
+mod scope;
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use scope::mosfet::{Bench, Iron, drive, six_vectors};
+use scope::{Pulses, Scope};
+use standstill_analysis::fit::record::Record;
+use standstill_analysis::fit::{Estimate, Fit, FitError, fit};
+
+fn found(bench: &Bench, scope: &Scope, seed: u64) -> (Pulses, Fit) {
+    let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
+    let fit = pulses.found(scope, seed, &drive(bench, seed));
+    (pulses, fit)
+}
+
+fn estimate<'a>(fit: &'a Fit, name: &str) -> &'a Estimate {
+    fit.parameters.iter().find(|one| one.name == name).expect("named")
+}
+
+/// How far a truth is from its interval's middle, in half widths.
+fn off(pulses: &Pulses, scope: &Scope, fit: &Fit, name: &str) -> f64 {
+    let one = estimate(fit, name);
+    let (truth, [low, high]) = pulses.truth_of(one, scope).zip(one.interval).expect("known");
+    (truth - low.midpoint(high)).abs() / ((high - low) / 2.0)
+}
+
+/// Currents depend on the winding's resistance plus a switch's and on the winding's plus a diode's: three numbers, of which two are told.
+#[test]
+fn regress_a_search_on_a_mosfet_drive_ends_and_its_intervals_hold() {
+    let scope = Scope { interval: 0.51e-6, codes: 2048.0, ..Scope::of(32.0) };
+    for seed in [3, 4] {
+        let (pulses, fit) = found(&Bench::drawn(seed, Iron::Linear), &scope, seed);
+        assert!(fit.converged && fit.widened < 1.5, "{}", fit.widened);
+        assert!(!estimate(&fit, "switch_resistance").identified);
+        for name in ["L_d", "L_q", "resistance", "resistance_with_switch", "diode_drop", "dead_time"] {
+            assert!(estimate(&fit, name).identified, "{name}");
+            let off = off(&pulses, &scope, &fit, name);
+            assert!(off < 1.6, "{seed} {name}: {off}");
+        }
+        let width = |name: &str| {
+            let [low, high] = estimate(&fit, name).interval.expect("told");
+            high - low
+        };
+        assert!(width("resistance_with_switch") < 0.8 * width("resistance"));
+    }
+}
+
+/// A low-pass of 20 kHz looks like a delay of 8 µs; its time constant is found, and the sheet does not suffer.
+#[test]
+fn regress_a_slow_probe_is_no_delay() {
+    let bench = Bench::drawn(1, Iron::Series([0.05, 0.02, 0.02]));
+    let scope = Scope { interval: 0.51e-6, lag: 8e-6, ..Scope::of(32.0) };
+    let (pulses, fit) = found(&bench, &scope, 1);
+    for name in ["probe_lag", "L_d", "L_q", "delay"] {
+        let off = off(&pulses, &scope, &fit, name);
+        assert!(estimate(&fit, name).identified && off < 1.6, "{name}: {off}");
+    }
+    // Measured only where pulses went.
+    for (axis, name) in ["saturation.d", "saturation.minus_d", "saturation.q"].into_iter().enumerate() {
+        let one = estimate(&fit, name);
+        assert!(
+            !one.identified || one.at.expect("a fall") < 1.12 * fit.reached[axis],
+            "{one:?} {:?}",
+            fit.reached
+        );
+    }
+    let sheet = fit.sheet("p.csv", None);
+    let assumed = sheet.matches("extrapolated: the pulses reached").count();
+    let beyond = fit.extrapolated().into_iter().filter(|axis| fit.reached[*axis] > 0.1 * fit.current).count();
+    assert_eq!(assumed, beyond, "{sheet}");
+}
+
+/// The legs of two pulses exchanged: said at once, whichever they are, without a search.
+#[test]
+fn regress_exchanged_pulses_are_named_before_any_search() {
+    let pulses = scope::scipy();
+    let text = pulses.text(&Scope::of(8.0), 3);
+    let vectors = [["high,low,low", "low,high,low"], ["low,low,high", "high,high,low"]];
+    for [one, other] in vectors {
+        let exchanged: String = text
+            .lines()
+            .map(|line| {
+                let line =
+                    if line.ends_with(one) { line.replace(one, other) } else { line.replace(other, one) };
+                line + "\n"
+            })
+            .collect();
+        let record = Record::parse("p.csv", &exchanged).expect("a record");
+        let steps = AtomicUsize::new(0);
+        let error = fit(&[record], &scope::start(None, 3), &|| {
+            steps.fetch_add(1, Ordering::Relaxed);
+            false
+        });
+        let Err(FitError::Legs(legs)) = error else { panic!("{error:?}") };
+        assert_eq!((legs.0.len(), steps.into_inner()), (2, 0));
+        let said = legs.to_string();
+        assert!(said.contains(&format!("legs {one}, but currents as of {other}")), "{said}");
+        assert!(said.ends_with("the legs of the two pulses look exchanged"), "{said}");
+    }
+}
+
+/// Currents of no motor: refused after the first search, which has an end.
+#[test]
+fn regress_a_search_that_goes_nowhere_ends() {
+    let text = scope::ngspice().text(&Scope::of(2.5), 1);
+    // Phase a's current of every second pulse has the other sign, and a third of its size.
+    let mut high = 0;
+    let mut before = false;
+    let odd: String = text
+        .lines()
+        .map(|line| {
+            let drives = line.contains("high");
+            high += usize::from(drives && !before);
+            before = drives;
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if high % 2 == 1 && !line.starts_with('t') {
+                for k in 1..4 {
+                    let current = fields[k].parse::<f64>().expect("a current");
+                    fields[k] = format!("{:.6}", if k == 1 { -current } else { 0.3 * current });
+                }
+            }
+            fields.join(",") + "\n"
+        })
+        .collect();
+    let record = Record::parse("p.csv", &odd).expect("a record");
+    let steps = AtomicUsize::new(0);
+    let result = fit(&[record], &scope::start(None, 1), &|| {
+        steps.fetch_add(1, Ordering::Relaxed);
+        false
+    });
+    assert!(steps.into_inner() <= 60, "a search of four starts");
+    let said = result.expect_err("no motor").to_string();
+    assert!(said.contains("needed:"), "{said}");
+}
