@@ -52,7 +52,7 @@ impl Tables {
         let kept = kept.map_or("no such table", String::as_str);
         Err(Error::Results {
             path: table.to_owned(),
-            found: format!("{found}, so it was changed after it was written"),
+            found: format!("{found}, which is not what the run wrote"),
             needed: format!(
                 "{kept}, as {SUMMARY} beside it says: put that file back, or compute it again with \
                  `standstill run SCENARIO --{option} --out {}`",
