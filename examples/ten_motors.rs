@@ -34,7 +34,9 @@ fn main() -> Result<(), Error> {
             sheets.retain(|sheet| sheet.ends_with("servo-2310.toml"));
         }
     }
-    println!("| motor | verdict | settings | p95 ° | wrong poles | undetermined | failed | moved ° | A of A | holds | s |");
+    println!(
+        "| motor | verdict | settings | p95 ° | wrong poles | undetermined | failed | moved ° | A of A | holds | s |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|---|---|");
     let mut all_hold = true;
     for sheet in &sheets {
@@ -53,7 +55,9 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
     let seconds = began.elapsed().as_secs_f64();
     let name = sheet.file_stem().unwrap_or_default().to_string_lossy();
     let verdict = match (&found.condition, found.suited()) {
-        (Some(Condition::Saturation { least, .. }), _) => format!("suited if saturation ≥ {:.2} %", 100.0 * least),
+        (Some(Condition::Saturation { least, .. }), _) => {
+            format!("suited if saturation ≥ {:.2} %", 100.0 * least)
+        }
         (_, Suited::No) => "not suited".to_owned(),
         (Some(Condition::Pole), _) => "axis only".to_owned(),
         (None, _) => "suited".to_owned(),
@@ -63,11 +67,15 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         let helps: Vec<String> =
             found.advice.iter().filter(|of| of.helps.is_some()).map(|of| of.change.clone()).collect();
         let helps = if helps.is_empty() { "nothing tried".to_owned() } else { helps.join("; ") };
-        println!("| {name} | {verdict}; helps: {helps} | {tried} of a grid: {suffice} suffice | | | | | | | {} | {seconds:.0} |", suffice == 0);
+        println!(
+            "| {name} | {verdict}; helps: {helps} | {tried} of a grid: {suffice} suffice | | | | | | | {} | {seconds:.0} |",
+            suffice == 0
+        );
         return Ok(suffice == 0);
     };
     let candidate = found.recommended().ok_or("recommended")?;
-    let keys: Vec<String> = candidate.setting.keys.iter().map(|(key, value)| format!("{key} {value}")).collect();
+    let keys: Vec<String> =
+        candidate.setting.keys.iter().map(|(key, value)| format!("{key} {value}")).collect();
     let [locked, free] = ["locked", "free"].map(|rotor| summary(&recommended, rotor, starts));
     let (locked, free) = (locked?, free?);
     let of_both = |of: fn(&Summary) -> u64| of(&locked) + of(&free);
@@ -78,7 +86,8 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
     let undetermined = locked.undetermined.max(free.undetermined) as f64 / starts as f64;
     let failed = (locked.failed + locked.errors).max(free.failed + free.errors) as f64 / starts as f64;
     let holds = p95 <= demands.error_deg
-        && (!poles || wrong as f64 <= (demands.wrong_poles * all).max(0.0) && undetermined <= demands.without_angle)
+        && (!poles
+            || wrong as f64 <= (demands.wrong_poles * all).max(0.0) && undetermined <= demands.without_angle)
         && failed <= demands.without_angle
         && free.max_moved_deg <= demands.movement_deg
         && peak <= found.most_current_a;
@@ -110,7 +119,8 @@ fn summary(document: &Document, rotor: &str, starts: u64) -> Result<Summary, Err
 fn exhaustive(document: &Document, demands: &Demands, starts: u64) -> Result<(usize, usize), Error> {
     let motor = document.motor()?;
     let (mut tried, mut suffice) = (0, 0);
-    let lengths: Vec<f64> = (0..36).map(|step| 2e-6 * standstill_numeric::exp(0.25 * f64::from(step))).collect();
+    let lengths: Vec<f64> =
+        (0..36).map(|step| 2e-6 * standstill_numeric::exp(0.25 * f64::from(step))).collect();
     for method in ["bipolar", "maximum-likelihood", "line-inductance-fast"] {
         for pulse in lengths.iter().filter(|pulse| **pulse <= 10e-3) {
             for rounds in [2, 3, 5, 8, 14, 24, 40] {
@@ -121,7 +131,10 @@ fn exhaustive(document: &Document, demands: &Demands, starts: u64) -> Result<(us
                 // First the current alone: beyond what is allowed nothing needs to be tried.
                 let Ok(few) = summary(&document, "free", 8) else { continue };
                 tried += 1;
-                if few.peak_current_a > motor.rated_current || few.failed > 4 || few.max_moved_deg > demands.movement_deg {
+                if few.peak_current_a > motor.rated_current
+                    || few.failed > 4
+                    || few.max_moved_deg > demands.movement_deg
+                {
                     continue;
                 }
                 let all = summary(&document, "free", starts)?;

@@ -47,8 +47,8 @@ pub use event::{Event, EventError};
 pub use explain::{Cause, Explained};
 pub use odds::{Alarm, Answer, Odds, PLAIN, RUNS};
 pub use suitability::{
-    Advice, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Margins, Progress, Setting, Suitability,
-    SuitabilityError, Suited,
+    Advice, CANDIDATES, Candidate, Condition, Confirmed, Demand, Demands, Margins, Progress, Setting,
+    Suitability, SuitabilityError, Suited,
 };
 pub use system::{Halt, System, Watch};
 pub use trials::Trials;

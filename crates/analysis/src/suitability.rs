@@ -368,7 +368,11 @@ impl Suitability {
 }
 
 /// The candidates of a document.
-fn methods(document: &Document, motor: &Motor, demands: &Demands) -> Result<Vec<MethodName>, SuitabilityError> {
+fn methods(
+    document: &Document,
+    motor: &Motor,
+    demands: &Demands,
+) -> Result<Vec<MethodName>, SuitabilityError> {
     if document.origin("detector.method").is_some() {
         return Ok(vec![document.load()?.detector.method.0]);
     }
@@ -427,7 +431,16 @@ impl Bench<'_> {
             strong.map_or(found.stop, |look| Some(look.margins.binding().0))
         };
         let looks = found.looks.len();
-        Ok(Candidate { setting, settings, locked: of(true), free: of(false), objections, margins, binding, looks })
+        Ok(Candidate {
+            setting,
+            settings,
+            locked: of(true),
+            free: of(false),
+            objections,
+            margins,
+            binding,
+            looks,
+        })
     }
 
     /// The best candidate whose settings hold on fresh starts.
@@ -440,7 +453,8 @@ impl Bench<'_> {
         let mut order: Vec<usize> = (0..candidates.len()).collect();
         order.retain(|number| candidates[*number].objections.is_empty());
         // Those whose wrong poles can be told from few starts first, and injections last.
-        let effort = |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
+        let effort =
+            |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
         order.sort_by(|a, b| {
             let (a, b) = (&candidates[*a], &candidates[*b]);
             effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))
@@ -448,7 +462,8 @@ impl Bench<'_> {
         for number in order {
             // The best is tried even if the few starts of its look were not quite enough.
             let mut looks = found[number].looks.iter().enumerate();
-            let looks = looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
+            let looks =
+                looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
             for (rank, look) in looks {
                 hear(Progress::Confirming(&look.setting));
                 match self.confirm(&look.setting)? {

@@ -100,7 +100,8 @@ fn changes(bench: &Bench<'_>) -> Result<Vec<Change>, SuitabilityError> {
         let current = digits(bench.most_current * factor, 3);
         // More than the sensors read is no help.
         if current < 0.98 * range {
-            let (words, option) = (format!("{factor} times the current, {current} A"), format!("--current {current}"));
+            let (words, option) =
+                (format!("{factor} times the current, {current} A"), format!("--current {current}"));
             changes.push(Change { words, option, keys: Vec::new(), current: Some(current) });
         }
     }
@@ -144,6 +145,7 @@ fn digits(value: f64, count: i32) -> f64 {
 }
 
 fn keyed(words: &str, key: &'static str, value: String) -> Change {
-    let shown = if value.contains(' ') { format!("-s \"{key}={value}\"") } else { format!("-s {key}={value}") };
+    let shown =
+        if value.contains(' ') { format!("-s \"{key}={value}\"") } else { format!("-s {key}={value}") };
     Change { words: words.to_owned(), option: shown, keys: vec![(key, value)], current: None }
 }

@@ -98,7 +98,10 @@ const QUICK: [MethodName; 3] =
 impl Bench<'_> {
     /// Whether a method answers with the strongest pulses or vectors that are allowed.
     fn answers(&self, method: MethodName) -> Result<bool, SuitabilityError> {
-        if self.scenario(&Setting::plain(method), self.rotors[0], false).is_err_and(|error| error.is_foreign_setting()) {
+        if self
+            .scenario(&Setting::plain(method), self.rotors[0], false)
+            .is_err_and(|error| error.is_foreign_setting())
+        {
             return Ok(false);
         }
         for setting in self.strongest(method)? {

@@ -68,7 +68,8 @@ impl Bench<'_> {
             }
             // Of a method that takes long, what was counted is said and must do.
             let counted = long && confirmed.wrong_poles == 0;
-            if holds && (counted || confirmed.wrong_poles_at_most.unwrap_or(0.0) <= self.demands.wrong_poles) {
+            if holds && (counted || confirmed.wrong_poles_at_most.unwrap_or(0.0) <= self.demands.wrong_poles)
+            {
                 return Ok(Ok(confirmed));
             }
             undecided = vec![format!(
@@ -100,13 +101,19 @@ impl Bench<'_> {
             counted: all.iter().any(|starts| starts.stops_when_content).then_some(trials * all.len() as u64),
             wrong_poles: all.iter().map(|starts| starts.summary.wrong_poles).sum(),
             wrong_poles_at_most: self.has_pole.then(|| most(&Starts::wrong_poles_at_most)),
-            moved_deg: most(&|starts| if starts.rotor == Rotor::Free { starts.summary.max_moved_deg } else { 0.0 }),
+            moved_deg: most(&|starts| {
+                if starts.rotor == Rotor::Free { starts.summary.max_moved_deg } else { 0.0 }
+            }),
             peak_current_a: most(&|starts| starts.summary.peak_current_a),
         })
     }
 
     /// Counts wrong poles where the evidence does not tell how rare they are.
-    fn count_wrong_poles(&self, setting: &Setting, confirmed: &mut Confirmed) -> Result<(), SuitabilityError> {
+    fn count_wrong_poles(
+        &self,
+        setting: &Setting,
+        confirmed: &mut Confirmed,
+    ) -> Result<(), SuitabilityError> {
         let rotor = self.rotors.last().copied().unwrap_or(Rotor::Locked);
         if let Ok(starts) = self.starts(setting, rotor, true, COUNTED)? {
             confirmed.wrong_poles += starts.summary.wrong_poles;

@@ -77,9 +77,13 @@ const ROOM_OF_POLE: f64 = 0.93;
 
 impl Margins {
     pub(super) fn of(starts: &[&Starts], demands: &Demands, most_current: f64, has_pole: bool) -> Self {
-        let worst = |of: &dyn Fn(&Starts) -> f64| starts.iter().map(|starts| of(starts)).fold(f64::INFINITY, f64::min);
+        let worst = |of: &dyn Fn(&Starts) -> f64| {
+            starts.iter().map(|starts| of(starts)).fold(f64::INFINITY, f64::min)
+        };
         let no_less = |value: f64| if value.is_nan() { 0.0 } else { value };
-        let share = |count: u64, starts: &Starts| count as f64 <= demands.without_angle * starts.summary.trials as f64;
+        let share = |count: u64, starts: &Starts| {
+            count as f64 <= demands.without_angle * starts.summary.trials as f64
+        };
         Self {
             error: worst(&|starts| no_less(demands.error_deg / starts.summary.p95_deg.value)),
             movement: worst(&|starts| match starts.rotor {

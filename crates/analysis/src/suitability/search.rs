@@ -8,8 +8,8 @@ use standstill_detect::{Method, MethodName, Signature};
 use standstill_quantity::{magnitude, rounded};
 use standstill_scenario::Rotor;
 
-use super::bench::{Bench, Look, Setting};
 use super::SuitabilityError;
+use super::bench::{Bench, Look, Setting};
 use super::margins::Demand;
 
 /// Starts of a look, and of one at an injection, which takes a hundred times as long.
@@ -65,6 +65,11 @@ impl Bench<'_> {
         if found.looks.is_empty() {
             found.looks.extend(self.look(plain, LOOK)?);
         }
+        // Settings beyond the current are no settings, unless there are no others.
+        let within = |look: &Look| look.margins.current >= 1.0;
+        if found.looks.iter().any(within) {
+            found.looks.retain(within);
+        }
         found.looks.sort_by(|a, b| b.margins.compare(&a.margins));
         Ok(found)
     }
@@ -91,7 +96,9 @@ impl Bench<'_> {
             return Ok(vec![vector.clone(), vector.with("polarity", "sequential")]);
         }
         let first = self.first_pulse(&plain)?;
-        let (Some(longest), _) = self.grown(&plain, "pulse", first, dead, &microseconds)? else { return Ok(vec![plain]) };
+        let (Some(longest), _) = self.grown(&plain, "pulse", first, dead, &microseconds)? else {
+            return Ok(vec![plain]);
+        };
         let with = |share: f64| plain.with("pulse", &microseconds(dead + (longest - dead) * share));
         let pulses = PULSES[..3].iter().map(|share| with(*share));
         Ok(pulses.flat_map(|setting| [setting.clone(), setting.with("rounds", "12")]).collect())
@@ -144,7 +151,8 @@ impl Bench<'_> {
                 for rounds in ROUNDS {
                     let gain = (f64::from(rounds) / 3.0).sqrt();
                     let margins = look.margins;
-                    let weak = margins.pole.is_some_and(|pole| pole * gain < 0.7) || margins.error * gain < 0.7;
+                    let weak =
+                        margins.pole.is_some_and(|pole| pole * gain < 0.7) || margins.error * gain < 0.7;
                     let restless = margins.movement / gain < 0.4 || margins.time / (gain * gain) < 0.5;
                     if weak || (restless && rounds > 3) {
                         continue;
@@ -154,8 +162,13 @@ impl Bench<'_> {
                 }
             }
         }
-        let all = || seen.iter().map(|(share, look)| (*share, look)).chain(more.iter().map(|(share, look)| (*share, look)));
-        let best = all().max_by(|a, b| a.1.margins.compare(&b.1.margins)).map(|(share, look)| (share, look.margins));
+        let all = || {
+            seen.iter()
+                .map(|(share, look)| (*share, look))
+                .chain(more.iter().map(|(share, look)| (*share, look)))
+        };
+        let best =
+            all().max_by(|a, b| a.1.margins.compare(&b.1.margins)).map(|(share, look)| (share, look.margins));
         let mut near = Vec::new();
         if let Some((share, margins)) = best
             && !(margins.is_kept() || adaptive || self.is_set("rounds"))
@@ -163,7 +176,9 @@ impl Bench<'_> {
         {
             for share in NEAR.iter().map(|factor| factor * share).filter(|share| *share <= 1.0) {
                 for rounds in NEAR_ROUNDS {
-                    near.extend(self.look(with_pulse(plain, share).with("rounds", &rounds.to_string()), LOOK)?);
+                    near.extend(
+                        self.look(with_pulse(plain, share).with("rounds", &rounds.to_string()), LOOK)?,
+                    );
                 }
             }
         }
@@ -180,11 +195,15 @@ impl Bench<'_> {
             let (most, stop) = self.grown(plain, "vector_current", self.most_current, 0.0, &amperes)?;
             found.stop = stop;
             if let Some(most) = most {
-                settings = VECTORS.iter().map(|share| plain.with("vector_current", &amperes(most * share))).collect();
+                settings = VECTORS
+                    .iter()
+                    .map(|share| plain.with("vector_current", &amperes(most * share)))
+                    .collect();
             }
         }
         if self.has_pole && !slow && !self.is_set("polarity") {
-            let sequential: Vec<Setting> = settings.iter().map(|of| of.with("polarity", "sequential")).collect();
+            let sequential: Vec<Setting> =
+                settings.iter().map(|of| of.with("polarity", "sequential")).collect();
             settings.extend(sequential);
         }
         for setting in settings {
@@ -239,7 +258,8 @@ impl Bench<'_> {
                 break;
             }
             // The link drives no more through the resistance, or the pulse can be no longer.
-            let saturated = before.is_some_and(|(earlier, less): (f64, f64)| value > 1.3 * earlier && peak < 1.1 * less);
+            let saturated =
+                before.is_some_and(|(earlier, less): (f64, f64)| value > 1.3 * earlier && peak < 1.1 * less);
             if peak < wanted && (saturated || value >= limits[1]) {
                 return Ok((best, None));
             }

@@ -35,7 +35,8 @@ impl Starts {
         campaign.run(&AtomicBool::new(false), |record| {
             statistics.add(record);
             longest_s = longest_s.max(record.run.duration.seconds());
-            if let (Verdict::Failed | Verdict::Error, Some(reason)) = (record.verdict(), record.reason_name()) {
+            if let (Verdict::Failed | Verdict::Error, Some(reason)) = (record.verdict(), record.reason_name())
+            {
                 *failures.entry(reason).or_insert(0) += 1;
             }
             evidence.extend(towards_north(record));
@@ -94,7 +95,8 @@ impl Starts {
     /// standard deviations lie between the mean and a wrong pole. Both ends are 95 % bounds; the tail is taken as normal, which the
     /// lowest of the starts must not contradict.
     pub fn wrong_poles_at_most(&self) -> f64 {
-        let counted = standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
+        let counted =
+            standstill_campaign::binomial_interval(self.summary.wrong_poles, self.summary.trials).high;
         let n = self.evidence.len() as f64;
         if self.stops_when_content || self.summary.wrong_poles > 0 || n < 100.0 {
             return counted;
@@ -121,8 +123,10 @@ impl Starts {
         let all = summary.trials as f64;
         let failed = self.failed();
         if failed as f64 > demands.without_angle * all {
-            objections
-                .push(format!("{failed} of {all} without an angle, rotor {state}: {}", self.failures_in_words()));
+            objections.push(format!(
+                "{failed} of {all} without an angle, rotor {state}: {}",
+                self.failures_in_words()
+            ));
         }
         // Of the few that have an axis where most have none, the error says nothing.
         if failed as f64 <= demands.without_angle * all && summary.p95_deg.value > demands.error_deg {

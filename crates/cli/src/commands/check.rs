@@ -85,7 +85,9 @@ pub fn run(options: &Check) -> Result<Report, Error> {
 fn heard(progress: Progress<'_>) -> (Option<String>, Option<String>) {
     match progress {
         Progress::Method(method) => (None, Some(method.name().to_owned())),
-        Progress::Found(candidate) => (Some(format!("{}: {}", candidate.method(), words::verdict(candidate))), None),
+        Progress::Found(candidate) => {
+            (Some(format!("{}: {}", candidate.method(), words::verdict(candidate))), None)
+        }
         Progress::Confirming(setting) => (None, Some(format!("{} on fresh starts", setting.method))),
         Progress::Saturation(share) => (None, Some(format!("saturation of {:.1} %", 100.0 * share))),
         Progress::Change(change) => (None, Some(format!("with {change}"))),

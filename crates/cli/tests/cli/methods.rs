@@ -193,8 +193,12 @@ fn law_compare_told_wrongly_names_the_wrong_pole() {
 fn law_check_gives_a_verdict_with_reasons_and_its_code() {
     let (suited, code) = json(&["check", "paper-5k5", "--json"]);
     assert_eq!((code, &suited["suited"]), (Some(0), &Value::Bool(true)), "{suited}");
-    assert_eq!(suited["recommended"]["settings"]["train.pulse"], "200 µs", "{suited}");
-    assert!(suited["recommended"]["margin"].as_f64().expect("a number") > 10.0, "{suited}");
+    let recommended = &suited["recommended"];
+    assert_eq!((&suited["verdict"], &recommended["confirmed"]["wrong_poles"]), (&"suited".into(), &0.into()));
+    assert!(recommended["margin"].as_f64().expect("a number") > 10.0, "{suited}");
+    assert!(recommended["keys"]["detector.pulse"].is_string() && suited["scenario"].is_null(), "{suited}");
+    let next = suited["next"][0].as_str().expect("a command");
+    assert!(next.starts_with("standstill run paper-5k5 ") && next.contains("detector.pulse="), "{next}");
     // Too light a rotor: every pulse turns it.
     let (light, code) = json(&["check", "low-inertia", "--json"]);
     assert_eq!((code, &light["suited"]), (Some(1), &Value::Bool(false)), "{light}");
@@ -209,7 +213,36 @@ fn law_check_gives_a_verdict_with_reasons_and_its_code() {
         "{text}"
     );
     assert!(!text.contains("signature"), "of a motor without poles: {text}");
-    assert!(names(folder.path()).is_empty());
+    assert_eq!(names(folder.path()), ["check-reluctance-6k7.toml"]);
+}
+
+#[test]
+fn law_check_writes_the_scenario_that_goes_on_and_replaces_nothing() {
+    let folder = folder();
+    let at = folder.path();
+    let check = ["check", "paper-5k5", "-s", "detector.method=bipolar"];
+    let text = |arguments: &[&str]| {
+        let output = standstill(arguments, at);
+        (String::from_utf8(output.stdout).expect("text"), output.status.code())
+    };
+    let (first, code) = text(&check);
+    assert!(
+        code == Some(0) && first.ends_with("Go on with\n  standstill run check-paper-5k5.toml\n"),
+        "{first}"
+    );
+    // The same answer again, and the command that it names.
+    assert_eq!(text(&check).0, first);
+    let run = standstill(&["run", "check-paper-5k5.toml", "--trials", "20", "--json"], at);
+    let summary: Value = serde_json::from_slice(&run.stdout).expect("JSON");
+    assert_eq!((&summary["summary"]["undetermined"], &summary["summary"]["failed"]), (&0.into(), &0.into()));
+    fs::write(at.join("check-paper-5k5.toml"), "trials = 5\n").expect("written");
+    let (other, _) = text(&check);
+    assert!(other.contains("is there already and says something else: it stays"), "{other}");
+    assert_eq!(fs::read_to_string(at.join("check-paper-5k5.toml")).expect("there"), "trials = 5\n");
+    // A name that was given must be free.
+    let message = mistake(&[&check[..], &["--write", "check-paper-5k5.toml"]].concat(), at);
+    assert!(message.contains("check-paper-5k5.toml is there already"), "{message}");
+    assert_eq!(text(&[&check[..], &["--force"]].concat()).0, first);
 }
 
 #[test]

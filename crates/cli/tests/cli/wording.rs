@@ -20,7 +20,7 @@ fn regress_files_without_a_key_are_no_motors_in_silence() {
     let folder = folder();
     let at = folder.path();
     fs::write(at.join("empty.toml"), "# to be written\n").expect("written");
-    let output = standstill(&["check", "empty.toml"], at);
+    let output = standstill(&["check", "empty.toml", "-s", "detector.method=bipolar"], at);
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     let said = "standstill: empty.toml has no key: this is the default scenario, with the motor paper-5k5\n";
     assert!(output.status.success() && error == said, "{error}");
@@ -28,7 +28,8 @@ fn regress_files_without_a_key_are_no_motors_in_silence() {
     assert!(run.stdout.starts_with(b"Simulating paper-5k5, "), "{run:?}");
     // What has a key says nothing, and neither do options alone.
     fs::write(at.join("seed.toml"), "seed = 2\n").expect("written");
-    for arguments in [&["check", "seed.toml"][..], &["check", "paper-5k5"]] {
+    for arguments in [&["motors", "paper-5k5"][..], &["check", "seed.toml", "-s", "detector.method=bipolar"]]
+    {
         assert!(standstill(arguments, at).stderr.is_empty(), "{arguments:?}");
     }
 }

@@ -35,7 +35,9 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
         }
         Some(Written::InTheWay(path)) => {
             let path = path.display();
-            lines.push(format!("{path} is there already and says something else: it stays. --force replaces it, --write FILE"));
+            lines.push(format!(
+                "{path} is there already and says something else: it stays. --force replaces it, --write FILE"
+            ));
             lines.push("names another. Or go on with".to_owned());
             lines.push(in_a_line(asked));
         }
@@ -73,7 +75,10 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
     let has_poles = found.has_magnet && !found.pole_is_open();
     let margins = |candidate: &Candidate| {
         let all = candidate.margins?.all().into_iter().filter(|(_, margin)| margin.is_finite());
-        Some(all.map(|(demand, margin)| (demand.name().to_owned(), margin.into())).collect::<Map<String, Value>>())
+        Some(
+            all.map(|(demand, margin)| (demand.name().to_owned(), margin.into()))
+                .collect::<Map<String, Value>>(),
+        )
     };
     let candidates: Vec<Value> = found
         .candidates

@@ -33,7 +33,12 @@ impl Written {
 }
 
 /// Writes it beside the scenario that was asked about, or where the option says. A file that says something else is not replaced.
-pub fn write(options: &Check, asked: &Document, recommended: &Document, head: &str) -> Result<Written, Error> {
+pub fn write(
+    options: &Check,
+    asked: &Document,
+    recommended: &Document,
+    head: &str,
+) -> Result<Written, Error> {
     let folder = asked.files().folder().to_owned();
     let path = options.write.clone().unwrap_or_else(|| folder.join(name(&options.motor)));
     let mut recommended = recommended.clone();
@@ -46,7 +51,11 @@ pub fn write(options: &Check, asked: &Document, recommended: &Document, head: &s
     match fs::read_to_string(&path) {
         Ok(there) if there == text => return Ok(Written::Done(path)),
         Ok(_) if !options.force && options.write.is_some() => {
-            return Err(Error::InTheWay { path, is: "there already", needed: "a new file, or --force given" });
+            return Err(Error::InTheWay {
+                path,
+                is: "there already",
+                needed: "a new file, or --force given",
+            });
         }
         Ok(_) if !options.force => return Ok(Written::InTheWay(path)),
         _ => {}

@@ -37,7 +37,11 @@ impl Asked<'_> {
                 "; if the north pole's inductance falls by at least {} at rated current",
                 percent(*least)
             ),
-            _ => found.pole.note().filter(|_| found.has_magnet).map_or_else(String::new, |note| format!("; {note}")),
+            _ => found
+                .pole
+                .note()
+                .filter(|_| found.has_magnet)
+                .map_or_else(String::new, |note| format!("; {note}")),
         };
         format!(
             "{}: {} to detection of the {what} at standstill (error set {}){note}",
@@ -155,7 +159,11 @@ fn advice(found: &Suitability) -> String {
     let head = format!(
         "No settings suffice: {looks} were tried, up to {} A. {}",
         amperes(found.most_current_a),
-        if helps.is_empty() { "Nor does any of these changes, each tried on the bench:" } else { "Each of these changes suffices, as tried on the bench:" }
+        if helps.is_empty() {
+            "Nor does any of these changes, each tried on the bench:"
+        } else {
+            "Each of these changes suffices, as tried on the bench:"
+        }
     );
     let mut text = format!("\n{}", paragraph("", &head));
     for advice in &helps {
@@ -330,8 +338,12 @@ fn poles(suitability: &Suitability) -> String {
     }
     if let (true, Some(note)) = (suitability.pole_is_open(), suitability.pole.note()) {
         let way_out = match suitability.pole {
-            PoleKnowledge::NotDetermined => "Points of both sides would tell; `standstill magnetics` shows what each core says.",
-            _ => "By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate].",
+            PoleKnowledge::NotDetermined => {
+                "Points of both sides would tell; `standstill magnetics` shows what each core says."
+            }
+            _ => {
+                "By how much L_d falls at rated current along +d would tell, such as `saturation = \"6 %\"` in [nameplate]."
+            }
         };
         return format!("Poles: {note}. {way_out}");
     }
