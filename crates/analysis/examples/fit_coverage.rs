@@ -12,9 +12,10 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [8|12]
+//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [12bits]
 //! ```
 
+#[allow(dead_code, reason = "the tests use the rest")]
 #[path = "../tests/scope/mod.rs"]
 mod scope;
 
@@ -38,7 +39,7 @@ fn main() {
         ("probe", Iron::Series([0.05, 0.02, 0.02]), 8e-6),
     ] {
         if asked_for(name) {
-            let codes = if asked_for("12") { 2048.0 } else { 128.0 };
+            let codes = if asked_for("12bits") { 2048.0 } else { 128.0 };
             table(&format!("MOSFETs on 12 V, {name}, {codes} codes"), seeds, |seed| {
                 let bench = Bench::drawn(seed, iron);
                 let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
