@@ -12,9 +12,10 @@
 //!
 //! ```sh
 //! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS [ngspice|SciPy] [own|drive|pattern]
-//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [8|12]
+//! cargo run --release -p standstill-analysis --example fit_coverage SEEDS NOISE_IN_STEPS linear|law|steep|probe [12bits]
 //! ```
 
+#[allow(dead_code, reason = "the tests use the rest")]
 #[path = "../tests/scope/mod.rs"]
 mod scope;
 
@@ -38,7 +39,7 @@ fn main() {
         ("probe", Iron::Series([0.05, 0.02, 0.02]), 8e-6),
     ] {
         if asked_for(name) {
-            let codes = if asked_for("12") { 2048.0 } else { 128.0 };
+            let codes = if asked_for("12bits") { 2048.0 } else { 128.0 };
             table(&format!("MOSFETs on 12 V, {name}, {codes} codes"), seeds, |seed| {
                 let bench = Bench::drawn(seed, iron);
                 let pulses = bench.pulses(&six_vectors(bench.pulse(), 2.5 * bench.pulse()));
@@ -95,8 +96,11 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
         "  {:22} {:>10} {:>9} {:>10} {:>9} {:>6} {:>6}  told",
         "", "bias", "deviation", "half width", "inside", "below", "above"
     );
-    let fits: Vec<(&Fit, &Pulses, &Scope)> =
-        all.iter().filter_map(|(fit, pulses, scope)| Some((fit.as_ref().ok()?, pulses, scope))).collect();
+    let fits: Vec<(&Fit, &Pulses, &Scope, usize)> = all
+        .iter()
+        .enumerate()
+        .filter_map(|(seed, (fit, pulses, scope))| Some((fit.as_ref().ok()?, pulses, scope, seed)))
+        .collect();
     let mut names: Vec<&str> = Vec::new();
     for name in fits.iter().flat_map(|(fit, ..)| fit.parameters.iter().map(|one| &one.name[..])) {
         if !names.contains(&name) {
@@ -105,7 +109,9 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
     }
     for name in names {
         let mut seen = Seen::default();
-        for (fit, pulses, scope) in fits.iter().filter(|(fit, ..)| fit.converged && fit.widened < MISFIT) {
+        for (fit, pulses, scope, seed) in
+            fits.iter().filter(|(fit, ..)| fit.converged && fit.widened < MISFIT)
+        {
             let Some(found) = fit.parameters.iter().find(|one| one.name == name && one.identified) else {
                 continue;
             };
@@ -116,6 +122,10 @@ fn table(title: &str, seeds: u64, case: impl Fn(u64) -> (Pulses, Scope, Start) +
             let value = beside(found.value, truth, found.unit, turn);
             let turned = value - found.value;
             seen.add(value - truth, [low + turned - truth, high + turned - truth]);
+            let off = (value - truth) / ((high - low) / 2.0);
+            if off.abs() > 2.0 {
+                println!("  seed {seed}: {name} is off by {off:.1} half widths");
+            }
         }
         seen.print(name);
     }

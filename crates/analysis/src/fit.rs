@@ -86,8 +86,8 @@ pub const MISFIT: f64 = 2.0;
 /// Rows that are used at most, or nearly: of more, each second, third and so on.
 const MOST_USED: usize = 50_000;
 
-/// Steps of a search in all, each of two simulations of all pulses for each parameter. one that takes
-/// more goes nowhere, because the legs or the currents are not those of one motor at standstill.
+/// Steps of all searches of a fit, each of two simulations of all pulses for each parameter. A fit that needs more goes nowhere: legs or
+/// currents are not those of one motor at standstill. It then says that it did not end.
 const MOST_STEPS: usize = 250;
 
 /// Times that it is looked at anew what the readings tell.

@@ -118,9 +118,9 @@ fn regress_a_search_that_goes_nowhere_ends() {
             before = drives;
             let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
             if high % 2 == 1 && !line.starts_with('t') {
-                for k in 1..4 {
-                    let current = fields[k].parse::<f64>().expect("a current");
-                    fields[k] = format!("{:.6}", if k == 1 { -current } else { 0.3 * current });
+                for (k, field) in fields[1..4].iter_mut().enumerate() {
+                    let current = field.parse::<f64>().expect("a current");
+                    *field = format!("{:.6}", if k == 0 { -current } else { 0.3 * current });
                 }
             }
             fields.join(",") + "\n"

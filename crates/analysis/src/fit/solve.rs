@@ -339,22 +339,11 @@ impl Problem {
             }
             let Some(next) = accepted else {
                 converged = left < INTEGRATORS_ERROR;
-                if std::env::var("FITDEBUG").is_ok() {
-                    eprintln!("no step: left {left:.3} most {most} L {:.2}", sum.likelihood);
-                }
                 break;
             };
             (point, here) = next;
         }
         let sum = self.sum(&point, scatter, true)?;
-        if std::env::var("FITDEBUG").is_ok() {
-            eprintln!(
-                "end: {converged} most {most} L {:.2} free {} damping {damping:e} step {:?}",
-                sum.likelihood,
-                self.free.len(),
-                point.plant
-            );
-        }
         Some((point, sum, converged))
     }
 }

@@ -12,9 +12,6 @@ use super::{Pulses, Stage, word};
 /// Step of the integration in s.
 const DT: f64 = 2e-8;
 
-/// Steps from one kept row to the next.
-const KEPT: usize = 1;
-
 /// How the iron saturates, with x = ψ_d/(L_d I) beside the magnet's flux and y = ψ_q/(L_q I) at a current I.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Iron {
@@ -161,10 +158,8 @@ impl Bench {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a count of steps")]
             for _ in 0..(duration / DT).round() as usize {
                 let now = number as f64 * DT;
-                if number % KEPT == 0 {
-                    let i = phases(self.currents(psi));
-                    rows.push([now, i[0], i[1], i[2]]);
-                }
+                let i = phases(self.currents(psi));
+                rows.push([now, i[0], i[1], i[2]]);
                 let gate: [Gate; 3] = std::array::from_fn(|k| match stage[k] {
                     _ if now < on[k] - DT / 2.0 => Gate::Off,
                     "high" => Gate::High,

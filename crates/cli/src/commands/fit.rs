@@ -148,7 +148,8 @@ pub fn run(options: &Options) -> Result<Report, Error> {
     if options.json {
         return Ok(Report { text: format!("{json:#}\n"), code: 0 });
     }
-    let text = text_of(&fitted, &records) + "\n" + &file_list(&options.out, &files) + &next::steps(&fitted, options);
+    let text =
+        text_of(&fitted, &records) + "\n" + &file_list(&options.out, &files) + &next::steps(&fitted, options);
     Ok(Report { text, code: 0 })
 }
 
