@@ -76,6 +76,30 @@ async function looks() {
   }
 }
 
+/** On a phone no label is cut off, and none lies on another or under the buttons. */
+async function labels() {
+  const page = await open('labels', { width: 390, height: 844 });
+  await page.waitForTimeout(500);
+  const found = await page.evaluate(() => [...document.querySelectorAll('figure.chart')].flatMap(figure => {
+    const plot = figure.querySelector('.plot');
+    const frame = plot.getBoundingClientRect();
+    const boxes = [...plot.querySelectorAll('.main-svg text')].filter(text => text.textContent.trim() && !text.closest('.hoverlayer'))
+      .map(text => ({ text: text.textContent, box: text.getBoundingClientRect(), kind: text.closest('[class*=title]') ? 'title' : text.closest('.annotation') ? 'note' : 'tick' }))
+      .filter(({ box }) => box.width > 0);
+    const cut = boxes.filter(({ box }) => box.left < frame.left - 1 || box.right > frame.right + 1 || box.top < frame.top - 1 || box.bottom > frame.bottom + 1)
+      .map(({ text }) => `${figure.id}: "${text}" is cut off`);
+    const bars = [...plot.querySelectorAll('.modebar-group')].map(bar => ({ text: 'buttons', kind: 'buttons', box: bar.getBoundingClientRect() }));
+    const meet = (a, b) => Math.min(a.box.right, b.box.right) - Math.max(a.box.left, b.box.left) > 3
+      && Math.min(a.box.bottom, b.box.bottom) - Math.max(a.box.top, b.box.top) > 4;
+    const all = [...boxes, ...bars];
+    const on = all.flatMap((a, i) => all.slice(i + 1).filter(b => a.kind !== 'buttons' && !(a.kind === 'note' && b.kind === 'note') && meet(a, b))
+      .map(b => `${figure.id}: "${a.text}" lies on "${b.text}"`));
+    return [...cut, ...on];
+  }));
+  found.forEach(what => expect(false, `390 pixels: ${what}`));
+  await page.close();
+}
+
 async function structure() {
   const page = await open('structure', { width: 1280 });
   const found = await page.evaluate(() => ({
@@ -273,7 +297,7 @@ async function withoutScripts() {
 }
 
 try {
-  for (const check of [looks, structure, chart, theme, table, paper, withoutScripts]) {
+  for (const check of [looks, labels, structure, chart, theme, table, paper, withoutScripts]) {
     try {
       await check();
     } catch (error) {

@@ -25,6 +25,9 @@ use moves::Widths;
 pub(crate) use moves::of_samples;
 use population::{Population, State};
 
+/// Shares of the plain trials at whose ends their values are kept: what is likely is a curve too.
+const PLAIN: [f64; 9] = [0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
+
 /// What no trial draws, see [`Run::unread`], and how many of it a tape has.
 const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
@@ -88,7 +91,7 @@ pub struct Run {
     pub variation: f64,
     /// Levels, the first one of plain trials included.
     pub levels: u32,
-    /// Where each of them ends, and the probability of what is beyond: a value and P(value or more).
+    /// A value and P(value or more): of the plain trials some quantiles, then where each level ends.
     pub curve: Vec<(f64, f64)>,
     /// Trials.
     pub trials: u64,
@@ -146,6 +149,10 @@ pub fn run<S: System>(
         };
         run.probability *= cut.share;
         squares += cut.variance;
+        if run.levels == 1 {
+            let rarer = |share| reached || share > cut.share;
+            run.curve = population.quantiles(PLAIN.into_iter().filter(|share| rarer(*share)));
+        }
         run.curve.push((cut.threshold, run.probability));
         if reached {
             break;
@@ -163,6 +170,7 @@ pub fn run<S: System>(
         (taken, tried) = (taken + work.taken.iter().sum::<u64>(), tried + work.tried.iter().sum::<u64>());
         population = next;
     }
+    run.curve.sort_by(|a, b| b.1.total_cmp(&a.1));
     run.variation = squares.sqrt();
     run.trials += tried;
     run.acceptance = taken as f64 / tried.max(1) as f64;

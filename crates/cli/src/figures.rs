@@ -65,7 +65,7 @@ impl Window<'_> {
             Panel { weight: 1.5, ..Panel::new(axis, Axis::new("current (A)")) },
             |panel, (k, phase)| {
                 let label = format!("i_{}", phase.letter());
-                panel.with(curve(&label, self.points(|s| s.current[k]), Style::nth(k)))
+                panel.with(curve(&label, self.points(|s| s.current[k]), Style::PHASES[k]))
             },
         )
     }
@@ -130,7 +130,7 @@ pub fn line_pulses(trace: &Trace, entries: &[Entry], subtitle: String) -> Figure
         panels.push(Panel::new(time(), Axis::new("current (A)")).with(curve(
             &format!("i_{}, line {}-{}", letters.0, letters.0, letters.1),
             window.points(|snapshot| snapshot.current[f]),
-            Style::Blue,
+            Style::PHASES[f],
         )));
     }
     Figure {

@@ -1,7 +1,7 @@
 //! Values of axes for people: in the unit that suits them, while files have them in SI.
 
 use serde_json::Value;
-use standstill_quantity::Scale;
+use standstill_quantity::{Scale, short};
 use standstill_scenario as file;
 
 use crate::commands::run::results::PointSummary;
@@ -41,10 +41,7 @@ impl Shown {
     pub fn text(&self, value: &Value) -> String {
         match value {
             Value::String(text) => text.clone(),
-            Value::Number(number) => {
-                let number = self.scale.number(number.as_f64().unwrap_or(f64::NAN));
-                format!("{number:.5e}").parse::<f64>().unwrap_or(number).to_string()
-            }
+            Value::Number(number) => short(self.scale.number(number.as_f64().unwrap_or(f64::NAN))),
             other => other.to_string(),
         }
     }

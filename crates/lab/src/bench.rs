@@ -108,8 +108,7 @@ impl Bench {
         // What the scenario itself names is read here, wherever it lies.
         let plan = Plan::new(given.document.clone())?;
         given.document.fence(folder.as_ref().map(Folder::path))?;
-        let bench =
-            Self { given, folder, adviser: None, ready: Mutex::default(), clouds: Mutex::default() };
+        let bench = Self { given, folder, adviser: None, ready: Mutex::default(), clouds: Mutex::default() };
         let name = Setting::default().name();
         let ready = bench.made(plan, bench.given.document.clone(), 0)?;
         lock(&bench.ready).push((name, Arc::new(ready)));

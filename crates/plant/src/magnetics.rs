@@ -21,6 +21,7 @@ use std::fmt;
 
 use standstill_interface::Dq;
 use standstill_numeric::Symmetric;
+use standstill_quantity::short;
 
 use crate::FluxMap;
 
@@ -172,9 +173,10 @@ pub struct NoConvergence {
 
 impl fmt::Display for NoConvergence {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "no flux found at i_d = {} A, i_q = {} A", self.current.d, self.current.q)?;
+        write!(f, "no flux found at i_d = {} A, i_q = {} A", short(self.current.d), short(self.current.q))?;
         match self.beyond {
-            Some([[d_low, d_high], [q_low, q_high]]) => {
+            Some(range) => {
+                let [[d_low, d_high], [q_low, q_high]] = range.map(|ends| ends.map(short));
                 write!(f, "; the map covers i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A")
             }
             None => Ok(()),

@@ -44,6 +44,17 @@ pub fn number(usual: usize, value: f64) -> String {
     format!("{:.*}", decimals(usual, value), value + 0.0)
 }
 
+/// A number that was computed, for people: six digits at most, and no zeros at their end.
+///
+/// ```
+/// use standstill_quantity::short;
+///
+/// assert_eq!((short(66.111_736_497_630_03), short(-20.0), short(0.1 + 0.2)), ("66.1117".into(), "-20".into(), "0.3".into()));
+/// ```
+pub fn short(value: f64) -> String {
+    (format!("{value:.5e}").parse::<f64>().unwrap_or(value) + 0.0).to_string()
+}
+
 /// A unit in which people read some values, and what that is in SI.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scale {

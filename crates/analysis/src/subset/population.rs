@@ -110,6 +110,22 @@ impl Population {
         }
     }
 
+    /// Values which these shares of the states reach or exceed, each with the share that does.
+    pub fn quantiles(&self, shares: impl Iterator<Item = f64>) -> Vec<(f64, f64)> {
+        let mut all: Vec<f64> = self.values.values().flatten().copied().collect();
+        all.sort_by(|a, b| b.total_cmp(a));
+        let count = all.len() as f64;
+        let at = |share: f64| {
+            // Of thousands of states.
+            #[expect(clippy::cast_possible_truncation, clippy::cast_sign_loss, reason = "a share of a count")]
+            let value = *all.get((share * count).ceil().max(1.0) as usize - 1)?;
+            // Of equal values all are there.
+            let reached = all.partition_point(|other| other.total_cmp(&value).is_ge());
+            value.is_finite().then_some((value, reached as f64 / count))
+        };
+        shares.filter_map(at).collect()
+    }
+
     /// The parts of a level together.
     pub fn gathered(seeds: usize, parts: Vec<Self>) -> Self {
         let mut whole = Self::new(seeds);

@@ -82,8 +82,7 @@ fn keys(document: &Document, candidate: &Candidate) -> Result<BTreeMap<String, S
     let plain = document.unchecked_scenario_of(&document.motor()?)?;
     let mut wanted = plain.clone();
     wanted.detector = candidate.settings;
-    let mut keys =
-        BTreeMap::from([("detector.method".to_owned(), candidate.method.name().to_owned())]);
+    let mut keys = BTreeMap::from([("detector.method".to_owned(), candidate.method.name().to_owned())]);
     for key in standstill_scenario::keys().into_iter().map(|of| of.key) {
         if !key.starts_with("detector.") || plain.value(&key) == wanted.value(&key) {
             continue;

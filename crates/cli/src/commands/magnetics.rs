@@ -9,6 +9,7 @@ use standstill_plant::{
     Continuation, Core, Files, FluxMap, MagneticCircuit, MapAxes, MapLayout, MapReport, MapSamples,
     PolaritySignature, Survey,
 };
+use standstill_quantity::short;
 
 use crate::Report;
 use crate::arguments::Magnetics;
@@ -78,9 +79,11 @@ impl Subject {
         let (map, report) = made(&samples).map_err(Error::Map)?;
         let reach = covered(report.range);
         if reach <= 0.0 {
-            let [[d_low, d_high], [q_low, q_high]] = report.range;
+            let [along_d, along_q] =
+                report.range.map(|[low, high]| format!("{} to {} A", short(low), short(high)));
+            let [_, [q_low, q_high]] = report.range;
             let message = format!(
-                "{}: found i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: current to both sides of zero along d and q, as a detection drives it{}",
+                "{}: found i_d from {along_d}, i_q from {along_q}; needed: current to both sides of zero along d and q, as a detection drives it{}",
                 report.file,
                 if options.beyond.is_none() && q_high.min(-q_low) > 0.0 {
                     "; or --beyond fitted (in a data sheet: beyond = \"fitted\" in [map]), which continues it along d"
@@ -113,7 +116,9 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
     if let (Some((_, map)), Some(range)) = (&subject.map, subject.magnetics.range()) {
         let most = covered(range);
         if reach > most * (1.0 + 1e-9) {
-            let [[d_low, d_high], [q_low, q_high]] = range;
+            let [[d_low, d_high], [q_low, q_high]] = range.map(|ends| ends.map(short));
+            // A little less, which the map has however its last digit is rounded.
+            let most = short(most * (1.0 - 5e-6));
             let message = format!(
                 "--current {reach}: the map {} covers i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: at most {most} A",
                 map.file

@@ -284,10 +284,12 @@ impl Run {
     fn cloud(&self) -> Result<ErrorCloud, Error> {
         let (reader, places) = self.columns(["true_angle_deg", "axis_error_deg", "error_deg"])?;
         let (mut cloud, mut complete) = (ErrorCloud::new(), true);
+        let open = self.summary.run.pole_is_open;
         let bar = progress::reading(self.summary.trials());
         let read = reader.numbers(places, |[angle, axis_error, error]| {
             complete &= angle.is_some();
-            cloud.add(angle.unwrap_or(f64::NAN), axis_error, error);
+            // Where poles are not judged, none is wrong.
+            cloud.add(angle.unwrap_or(f64::NAN), axis_error, if open { axis_error } else { error });
             bar.inc(1);
         });
         bar.finish_and_clear();

@@ -74,7 +74,7 @@ impl Window<'_> {
         for (k, phase) in Phase::ALL.into_iter().enumerate() {
             let label = format!("i_{} as it is read", phase.letter());
             let points = samples.iter().map(|(at, current)| (*at, current[k]));
-            panel = panel.with(Layer::points(&label, Style::nth(k), points));
+            panel = panel.with(Layer::points(&label, Style::PHASES[k], points));
         }
         panel
     }
@@ -83,7 +83,10 @@ impl Window<'_> {
     fn with_link(&self, panel: Panel) -> Panel {
         let link =
             |s: &Snapshot| -> f64 { (0..3).filter(|k| s.modes[*k].is_upper()).map(|k| s.current[k]).sum() };
-        panel.with(curve("out of the DC link", self.points(link), Style::Orange))
+        // Below the phases, of which it is one or a sum.
+        let mut panel = panel;
+        panel.layers.insert(0, curve("out of the DC link", self.points(link), Style::Orange));
+        panel
     }
 }
 
@@ -144,7 +147,7 @@ fn potentials(near: &Window<'_>, axis: Axis) -> Panel {
         Panel::new(axis, Axis::new("potential (V)")),
         |panel, (k, phase)| {
             let label = format!("v_{} against the negative rail", phase.letter());
-            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::nth(k)))
+            panel.with(curve(&label, near.points(|s| s.potential[k]), Style::PHASES[k]))
         },
     )
 }

@@ -62,7 +62,7 @@ impl Rows<'_> {
             if measured.iter().all(|(_, i)| i.is_nan()) {
                 continue;
             }
-            let style = [Style::Blue, Style::Vermilion, Style::Green][k];
+            let style = Style::PHASES[k];
             currents =
                 currents.with(Layer::points(&format!("i_{} measured", phase.letter()), style, measured));
             let residual = |trace: &Trace, n: usize| {

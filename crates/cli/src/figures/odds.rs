@@ -8,7 +8,8 @@ use super::WIDTH;
 /// Values below it are none, in whatever unit the order parameter is.
 const LEAST: f64 = 1e-9;
 
-/// The probability that the order parameter exceeds a value, as each run came by it, and the event's with its interval.
+/// The probability that the order parameter exceeds a value, as each run came by it, and the event's with its interval. Of a likely
+/// event that is what the plain trials say on either side of it.
 pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
     let values = odds.runs.iter().flat_map(|run| run.curve.iter().map(|(value, _)| event.bound() + value));
     let (low, high) = values
@@ -16,14 +17,13 @@ pub fn odds(odds: &Odds, event: Event, subtitle: String) -> Figure {
         .filter(|value| value.is_finite())
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), value| (low.min(value), high.max(value)));
     let mut axis = Axis::new(event.order_parameter());
-    // Runs that have one level, the event's own, have no width: that level lies above the bound by the least that there is.
-    // Theirs is that of the values' own size.
+    // Runs whose values are all alike have no width: theirs is that of the values' own size.
     let size = high.abs().max(low.abs());
     if high - low < 1e-3 * size || size < LEAST {
         let half = if size > LEAST { 0.5 * size } else { 1.0 };
         axis = axis.range(low - half, high + half);
     }
-    let mut panel = Panel::new(axis, Axis::new("probability of more").log10());
+    let mut panel = Panel::new(axis, Axis::new("probability of this or more").log10());
     for run in &odds.runs {
         let curve = run.curve.iter().map(|(value, probability)| (event.bound() + value, *probability));
         panel = panel.with(Layer::line("a run", Style::Blue, curve.clone()));

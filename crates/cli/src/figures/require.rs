@@ -9,6 +9,7 @@ use standstill_scenario as file;
 
 use super::WIDTH;
 use crate::commands::require::{EVERYWHERE, Point};
+use crate::commands::tune::scale as scale_of;
 
 /// A value that was judged: what each limit's measure is.
 pub struct Judged {
@@ -68,7 +69,7 @@ fn shown(limits: &Limits, judged: &[&Judged]) -> (f64, f64) {
     (low / 1.5, high * 1.5)
 }
 
-/// Measures over their limits.
+/// What the measures are at each value, beside their limits.
 pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, subtitle: String) -> Figure {
     let judged = latest(judged);
     let edges = match found {
@@ -76,9 +77,19 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         _ => &[],
     };
     let (x, scale) = axis(key, judged.iter().map(|judged| judged.value), edges.last().map(|edge| edge.value));
-    let y = Axis::new("measure / limit").log10();
+    // One measure stands in its own unit, several in that of their limits.
+    let (label, unit, limit_named) = match limits.0[..] {
+        [one] => {
+            let scale = scale_of(one.measure, one.most);
+            let most = scale.number(one.most);
+            let unit = if scale.unit.is_empty() { String::new() } else { format!(" ({})", scale.unit) };
+            let gap = if scale.unit == "°" { "" } else { " " };
+            (format!("{}{unit}", one.measure), most, format!("limit {most}{gap}{}", scale.unit))
+        }
+        _ => ("measure / limit".to_owned(), 1.0, "limit".to_owned()),
+    };
     let (low, high) = shown(limits, &judged);
-    let mut panel = Panel::new(x, y.range(low, high));
+    let mut panel = Panel::new(x, Axis::new(label).log10().range(unit * low, unit * high));
     // Beyond its edges it does not hold.
     let beyond = |edge: &Edge| match edge.side {
         Side::Largest => (scale.number(edge.value), f64::INFINITY),
@@ -92,13 +103,13 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
         let label = Limits(vec![*limit]).to_string();
         let bars = judged.iter().map(|judged| {
             let Estimate { value, low, high } = judged.measures[k];
-            let [value, low, high] = [value, low, high].map(|x| x / limit.most);
+            let [value, low, high] = [value, low, high].map(|x| unit * x / limit.most);
             (judged.clear, (scale.number(judged.value), value, low, high))
         });
         // What is zero has no place on a logarithmic axis: what is known of it is that it lies below its interval's end.
         let (none, some): (Vec<_>, Vec<_>) = bars.partition(|(_, (_, value, ..))| *value == 0.0);
         let (little, some): (Vec<_>, Vec<_>) =
-            some.into_iter().partition(|(_, (_, value, ..))| *value < LEAST);
+            some.into_iter().partition(|(_, (_, value, ..))| *value < unit * LEAST);
         panel = panel.with(Layer::line(&label, Style::nth(k), some.iter().map(|(_, (x, y, ..))| (*x, *y))));
         // The bars of few trials would hide the others.
         let (clear, close): (Vec<_>, Vec<_>) = some.into_iter().partition(|(clear, _)| *clear);
@@ -107,12 +118,12 @@ pub fn require(key: &str, limits: &Limits, judged: &[Judged], found: &Found, sub
             .with(Layer::error_bars(&label, Style::nth(k), close.into_iter().map(|(_, bar)| bar)));
         for (bars, said) in [(none, "none seen"), (little, "below a hundredth")] {
             if !bars.is_empty() {
-                let ends = bars.into_iter().map(|(_, (x, .., high))| (x, high.max(LEAST)));
+                let ends = bars.into_iter().map(|(_, (x, .., high))| (x, high.max(unit * LEAST)));
                 panel = panel.with(Layer::upper_limits(&format!("{label}: {said}"), Style::nth(k), ends));
             }
         }
     }
-    panel = panel.with(Layer::level("limit", 1.0));
+    panel = panel.with(Layer::level(limit_named.trim_end(), unit));
     Figure {
         title: format!("What {key} must be"),
         subtitle: Some(subtitle),
@@ -199,8 +210,14 @@ mod tests {
         let Layer::UpperLimits { points: ends, label, .. } = ends else { panic!("limits") };
         assert_eq!(bars.iter().map(|bar| bar.0).collect::<Vec<_>>(), [20.0]);
         assert_eq!((ends.len(), ends[0].0), (1, 10.0));
-        // 0.4 % of a limit of 1 %.
+        // 0.4 %, in its own unit.
         assert!((ends[0].1 - 0.4).abs() < 1e-12, "{ends:?}");
+        assert_eq!(figure.panels[0].y.label, "wrong_poles (%)");
+        let level = layers.iter().find_map(|layer| match layer {
+            Layer::HorizontalRule { label, y } => Some((label.as_deref(), *y)),
+            _ => None,
+        });
+        assert_eq!(level, Some((Some("limit 1 %"), 1.0)));
         assert_eq!(label.as_deref(), Some("wrong_poles <= 1 %: none seen"));
     }
 

@@ -2,7 +2,7 @@
 
 use standstill_analysis::limit::Measure;
 use standstill_analysis::tune::{Judged, Question, Tuned, View};
-use standstill_quantity::{decimals, fixed};
+use standstill_campaign::Estimate;
 use standstill_report::figure::{Axis, Figure, Layer, Panel, Style};
 
 use super::WIDTH;
@@ -34,28 +34,32 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         (x.is_finite() && y.is_finite()).then_some((kept, (x, y)))
     });
     let (kept, broken): (Vec<_>, Vec<_>) = looked.partition(|(kept, _)| *kept);
-    let front: Vec<_> = tuned.front.iter().map(place).collect();
+    // A setting with starts without an answer may have no value of what it is drawn against: then it has no place.
+    let drawable = |judged: &Judged| Some(place(judged)).filter(|p| p.0.is_finite() && p.1.is_finite());
+    let front: Vec<_> = tuned.front.iter().filter_map(drawable).collect();
+    let [start, best] = [&tuned.start, &tuned.best].map(drawable);
+    let last = if tuned.is_found() { "best" } else { "nearest, breaks a limit" };
+    let missing = [("start", &tuned.start, start), (last, &tuned.best, best)];
+    let missing = missing.into_iter().filter(|(_, _, at)| at.is_none()).map(|(what, judged, _)| {
+        let y = judged.measured.get(measures[1]);
+        let y = [y.value, y.low, y.high].map(|value| scales[1].number(value));
+        let has = Estimate { value: y[0], low: y[1], high: y[2] };
+        let said = if has.value.is_finite() {
+            format!(", {} {has} {}", measures[1], scales[1].unit)
+        } else {
+            String::new()
+        };
+        format!("{what}{said}: not drawn, too many starts without an answer to have a {}", measures[0])
+    });
+    let subtitle = std::iter::once(subtitle).chain(missing).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
-    let told = || front.iter().copied().chain([place(&tuned.start), place(&tuned.best)]);
+    let told = || front.iter().copied().chain(start).chain(best);
     let ends = |numbers: Vec<f64>| {
         let usable = numbers.into_iter().filter(|number| number.is_finite());
         usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
     };
     let xs = ends(told().map(|p| p.0).collect());
-    // Starts without an answer that nobody saw may widen the interval of an rms upwards by far more than all settings differ: such a
-    // whisker is cut off at the frame.
-    let cut = |(_, value, low, high): (f64, f64, f64, f64)| {
-        if asked.goal.minimise == Measure::Rms { high.min(value + 3.0 * (value - low)) } else { high }
-    };
-    let highest = told().map(|p| p.3).filter(|high| high.is_finite()).fold(f64::NEG_INFINITY, f64::max);
-    let ys = ends(told().flat_map(|p| [p.1, p.2, cut(p)]).collect());
-    let subtitle = if highest > ys.1 {
-        let most = fixed(highest, decimals(1, highest));
-        let gap = if scales[1].unit == "°" { "" } else { " " };
-        format!("{subtitle}; whiskers that the frame cuts off go up to {most}{gap}{}", scales[1].unit)
-    } else {
-        subtitle
-    };
+    let ys = ends(told().flat_map(|p| [p.1, p.2, p.3]).collect());
     let drawn = |k: usize| {
         let of = |(_, (x, y)): &(bool, (f64, f64))| if k == 0 { *x } else { *y };
         ends(
@@ -67,12 +71,14 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         )
     };
     let around = |(low, high): (f64, f64)| {
+        if low > high {
+            return (0.0, 1.0);
+        }
         let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
         (low - room, high + room)
     };
     // Logarithmic where that is more than a factor of three.
-    let scaled = |k: usize| {
-        let (low, high) = drawn(k);
+    let scaled = |k: usize, (low, high): (f64, f64)| {
         if low > 0.0 && high > 3.0 * low {
             axis(k).log10().range(low / 1.1, 1.1 * high)
         } else {
@@ -92,25 +98,108 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
                 .with(Layer::line(&none_better, Style::Black, front.iter().map(|p| (p.0, p.1))))
                 .with(Layer::error_bars(&none_better, Style::Black, front.iter().copied()));
         }
-        let last = if tuned.is_found() { "best" } else { "nearest, breaks a limit" };
-        panel
-            .with(Layer::error_bars(&judged("start"), Style::Vermilion, [place(&tuned.start)]))
-            .with(Layer::error_bars(&judged(last), Style::Blue, [place(&tuned.best)]))
+        let marks = match (start, best) {
+            (Some(start), Some(best)) if start == best => {
+                vec![(judged(&format!("start, and {last}")), Style::Blue, start)]
+            }
+            _ => [("start", Style::Vermilion, start), (last, Style::Blue, best)]
+                .into_iter()
+                .filter_map(|(what, style, at)| Some((judged(what), style, at?)))
+                .collect(),
+        };
+        marks
+            .into_iter()
+            .fold(panel, |panel, (label, style, at)| panel.with(Layer::error_bars(&label, style, [at])))
     };
     // Once all that was looked at, once start, best and what lies between them alone.
-    let mut looks = Panel::new(scaled(0), scaled(1)).titled("all settings looked at");
+    let mut looks = Panel::new(scaled(0, drawn(0)), scaled(1, drawn(1))).titled("all settings looked at");
     if !broken.is_empty() {
         let label = format!("{searched}, breaks a limit");
         looks = looks.with(Layer::points(&label, Style::Orange, points(broken.clone())));
     }
     looks = looks.with(Layer::points(&searched, Style::Purple, points(kept.clone())));
-    let [x, y] = [around(xs), around(ys)];
-    let close = Panel::new(axis(0).range(x.0, x.1), axis(1).range(y.0, y.1)).titled("judged on fresh trials");
+    let close = Panel::new(scaled(0, xs), scaled(1, ys)).titled("judged on fresh trials");
     Figure {
         title: format!("{} against {}", measures[1], measures[0]),
         subtitle: Some(subtitle),
         width: WIDTH,
         height: 860,
         panels: vec![marked(close), marked(looks)],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use standstill_analysis::bracket::Verdict;
+    use standstill_analysis::tune::{Effort, Goal, Measured};
+    use standstill_scenario::Document;
+
+    use super::*;
+
+    /// Rms and duration of settings.
+    fn judged(rms: [f64; 3], duration: f64) -> Judged {
+        let [value, low, high] = rms;
+        let of = |value| Estimate { value, low: value, high: value };
+        let measured =
+            Measured(vec![(Measure::Rms, Estimate { value, low, high }), (Measure::Duration, of(duration))]);
+        Judged { values: vec![1.0], measured }
+    }
+
+    fn drawn(start: Judged, best: Judged) -> Figure {
+        let document = Document::parse(Path::new("s.toml"), "").expect("TOML");
+        let limits: standstill_analysis::limit::Limits = "undetermined <= 5 %".parse().expect("limits");
+        let asked = Question {
+            document: &document,
+            ranges: Vec::new(),
+            goal: Goal { minimise: Measure::Rms, limits },
+            relative: Vec::new(),
+            against: Measure::Duration,
+            effort: Effort { starts: 1, coarse: 1, fine: 1, last: 1 },
+            seed: 1,
+        };
+        let differences = Measured(Vec::new());
+        let limits = Verdict { holds: true, surely: true, possibly: true };
+        let front = vec![best.clone()];
+        tune(&asked, &Tuned { start, best, differences, limits, front, looks: Vec::new() }, "test".to_owned())
+    }
+
+    /// The bars of a panel: their legend and their values.
+    fn bars(panel: &Panel) -> Vec<(&str, f64)> {
+        let of = |layer| match layer {
+            &Layer::ErrorBars { label: Some(ref label), ref points, .. } => {
+                Some((label.as_str(), points[0].1))
+            }
+            _ => None,
+        };
+        panel.layers.iter().filter_map(of).collect()
+    }
+
+    #[test]
+    fn regress_settings_without_a_place_are_said_and_whiskers_are_whole() {
+        // So many starts without an answer that there is no duration: it is not drawn, and does not stretch the scale.
+        let figure = drawn(judged([25.9, 23.7, 28.1], f64::INFINITY), judged([0.11, 0.10, 4.5], 0.027));
+        let said = figure.subtitle.as_deref().expect("a subtitle");
+        assert!(said.contains("start, rms 25.9 [23.7, 28.1] °: not drawn"), "{said}");
+        for panel in &figure.panels {
+            assert!(bars(panel).iter().all(|(label, _)| !label.starts_with("start")), "{:?}", bars(panel));
+            let (low, high) = panel.y.range.expect("a range");
+            assert!(low < 0.10 && (4.5..25.0).contains(&high), "{low} to {high}");
+            let (from, to) = panel.x.range.expect("a range");
+            assert!(from < 27.0 && 27.0 < to && to.is_finite(), "{from} to {to}");
+        }
+        // Where nothing beats the start, one bar says so.
+        let same = judged([0.11, 0.10, 0.12], 0.027);
+        let figure = drawn(same.clone(), same);
+        let bars = bars(&figure.panels[0]);
+        assert_eq!(
+            bars.iter().filter(|(label, _)| label.starts_with("start, and best")).count(),
+            1,
+            "{bars:?}"
+        );
+        // Nothing at all can be drawn: no panic.
+        let none = judged([90.0, 90.0, 90.0], f64::INFINITY);
+        assert!(drawn(none.clone(), none).svg().is_ok());
     }
 }

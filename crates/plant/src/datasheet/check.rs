@@ -6,7 +6,7 @@ use standstill_files::sheet::{BridgeTable, SaturationTable, Sourced};
 use standstill_interface::Dq;
 use standstill_numeric::sin_cos;
 use standstill_quantity::unit::One;
-use standstill_quantity::{Unit, listed};
+use standstill_quantity::{Unit, listed, short};
 
 use super::{DataSheet, MotorError, nameplate, wrong};
 use crate::{Algebraic, Core, FluxMap, IronBridge, Linear, MagneticCircuit, Magnetics, Motor, Winding};
@@ -145,7 +145,9 @@ impl DataSheet {
         let least = MAP_REACH * rated;
         if (-d_low).min(d_high).min(-q_low).min(q_high) < least * (1.0 - 1e-6) {
             let file = self.tables.map.as_ref().map_or("", |table| table.file.name());
-            let found = format!("{file} with i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A");
+            let [along_d, along_q] =
+                map.range().map(|[low, high]| format!("{} to {} A", short(low), short(high)));
+            let found = format!("{file} with i_d from {along_d}, i_q from {along_q}");
             let mut needed = format!(
                 "a map of at least ±{least:.4} A along d and q, {MAP_REACH} times rating.current: a polarity test goes there"
             );

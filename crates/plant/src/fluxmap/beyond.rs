@@ -14,6 +14,7 @@ use super::FluxMap;
 use super::grid::Grid;
 use crate::{Algebraic, Magnetics};
 use standstill_files::{MapError, Place};
+use standstill_quantity::short;
 
 pub use fit::FittedCore;
 use fit::{Data, Point};
@@ -120,7 +121,7 @@ impl Continuation {
             let found = format!(
                 "fluxes that no algebraic core fits to {} % of the largest current: nothing tells how they go on beyond i_d = {} A",
                 100.0 * FARTHEST,
-                covered * sign
+                short(covered * sign)
             );
             return Err(error(found));
         }

@@ -9,6 +9,7 @@ use standstill_numeric::{Symmetric, atan2, sin};
 use self::axis::{bracket, distinct, nearest, one_sided, rounded};
 use super::MapAxes;
 use standstill_files::{MapError, MapPoint, MapSamples, Place};
+use standstill_quantity::short;
 
 /// Fluxes over a rectangle of currents; the first index of a matrix is that of i_d.
 pub(super) struct Grid {
@@ -89,7 +90,7 @@ impl Grid {
                 return Err(MapError::new(file, None, found, "at least 3 of each current".to_owned()));
             }
             if axis[0] > 0.0 || axis[axis.len() - 1] < 0.0 {
-                let found = format!("{name} from {} to {} A", axis[0], axis[axis.len() - 1]);
+                let found = format!("{name} from {} to {} A", short(axis[0]), short(axis[axis.len() - 1]));
                 return Err(MapError::new(file, None, found, "a range that contains 0 A".to_owned()));
             }
         }
@@ -108,8 +109,11 @@ impl Grid {
             let (a, b) = (nearest(&d, point.i_d), nearest(&q, point.i_q));
             let cell = &mut places[a * q.len() + b];
             if let Some(first) = cell {
-                let found =
-                    format!("a second point at i_d = {} A, i_q = {} A, after {first}", point.i_d, point.i_q);
+                let found = format!(
+                    "a second point at i_d = {} A, i_q = {} A, after {first}",
+                    short(point.i_d),
+                    short(point.i_q)
+                );
                 return Err(MapError::new(
                     file,
                     Some(&point.place),
@@ -122,7 +126,7 @@ impl Grid {
         }
         let missing = places.iter().filter(|place| place.is_none()).count();
         if let Some(first) = places.iter().position(Option::is_none) {
-            let (i_d, i_q) = (d[first / q.len()], q[first % q.len()]);
+            let (i_d, i_q) = (short(d[first / q.len()]), short(q[first % q.len()]));
             let found = format!(
                 "no point at i_d = {i_d} A, i_q = {i_q} A; {missing} of the {} × {} grid are missing",
                 d.len(),
@@ -302,7 +306,7 @@ impl Grid {
     /// Flux must grow with the current along each axis, and the inductances must be positive definite, but for what noise
     /// does to them: what falls by less than 2 % of the largest flux from one point to the next is left to the projection.
     pub(super) fn check(&self, file: &str, axes: MapAxes) -> Result<(), MapError> {
-        let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", self.d[a], self.q[b]);
+        let name = |a: usize, b: usize| format!("i_d = {} A, i_q = {} A", short(self.d[a]), short(self.q[b]));
         let error = |a, b, found: String, needed: &str| {
             let hint = if self.looks_transposed() {
                 "; psi_d grows with i_q and psi_q with i_d: the fluxes look transposed, or exchanged"
@@ -319,9 +323,9 @@ impl Grid {
                 if a > 0 && d[(a, b)] <= d[(a - 1, b)] - slack {
                     let found = format!(
                         "psi_d = {} Wb at {}, after {} Wb at {}",
-                        d[(a, b)],
+                        short(d[(a, b)]),
                         name(a, b),
-                        d[(a - 1, b)],
+                        short(d[(a - 1, b)]),
                         name(a - 1, b)
                     );
                     return error(a, b, found, "more flux along d with more current along d");
@@ -329,9 +333,9 @@ impl Grid {
                 if b > 0 && q[(a, b)] <= q[(a, b - 1)] - slack {
                     let found = format!(
                         "psi_q = {} Wb at {}, after {} Wb at {}",
-                        q[(a, b)],
+                        short(q[(a, b)]),
                         name(a, b),
-                        q[(a, b - 1)],
+                        short(q[(a, b - 1)]),
                         name(a, b - 1)
                     );
                     return error(a, b, found, "more flux along q with more current along q");

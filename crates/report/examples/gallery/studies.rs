@@ -71,7 +71,17 @@ fn cloud(trials: u32, scale: f64, odds: f64) -> ErrorCloud {
 
 fn study(title: &str, axes: Vec<StudyAxis>, points: Vec<StudyPoint>, cloud: Option<ErrorCloud>) -> Study {
     let subtitle = Some("paper's motor, default errors, locked rotor".into());
-    Study { title: title.into(), subtitle, axes, points, design: Design::Grid, cloud, best: None, binomial }
+    Study {
+        title: title.into(),
+        subtitle,
+        axes,
+        points,
+        design: Design::Grid,
+        cloud,
+        best: None,
+        poles_are_judged: true,
+        binomial,
+    }
 }
 
 /// Methods over noise and dead time, full factorial.

@@ -22,6 +22,12 @@ pub enum Style {
     Green,
     /// Purple, dash-dot-dotted, plus.
     Purple,
+    /// Of phase a: dark, solid, disc.
+    PhaseA,
+    /// Of phase b: of middle lightness, dashed, open square.
+    PhaseB,
+    /// Of phase c: light, dotted, cross.
+    PhaseC,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +50,10 @@ impl Style {
         Self::ALL[index % Self::ALL.len()]
     }
 
+    /// The styles of the phases a, b and c, which have the same colours in every figure and in the lab. No series of another kind
+    /// has one of them.
+    pub const PHASES: [Self; 3] = [Self::PhaseA, Self::PhaseB, Self::PhaseC];
+
     /// Name in style sheets, colour and what stands for it on dark ground, dashes, marker.
     #[rustfmt::skip]
     fn look(self) -> (&'static str, Colour, Colour, &'static [f64], Marker) {
@@ -56,6 +66,10 @@ impl Style {
                 ("green", rgb(0x00, 0x9E, 0x73), rgb(0x2E, 0xC4, 0x97), &[9.0, 3.0, 2.0, 3.0], Marker::Diamond),
             Self::Purple =>
                 ("purple", rgb(0xCC, 0x79, 0xA7), rgb(0xDF, 0x94, 0xBF), &[9.0, 2.5, 2.0, 2.5, 2.0, 2.5], Marker::Plus),
+            // Those of lab.css, --a, --b and --c.
+            Self::PhaseA => ("phase-a", rgb(0x00, 0x3F, 0x73), rgb(0x3D, 0x8B, 0xD4), &[], Marker::Disc),
+            Self::PhaseB => ("phase-b", rgb(0xC2, 0x4E, 0x00), rgb(0xFF, 0xC5, 0x8F), &[7.0, 3.0], Marker::Square),
+            Self::PhaseC => ("phase-c", rgb(0x1F, 0xA0, 0x78), rgb(0x46, 0xC2, 0x98), &[2.0, 2.2], Marker::Cross),
         }
     }
 
@@ -134,7 +148,7 @@ pub(crate) fn palette() -> Vec<Shade> {
     add("frame", FRAME, rgb(0x7A, 0x86, 0x92));
     add("grid", GRID, rgb(0x33, 0x3B, 0x45));
     add("no-value", HATCH, rgb(0x8A, 0x93, 0x9D));
-    for (name, light, dark, ..) in Style::ALL.map(Style::look) {
+    for (name, light, dark, ..) in Style::ALL.into_iter().chain(Style::PHASES).map(Style::look) {
         add(name, light, dark);
     }
     let dark_fills = [
@@ -160,8 +174,29 @@ mod tests {
     fn law_everything_can_be_seen_on_dark_ground() {
         let all = palette();
         let of = |name: &str| all.iter().find(|s| s.name == name).expect("a shade").dark;
-        for name in Style::ALL.map(|style| style.look().0).into_iter().chain(["ink", "quiet"]) {
+        let styles = Style::ALL.into_iter().chain(Style::PHASES).map(|style| style.look().0);
+        for name in styles.chain(["ink", "quiet"]) {
             assert!(of(name).contrast(of("surface")) > 4.5, "{name}");
+        }
+    }
+
+    #[test]
+    fn law_a_phase_has_one_colour_in_figures_and_in_the_lab_and_grey_keeps_phases_apart() {
+        let css = include_str!("../../../lab/page/lab.css");
+        let shades = palette();
+        let of = |name: &str| shades.iter().find(|shade| shade.name == name).expect("a shade");
+        let themes: [(fn(&Shade) -> Colour, usize); 2] = [(|s| s.light, 1), (|s| s.dark, 2)];
+        for (theme, times) in themes {
+            let phases = ["a", "b", "c"].map(|letter| {
+                let colour = theme(of(&format!("phase-{letter}")));
+                let written = format!("--{letter}:{};", colour.hex());
+                assert_eq!(css.matches(&written).count(), times, "{written} in lab.css");
+                assert!(colour.contrast(theme(of("surface"))) > 3.0, "{written} on its ground");
+                colour
+            });
+            for (one, other) in [(0, 1), (1, 2), (0, 2)] {
+                assert!(phases[one].contrast(phases[other]) > 1.25, "{one} and {other} in grey");
+            }
         }
     }
 

@@ -222,8 +222,25 @@
       const step = steps[name] * Math.max(1, Math.ceil(span / steps[name] / densest));
       return span / step < 2 ? { tickmode: 'auto', dtick: null } : { tickmode: 'linear', dtick: step };
     };
+    // On a narrow screen a horizontal title has lines no longer than its axis, or it would be cut off.
+    const titled = name => {
+      const { text } = layout[name].title;
+      const room = plot._fullLayout?.[name]?._length ?? plot.clientWidth - 80;
+      if (name[0] !== 'x' || room >= 300) return text;
+      const lines = [''];
+      for (const word of text.replaceAll('<br>', ' ').split(' ')) {
+        const longer = `${lines.at(-1)} ${word}`.trim();
+        if (7.4 * longer.replace(/<[^>]*>/g, '').length > room && lines.at(-1)) lines.push(word);
+        else lines[lines.length - 1] = longer;
+      }
+      return lines.join('<br>');
+    };
     const adapt = () => {
       const change = {};
+      for (const name of Object.keys(layout).filter(one => one.startsWith('xaxis') && layout[one].title)) {
+        const wanted = titled(name);
+        if (plot._fullLayout[name].title.text !== wanted) change[`${name}.title.text`] = wanted;
+      }
       for (const name of marked) {
         const axis = plot._fullLayout[name];
         const wanted = ticks(name, axis.range, axis._length);
@@ -254,6 +271,16 @@
       look.font.family = family;
       look.hoverlabel.font.family = family;
       look.dragmode = plot._fullLayout?.dragmode ?? (touch ? false : 'zoom');
+      const isNarrow = plot.clientWidth < 520;
+      for (const [name, axis] of Object.entries(look).filter(([one]) => /^[xy]axis/.test(one))) {
+        if (axis.title) axis.title = { ...axis.title, text: titled(name) };
+        // Names of keys leave room for what is drawn.
+        if (isNarrow && name[0] === 'y' && axis.ticktext) axis.ticktext = axis.ticktext.map(text => text.replace(/\.(?=[a-z])/g, '.<br>'));
+      }
+      // The first panel's own title stands below the buttons.
+      const below = isNarrow && layout.annotations.some(note => note.yanchor === 'bottom' && note.y === 1 && note.xanchor === 'left') ? 24 : 0;
+      look.margin = { ...look.margin, t: look.margin.t + below };
+      plot.style.height = `${layout.height + below}px`;
       look.modebar = { bgcolor: 'rgba(0,0,0,0)', color: look.xaxis.tickcolor, activecolor: look.font.color };
       for (const name of marked) {
         const pixels = name[0] === 'x' ? plot.clientWidth - 80 : layout.height / 2;
@@ -283,7 +310,7 @@
     live.hidden = false;
     draw().then(() => {
       drawn.hidden = true;
-      charts.push({ draw });
+      charts.push({ draw: () => draw().then(adapt) });
       plot.on('plotly_relayout', adapt);
       adapt();
     }).catch(error => {

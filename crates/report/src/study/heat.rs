@@ -2,7 +2,7 @@
 
 use super::place::place;
 use super::slices::{Part, Slices, slices, with};
-use super::{Caption, NO_ANSWER, Study, StudyPoint};
+use super::{Caption, Study, StudyPoint};
 use crate::figure::{Axis, Figure, Layer, Panel};
 
 /// Colours are logarithmic above this ratio of the largest and the least error.
@@ -45,8 +45,8 @@ pub(super) fn heat(caption: &Caption, study: &Study, x: usize, y: usize) -> Figu
         let missing =
             found.iter().any(|point| !point.is_some_and(|p| p.fails() || p.rms_deg.value.is_finite()));
         let blank = match (failing, missing) {
-            (true, true) => format!("{NO_ANSWER}, or not run"),
-            (true, false) => NO_ANSWER.to_owned(),
+            (true, true) => format!("{}, or not run", study.no_answer()),
+            (true, false) => study.no_answer().to_owned(),
             (false, _) => "not run".to_owned(),
         };
         Panel::new(columns.axis.clone(), rows.axis.clone()).titled(&part.title).with(Layer::Heat {

@@ -1,6 +1,6 @@
 //! Methods compared.
 
-use super::odds::{KINDS, never, with_odds};
+use super::odds::{never, with_odds};
 use super::place::{error_axis, place};
 use super::slices::with;
 use super::sweep::probability_axis;
@@ -33,7 +33,7 @@ pub(super) fn methods(caption: &Caption, study: &Study, axis: usize) -> Figure {
     }
     let never = never(found.iter().copied());
     let mut lower = Panel::new(place.axis.clone(), probability_axis("probability"));
-    for (index, kind) in KINDS.iter().enumerate() {
+    for (index, kind) in study.kinds().iter().enumerate() {
         let found = at(0.2 * (index as f64 - 1.0));
         lower = with_odds(lower, study, found, kind, Style::nth(index), (kind.0, &never), false);
     }

@@ -113,6 +113,9 @@ pub struct Study {
     pub cloud: Option<ErrorCloud>,
     /// Index of the best point: figures over some axes show the others as they are there. Without, the first.
     pub best: Option<usize>,
+    /// Whether poles are judged: where the motor's data do not tell them, a start with an axis is as it should be, and points have
+    /// neither wrong nor undetermined poles.
+    pub poles_are_judged: bool,
     /// The exact interval of a probability from a count in a total.
     pub binomial: fn(u64, u64) -> Estimate,
 }
@@ -149,8 +152,6 @@ impl Caption {
 const WIDTH: u32 = 900;
 /// Share of starts without a right answer above which a point is no good, whatever its error.
 const FAILING: f64 = 0.01;
-/// What legends say of such points.
-const NO_ANSWER: &str = "more than 1 % without a right answer";
 /// Most pairs of axes that get a heat map.
 const MOST_PAIRS: usize = 3;
 /// Most axes that get their own figures.
@@ -194,6 +195,20 @@ impl Study {
     /// The indices of the axes that have more than one value.
     fn varied(&self) -> Vec<usize> {
         (0..self.axes.len()).filter(|axis| slices::values(self, *axis).len() > 1).collect()
+    }
+
+    /// The ways to go wrong that are judged.
+    fn kinds(&self) -> &'static [odds::Kind] {
+        if self.poles_are_judged { &odds::KINDS } else { &odds::KINDS[2..] }
+    }
+
+    /// What legends say of points that fail.
+    fn no_answer(&self) -> &'static str {
+        if self.poles_are_judged {
+            "more than 1 % without a right answer"
+        } else {
+            "more than 1 % without an axis"
+        }
     }
 
     fn caption(&self, what: &str) -> Caption {

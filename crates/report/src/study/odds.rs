@@ -12,8 +12,9 @@ pub(super) type Kind = (&'static str, fn(&StudyPoint) -> u64);
 pub(super) const KINDS: [Kind; 3] =
     [("wrong pole", |p| p.wrong_poles), ("undetermined", |p| p.undetermined), ("failed", |p| p.failed)];
 
-/// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; where none was
-/// seen, an arrow at the upper limit. Undetermined poles and failures have panels of their own if there were any.
+/// Probability of a wrong pole over an axis of the study, with exact intervals on a logarithmic scale; at points where none was
+/// seen, an arrow at the upper limit. Each way to go wrong has panels of its own if it was seen at all: upper limits alone follow from
+/// the number of trials, and the subtitle says them. Where poles are not judged, failures alone are drawn.
 ///
 /// Other axes are shown as [`slices`] says. Several curves stand a little beside their values, since their intervals and arrows
 /// would hide each other.
@@ -24,17 +25,16 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let all = || found.iter().flatten().flatten().flatten().copied();
     let never = never(all());
     let mut panels: Vec<Panel> = Vec::new();
-    for (index, kind) in KINDS.iter().enumerate() {
+    for (index, kind) in study.kinds().iter().enumerate() {
         let (name, count) = *kind;
-        if index == 0 && all().all(|point| point.named() == 0) {
+        if index == 0 && study.poles_are_judged && all().all(|point| point.named() == 0) {
             remarks.push("no pole was named".to_owned());
             continue;
         }
-        // Of several panels those in which something was seen are worth their room.
         let seen = |curves: &Vec<Vec<Option<&StudyPoint>>>| {
             curves.iter().flatten().flatten().any(|point| count(point) > 0)
         };
-        if (index > 0 || parts.len() > 1) && !found.iter().any(seen) {
+        if !found.iter().any(seen) {
             remarks.push(format!("{name}: {}", none(study, all())));
             continue;
         }
@@ -59,20 +59,18 @@ pub(super) fn odds(caption: &Caption, study: &Study, axis: usize) -> Figure {
             panels.push(panel);
         }
     }
-    if panels.is_empty() && all().any(|point| point.named() > 0) {
-        // Nothing was seen at all: how rare it is at least, is an answer too.
-        let first = &found[0];
-        let mut panel = Panel::new(place.axis.clone(), probability_axis(KINDS[0].0)).titled(&parts[0].title);
-        for (series, found) in parts[0].series.iter().zip(first) {
-            let found = place.shifted(series.shift).into_iter().zip(found.iter().copied());
-            let found = found.filter_map(|(x, point)| Some((x, point?)));
-            let label = (series.label.as_str(), never.as_str());
-            panel = with_odds(panel, study, found, &KINDS[0], series.style, label, !place.named);
-        }
-        panels.push(panel);
-    }
     let height = 200 + 220 * u32::try_from(panels.len().max(1)).unwrap_or(1);
     caption.figure(&remarks, height, panels)
+}
+
+/// What is said where no start at any point went wrong, and so nothing is drawn of that.
+pub(super) fn unseen(study: &Study) -> Option<String> {
+    let mut kinds = study.kinds().iter();
+    let nothing = kinds.all(|(_, count)| study.points.iter().all(|point| count(point) == 0));
+    let names: Vec<&str> = study.kinds().iter().map(|(name, _)| *name).collect();
+    let each = if names.len() > 1 { "each " } else { "" };
+    (nothing && !study.points.is_empty())
+        .then(|| format!("{}: {each}{}", names.join(", "), none(study, study.points.iter())))
 }
 
 /// The axis of a kind's panels, with one range where there are several.

@@ -2,7 +2,7 @@
 
 use super::place::error_axis;
 use super::slices::{values, with};
-use super::{Caption, Coordinate, NO_ANSWER, Study};
+use super::{Caption, Coordinate, Study};
 use crate::figure::{Axis, AxisScale, Figure, Layer, Panel, Style};
 
 /// Most panels of one figure.
@@ -55,7 +55,7 @@ pub(super) fn scatter(caption: &Caption, study: &Study) -> Figure {
             // Their error is that of the starts that had an answer: no point to choose.
             let failing: Vec<_> = of(true).map(place).collect();
             if !failing.is_empty() {
-                panel = panel.with(Layer::points(NO_ANSWER, Style::nth(series.len()), failing));
+                panel = panel.with(Layer::points(study.no_answer(), Style::nth(series.len()), failing));
             }
         }
         panels.push(panel);

@@ -2,7 +2,7 @@
 
 use super::place::{Place, error_axis, place};
 use super::slices::{Part, Series, Slices, along, slices};
-use super::{Caption, Estimate, NO_ANSWER, Study, StudyPoint, bar};
+use super::{Caption, Estimate, Study, StudyPoint, bar, odds};
 use crate::figure::{Axis, Figure, Layer, Panel, Style};
 
 type Value = fn(&StudyPoint) -> Estimate;
@@ -18,7 +18,8 @@ type Curve<'a> = Vec<Option<&'a StudyPoint>>;
 /// them are hatched.
 pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     let place = place(study, axis, false);
-    let Slices { parts, remarks } = slices(study, &[axis], true);
+    let Slices { parts, mut remarks } = slices(study, &[axis], true);
+    remarks.extend(odds::unseen(study));
     let found: Vec<Vec<Curve<'_>>> =
         parts.iter().map(|part| along(study, axis, &place.values, &part.series)).collect();
     let all = |value: Value| {
@@ -32,7 +33,8 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
     if let ([Part { series, .. }], [curves]) = (&parts[..], &found[..]) {
         if let [curve] = &curves[..] {
             let y = error_axis("error of the axis (°)", [all(rms), all(p95)].concat().into_iter());
-            let mut panel = hatched(Panel::new(place.axis.clone(), y), &place, curves, &found);
+            let mut panel =
+                hatched(Panel::new(place.axis.clone(), y), &place, (curves, &found), study.no_answer());
             panel = with_hollow(panel, "rms", &place.at, (curve, rms), Style::Blue, lines);
             if has_p95 {
                 let named = "95th percentile of |e|";
@@ -44,7 +46,7 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
             for (label, value) in kinds.into_iter().take(1 + usize::from(has_p95)) {
                 let y = error_axis(label, all(value).into_iter());
                 let panel = Panel::new(place.axis.clone(), y);
-                panels.push(with_curves(panel, &place, series, (curves, &found), value));
+                panels.push(with_curves(panel, study, &place, series, (curves, &found), value));
                 panels.last_mut().expect("it was pushed").legend = panels.len() == 1;
             }
         }
@@ -54,7 +56,7 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
         for (part, curves) in parts.iter().zip(&found) {
             let y = y.clone();
             let panel = Panel::new(place.axis.clone(), y).titled(&part.title);
-            let mut panel = with_curves(panel, &place, &part.series, (curves, &found), rms);
+            let mut panel = with_curves(panel, study, &place, &part.series, (curves, &found), rms);
             // Curves of the same names are explained once.
             let same =
                 part.series.iter().map(|series| &series.label).eq(first.iter().map(|series| &series.label));
@@ -73,12 +75,13 @@ pub(super) fn sweep(caption: &Caption, study: &Study, axis: usize) -> Figure {
 /// Several curves, with the places hatched at which all of them fail.
 fn with_curves(
     panel: Panel,
+    study: &Study,
     place: &Place,
     series: &[Series],
     (curves, figure): (&[Curve<'_>], &[Vec<Curve<'_>>]),
     value: Value,
 ) -> Panel {
-    let mut panel = hatched(panel, place, curves, figure);
+    let mut panel = hatched(panel, place, (curves, figure), study.no_answer());
     for (series, curve) in series.iter().zip(curves) {
         let at = place.shifted(series.shift);
         panel = with_hollow(panel, &series.label, &at, (curve, value), series.style, !place.named);
@@ -96,7 +99,12 @@ fn one_scale(axis: Axis, values: &[f64]) -> Axis {
 
 /// The panel with strips where more than 1 % of starts have no right answer, whatever the curve. Where some have anywhere in the
 /// figure, the legend says what strips and rings are.
-fn hatched(panel: Panel, place: &Place, curves: &[Curve<'_>], figure: &[Vec<Curve<'_>>]) -> Panel {
+fn hatched(
+    panel: Panel,
+    place: &Place,
+    (curves, figure): (&[Curve<'_>], &[Vec<Curve<'_>>]),
+    no_answer: &str,
+) -> Panel {
     if !figure.iter().flatten().flatten().flatten().any(|point| point.fails()) {
         return panel;
     }
@@ -111,9 +119,9 @@ fn hatched(panel: Panel, place: &Place, curves: &[Curve<'_>], figure: &[Vec<Curv
     };
     let spans: Vec<(f64, f64)> = (0..=last).filter(all).map(span).collect();
     let label = if curves.len() > 1 {
-        format!("hollow: {NO_ANSWER}; hatched: at all curves")
+        format!("hollow: {no_answer}; hatched: at all curves")
     } else {
-        format!("hatched: {NO_ANSWER}")
+        format!("hatched: {no_answer}")
     };
     panel.with(Layer::Hatched { label: Some(label), spans })
 }

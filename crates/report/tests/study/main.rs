@@ -42,6 +42,7 @@ fn study(keys: &[&str], points: Vec<StudyPoint>) -> Study {
         design: Design::Grid,
         cloud: None,
         best: None,
+        poles_are_judged: true,
         binomial: |count, total| interval(count as f64 / total as f64, 0.01),
     }
 }
@@ -134,13 +135,10 @@ fn law_a_sweep_reaches_the_points_that_fail_and_hatches_them() {
     assert_eq!(marks[..2], [(false, vec![1.0, 2.0]), (true, vec![3.0])]);
     let svg = sweep.svg().expect("drawn");
     assert!(svg.contains(">4<"), "{svg}");
-    // Where no pole was named, none is said to be right.
+    // No pole was wrong, and where none was named, none is said to be right: failures alone have a panel.
     let odds = find("wrong_poles_x").expect("odds");
-    let limits = odds.panels[0].layers.iter().find_map(|layer| match layer {
-        Layer::UpperLimits { points, .. } => Some(points.iter().map(|p| p.0).collect::<Vec<_>>()),
-        _ => None,
-    });
-    assert_eq!(limits, Some(vec![1.0, 2.0, 3.0]));
+    assert_eq!(odds.panels.len(), 1);
+    assert!(odds.panels[0].y.label.starts_with("failed"), "{}", odds.panels[0].y.label);
     // Nothing fails: nothing is hatched. Nothing is found: no figure of errors, none of wrong poles.
     let fine = study(&["x"], (1..4).map(|x| failed(f64::from(x), 0, some)).collect());
     let layers = |study: &Study| figures(study)[0].1.panels[0].layers.clone();
@@ -255,9 +253,9 @@ fn analytic_an_error_of_six_periods_is_drawn_in_its_size_and_closes_at_360_degre
 }
 
 #[test]
-fn law_a_count_of_zero_is_an_upper_limit() {
-    let points = (1..4).map(|i| point(vec![number(f64::from(i))], interval(1.0, 0.1), 500, 0)).collect();
-    let all = figures(&study(&["x"], points));
+fn law_a_count_of_zero_is_an_upper_limit_and_limits_alone_have_no_figure() {
+    let point = |i: u32, wrong| point(vec![number(f64::from(i))], interval(1.0, 0.1), 500, wrong);
+    let all = figures(&study(&["x"], (1..4).map(|i| point(i, u64::from(i == 2))).collect()));
     let (_, odds) = all.iter().find(|(name, _)| name == "wrong_poles_x").unwrap();
     let svg = odds.svg().unwrap();
     assert!(svg.contains("none in 500: upper limit") && svg.contains("undetermined: none"), "{svg}");
@@ -265,7 +263,32 @@ fn law_a_count_of_zero_is_an_upper_limit() {
         Layer::UpperLimits { points, .. } => Some(points.clone()),
         _ => None,
     });
-    assert_eq!(limits.unwrap(), [(1.0, 1.0), (2.0, 1.0), (3.0, 1.0)]);
+    assert_eq!(limits.unwrap(), [(1.0, 1.0), (3.0, 1.0)]);
+    // What was never seen says nothing over an axis: a sentence has it.
+    let all = figures(&study(&["x"], (1..4).map(|i| point(i, 0)).collect()));
+    assert_eq!(all.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["sweep_x"]);
+    let said = all[0].1.subtitle.clone().unwrap();
+    assert_eq!(said, "wrong pole, undetermined, failed: each none, at most 1.00 % a point");
+}
+
+#[test]
+fn regress_no_pole_is_wrong_where_poles_are_not_judged() {
+    // As commands make it of a map that leaves the pole open: neither wrong nor undetermined.
+    let points = |failed| {
+        let point = move |i: u32| StudyPoint {
+            failed,
+            ..point(vec![number(f64::from(i))], interval(1.0, 0.1), 500, 0)
+        };
+        (1..4).map(point).collect()
+    };
+    let open = |failed| figures(&Study { poles_are_judged: false, ..study(&["x"], points(failed)) });
+    let text =
+        |figures: &[(String, Figure)]| figures.iter().map(|(_, f)| f.svg().unwrap()).collect::<String>();
+    let fine = open(0);
+    assert_eq!(fine.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>(), ["sweep_x"]);
+    assert!(!text(&fine).contains("pole") && text(&fine).contains("failed: none"), "{}", text(&fine));
+    let some = text(&open(50));
+    assert!(some.contains("more than 1 % without an axis") && !some.contains("wrong pole"), "{some}");
 }
 
 #[test]

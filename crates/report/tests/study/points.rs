@@ -80,7 +80,7 @@ fn law_what_a_figure_cannot_show_stands_as_at_the_best_point_or_in_steps_and_it_
     let study = Study { best, ..study(&["a", "b", "c", "d"], points) };
     let all = figures(&study);
     let over = find(&all, "sweep_a");
-    assert_eq!(over.subtitle.as_deref(), Some("d = 7, as at the best point"));
+    assert!(over.subtitle.as_deref().is_some_and(|said| said.starts_with("d = 7, as at the best point")));
     assert!(marks(over).iter().all(|mark| mark.4 == 8.0), "of d = 7 alone");
     assert_eq!((over.panels.len(), marks(over).len()), (3, 9 * 2 * 3));
     // Of two axes, one curve for each value as far as six can be told apart.
@@ -89,7 +89,7 @@ fn law_what_a_figure_cannot_show_stands_as_at_the_best_point_or_in_steps_and_it_
     let few = Study { points: few.cloned().collect(), best: None, ..study.clone() };
     let all = figures(&few);
     let over = find(&all, "sweep_a");
-    assert_eq!(over.subtitle.as_deref(), Some("6 of 10 values of d"));
+    assert!(over.subtitle.as_deref().is_some_and(|said| said.starts_with("6 of 10 values of d")));
     let rms: Vec<f64> =
         marks(over).iter().filter(|mark| mark.0 == 0 && mark.3.abs() < 0.2).map(|mark| mark.4).collect();
     assert_eq!(rms, [1.0, 3.0, 5.0, 6.0, 8.0, 10.0], "the ends among them");

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use standstill_plant::{
     Continuation, FluxMap, MapReport, OperatingPoint, PolaritySignature, PoleKnowledge, Survey,
 };
-use standstill_quantity::{decimals, number};
+use standstill_quantity::{decimals, number, short};
 
 use super::{Subject, name, reach, short_pulse, standard_errors};
 use crate::table::{Column, Table};
@@ -167,7 +167,7 @@ fn polarity(survey: &Survey, current: usize, inductance: usize) -> String {
 
 /// What each kind of core says of the side that the file does not have.
 fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String {
-    let [low, high] = continued.measured;
+    let [low, high] = continued.measured.map(short);
     let mut text =
         format!("beyond i_d from {low} to {high} A, which the file has, continued by cores that fit it:\n");
     for spread in continued.spread(map, reach) {
@@ -189,7 +189,7 @@ fn continued_text(map: &FluxMap, continued: &Continuation, reach: f64) -> String
 }
 
 fn map_text(surface: &FluxMap, map: &MapReport) -> String {
-    let [[d_low, d_high], [q_low, q_high]] = map.range;
+    let [[d_low, d_high], [q_low, q_high]] = map.range.map(|ends| ends.map(short));
     let mirrored = match map.mirrored {
         [false, false] => "",
         [true, false] => ", continued to the other i_d by symmetry",

@@ -14,12 +14,13 @@ const LONG: f64 = 30.0;
 
 pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
     let points = &run.summary.points;
+    let open = run.summary.run.pole_is_open;
     let shown = Shown::of(points);
     let axes = shown.iter().filter_map(|shown| Some(axis(shown, run.file.axes.get(&shown.key)?, points)));
     let of = run.summary.points.iter().enumerate();
-    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary, run.summary.run.pole_is_open));
+    let best = of.min_by(|(_, a), (_, b)| rank(&a.summary, &b.summary, open));
     let points = if let Some(whole) = run.summary.whole() {
-        vec![point(Vec::new(), whole)]
+        vec![point(Vec::new(), whole, open)]
     } else {
         let place = |of: &PointSummary| {
             let values = shown.iter().map(|axis| match of.values.get(&axis.key) {
@@ -29,7 +30,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
                 Some(serde_json::Value::String(name)) => Coordinate::Name(name.clone()),
                 other => Coordinate::Name(other.map_or_else(String::new, ToString::to_string)),
             });
-            point(values.collect(), &of.summary)
+            point(values.collect(), &of.summary, open)
         };
         points.iter().map(place).collect()
     };
@@ -44,6 +45,7 @@ pub fn study(run: &Run, cloud: ErrorCloud) -> Study {
         },
         cloud: Some(cloud),
         best: best.map(|(index, _)| index),
+        poles_are_judged: !open,
         binomial: binomial_interval,
     }
 }
@@ -77,13 +79,15 @@ fn axis(shown: &Shown, spec: &AxisSpec, points: &[PointSummary]) -> StudyAxis {
     StudyAxis { key: shown.key.clone(), label: String::new(), unit: shown.scale.unit.clone(), logarithmic }
 }
 
-fn point(coordinates: Vec<Coordinate>, s: &Summary) -> StudyPoint {
+/// Where poles are `open`, an axis is all that is asked of a start.
+fn point(coordinates: Vec<Coordinate>, s: &Summary, open: bool) -> StudyPoint {
+    let judged = |count: u64| if open { 0 } else { count };
     StudyPoint {
         coordinates,
         trials: s.trials,
         axes: s.axes,
-        wrong_poles: s.wrong_poles,
-        undetermined: s.undetermined,
+        wrong_poles: judged(s.wrong_poles),
+        undetermined: judged(s.undetermined),
         failed: s.failed + s.errors,
         rms_deg: s.rms_deg,
         p50_deg: s.p50_deg,

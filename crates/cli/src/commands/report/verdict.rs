@@ -106,6 +106,40 @@ impl Poles {
     }
 }
 
+/// What is demanded of a start, each with whether it is met and the numbers that say so.
+fn demands(s: &Summary, judged: Poles) -> Vec<(bool, String)> {
+    let allowed = |share: f64| format!("{} % allowed", 100.0 * share);
+    let mut all = Vec::new();
+    // Where no pole was named, there is nothing to say of wrong ones.
+    if s.found > 0 && judged != Poles::Open {
+        let starts = if s.found == s.trials { "starts" } else { "answers" };
+        let most = s.wrong_pole_probability.high;
+        let (is_met, text) = match s.wrong_poles {
+            0 => (
+                most <= OFTEN,
+                format!(
+                    "no wrong pole in {} {starts} (at most {}, {})",
+                    s.found,
+                    percent(most),
+                    allowed(OFTEN)
+                ),
+            ),
+            1 => (false, format!("1 wrong pole in {} {starts} (none allowed)", s.found)),
+            many => (false, format!("{many} wrong poles in {} {starts} (none allowed)", s.found)),
+        };
+        all.push((is_met, judged.qualified(text)));
+    }
+    let right = judged.right(s);
+    let answered = counted(right, s.trials);
+    all.push((right >= GOOD, format!("{answered} {} ({} % demanded)", judged.did(), 100.0 * GOOD)));
+    if s.beyond_limit.value.is_finite() {
+        let beyond = counted(s.beyond_limit.value, s.found);
+        let text = format!("{beyond} of angles off by more than {}° ({})", s.limit_deg, allowed(OFTEN));
+        all.push((s.beyond_limit.value <= OFTEN, text));
+    }
+    all
+}
+
 fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     let judged = Poles::of(summary);
     let open = judged == Poles::Open;
@@ -123,19 +157,17 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
     } else {
         Tone::Good
     };
-    // Where no pole was named, there is nothing to say of wrong ones.
-    let starts = if s.found == s.trials { "starts" } else { "answers" };
-    let poles = match s.wrong_poles {
-        _ if s.found == 0 => None,
-        _ if open => Some("poles not judged".to_owned()),
-        0 => Some(format!("no wrong pole in {} {starts}", s.found)),
-        1 => Some(format!("1 wrong pole in {} {starts}", s.found)),
-        many => Some(format!("{many} wrong poles in {} {starts}", s.found)),
-    };
     let rms = if s.axes == 0 { "no axis found".to_owned() } else { rms(s) };
-    let poles = poles.map(|text| judged.qualified(text));
-    let answered = Some(format!("{} {}", counted(judged.right(s), s.trials), judged.did()));
-    let parts = [silence(s), poles, answered, Some(rms)];
+    let unjudged = (open && s.found > 0).then(|| "poles not judged".to_owned());
+    let (met, missed): (Vec<_>, Vec<_>) = demands(s, judged).into_iter().partition(|(is_met, _)| *is_met);
+    let listed =
+        |all: &[(bool, String)]| all.iter().map(|(_, text)| text.as_str()).collect::<Vec<_>>().join(", ");
+    let parts = if missed.is_empty() {
+        [None, Some(format!("demands met: {}", listed(&met))), None, unjudged, Some(rms)]
+    } else {
+        let met = (!met.is_empty()).then(|| format!("met: {}", listed(&met)));
+        [silence(s), Some(format!("not met: {}", listed(&missed))), met, unjudged, Some(rms)]
+    };
     let mut details = Vec::new();
     if s.found > 0 && !open {
         let most = percent(s.wrong_pole_probability.high);
@@ -155,7 +187,8 @@ fn of_run(summary: &SummaryFile, s: &Summary) -> (Tone, String, Vec<String>) {
         ));
     }
     if unsure && s.wrong_poles == 0 {
-        details.push("Too few starts to rule out wrong poles in one of a hundred".to_owned());
+        let more = "Too few starts to rule out wrong poles in one of a hundred: `standstill run SCENARIO --trials 1000 --resume` adds some";
+        details.push(more.to_owned());
     }
     (tone, sentence(parts), details)
 }

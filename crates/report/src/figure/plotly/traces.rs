@@ -309,10 +309,10 @@ fn upper_limits(chart: &mut Chart, place: &Place, label: Option<&str>, points: &
 /// On logarithmic axes Plotly takes the values of shapes, but the logarithms of annotations.
 fn rule(chart: &mut Chart, place: &Place, mut line: Value, label: Option<&str>, mut note: Value) {
     line["type"] = json!("line");
-    // On the colours of cells, some of which are dark, nothing could be read without a ground.
+    // On hatching, marks and the colours of cells nothing could be read without a ground.
+    let ground = WHITE.faded(0.75).css();
+    note["bgcolor"] = json!(ground);
     if place.panel.has_cells() {
-        let ground = WHITE.faded(0.75).css();
-        note["bgcolor"] = json!(ground);
         let mut casing = line.clone();
         casing["line"] = json!({"color": ground, "width": 3.0});
         chart.shapes.push(casing);
