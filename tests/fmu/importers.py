@@ -105,6 +105,40 @@ def by_event_mode(path, folder):
     return np.array(seen)
 
 
+def told(path, folder):
+    """How many starts of the description are what an instance has; and that an angle that is set counts."""
+    description = fmpy.read_model_description(path)
+    reference = {variable.name: variable.valueReference for variable in description.modelVariables}
+    of = {"unzipDirectory": fmpy.extract(path, folder), "guid": description.guid, "instanceName": "told"}
+    of["modelIdentifier"] = description.coSimulation.modelIdentifier
+    second = description.fmiVersion == "2.0"
+    slave = (FMU2Slave if second else FMU3Slave)(**of)
+    real, whole = (slave.getReal, slave.getInteger) if second else (slave.getFloat64, slave.getInt32)
+    get = {"Real": real, "Float64": real, "Integer": whole, "Int32": whole, "Boolean": slave.getBoolean}
+    slave.instantiate()
+    if second:
+        slave.setupExperiment(startTime=0.0)
+    starts = [variable for variable in description.modelVariables if variable.start is not None]
+    for variable in starts:
+        (found,) = get[variable.type]([variable.valueReference])
+        start = variable.start == "true" if variable.type == "Boolean" else float(variable.start)
+        assert found == start, (variable.name, found, start)
+        assert variable.unit != "deg", variable.name
+    (slave.setReal if second else slave.setFloat64)([reference["rotor.angle"]], [1.0])
+    slave.enterInitializationMode()
+    prefix = "true." if "true.angle" in reference else ""
+    (angle,) = real([reference[f"{prefix}angle"]])
+    (draws,) = slave.getBoolean([reference["rotor.draw_angle"]])
+    assert abs(angle - 1.0) < 0.02 and not draws, (angle, draws)
+    if prefix:
+        link, sampled = real([reference["true.u_dc"], reference["sampled.u_dc"]])
+        assert abs(sampled - link) < 0.05 * link, (sampled, link)
+    slave.exitInitializationMode()
+    slave.terminate()
+    slave.freeInstance()
+    return len(starts)
+
+
 def refused(path, folder):
     """What an FMU says of parameters that cannot be, as FMPy hears it."""
     description = fmpy.read_model_description(path)
@@ -188,6 +222,7 @@ def main(standstill):
                 findings = validate_fmu(str(path))
                 assert not findings, findings
                 print(f"{path.name}: {path.stat().st_size / 1e6:.1f} MB, no finding of FMPy's validation")
+                print(f"{path.name}: {told(path, folder / f'told-{part}{version}')} starts are what the instance has")
         print(f"{refused(folder / 'drive2.fmu', folder / 'refused')} parameters that cannot be are refused with a message")
         second = by_fmpy(folder / "drive2.fmu", folder / "two")
         assert abs(second[:, :3]).max() > 0.3

@@ -7,12 +7,12 @@ mod without;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null_mut;
 
-use crate::instance::{Instance, Outcome, Phase, State};
-use crate::log::{c_text, folder, guarded, slice, slice_mut, text};
+use crate::exported::{
+    self, ERROR, OK, exported, free_state, freed, get, get_state, made, set, set_state, whole, with,
+};
+use crate::instance::{Instance, Phase, State};
+use crate::log::{c_text, folder, guarded, text};
 use crate::variables::Kind;
-
-const OK: c_int = 0;
-const ERROR: c_int = 3;
 
 type Logger = unsafe extern "C" fn(*mut c_void, *const c_char, c_int, *const c_char, *const c_char, ...);
 
@@ -42,20 +42,13 @@ fn tell(logger: Option<Logger>, environment: *mut c_void, name: &str, message: &
     unsafe { logger(environment, name.as_ptr(), ERROR, category.as_ptr(), message.as_ptr()) };
 }
 
-/// Does something with a component and turns what went wrong into a message and a status.
-///
-/// # Safety
-/// A component of [`fmi2Instantiate`] that is not freed, and that nobody else uses meanwhile.
-unsafe fn with(component: *mut Component, what: impl FnOnce(&mut Component) -> Outcome) -> c_int {
-    // SAFETY: as the caller promises.
-    let Some(component) = (unsafe { component.as_mut() }) else { return ERROR };
-    let outcome = guarded(|| what(component));
-    match outcome {
-        Ok(()) => OK,
-        Err(message) => {
-            tell(component.logger, component.environment, &component.name, &message);
-            ERROR
-        }
+impl exported::Component for Component {
+    fn instance(&mut self) -> &mut Instance {
+        &mut self.instance
+    }
+
+    fn tell(&self, message: &str) {
+        tell(self.logger, self.environment, &self.name, message);
     }
 }
 
@@ -101,12 +94,12 @@ pub unsafe extern "C" fn fmi2Instantiate(
     // SAFETY: as the importer promises.
     let (logger, environment) = unsafe { callbacks.as_ref() }
         .map_or((None, null_mut()), |callbacks| (callbacks.logger, callbacks.environment));
-    let made = guarded(|| match kind {
+    let instance = guarded(|| match kind {
         1 => Instance::new(&folder(&resources), &guid),
         _ => Err("it is an FMU for co-simulation, not for model exchange".to_owned()),
     });
-    match made {
-        Ok(instance) => Box::into_raw(Box::new(Component { name, logger, environment, instance })),
+    match instance {
+        Ok(instance) => made(Component { name, logger, environment, instance }),
         Err(message) => {
             tell(logger, environment, &name, &message);
             null_mut()
@@ -120,184 +113,48 @@ pub unsafe extern "C" fn fmi2Instantiate(
 /// A component of [`fmi2Instantiate`], or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi2FreeInstance(component: *mut Component) {
-    if !component.is_null() {
-        // SAFETY: it was made by `Box::into_raw`, and is freed once.
-        drop(unsafe { Box::from_raw(component) });
-    }
-}
-
-/// When the simulation begins.
-///
-/// # Safety
-/// A component.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetupExperiment(
-    component: *mut Component,
-    _tolerance_defined: c_int,
-    _tolerance: f64,
-    start: f64,
-    _stop_defined: c_int,
-    _stop: f64,
-) -> c_int {
     // SAFETY: as the importer promises.
-    unsafe { with(component, |component| component.instance.set_start(start)) }
+    unsafe { freed(component) };
 }
 
-/// Calls of one argument.
-macro_rules! calls {
-    ($($(#[$doc:meta])* $name:ident => $what:expr;)*) => {
-        $($(#[$doc])*
-        ///
-        /// # Safety
-        /// A component.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(component: *mut Component) -> c_int {
-            let what: fn(&mut Instance) -> Outcome = $what;
-            // SAFETY: as the importer promises.
-            unsafe { with(component, |component| what(&mut component.instance)) }
-        })*
-    };
-}
+type References = *const u32;
 
-calls! {
+exported! {
+    /// When the simulation begins.
+    fmi2SetupExperiment(_tolerance_defined: c_int, _tolerance: f64, start: f64, _stop_defined: c_int, _stop: f64) =>
+        |component| component.instance.set_start(start);
     /// To initialization mode.
-    fmi2EnterInitializationMode => Instance::enter_initialisation;
+    fmi2EnterInitializationMode() => |component| component.instance.enter_initialisation();
     /// To steps: here parameters that do not go together are refused.
-    fmi2ExitInitializationMode => |instance| instance.exit_initialisation(Phase::Stepping);
+    fmi2ExitInitializationMode() => |component| component.instance.exit_initialisation(Phase::Stepping);
+    /// A communication step.
+    fmi2DoStep(time: f64, length: f64, _no_set_state: c_int) => |component| component.instance.step(time, length);
     /// The end of the simulation.
-    fmi2Terminate => Instance::terminate;
+    fmi2Terminate() => |component| component.instance.terminate();
     /// As after its creation.
-    fmi2Reset => |instance| { instance.reset(); Ok(()) };
-}
-
-/// Getters and setters of one kind of values.
-macro_rules! values {
-    ($($get:ident, $set:ident, $kind:expr, $type:ty, $from:expr, $to:expr;)*) => {
-        $(/// Values of variables.
-        ///
-        /// # Safety
-        /// A component, and arrays of so many.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(
-            component: *mut Component,
-            references: *const u32,
-            count: usize,
-            values: *mut $type,
-        ) -> c_int {
-            let from: fn(f64) -> $type = $from;
-            // SAFETY: as the importer promises.
-            unsafe {
-                with(component, |component| {
-                    let values = slice_mut(values, count);
-                    for (reference, value) in slice(references, count).iter().zip(values) {
-                        *value = from(component.instance.get(*reference, $kind)?);
-                    }
-                    Ok(())
-                })
-            }
-        }
-
-        /// Sets variables.
-        ///
-        /// # Safety
-        /// A component, and arrays of so many.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(
-            component: *mut Component,
-            references: *const u32,
-            count: usize,
-            values: *const $type,
-        ) -> c_int {
-            let to: fn($type) -> f64 = $to;
-            // SAFETY: as the importer promises.
-            unsafe {
-                with(component, |component| {
-                    for (reference, value) in slice(references, count).iter().zip(slice(values, count)) {
-                        component.instance.set(*reference, $kind, to(*value))?;
-                    }
-                    Ok(())
-                })
-            }
-        })*
-    };
-}
-
-#[allow(clippy::cast_possible_truncation, reason = "values of integers fit into them")]
-fn whole(value: f64) -> c_int {
-    value as c_int
-}
-
-values! {
-    fmi2GetReal, fmi2SetReal, Kind::Real, f64, |value| value, |value| value;
-    fmi2GetInteger, fmi2SetInteger, Kind::Integer, c_int, whole, f64::from;
-    fmi2GetBoolean, fmi2SetBoolean, Kind::Boolean, c_int, whole, |value| f64::from(u8::from(value != 0));
-}
-
-/// A copy of all that changes.
-///
-/// # Safety
-/// A component, and null or a state of it, which is then used again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2GetFMUstate(component: *mut Component, state: *mut *mut State) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            let place = state.as_mut().ok_or("a state: no place for it")?;
-            let copy = component.instance.state.clone();
-            match place.as_mut() {
-                Some(there) => *there = copy,
-                None => *place = Box::into_raw(Box::new(copy)),
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Back to a copy.
-///
-/// # Safety
-/// A component and a state of it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2SetFMUstate(component: *mut Component, state: *const State) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            component.instance.state = state.as_ref().ok_or("a state: there is none")?.clone();
-            Ok(())
-        })
-    }
-}
-
-/// The end of a copy.
-///
-/// # Safety
-/// A component and a state of it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2FreeFMUstate(component: *mut Component, state: *mut *mut State) -> c_int {
-    // SAFETY: as the importer promises; states are made by `Box::into_raw`, and the pointer is null afterwards.
-    unsafe {
-        with(component, |_| {
-            if let Some(place) = state.as_mut()
-                && !place.is_null()
-            {
-                drop(Box::from_raw(std::mem::replace(place, null_mut())));
-            }
-            Ok(())
-        })
-    }
-}
-
-/// A communication step.
-///
-/// # Safety
-/// A component.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2DoStep(
-    component: *mut Component,
-    time: f64,
-    length: f64,
-    _no_set_state: c_int,
-) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe { with(component, |component| component.instance.step(time, length)) }
+    fmi2Reset() => |component| { component.instance.reset(); Ok(()) };
+    /// Values of numbers.
+    fmi2GetReal(references: References, count: usize, values: *mut f64) =>
+        get(Kind::Real, |value| value, (references, count, values));
+    /// Sets numbers.
+    fmi2SetReal(references: References, count: usize, values: *const f64) =>
+        set(Kind::Real, |value| value, (references, count, values));
+    /// Values of whole numbers.
+    fmi2GetInteger(references: References, count: usize, values: *mut c_int) =>
+        get(Kind::Integer, whole, (references, count, values));
+    /// Sets whole numbers.
+    fmi2SetInteger(references: References, count: usize, values: *const c_int) =>
+        set(Kind::Integer, f64::from, (references, count, values));
+    /// Values of flags.
+    fmi2GetBoolean(references: References, count: usize, values: *mut c_int) =>
+        get(Kind::Boolean, whole, (references, count, values));
+    /// Sets flags.
+    fmi2SetBoolean(references: References, count: usize, values: *const c_int) =>
+        set(Kind::Boolean, |value| f64::from(u8::from(value != 0)), (references, count, values));
+    /// A copy of all that changes.
+    fmi2GetFMUstate(state: *mut *mut State) => get_state(state);
+    /// Back to a copy.
+    fmi2SetFMUstate(state: *const State) => set_state(state);
+    /// The end of a copy.
+    fmi2FreeFMUstate(state: *mut *mut State) => free_state(state);
 }

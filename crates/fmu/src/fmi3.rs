@@ -8,12 +8,12 @@ mod without;
 use std::ffi::{c_char, c_int, c_void};
 use std::ptr::null_mut;
 
-use crate::instance::{Instance, Outcome, Phase, State};
-use crate::log::{c_text, folder, guarded, slice, slice_mut, text};
+use crate::exported::{
+    self, ERROR, OK, exported, free_state, freed, get, get_state, made, set, set_state, whole, with,
+};
+use crate::instance::{Instance, Phase, State};
+use crate::log::{c_text, folder, guarded, text};
 use crate::variables::Kind;
-
-const OK: c_int = 0;
-const ERROR: c_int = 3;
 
 type Logger = unsafe extern "C" fn(*mut c_void, c_int, *const c_char, *const c_char);
 
@@ -33,19 +33,13 @@ fn tell(logger: Option<Logger>, environment: *mut c_void, message: &str) {
     unsafe { logger(environment, ERROR, c"error".as_ptr(), message.as_ptr()) };
 }
 
-/// Does something with a component and turns what went wrong into a message and a status.
-///
-/// # Safety
-/// A component of [`fmi3InstantiateCoSimulation`] that is not freed, and that nobody else uses meanwhile.
-unsafe fn with(component: *mut Component, what: impl FnOnce(&mut Component) -> Outcome) -> c_int {
-    // SAFETY: as the caller promises.
-    let Some(component) = (unsafe { component.as_mut() }) else { return ERROR };
-    match guarded(|| what(component)) {
-        Ok(()) => OK,
-        Err(message) => {
-            tell(component.logger, component.environment, &message);
-            ERROR
-        }
+impl exported::Component for Component {
+    fn instance(&mut self) -> &mut Instance {
+        &mut self.instance
+    }
+
+    fn tell(&self, message: &str) {
+        tell(self.logger, self.environment, message);
     }
 }
 
@@ -88,7 +82,7 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
     // SAFETY: as the importer promises.
     let (token, resources) = unsafe { (text(token), text(resources)) };
     match guarded(|| Instance::new(&folder(&resources), &token)) {
-        Ok(instance) => Box::into_raw(Box::new(Component { logger, environment, events, instance })),
+        Ok(instance) => made(Component { logger, environment, events, instance }),
         Err(message) => {
             tell(logger, environment, &message);
             null_mut()
@@ -102,161 +96,8 @@ pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
 /// A component of [`fmi3InstantiateCoSimulation`], or null.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn fmi3FreeInstance(component: *mut Component) {
-    if !component.is_null() {
-        // SAFETY: it was made by `Box::into_raw`, and is freed once.
-        drop(unsafe { Box::from_raw(component) });
-    }
-}
-
-/// To initialization mode.
-///
-/// # Safety
-/// A component.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3EnterInitializationMode(
-    component: *mut Component,
-    _tolerance_defined: bool,
-    _tolerance: f64,
-    start: f64,
-    _stop_defined: bool,
-    _stop: f64,
-) -> c_int {
     // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            component.instance.set_start(start)?;
-            component.instance.enter_initialisation()
-        })
-    }
-}
-
-/// Calls of one argument.
-macro_rules! calls {
-    ($($(#[$doc:meta])* $name:ident => $what:expr;)*) => {
-        $($(#[$doc])*
-        ///
-        /// # Safety
-        /// A component.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $name(component: *mut Component) -> c_int {
-            let what: fn(&mut Component) -> Outcome = $what;
-            // SAFETY: as the importer promises.
-            unsafe { with(component, what) }
-        })*
-    };
-}
-
-calls! {
-    /// To the event at the begin, or to steps where the importer handles no events.
-    fmi3ExitInitializationMode => |component| {
-        let to = if component.events { Phase::AtEvent } else { Phase::Stepping };
-        component.instance.exit_initialisation(to)
-    };
-    /// To an event.
-    fmi3EnterEventMode => |component| component.instance.enter(Phase::AtEvent);
-    /// To steps.
-    fmi3EnterStepMode => |component| component.instance.enter(Phase::Stepping);
-    /// The end of the simulation.
-    fmi3Terminate => |component| component.instance.terminate();
-    /// As after its creation.
-    fmi3Reset => |component| { component.instance.reset(); Ok(()) };
-}
-
-/// Getters and setters of one kind of values.
-macro_rules! values {
-    ($($get:ident, $set:ident, $kind:expr, $type:ty, $from:expr, $to:expr;)*) => {
-        $(/// Values of variables.
-        ///
-        /// # Safety
-        /// A component, and arrays of so many.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(
-            component: *mut Component,
-            references: *const u32,
-            count: usize,
-            values: *mut $type,
-            _: usize,
-        ) -> c_int {
-            let from: fn(f64) -> $type = $from;
-            // SAFETY: as the importer promises.
-            unsafe {
-                with(component, |component| {
-                    let values = slice_mut(values, count);
-                    for (reference, value) in slice(references, count).iter().zip(values) {
-                        *value = from(component.instance.get(*reference, $kind)?);
-                    }
-                    Ok(())
-                })
-            }
-        }
-
-        /// Sets variables.
-        ///
-        /// # Safety
-        /// A component, and arrays of so many.
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(
-            component: *mut Component,
-            references: *const u32,
-            count: usize,
-            values: *const $type,
-            _: usize,
-        ) -> c_int {
-            let to: fn($type) -> f64 = $to;
-            // SAFETY: as the importer promises.
-            unsafe {
-                with(component, |component| {
-                    for (reference, value) in slice(references, count).iter().zip(slice(values, count)) {
-                        component.instance.set(*reference, $kind, to(*value))?;
-                    }
-                    Ok(())
-                })
-            }
-        })*
-    };
-}
-
-#[allow(clippy::cast_possible_truncation, reason = "values of integers fit into them")]
-fn whole(value: f64) -> i32 {
-    value as i32
-}
-
-values! {
-    fmi3GetFloat64, fmi3SetFloat64, Kind::Real, f64, |value| value, |value| value;
-    fmi3GetInt32, fmi3SetInt32, Kind::Integer, i32, whole, f64::from;
-    fmi3GetBoolean, fmi3SetBoolean, Kind::Boolean, bool, |value| value != 0.0, |value| f64::from(u8::from(value));
-}
-
-/// An event is over at once: nothing follows from it before the next step.
-///
-/// # Safety
-/// A component and places.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3UpdateDiscreteStates(
-    component: *mut Component,
-    needs_update: *mut bool,
-    terminate: *mut bool,
-    nominals_changed: *mut bool,
-    values_changed: *mut bool,
-    next_event_defined: *mut bool,
-    next_event: *mut f64,
-) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            for place in [needs_update, terminate, nominals_changed, values_changed, next_event_defined] {
-                if let Some(place) = place.as_mut() {
-                    *place = false;
-                }
-            }
-            if let Some(place) = next_event.as_mut() {
-                *place = 0.0;
-            }
-            // The tick is over with the event.
-            component.instance.state.tick = false;
-            Ok(())
-        })
-    }
+    unsafe { freed(component) };
 }
 
 /// Nothing to do.
@@ -265,88 +106,82 @@ pub extern "C" fn fmi3EvaluateDiscreteStates(_: *mut Component) -> c_int {
     OK
 }
 
-/// A communication step.
-///
-/// # Safety
-/// A component and places.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DoStep(
-    component: *mut Component,
-    time: f64,
-    length: f64,
-    _no_set_state: bool,
-    event_needed: *mut bool,
-    terminate: *mut bool,
-    early_return: *mut bool,
-    last_time: *mut f64,
-) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            let outcome = component.instance.step(time, length);
-            for place in [event_needed, terminate, early_return] {
-                if let Some(place) = place.as_mut() {
-                    *place = false;
-                }
-            }
-            if let Some(place) = last_time.as_mut() {
-                *place = component.instance.time();
-            }
-            outcome
-        })
-    }
+type References = *const u32;
+
+exported! {
+    /// To initialization mode.
+    fmi3EnterInitializationMode(_tolerance_defined: bool, _tolerance: f64, start: f64, _stop_defined: bool, _stop: f64) =>
+        |component| {
+            component.instance.set_start(start)?;
+            component.instance.enter_initialisation()
+        };
+    /// To the event at the begin, or to steps where the importer handles no events.
+    fmi3ExitInitializationMode() => |component| {
+        let to = if component.events { Phase::AtEvent } else { Phase::Stepping };
+        component.instance.exit_initialisation(to)
+    };
+    /// To an event.
+    fmi3EnterEventMode() => |component| component.instance.enter(Phase::AtEvent);
+    /// An event is over at once: nothing follows from it before the next step.
+    fmi3UpdateDiscreteStates(needs_update: *mut bool, terminate: *mut bool, nominals_changed: *mut bool,
+        values_changed: *mut bool, next_event_defined: *mut bool, next_event: *mut f64) => |component| {
+        for place in [needs_update, terminate, nominals_changed, values_changed, next_event_defined] {
+            put(place, false);
+        }
+        put(next_event, 0.0);
+        // The tick is over with the event.
+        component.instance.state.tick = false;
+        Ok(())
+    };
+    /// To steps.
+    fmi3EnterStepMode() => |component| component.instance.enter(Phase::Stepping);
+    /// A communication step.
+    fmi3DoStep(time: f64, length: f64, _no_set_state: bool, event_needed: *mut bool, terminate: *mut bool,
+        early_return: *mut bool, last_time: *mut f64) => |component| {
+        let outcome = component.instance.step(time, length);
+        for place in [event_needed, terminate, early_return] {
+            put(place, false);
+        }
+        put(last_time, component.instance.time());
+        outcome
+    };
+    /// The end of the simulation.
+    fmi3Terminate() => |component| component.instance.terminate();
+    /// As after its creation.
+    fmi3Reset() => |component| { component.instance.reset(); Ok(()) };
+    /// Values of numbers.
+    fmi3GetFloat64(references: References, count: usize, values: *mut f64, _values: usize) =>
+        get(Kind::Real, |value| value, (references, count, values));
+    /// Sets numbers.
+    fmi3SetFloat64(references: References, count: usize, values: *const f64, _values: usize) =>
+        set(Kind::Real, |value| value, (references, count, values));
+    /// Values of whole numbers.
+    fmi3GetInt32(references: References, count: usize, values: *mut i32, _values: usize) =>
+        get(Kind::Integer, whole, (references, count, values));
+    /// Sets whole numbers.
+    fmi3SetInt32(references: References, count: usize, values: *const i32, _values: usize) =>
+        set(Kind::Integer, f64::from, (references, count, values));
+    /// Values of flags.
+    fmi3GetBoolean(references: References, count: usize, values: *mut bool, _values: usize) =>
+        get(Kind::Boolean, |value| value != 0.0, (references, count, values));
+    /// Sets flags.
+    fmi3SetBoolean(references: References, count: usize, values: *const bool, _values: usize) =>
+        set(Kind::Boolean, |value| f64::from(u8::from(value)), (references, count, values));
+    /// A copy of all that changes.
+    fmi3GetFMUState(state: *mut *mut State) => get_state(state);
+    /// Back to a copy.
+    fmi3SetFMUState(state: *const State) => set_state(state);
+    /// The end of a copy.
+    fmi3FreeFMUState(state: *mut *mut State) => free_state(state);
 }
 
-/// A copy of all that changes.
+/// Puts a value where the importer wants it, if it does.
 ///
 /// # Safety
-/// A component, and null or a state of it, which is then used again.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3GetFMUState(component: *mut Component, state: *mut *mut State) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            let place = state.as_mut().ok_or("a state: no place for it")?;
-            let copy = component.instance.state.clone();
-            match place.as_mut() {
-                Some(there) => *there = copy,
-                None => *place = Box::into_raw(Box::new(copy)),
-            }
-            Ok(())
-        })
-    }
-}
-
-/// Back to a copy.
-///
-/// # Safety
-/// A component and a state of it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3SetFMUState(component: *mut Component, state: *const State) -> c_int {
-    // SAFETY: as the importer promises.
-    unsafe {
-        with(component, |component| {
-            component.instance.state = state.as_ref().ok_or("a state: there is none")?.clone();
-            Ok(())
-        })
-    }
-}
-
-/// The end of a copy.
-///
-/// # Safety
-/// A component and a state of it.
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3FreeFMUState(component: *mut Component, state: *mut *mut State) -> c_int {
-    // SAFETY: as the importer promises; states are made by `Box::into_raw`, and the pointer is null afterwards.
-    unsafe {
-        with(component, |_| {
-            if let Some(place) = state.as_mut()
-                && !place.is_null()
-            {
-                drop(Box::from_raw(std::mem::replace(place, null_mut())));
-            }
-            Ok(())
-        })
+/// A place, or null.
+unsafe fn put<T>(place: *mut T, value: T) {
+    // SAFETY: as the caller promises.
+    if let Some(place) = unsafe { place.as_mut() } {
+        *place = value;
     }
 }

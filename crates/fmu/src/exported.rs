@@ -1,0 +1,157 @@
+//! What functions of both versions of the standard do alike, and the one form in which they are exported.
+#![allow(unsafe_code, reason = "an importer calls through pointers")]
+
+use std::ffi::c_int;
+use std::ptr::null_mut;
+
+use crate::instance::{Instance, Outcome, State};
+use crate::log::{guarded, slice, slice_mut};
+use crate::variables::Kind;
+
+pub const OK: c_int = 0;
+pub const ERROR: c_int = 3;
+
+/// An instance as a version of the standard has it, with whom it tells of errors.
+pub trait Component {
+    /// What runs inside.
+    fn instance(&mut self) -> &mut Instance;
+    /// Tells the importer what went wrong.
+    fn tell(&self, message: &str);
+}
+
+/// Functions of the standard, each with what it does with a component: in full, or by one of the functions below.
+macro_rules! exported {
+    ($($(#[$doc:meta])* $name:ident($($argument:ident: $type:ty),*) => $do:expr;)*) => {
+        $($(#[$doc])*
+        ///
+        /// # Safety
+        /// A component that is not freed and that nobody else uses meanwhile; places and arrays of so many values, or null.
+        #[unsafe(no_mangle)]
+        pub unsafe extern "C" fn $name(component: *mut Component $(, $argument: $type)*) -> c_int {
+            // SAFETY: as the importer promises.
+            unsafe { $crate::exported::with(component, $do) }
+        })*
+    };
+}
+pub(crate) use exported;
+
+/// Does something with a component and turns what went wrong into a message and a status.
+///
+/// # Safety
+/// A component that is not freed, and that nobody else uses meanwhile.
+pub unsafe fn with<C: Component>(component: *mut C, what: impl FnOnce(&mut C) -> Outcome) -> c_int {
+    // SAFETY: as the caller promises.
+    let Some(component) = (unsafe { component.as_mut() }) else { return ERROR };
+    match guarded(|| what(component)) {
+        Ok(()) => OK,
+        Err(message) => {
+            component.tell(&message);
+            ERROR
+        }
+    }
+}
+
+/// A component for the importer to keep.
+pub fn made<C>(component: C) -> *mut C {
+    Box::into_raw(Box::new(component))
+}
+
+/// The end of a component.
+///
+/// # Safety
+/// One of [`made`], or null.
+pub unsafe fn freed<C>(component: *mut C) {
+    if !component.is_null() {
+        // SAFETY: it was made by `Box::into_raw`, and is freed once.
+        drop(unsafe { Box::from_raw(component) });
+    }
+}
+
+/// Values of variables of one kind.
+///
+/// # Safety
+/// Arrays of so many, or null.
+pub unsafe fn get<C: Component, T>(
+    kind: Kind,
+    from: fn(f64) -> T,
+    (references, count, values): (*const u32, usize, *mut T),
+) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        let (references, values) = unsafe { (slice(references, count), slice_mut(values, count)) };
+        for (reference, value) in references.iter().zip(values) {
+            *value = from(component.instance().get(*reference, kind)?);
+        }
+        Ok(())
+    }
+}
+
+/// Sets variables of one kind.
+///
+/// # Safety
+/// Arrays of so many, or null.
+pub unsafe fn set<C: Component, T: Copy>(
+    kind: Kind,
+    to: fn(T) -> f64,
+    (references, count, values): (*const u32, usize, *const T),
+) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        let (references, values) = unsafe { (slice(references, count), slice(values, count)) };
+        for (reference, value) in references.iter().zip(values) {
+            component.instance().set(*reference, kind, to(*value))?;
+        }
+        Ok(())
+    }
+}
+
+#[allow(clippy::cast_possible_truncation, reason = "values of integers fit into them")]
+pub fn whole(value: f64) -> c_int {
+    value as c_int
+}
+
+/// A copy of all that changes.
+///
+/// # Safety
+/// A place with null or a state of the component, which is then used again.
+pub unsafe fn get_state<C: Component>(state: *mut *mut State) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        let copy = component.instance().state.clone();
+        // SAFETY: as the caller promises.
+        let place = unsafe { state.as_mut() }.ok_or("a state: no place for it")?;
+        // SAFETY: as the caller promises.
+        match unsafe { place.as_mut() } {
+            Some(there) => *there = copy,
+            None => *place = Box::into_raw(Box::new(copy)),
+        }
+        Ok(())
+    }
+}
+
+/// Back to a copy.
+///
+/// # Safety
+/// A state of the component, or null.
+pub unsafe fn set_state<C: Component>(state: *const State) -> impl FnOnce(&mut C) -> Outcome {
+    move |component| {
+        // SAFETY: as the caller promises.
+        component.instance().state = unsafe { state.as_ref() }.ok_or("a state: there is none")?.clone();
+        Ok(())
+    }
+}
+
+/// The end of a copy.
+///
+/// # Safety
+/// A place with null or a state of the component; it is null afterwards.
+pub unsafe fn free_state<C: Component>(state: *mut *mut State) -> impl FnOnce(&mut C) -> Outcome {
+    move |_| {
+        // SAFETY: as the caller promises; states are made by `Box::into_raw`.
+        unsafe {
+            if let Some(place) = state.as_mut() {
+                freed(std::mem::replace(place, null_mut()));
+            }
+        }
+        Ok(())
+    }
+}
