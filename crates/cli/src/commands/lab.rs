@@ -1,14 +1,12 @@
 //! `standstill lab`: a page in the browser on which one sees what a detection does.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::sync::Arc;
 
-use standstill_analysis::{Candidate, Demands, Suitability};
+use standstill_analysis::{Demands, Suitability};
 use standstill_lab::{Advice, Bench, Folder, Given, LabError, Server};
-use standstill_quantity::Scale;
-use standstill_scenario::{Document, FileError, Origin};
+use standstill_scenario::Document;
 
 use crate::Report;
 use crate::arguments::Lab as Options;
@@ -52,52 +50,29 @@ fn bench(options: &Options) -> Result<Bench, Error> {
     Ok(bench.advised(Box::new(advice)))
 }
 
-/// What `standstill check` recommends for a scenario's motor and drive.
+/// The recommendation of `standstill check` for a scenario's motor and drive.
 fn advice(document: &Document) -> Result<Advice, String> {
     let suitability =
         Suitability::of(document, &Demands::default(), |_| ()).map_err(|error| error.to_string())?;
-    let Some(candidate) = suitability.recommended() else {
+    let (Some(candidate), Some(confirmed)) = (suitability.recommended(), suitability.confirmed()) else {
         let text = "`check` finds no method that suits this motor and drive: `standstill check` says what each lacks.";
         return Ok(Advice { keys: None, text: text.to_owned() });
     };
-    let both = [&candidate.locked, &candidate.free];
-    let worst = both.into_iter().max_by(|a, b| a.p95_deg.value.total_cmp(&b.p95_deg.value));
+    let condition =
+        if suitability.condition.is_some() { " on a condition: see `standstill check`" } else { "" };
     let text = format!(
-        "{}: 95 of 100 errors within {}°, {} wrong poles and {} starts without an angle in {}, a free rotor moves by {}°.",
-        candidate.method,
-        worst.map_or_else(|| "–".to_owned(), |worst| worst.p95_deg.alone()),
-        both.map(|s| s.wrong_poles).into_iter().sum::<u64>(),
-        both.map(|s| s.trials - s.found).into_iter().sum::<u64>(),
-        both.map(|s| s.trials).into_iter().sum::<u64>(),
-        standstill_quantity::number(2, candidate.free.max_moved_deg),
+        "{}{condition}: 95 of 100 errors within {}° at most, {} wrong poles in {} fresh starts in each state of the rotor, \
+         a free rotor moves by {}°.",
+        candidate.method(),
+        standstill_quantity::number(2, confirmed.p95_at_most_deg),
+        confirmed.wrong_poles,
+        confirmed.starts,
+        standstill_quantity::number(2, confirmed.moved_deg),
     );
-    let keys = keys(document, candidate).map_err(|error| error.to_string())?;
-    Ok(Advice { keys: Some(keys), text })
-}
-
-/// The keys that make a candidate's detector of a scenario: its method, and what differs from its settings by itself.
-fn keys(document: &Document, candidate: &Candidate) -> Result<BTreeMap<String, String>, FileError> {
-    let mut document = document.clone();
-    document.set("detector.method", candidate.method.name(), Origin::CommandLine)?;
-    let plain = document.unchecked_scenario_of(&document.motor()?)?;
-    let mut wanted = plain.clone();
-    wanted.detector = candidate.settings;
-    let mut keys = BTreeMap::from([("detector.method".to_owned(), candidate.method.name().to_owned())]);
-    for key in standstill_scenario::keys().into_iter().map(|of| of.key) {
-        if !key.starts_with("detector.") || plain.value(&key) == wanted.value(&key) {
-            continue;
-        }
-        let text = match wanted.value(&key) {
-            Some(toml::Value::Float(value)) if !standstill_scenario::is_share(&key) => {
-                let scale = Scale::suiting(&standstill_scenario::unit(&key).unwrap_or_default(), value.abs());
-                format!("{} {}", scale.number(value), scale.unit).trim_end().to_owned()
-            }
-            Some(value) => standstill_scenario::written(&value),
-            None => continue,
-        };
-        keys.insert(key, text);
-    }
-    Ok(keys)
+    let of_setting =
+        candidate.setting.keys.iter().map(|(key, value)| (format!("detector.{key}"), value.clone()));
+    let method = ("detector.method".to_owned(), candidate.method().name().to_owned());
+    Ok(Advice { keys: Some(std::iter::once(method).chain(of_setting).collect()), text })
 }
 
 /// The page of a run.
