@@ -1,5 +1,6 @@
 //! The files of a finished run: `trials.csv` or `trials.parquet`, and `summary.json`.
 
+use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -366,7 +367,7 @@ impl Results {
             .any(|name| files.iter().any(|file| file == name))
         {
             let folder = quoted(&options.out.to_string_lossy());
-            text += &format!("A page of them:\n  standstill report {folder}\n");
+            let _ = writeln!(text, "A page of them:\n  standstill report {folder}");
         }
         Report { text, code }
     }
