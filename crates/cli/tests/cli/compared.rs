@@ -159,7 +159,7 @@ fn law_two_runs_are_compared_trial_by_trial_where_they_share_the_seed() {
     }
     assert!(mistake(&["report", "a", "f"], path).contains("axes with other points"));
     let (text, _) = compared("f", "g");
-    assert!(text.contains("at 3 points") || text.contains("of 3 points"), "{text}");
+    assert!(text.contains("Of 3 points B is worse at 3"), "{text}");
 }
 
 /// The root mean square of the errors of a run's first trials.

@@ -1,5 +1,6 @@
 //! Believed motors, and the slips that are made with them.
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use super::*;
@@ -134,7 +135,7 @@ fn law_slips_of_data_sheets_are_doubted_and_named() {
     let mut totals = [[0; 3]; 2];
     for (kind, made) in COARSE.iter().map(|made| (0, made)).chain(FINE.iter().map(|made| (1, made))) {
         let counts = [&plain, &rated].map(|motors| found(*made, motors));
-        table += &format!("{:34} {:?} {:?}\n", made.0, counts[0], counts[1]);
+        let _ = writeln!(table, "{:34} {:?} {:?}", made.0, counts[0], counts[1]);
         for k in 0..3 {
             totals[kind][k] += counts[kind][k];
         }

@@ -49,15 +49,24 @@ fn difference(rows: &[Row], points: &[Common]) -> String {
     if let ([apart], Some(one)) = (&judged[..], rows.iter().find(|row| row.is_rms())) {
         return format!("{}; {}", apart.in_words(), measured(one));
     }
-    let count = |judgement| judged.iter().filter(|apart| apart.judgement() == judgement).count();
-    format!(
-        "Of {} points B is better at {}, worse at {}, better in one and worse in another measure at {}; at {} no difference is shown",
-        judged.len(),
-        count(Judgement::Better),
-        count(Judgement::Worse),
-        count(Judgement::Mixed),
-        count(Judgement::Open)
-    )
+    let all = judged.len();
+    let said: Vec<String> = [
+        (Judgement::Better, "better"),
+        (Judgement::Worse, "worse"),
+        (Judgement::Mixed, "better in one measure and worse in another"),
+    ]
+    .into_iter()
+    .filter_map(|(judgement, word)| {
+        let count = judged.iter().filter(|apart| apart.judgement() == judgement).count();
+        (count > 0).then(|| format!("{word} at {count}"))
+    })
+    .collect();
+    let open = judged.iter().filter(|apart| apart.judgement() == Judgement::Open).count();
+    match (said.is_empty(), open) {
+        (true, _) => format!("no difference shown at any of {all} points"),
+        (_, 0) => format!("Of {all} points B is {}", said.join(", ")),
+        _ => format!("Of {all} points B is {}; at {open} no difference is shown", said.join(", ")),
+    }
 }
 
 /// Both errors, and their difference where there are both.
