@@ -82,17 +82,20 @@ impl Image {
         let space = Space::new().map_err(no_copy)?;
         let mut libraries = Vec::new();
         let mut memory = Vec::new();
+        let memory_is_own = keeps_its_own(parts);
+        // What checks memory wants to be asked first.
+        let how = RTLD_NOW | RTLD_LOCAL | if memory_is_own { OWN_FIRST } else { 0 };
         for (part, bytes) in parts.iter().zip(parts::copies(parts)?) {
             // The loader knows files that it has loaded already: each is a file of its own, which has no place in any folder, so
             // that none stays behind. A debugger finds it by the number of this process.
             let copy = file_in_memory(&bytes).map_err(no_copy)?;
             let path = path_of(&copy);
             // SAFETY: no function of it runs: its constructors were taken out.
-            let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
+            let library = unsafe { Library::open(Some(path), how) };
             let library = library.map_err(|error| load_error(&error, parts))?;
             let base =
                 base_of(&library).ok_or_else(|| LoadError::because("one without address".to_owned()))?;
-            replace(base, &part.elf, keeps_its_own(parts));
+            replace(base, &part.elf, memory_is_own);
             // SAFETY: constructors of the library run, as the loader would have them; whoever names it as the detector wants its
             // code to run.
             during(site, &space, || unsafe { construct(base, &part.elf) });

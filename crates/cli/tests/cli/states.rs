@@ -61,7 +61,7 @@ fn law_what_ends_the_program_names_library_and_trial() {
     let folder = folder();
     let at = folder.path();
     states(at, "cpp");
-    let run = ["run", "s.toml", "--out", "out"];
+    let run = ["run", "s.toml"];
     for (what, when) in [("throw-later", " in trial "), ("throw", "while a first detector of it was tried,")]
     {
         let what = format!("detector.config.what={what}");
@@ -71,7 +71,7 @@ fn law_what_ends_the_program_names_library_and_trial() {
         let line = said.lines().find(|line| line.contains("states.so")).expect("a line");
         assert!(line.contains(when) && line.contains("exception"), "{line}");
     }
-    let later = ["-s", "detector.config.what=throw-later", "--isolate"];
+    let later = ["-s", "detector.config.what=throw-later", "--isolate", "--out", "out"];
     assert!(standstill(&[&run[..], &later].concat(), at).status.success());
     let trials = fs::read_to_string(at.join("out/trials.csv")).expect("written");
     assert_eq!(trials.matches("exception").count(), 12, "{trials}");
