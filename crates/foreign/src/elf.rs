@@ -1,4 +1,5 @@
 //! What a shared library is, before anything of it runs: its kind, its writable memory, what it needs.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 use std::path::PathBuf;
 

@@ -1,18 +1,19 @@
 //! Guards beside what a library writes.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
 /// A value with guards on both sides, which a library that writes beyond it overwrites.
 #[repr(C)]
 pub struct Fenced<T> {
-    before: [u64; GUARDS],
+    before: [u32; GUARDS],
     pub inside: T,
-    after: [u64; GUARDS],
+    after: [u32; GUARDS],
 }
 
-/// Words on each side.
-const GUARDS: usize = 4;
+/// Words on each side; of four bytes, so that there is no gap between them and a value.
+const GUARDS: usize = 8;
 
-/// No number, and no address.
-const GUARD: u64 = 0xF5A3_96C1_7FFB_5E1D;
+/// No number, and no half of an address.
+const GUARD: u32 = 0x7FFB_5E1D;
 
 impl<T> Fenced<T> {
     /// This value.

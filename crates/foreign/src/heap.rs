@@ -17,6 +17,9 @@ const ROOM: usize = 256 << 20;
 /// Bytes behind it that are nobody's, so that a block at its end has an end.
 const BEYOND: usize = 64 << 10;
 
+/// Bytes of what stands at its begin.
+const STATE: usize = size_of::<State>().next_multiple_of(UNIT);
+
 /// Memory that is given back to the system rather than cleared.
 const MUCH: usize = 256 << 10;
 
@@ -47,6 +50,8 @@ pub struct Heap {
     begin: usize,
     /// End of what was used so far.
     top: usize,
+    /// Whether anything was asked of it since it was kept.
+    is_used: bool,
     free: [usize; CLASSES],
 }
 
@@ -87,6 +92,7 @@ impl Heap {
     }
 
     fn block(&mut self, bytes: usize) -> usize {
+        self.is_used = true;
         if bytes > ROOM {
             return 0;
         }
@@ -165,8 +171,8 @@ impl Space {
             begin
         };
         let state = begin.cast::<State>();
-        let top = begin as usize + size_of::<State>().next_multiple_of(UNIT);
-        let heap = Heap { begin: begin as usize, top, free: [0; CLASSES] };
+        let top = begin as usize + STATE;
+        let heap = Heap { begin: begin as usize, top, is_used: false, free: [0; CLASSES] };
         // SAFETY: memory of that size, at a page's begin.
         unsafe { state.write(State::new(heap)) };
         Ok(Self { state: NonNull::new(state).ok_or_else(io::Error::last_os_error)?, kept: Vec::new() })
@@ -186,6 +192,8 @@ impl Space {
     /// Keeps what it holds now.
     pub fn keep(&mut self) {
         let used = self.used();
+        // SAFETY: nobody else is in it now.
+        unsafe { (*self.state.as_ptr()).heap.is_used = used > STATE };
         // SAFETY: so many bytes are in use.
         self.kept = unsafe { std::slice::from_raw_parts(self.state.as_ptr().cast(), used) }.to_vec();
     }
@@ -195,6 +203,11 @@ impl Space {
         let (begin, used, kept) = (self.state.as_ptr().cast::<u8>(), self.used(), self.kept.len());
         // SAFETY: memory of this heap, that was in use; nobody else is in it now.
         unsafe {
+            if !(*self.state.as_ptr()).heap.is_used {
+                let rest = size_of::<Heap>();
+                ptr::copy_nonoverlapping(self.kept[rest..].as_ptr(), begin.add(rest), kept - rest);
+                return;
+            }
             if used > kept + MUCH {
                 let whole = kept.next_multiple_of(64 << 10);
                 libc::madvise(begin.add(whole).cast(), used - whole, libc::MADV_DONTNEED);

@@ -9,7 +9,7 @@
 //! its image is set back to what it was after loading, and so is all that it has of the C library which keeps something: `malloc`'s
 //! memory, random numbers, `errno`, rounding. Thread-local memory and threads cannot be and are refused.
 //!
-//! `unsafe` stands in `image.rs` (loading, memory, calls), `heap.rs` and `runtime.rs` (what an image has in place of the C
+//! `unsafe` stands in `loading.rs` and `image.rs` (loading, memory, calls), `heap.rs` and `runtime.rs` (what an image has in place of the C
 //! library's), `float.rs` (registers), `crash.rs` (signals) and `output.rs` (standard output) alone.
 
 mod command;
@@ -28,6 +28,8 @@ mod interrupt;
 #[cfg(test)]
 mod layout;
 mod library;
+#[cfg(target_os = "linux")]
+mod loading;
 #[cfg(target_os = "linux")]
 mod output;
 mod parts;

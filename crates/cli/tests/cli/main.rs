@@ -31,6 +31,7 @@ mod questions;
 mod replaced;
 mod requirements;
 mod scenarios;
+mod states;
 mod terminal;
 mod traces;
 mod tuning;
