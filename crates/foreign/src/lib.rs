@@ -15,6 +15,7 @@ mod command;
 mod crash;
 mod detector;
 mod elf;
+mod guard;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;
@@ -28,6 +29,7 @@ mod texts;
 pub use crash::{ending, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use elf::exported;
+pub use guard::Guard;
 pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
 pub use standstill_interface::abi::ABI;
 pub use texts::kept;
