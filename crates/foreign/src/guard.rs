@@ -56,7 +56,7 @@ impl Guard {
         let refused = |code, text: &str| Err(Fault::Own(Own { code, text: kept(text) }));
         self.elapsed = self.elapsed + duration;
         if self.elapsed > self.time_limit {
-            return refused(NEVER_DONE, &format!("not done within {} s", self.time_limit.seconds()));
+            return refused(NEVER_DONE, &format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
         }
         self.commands += 1;
         if !by_a_timer && self.commands > SHORT_COMMANDS + self.elapsed.0 / 1000 {
