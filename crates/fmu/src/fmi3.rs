@@ -150,22 +150,22 @@ exported! {
     /// As after its creation.
     fmi3Reset() => |component| { component.instance.reset(); Ok(()) };
     /// Values of numbers.
-    fmi3GetFloat64(references: References, count: usize, values: *mut f64, _values: usize) =>
+    fmi3GetFloat64(references: References, count: usize, values: *mut f64, _all: usize) =>
         get(Kind::Real, |value| value, (references, count, values));
     /// Sets numbers.
-    fmi3SetFloat64(references: References, count: usize, values: *const f64, _values: usize) =>
+    fmi3SetFloat64(references: References, count: usize, values: *const f64, _all: usize) =>
         set(Kind::Real, |value| value, (references, count, values));
     /// Values of whole numbers.
-    fmi3GetInt32(references: References, count: usize, values: *mut i32, _values: usize) =>
+    fmi3GetInt32(references: References, count: usize, values: *mut i32, _all: usize) =>
         get(Kind::Integer, whole, (references, count, values));
     /// Sets whole numbers.
-    fmi3SetInt32(references: References, count: usize, values: *const i32, _values: usize) =>
+    fmi3SetInt32(references: References, count: usize, values: *const i32, _all: usize) =>
         set(Kind::Integer, f64::from, (references, count, values));
     /// Values of flags.
-    fmi3GetBoolean(references: References, count: usize, values: *mut bool, _values: usize) =>
+    fmi3GetBoolean(references: References, count: usize, values: *mut bool, _all: usize) =>
         get(Kind::Boolean, |value| value != 0.0, (references, count, values));
     /// Sets flags.
-    fmi3SetBoolean(references: References, count: usize, values: *const bool, _values: usize) =>
+    fmi3SetBoolean(references: References, count: usize, values: *const bool, _all: usize) =>
         set(Kind::Boolean, |value| f64::from(u8::from(value)), (references, count, values));
     /// A copy of all that changes.
     fmi3GetFMUState(state: *mut *mut State) => get_state(state);

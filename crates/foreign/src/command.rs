@@ -3,6 +3,7 @@
 use standstill_interface::{Abc, Command, Fault, Leg, Nanos, Sampling, Stage};
 
 use crate::detector::broken;
+use crate::guard::Guard;
 use standstill_interface::abi;
 
 const PHASES: [char; 3] = ['a', 'b', 'c'];
@@ -45,9 +46,6 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     Ok(Stage { legs: Abc(legs), duration: Nanos(from.duration_ns) })
 }
 
-/// Samples of a command at most, as the bench has it.
-const MOST_SAMPLES: u32 = 1 << 20;
-
 /// A command as the bench carries it out.
 pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
     let then = match from.stages {
@@ -58,15 +56,6 @@ pub fn command(from: &abi::Command) -> Result<Command<f64>, Fault<f64>> {
     let sampling =
         Sampling { first: Nanos(from.first_ns), interval: Nanos(from.interval_ns), count: from.samples };
     let command = Command { stage: stage(&from.stage[0])?, then, sampling };
-    let duration = command.duration();
-    if duration == Nanos::ZERO {
-        return Err(broken("a command without duration"));
-    }
-    if from.samples > MOST_SAMPLES {
-        return Err(broken(&format!("a command with {} samples, more than {MOST_SAMPLES}", from.samples)));
-    }
-    match sampling.last().filter(|last| *last > duration) {
-        Some(last) => Err(broken(&format!("a sample at {} ns of a command of {} ns", last.0, duration.0))),
-        None => Ok(command),
-    }
+    Guard::possible(&command).map_err(|wrong| broken(&wrong))?;
+    Ok(command)
 }

@@ -12,6 +12,7 @@ use standstill_interface::{
 
 use crate::command;
 use crate::fenced::Fenced;
+use crate::guard::Guard;
 use crate::image::{Image, Moment, Site};
 use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
@@ -117,9 +118,7 @@ impl Maker {
             site,
             interrupts,
             samples: Vec::new(),
-            commands: 0,
-            elapsed: Nanos::ZERO,
-            time_limit: self.time_limit,
+            guard: Guard::new(self.time_limit),
         })
     }
 }
@@ -133,10 +132,7 @@ pub struct Foreign {
     site: Site,
     interrupts: Option<Interrupts>,
     samples: Vec<Sample>,
-    /// Number and time of all commands up to now.
-    commands: u64,
-    elapsed: Nanos,
-    time_limit: Nanos,
+    guard: Guard,
 }
 
 impl fmt::Debug for Foreign {
@@ -145,14 +141,8 @@ impl fmt::Debug for Foreign {
     }
 }
 
-/// Numbers of reasons that are the bench's: the last ones, so that a library's own are free from 0.
+/// Numbers of reasons that are the bench's, here and in `guard.rs`: the last ones, so that a library's own are free from 0.
 const BROKE_ITS_SIDE: u32 = u32::MAX;
-const NEVER_DONE: u32 = u32::MAX - 1;
-const TOO_MANY: u32 = u32::MAX - 3;
-
-/// Commands that may be as short as they like. Beyond them a detection's commands must last a microsecond on average: what
-/// orders shorter ones for ever would never come to its limit of time.
-const SHORT_COMMANDS: u64 = 100_000;
 
 /// A failure because the library did what the header does not allow.
 pub fn broken(text: &str) -> Fault<f64> {
@@ -247,17 +237,8 @@ impl Foreign {
             return Err(broken(text));
         }
         if let Some(command) = command {
-            self.elapsed = self.elapsed + command.duration();
-            if self.elapsed > self.time_limit {
-                let text = kept(&format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
-                return Err(Fault::Own(Own { code: NEVER_DONE, text }));
-            }
-            self.commands += 1;
             // An interrupt's period is the timer's.
-            if self.interrupts.is_none() && self.commands > SHORT_COMMANDS + self.elapsed.0 / 1000 {
-                let text = kept(&format!("more than {SHORT_COMMANDS} commands of less than 1 us on average"));
-                return Err(Fault::Own(Own { code: TOO_MANY, text }));
-            }
+            self.guard.pass(command.duration(), self.interrupts.is_some())?;
             return Ok(Step::Drive(command));
         }
         self.done(status, &answer.inside)

@@ -22,6 +22,7 @@ mod fenced;
 mod float;
 #[cfg(target_os = "linux")]
 mod heap;
+mod guard;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;
@@ -44,6 +45,7 @@ mod texts;
 pub use crash::{ending, hanging, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use elf::exported;
+pub use guard::Guard;
 pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
 #[cfg(target_os = "linux")]
 pub use output::{keep_output, output};

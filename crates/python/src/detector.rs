@@ -11,6 +11,7 @@ use pyo3::types::PyTuple;
 use standstill_campaign::store::Row;
 use standstill_cli::{Hosted, Stopped};
 use standstill_detect::Method;
+use standstill_foreign::Guard;
 use standstill_interface::{
     Abc, Angle, Command, Detector, Fault, Findings, Leg, Nanos, Outcome, PoleEvidence, Reading, Sampling,
     Sensed, Stage, Step, Undetermined,
@@ -24,6 +25,9 @@ use crate::table::Table;
 
 /// Columns of the readings.
 const COLUMNS: usize = 6;
+
+/// The largest angle that a detector may name, either way.
+const MOST_DEGREES: f64 = 1e6;
 
 /// The classes of what a step returns.
 struct Classes {
@@ -54,6 +58,7 @@ struct FromPython<'a> {
     raised: Option<PyErr>,
     /// Why it has no angle, in its words.
     reason: Option<String>,
+    guard: Guard,
 }
 
 /// The end of a detection that raised: nobody reads it.
@@ -63,13 +68,17 @@ fn raised() -> Step<f64> {
 
 impl Detector<f64> for FromPython<'_> {
     fn step(&mut self, readings: &[Reading<f64>]) -> Step<f64> {
-        Python::attach(|py| match self.ask(py, readings) {
-            Ok(step) => step,
-            Err(error) => {
+        let step = Python::attach(|py| {
+            self.ask(py, readings).unwrap_or_else(|error| {
                 self.raised = Some(error);
                 raised()
-            }
-        })
+            })
+        });
+        let Step::Drive(command) = &step else { return step };
+        match self.guard.pass(command.duration(), false) {
+            Ok(()) => step,
+            Err(fault) => Step::Done(Outcome::Failed { fault, findings: Findings::default() }),
+        }
     }
 }
 
@@ -84,20 +93,27 @@ impl FromPython<'_> {
         }
         let angle = |answer: &Bound<'_, PyAny>| {
             let angle: f64 = answer.getattr(pyo3::intern!(py, "angle"))?.extract()?;
-            if angle.is_finite() {
+            // Beyond, what a turn leaves of it is rounding.
+            if angle.abs() <= MOST_DEGREES {
                 Ok(Angle::from_degrees(angle))
             } else {
-                Err(PyValueError::new_err(format!("an angle of {angle}: needed a finite number of degrees")))
+                let needed = format!("needed a number of degrees from -{MOST_DEGREES} to {MOST_DEGREES}");
+                Err(PyValueError::new_err(format!("an angle of {angle}: {needed}")))
             }
         };
         let reason =
             |answer: &Bound<'_, PyAny>| answer.getattr(pyo3::intern!(py, "reason"))?.extract::<String>();
-        let findings = |answer| Ok::<_, PyErr>(Findings { pole_evidence: evidence(answer)?, ..Findings::default() });
+        let findings =
+            |answer| Ok::<_, PyErr>(Findings { pole_evidence: evidence(answer)?, ..Findings::default() });
         let outcome = if is(&self.classes.found) {
             Outcome::Found { angle: angle(&answer)?, findings: findings(&answer)? }
         } else if is(&self.classes.axis) {
             self.reason = Some(reason(&answer)?);
-            Outcome::Axis { angle: angle(&answer)?, reason: Undetermined::NoSignature, findings: findings(&answer)? }
+            Outcome::Axis {
+                angle: angle(&answer)?,
+                reason: Undetermined::NoSignature,
+                findings: findings(&answer)?,
+            }
         } else if is(&self.classes.failed) {
             self.reason = Some(reason(&answer)?);
             Outcome::Failed { fault: Fault::UnexpectedReadings, findings: Findings::default() }
@@ -113,8 +129,7 @@ impl FromPython<'_> {
 
 /// What it says that speaks for the pole: both numbers or neither. Without what is needed, any evidence would look like enough.
 fn evidence(answer: &Bound<'_, PyAny>) -> PyResult<Option<PoleEvidence<f64>>> {
-    let number =
-        |name: &Bound<'_, pyo3::types::PyString>| answer.getattr(name)?.extract::<Option<f64>>();
+    let number = |name: &Bound<'_, pyo3::types::PyString>| answer.getattr(name)?.extract::<Option<f64>>();
     let py = answer.py();
     match (number(pyo3::intern!(py, "evidence"))?, number(pyo3::intern!(py, "needed"))?) {
         (None, None) => Ok(None),
@@ -214,18 +229,7 @@ fn command(py: Python<'_>, drive: &Bound<'_, PyAny>) -> PyResult<Command<f64>> {
         count: drive.getattr(pyo3::intern!(py, "count"))?.extract()?,
     };
     let command = Command { stage: stage(py, first)?, then, sampling };
-    if command.duration() == Nanos::ZERO {
-        return Err(PyValueError::new_err("a command of no duration"));
-    }
-    if let Some(last) = sampling.last()
-        && last > command.duration()
-    {
-        return Err(PyValueError::new_err(format!(
-            "a sample at {} s: needed within the command, which takes {} s",
-            last.seconds(),
-            command.duration().seconds()
-        )));
-    }
+    Guard::possible(&command).map_err(PyValueError::new_err)?;
     Ok(command)
 }
 
@@ -237,7 +241,8 @@ fn trial(
     number: u64,
 ) -> PyResult<Hosted> {
     let object = Python::attach(|py| make.call0(py))?;
-    let mut detector = FromPython { object, classes, raised: None, reason: None };
+    let guard = Guard::new(scenario.time_limit);
+    let mut detector = FromPython { object, classes, raised: None, reason: None, guard };
     let run = simulate(&scenario.case(number), &mut detector, false, &mut NoProbe);
     let FromPython { object, raised, reason, .. } = detector;
     Python::attach(|_| drop(object));
@@ -256,21 +261,22 @@ fn trial(
     Ok(Hosted { row, evidence })
 }
 
-/// A scenario's trials with detectors that `make` makes, one for each.
+/// A scenario's trials with detectors that `make` makes, one for each. `detector` names them in the record.
 #[pyfunction]
-#[pyo3(signature = (words, scenario, make, progress=None))]
+#[pyo3(signature = (words, scenario, make, detector, progress=None))]
 pub fn detect(
     py: Python<'_>,
     words: Vec<OsString>,
     scenario: Option<(PathBuf, String)>,
     make: Py<PyAny>,
+    detector: String,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(String, Table)> {
     let host = host(scenario, false, progress.as_ref());
     let own = Arc::clone(&host);
     let classes = Classes::new(py)?;
     let done = beside(py, &host, progress, move || {
-        own.trials(words, &|scenario, number| trial(&make, &classes, scenario, number))
+        own.trials(words, &detector, &|scenario, number| trial(&make, &classes, scenario, number))
     })?;
     let text = done.map_err(|stopped| match stopped {
         Stopped::Wrong(line) => Error::new_err(line),

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeAlias, Union
 
-from . import _standstill
+from . import _digest, _standstill
 from ._results import Results, Trace
 from ._scenario import Pathlike, Scenario, scenario as _scenario, toml
 from ._standstill import Table
@@ -93,7 +93,7 @@ def run(
     interrupted run goes on with ``resume=True``; those of another run are replaced with ``force=True``, as everywhere.
     ``rows="none"`` keeps only statistics. ``progress`` is False for no bar
     on the terminal, or a function of how many trials of how many are done. ``detector`` is a class, see ``docs/python.md``,
-    or the path of a library.
+    which the record of the run names, or the path of a library.
 
     >>> import standstill as st
     >>> results = st.run('[detector]\\nmethod = "bipolar"', trials=200, seed=3)
@@ -112,7 +112,7 @@ def run(
             if given:
                 raise _standstill.Error(f"{name}: found with a detector written in Python, whose results are in memory alone")
         words = ["run", *source.words(), *_options(options)]
-        text, table = _standstill.detect(words, source.given, detector, progress)
+        text, table = _standstill.detect(words, source.given, detector, _digest.name(detector), progress)
         return Results(table, json.loads(text), None)
     if detector is not None:
         if not isinstance(detector, (str, os.PathLike)):

@@ -30,5 +30,6 @@ def detect(
     words: Sequence[str | os.PathLike[str]],
     scenario: tuple[str | os.PathLike[str], str] | None,
     make: Callable[[], object],
+    detector: str,
     progress: _Progress = None,
 ) -> tuple[str, Table]: ...

@@ -1,6 +1,9 @@
 """Detectors written in Python."""
 
+import functools
 import math
+import re
+import subprocess
 import sys
 import time
 
@@ -8,6 +11,7 @@ import numpy as np
 import pytest
 
 import standstill as st
+from standstill._digest import name
 
 OFF = ("off", "off", "off")
 PULSE, REST = 80e-6, 600e-6
@@ -167,8 +171,10 @@ def test_law_what_speaks_for_a_pole_stands_in_the_table():
         (lambda: st.Drive([st.Stage(("on", "off", "off"), 1e-3)]), ValueError, "a leg of 'on': needed"),
         (lambda: st.Drive([st.Stage((1.5, 0.0, 0.0), 1e-3)]), ValueError, "a leg of 1.5: needed"),
         (lambda: st.Drive([st.Stage(OFF, -1e-3)]), ValueError, "a duration of -0.001 s"),
-        (lambda: st.Drive([st.Stage(OFF, 1e-3)], first=2e-3), ValueError, "a sample at 0.002 s"),
-        (lambda: st.Drive([st.Stage(OFF, 0.0)]), ValueError, "a command of no duration"),
+        (lambda: st.Drive([st.Stage(OFF, 1e-3)], first=2e-3), ValueError, "a sample at 2000000 ns of a command of 1000000 ns"),
+        (lambda: st.Drive([st.Stage(OFF, 1e-3)], interval=1e-9, count=2_000_000), ValueError, "with 2000000 samples, more than 1048576"),
+        (lambda: st.Drive([st.Stage(OFF, 0.0)]), ValueError, "a command without duration"),
+        (lambda: st.Found(1e30), ValueError, "an angle of 1e+30: needed a number of degrees from -1000000 to 1000000"),
     ],
 )
 def test_law_nonsense_is_refused_by_name(answer, raised, text):
@@ -180,6 +186,116 @@ def test_law_nonsense_is_refused_by_name(answer, raised, text):
         st.run("trials = 3", detector=Nonsense)
     assert text in str(error.value), error.value
     assert error.value.trial == 0
+
+
+def test_regress_the_record_names_the_class_and_repeats():
+    """It named `bipolar`, which repeating it ran."""
+    results = st.run("trials = 4\nseed = 3", detector=Lines)
+    record = results.run["scenario"]
+    assert re.search(r'^python = "test_detector\.Lines@cpython3\.\d+:[0-9a-f]{16}"$', record, re.M), record
+    assert "method" not in record and "bipolar" not in record
+    again = st.run(record, detector=Lines)
+    assert again.run == results.run and (again["axis_error_deg"] == results["axis_error_deg"]).all()
+    for command in (st.run, st.trace, st.budget):
+        with pytest.raises(st.Error, match=r"`detector.python`: found .*Lines@.*needed `standstill.run\(scenario, detector=Lines\)`"):
+            command(record)
+
+    class Lines2(Lines):
+        pass
+
+    with pytest.raises(st.Error, match=r"`detector.python`: found .*Lines@.*needed .*Lines2@.*or no such key"):
+        st.run(record, detector=Lines2)
+
+
+BEFORE = """
+STEP = 2
+def helper(x): return x + STEP
+class Base:
+    def more(self): return helper(1)
+class Own(Base):
+    pulse = 80e-6
+    def step(self, readings): return st.Failed("seen") if {"a", "b"} else self.more()
+"""
+
+
+def digest_of(text, change=lambda space: None, **more):
+    """The name of a class as a notebook or the prompt makes it: without a file."""
+    space = {"st": st, "__name__": "__main__", **more}
+    exec(compile(text, "<cell>", "exec"), space)
+    change(space)
+    return name(space["Own"])
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        BEFORE.replace("80e-6", "81e-6"),
+        BEFORE.replace("STEP = 2", "STEP = 3"),
+        BEFORE.replace("x + STEP", "x - STEP"),
+        BEFORE.replace("helper(1)", "helper(2)"),
+        BEFORE.replace("(Base)", ""),
+        BEFORE.replace("self.more()", "self.fewer()"),
+    ],
+)
+def test_law_a_digest_tells_what_a_class_is_made_of(other):
+    assert digest_of(BEFORE) == digest_of(BEFORE), "made again, as a cell that is run twice"
+    # Where it stands and what is said of it do not count.
+    assert digest_of("\n\n# a line\n" + BEFORE) == digest_of(BEFORE)
+    assert digest_of(BEFORE) != digest_of(other)
+
+
+def test_law_a_digest_tells_what_a_class_was_given():
+    def change(space):
+        space["Own"].pulse = 81e-6
+
+    assert digest_of(BEFORE, change) != digest_of(BEFORE)
+    of = [name(functools.partial(Watches, command, [])) for command in (1, 2, 1)]
+    assert of[0] == of[2] != of[1] and of[0].startswith("test_detector.Watches@")
+    of = [name((lambda given: lambda: Watches(given, []))(np.arange(given))) for given in (3, 4, 3)]
+    assert of[0] == of[2] != of[1]
+    # One that refers to itself has an end.
+    assert digest_of(BEFORE + "Own.itself = [Own, {'own': Own}]\n") != digest_of(BEFORE)
+
+
+def test_law_a_digest_is_the_same_in_another_process(tmp_path):
+    (tmp_path / "helpers.py").write_text("def twice(x): return once(x) * 2\ndef once(x): return x\n")
+    (tmp_path / "own.py").write_text("import helpers\nNAMES = {'a', 'b', 'c'}\nclass Own:\n    def step(self, r): return helpers.twice(NAMES, {'p', 'q'})\n")
+
+    def told(program):
+        run = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+        return run.stdout.strip()
+
+    import_it = "import own; from standstill._digest import name; print(name(own.Own))"
+    first = told(import_it)
+    assert first.startswith("own.Own@") and told(import_it) == first
+    assert told("import helpers; helpers.once = lambda x: -x; " + import_it) != first
+    (tmp_path / "program.py").write_text((tmp_path / "own.py").read_text() + "from standstill._digest import name\nprint(name(Own))\n")
+    assert told("import runpy; runpy.run_path('program.py', run_name='own')").split("@")[1] == first.split("@")[1]
+
+
+def test_regress_a_detector_table_beside_a_class_is_refused():
+    for table, key in [('[detector]\nmethod = "bipolar"', "method"), ('[detector]\npulse = "80 us"', "pulse"), ('[axes]\n"detector.pulse" = ["40 us", "80 us"]', "pulse")]:
+        with pytest.raises(st.Error, match=f"`detector.{key}`: found a setting that does not reach the class test_detector.Lines .*needed either a table"):
+            st.run(f"trials = 3\n{table}", detector=Lines)
+    # The limit of time is the bench's.
+    assert len(st.run('trials = 2\ndetector.time_limit = "1 s"', detector=Lines)) == 2
+
+
+class Forever:
+    """Commands without end."""
+
+    def __init__(self, duration):
+        self.drive = st.Drive([st.Stage(OFF, duration)])
+
+    def step(self, readings):
+        return self.drive
+
+
+def test_regress_a_detection_without_end_fails_as_a_librarys_does():
+    short = st.run("trials = 1", detector=functools.partial(Forever, 100e-9))
+    assert set(short["reason"]) == {"more than 100000 commands of less than 1 us on average"} and short.summary["failed"] == 1
+    long = st.run("trials = 2\ndetector.time_limit = 0.5", detector=functools.partial(Forever, 1e-2))
+    assert set(long["reason"]) == {"not done within 0.5 s"} and set(long["outcome"]) == {"failed"}
 
 
 def test_law_what_has_no_use_for_a_detector_is_refused(tmp_path):

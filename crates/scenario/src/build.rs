@@ -39,7 +39,9 @@ impl ScenarioFile {
         files: &Files,
     ) -> Result<Scenario<Method<f64>>, FileError> {
         let scenario = self.assemble(motor, files)?;
-        scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
+        if self.detector.python.is_none() {
+            scenario.try_detector().map_err(|error| unworkable(&scenario.detector, &error))?;
+        }
         Ok(scenario)
     }
 
@@ -78,6 +80,7 @@ impl ScenarioFile {
         let mut drive = errors.drive(motor, kind);
         self.inverter.apply(&mut drive)?;
         self.inverter.apply_terminals(&mut drive.bridge, motor)?;
+        let hosted = self.detector.is_hosted()?;
         let library = self.detector.load_library(files)?;
         if let Some(library) = &library {
             DetectorTable::adopt_pwm(library, &mut drive, self.inverter.carrier.is_some())?;
@@ -121,7 +124,7 @@ impl ScenarioFile {
         let maker = |library| self.detector.maker(library, &nameplate, &sensors, time_limit);
         let foreign = library.map(maker).transpose()?;
         let mut detector = Method::Foreign(ForeignSettings::new());
-        if foreign.is_none() {
+        if foreign.is_none() && !hosted {
             detector = Method::suited(self.detector.method.0, &nameplate);
             self.detector.apply(&mut detector, nameplate.polarity_difference)?;
         }

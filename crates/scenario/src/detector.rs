@@ -32,6 +32,10 @@ pub struct DetectorTable {
     pub time_limit: Option<Quantity<Second>>,
     /// A shared library that is the detector, in place of a method.
     pub library: Option<String>,
+    /// A class of Python that is the detector: its module, name and digest.
+    pub python: Option<String>,
+    /// Whether the program that runs the trials has that class.
+    pub(super) hosted: bool,
     /// Longest time that a call of the library may take.
     pub call_timeout: Option<Quantity<Second>>,
     /// What the library is told: KEY=VALUE.
@@ -53,6 +57,7 @@ enum Field {
     DeadTime,
     TimeLimit,
     Library,
+    Python,
     CallTimeout,
     Config,
     Key(&'static Key),
@@ -71,6 +76,7 @@ static FIELDS: LazyLock<Vec<(&'static str, Field)>> = LazyLock::new(|| {
     fields.push(("dead_time", Field::DeadTime));
     fields.push(("time_limit", Field::TimeLimit));
     fields.push(("library", Field::Library));
+    fields.push(("python", Field::Python));
     fields.push(("call_timeout", Field::CallTimeout));
     // A table, which stands behind plain values.
     fields.push(("config", Field::Config));
@@ -166,6 +172,7 @@ impl<'de> Deserialize<'de> for DetectorTable {
                         Field::DeadTime => table.dead_time = Some(map.next_value()?),
                         Field::TimeLimit => table.time_limit = Some(map.next_value()?),
                         Field::Library => table.library = Some(map.next_value()?),
+                        Field::Python => table.python = Some(map.next_value()?),
                         Field::CallTimeout => table.call_timeout = Some(map.next_value()?),
                         Field::Config => table.config = map.next_value()?,
                         Field::Key(key) => {
@@ -191,7 +198,7 @@ impl Serialize for DetectorTable {
         let mut table = serializer.serialize_struct("DetectorTable", FIELDS.len())?;
         for (name, field) in FIELDS.iter() {
             match field {
-                Field::Method if (self.library.is_some() || self.library_is_an_axis) && !self.named => {}
+                Field::Method if self.has_no_method() => {}
                 Field::Method => table.serialize_field(name, &self.method)?,
                 Field::Signature => {
                     self.signature.iter().try_for_each(|it| table.serialize_field(name, it))?;
@@ -204,6 +211,7 @@ impl Serialize for DetectorTable {
                     self.time_limit.iter().try_for_each(|it| table.serialize_field(name, it))?;
                 }
                 Field::Library => self.library.iter().try_for_each(|it| table.serialize_field(name, it))?,
+                Field::Python => self.python.iter().try_for_each(|it| table.serialize_field(name, it))?,
                 Field::CallTimeout => {
                     self.call_timeout.iter().try_for_each(|it| table.serialize_field(name, it))?;
                 }
@@ -241,6 +249,10 @@ struct Common {
     /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
     #[serde(skip_serializing_if = "Option::is_none")]
     library: Option<String>,
+    /// A class of Python in place of a method, as `module.Class@digest`. `standstill.run(..., detector=Class)` writes it into the record
+    /// of its run, and runs it: see docs/python.md.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    python: Option<String>,
     /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.
     #[serde(skip_serializing_if = "Option::is_none")]
     call_timeout: Option<Quantity<Second>>,
@@ -290,12 +302,18 @@ impl JsonSchema for DetectorTable {
 const ABOUT: &str = "The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.";
 
 impl DetectorTable {
-    /// What it is for people: the method, or the library's file.
+    /// Whether something else stands in place of a method, and no method is named.
+    fn has_no_method(&self) -> bool {
+        (self.library.is_some() || self.library_is_an_axis || self.python.is_some()) && !self.named
+    }
+
+    /// What it is for people: the class, the library's file, or the method.
     pub fn name(&self) -> &str {
         let stem = |library| std::path::Path::new(library).file_stem().and_then(|stem| stem.to_str());
-        match &self.library {
-            Some(library) => stem(library).unwrap_or(library),
-            None => self.method.0.name(),
+        match (&self.python, &self.library) {
+            (Some(class), _) => class.split('@').next().unwrap_or(class),
+            (None, Some(library)) => stem(library).unwrap_or(library),
+            (None, None) => self.method.0.name(),
         }
     }
 

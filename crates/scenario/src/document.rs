@@ -10,9 +10,8 @@ use standstill_plant::{MotorError, TemperatureError};
 use toml::{Table, Value};
 
 use super::axes::AxisSpec;
-use super::suggestion::nearest;
+use super::suggestion::{suggest, unknown};
 use super::tables::ScenarioFile;
-use super::units::places;
 
 /// Where the value of a key was set, if not in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -140,35 +139,6 @@ impl FileError {
     }
 }
 
-/// The word that serde does not know, and those that it does.
-fn unknown(message: &str) -> Option<(String, Vec<String>)> {
-    if !(message.starts_with("unknown field") || message.starts_with("unknown variant")) {
-        return None;
-    }
-    let mut quoted = message.split('`').skip(1).step_by(2).map(str::to_owned);
-    Some((quoted.next()?, quoted.collect()))
-}
-
-/// The message with the nearest known word, if one is near.
-fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
-    if known.is_empty() {
-        return message.to_owned();
-    }
-    match nearest(word, known.iter().map(String::as_str)) {
-        Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
-        None if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
-            let key = table.split_once('.').map_or(table, |(_, key)| key);
-            format!("a key with dots is written in quotes here: \"{key}.{word}\" = …")
-        }
-        None => match places(word).iter().find(|_| table != "axes") {
-            Some(place) if message.starts_with("unknown field") => {
-                format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
-            }
-            _ => format!("unknown; known: {}", known.join(", ")),
-        },
-    }
-}
-
 /// A scenario file with what was changed of it.
 #[derive(Clone, Debug)]
 pub struct Document {
@@ -177,6 +147,8 @@ pub struct Document {
     pub(super) table: Table,
     pub(super) changed: Vec<(String, Origin)>,
     files: Files,
+    /// Whether the program that runs the trials has the class of `detector.python`.
+    pub(super) hosted: bool,
 }
 
 /// Parts that a key may have.
@@ -200,7 +172,14 @@ impl Document {
             message: error.message().replace('\n', " "),
         })?;
         let files = Files::of(file.parent().unwrap_or_else(|| Path::new("")));
-        Ok(Self { file: file.to_owned(), text: text.into(), table, changed: Vec::new(), files })
+        Ok(Self {
+            file: file.to_owned(),
+            text: text.into(),
+            table,
+            changed: Vec::new(),
+            files,
+            hosted: false,
+        })
     }
 
     /// Sets a key, such as `sensors.noise`, to a value as it would stand in the file; a text needs no quotes.
@@ -345,9 +324,11 @@ impl Document {
 
     /// The typed tables.
     pub fn load(&self) -> Result<ScenarioFile, FileError> {
-        read_keyed(Value::Table(self.table.clone()))
+        let mut file: ScenarioFile = read_keyed(Value::Table(self.table.clone()))
             .map_err(|TableError { key, message }| FileError::serde(&key, &message))
-            .map_err(|error| self.locate(error))
+            .map_err(|error| self.locate(error))?;
+        file.detector.hosted = self.hosted;
+        Ok(file)
     }
 
     /// A key that a command cannot work with: what was found and what it needs, with where the key stands.

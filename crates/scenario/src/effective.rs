@@ -242,6 +242,7 @@ mod tests {
             "detector.polarity",
             "detector.dead_time",
             "detector.library",
+            "detector.python",
             "detector.call_timeout",
             "detector.config",
         ]);

@@ -16,6 +16,7 @@ mod document;
 mod effective;
 mod errors;
 mod foreign;
+mod hosted;
 mod link;
 mod motor;
 mod named;

@@ -72,7 +72,8 @@ impl Plan {
             let first = key.split('.').next().unwrap_or_default();
             let drawn =
                 ["seed", "detector", "detector.library"].contains(&key.as_str()) && table == "tolerances";
-            if FIXED.contains(&first) || drawn {
+            // A run has one class, whose name is its record.
+            if FIXED.contains(&first) || drawn || key == "detector.python" {
                 let needed = "a key of the motor, the drive, the rotor or the detector";
                 let error = FileError::key(&format!("{table}.{key}"), "a key of the run itself", needed);
                 return Err(document.locate(error));

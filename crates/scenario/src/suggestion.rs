@@ -1,5 +1,7 @@
 //! What was meant by a word that is not known.
 
+use super::units::places;
+
 /// Below this likeness (Jaro and Winkler's, from 0 to 1) a word is no misspelling of another.
 const NEAR: f64 = 0.75;
 
@@ -21,5 +23,34 @@ pub fn quoted<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Strin
     match nearest(word, known) {
         Some(near) => format!("`{word}` (did you mean `{near}`?)"),
         None => format!("`{word}`"),
+    }
+}
+
+/// The word that serde does not know, and those that it does.
+pub(super) fn unknown(message: &str) -> Option<(String, Vec<String>)> {
+    if !(message.starts_with("unknown field") || message.starts_with("unknown variant")) {
+        return None;
+    }
+    let mut quoted = message.split('`').skip(1).step_by(2).map(str::to_owned);
+    Some((quoted.next()?, quoted.collect()))
+}
+
+/// The message with the nearest known word, if one is near.
+pub(super) fn suggest(message: &str, table: &str, word: &str, known: &[String]) -> String {
+    if known.is_empty() {
+        return message.to_owned();
+    }
+    match nearest(word, known.iter().map(String::as_str)) {
+        Some(nearest) => format!("unknown; did you mean `{nearest}`? Known: {}", known.join(", ")),
+        None if ["axes.", "tolerances."].iter().any(|dotted| table.starts_with(dotted)) => {
+            let key = table.split_once('.').map_or(table, |(_, key)| key);
+            format!("a key with dots is written in quotes here: \"{key}.{word}\" = …")
+        }
+        None => match places(word).iter().find(|_| table != "axes") {
+            Some(place) if message.starts_with("unknown field") => {
+                format!("unknown; did you mean `{place}`? Known here: {}", known.join(", "))
+            }
+            _ => format!("unknown; known: {}", known.join(", ")),
+        },
     }
 }

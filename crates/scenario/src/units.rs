@@ -201,7 +201,7 @@ mod tests {
             for key in place["properties"].as_object().expect("a table").keys() {
                 let key = format!("{table}.{key}");
                 // A file and what it is told: neither numbers nor choices.
-                if ["detector.library", "detector.config"].contains(&key.as_str()) {
+                if ["detector.library", "detector.python", "detector.config"].contains(&key.as_str()) {
                     continue;
                 }
                 let known = keys.iter().find(|of| of.key == key);

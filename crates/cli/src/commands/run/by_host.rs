@@ -53,13 +53,15 @@ impl<E> From<Error> for Stopped<E> {
 }
 
 impl Host {
-    /// Carries out a command line `run …` with trials by `trial`. The summary in JSON; the rows are in [`Host::tables`].
+    /// Carries out a command line `run …` with trials by `trial`, whose detector is `class` (`module.Class@digest`): the record names it,
+    /// and nothing but a host runs that record. The summary in JSON; the rows are in [`Host::tables`].
     ///
     /// # Errors
-    /// What is wrong with the scenario, and the error of the first trial that has one.
+    /// What is wrong with the scenario, one that is the record of another class, and the error of the first trial that has one.
     pub fn trials<E: Send>(
         self: &Arc<Self>,
         words: impl IntoIterator<Item = OsString>,
+        class: &str,
         trial: Trial<'_, E>,
     ) -> Result<String, Stopped<E>> {
         self.run(|| {
@@ -67,12 +69,19 @@ impl Host {
             let Arguments { command: Command::Run(options) } = crate::arguments(words)? else {
                 return Err(Stopped::Wrong("not a command line of `run`".to_owned()));
             };
-            self.carry_out(&options, trial)
+            self.carry_out(&options, class, trial)
         })
     }
 
-    fn carry_out<E: Send>(&self, options: &Run, trial: Trial<'_, E>) -> Result<String, Stopped<E>> {
-        let plan = Plan::new(super::document_of(options)?).map_err(Error::from)?;
+    fn carry_out<E: Send>(
+        &self,
+        options: &Run,
+        class: &str,
+        trial: Trial<'_, E>,
+    ) -> Result<String, Stopped<E>> {
+        let mut document = super::document_of(options)?;
+        document.host(class).map_err(Error::from)?;
+        let plan = Plan::new(document).map_err(Error::from)?;
         let threads = options.threads.map(usize::from);
         let sweep = Trials { plan: &plan, shard: Shard::WHOLE, threads };
         let identity = sweep.identity().map_err(Error::from)?;

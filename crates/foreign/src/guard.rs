@@ -1,0 +1,70 @@
+//! What a detector from elsewhere may order: commands that there are, and not for ever.
+
+use standstill_interface::{Command, Fault, Nanos, Own};
+
+use crate::texts::kept;
+
+/// Samples of a command at most.
+const MOST_SAMPLES: u32 = 1 << 20;
+
+/// Commands that may be as short as they like. Beyond them a detection's commands must last a microsecond on average: what
+/// orders shorter ones for ever would never come to its limit of time.
+const SHORT_COMMANDS: u64 = 100_000;
+
+/// Numbers of reasons that are the bench's.
+const NEVER_DONE: u32 = u32::MAX - 1;
+const TOO_MANY: u32 = u32::MAX - 3;
+
+/// The commands of one detection of any detector that is not of this program: of a library, or of a class of Python.
+#[derive(Clone, Copy, Debug)]
+pub struct Guard {
+    time_limit: Nanos,
+    /// Number and time of all commands up to now.
+    commands: u64,
+    elapsed: Nanos,
+}
+
+impl Guard {
+    /// Of a detection that may take so long.
+    pub const fn new(time_limit: Nanos) -> Self {
+        Self { time_limit, commands: 0, elapsed: Nanos::ZERO }
+    }
+
+    /// Whether a command is one that there is.
+    ///
+    /// # Errors
+    /// What is wrong with it.
+    pub fn possible(command: &Command<f64>) -> Result<(), String> {
+        let (duration, samples) = (command.duration(), command.sampling.count);
+        if duration == Nanos::ZERO {
+            return Err("a command without duration".to_owned());
+        }
+        if samples > MOST_SAMPLES {
+            return Err(format!("a command with {samples} samples, more than {MOST_SAMPLES}"));
+        }
+        match command.sampling.last().filter(|last| *last > duration) {
+            Some(last) => Err(format!("a sample at {} ns of a command of {} ns", last.0, duration.0)),
+            None => Ok(()),
+        }
+    }
+
+    /// Lets a further command pass; `by_a_timer`: of a length that is not the detector's to choose.
+    ///
+    /// # Errors
+    /// A detection that takes longer than it may, or would never come to its limit.
+    pub fn pass(&mut self, duration: Nanos, by_a_timer: bool) -> Result<(), Fault<f64>> {
+        let refused = |code, text: &str| Err(Fault::Own(Own { code, text: kept(text) }));
+        self.elapsed = self.elapsed + duration;
+        if self.elapsed > self.time_limit {
+            return refused(NEVER_DONE, &format!("not done within {} s", self.time_limit.0 as f64 / 1e9));
+        }
+        self.commands += 1;
+        if !by_a_timer && self.commands > SHORT_COMMANDS + self.elapsed.0 / 1000 {
+            return refused(
+                TOO_MANY,
+                &format!("more than {SHORT_COMMANDS} commands of less than 1 us on average"),
+            );
+        }
+        Ok(())
+    }
+}
