@@ -4,6 +4,8 @@
 //!   cargo run --release -p standstill-analysis --example coverage -- 1000          all three probabilities
 //!   cargo run --release -p standstill-analysis --example coverage -- 1000 1e-9     one of them
 //!   cargo run --release -p standstill-analysis --example coverage -- 200 hidden    an event of which runs miss a part
+//!   cargo run --release -p standstill-analysis --example coverage -- 200 RP91      a problem of tests/systems/reliability.rs
+//!   cargo run --release -p standstill-analysis --example coverage -- 200 RP91 quick
 //! ```
 //! A two-vector test in Gaussian noise has the closed form Q(Δ/(√2 σ)). Each answer is eight runs; its seed is its number. A
 //! line is printed after every twenty answers, and counts all so far. The last column is the exact 95 % interval (Clopper and
@@ -14,9 +16,13 @@ use std::convert::Infallible;
 use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::*;
-use standstill_analysis::{Halt, Odds, System, subset::Settings};
+use standstill_analysis::subset::{Effort, Settings};
+use standstill_analysis::{Halt, Odds, System};
 use standstill_campaign::{Estimate, binomial_interval};
+use standstill_interface::Choice;
 
+#[path = "../tests/systems/reliability.rs"]
+mod reliability;
 #[path = "../tests/systems/mod.rs"]
 mod systems;
 
@@ -77,16 +83,21 @@ fn main() -> Result<(), Halt<Infallible>> {
     let mut arguments = std::env::args().skip(1);
     let answers: u64 = arguments.next().and_then(|text| text.parse().ok()).unwrap_or(50);
     let only = arguments.next();
+    let effort = arguments.next().and_then(|name| Effort::named(&name)).unwrap_or_default();
     println!("{answers} answers each, seeds 1 to {answers}");
     println!(
         "truth  answers   held  below  above  within 1.5  mean/truth  width  alarms  held  widened  trials an answer  held, with interval"
     );
     if only.as_deref() == Some("hidden") {
-        return count(&systems::Hidden, systems::Hidden::probability(), answers);
+        return count(&systems::Hidden, systems::Hidden::probability(), answers, effort);
+    }
+    if let Some(problem) = reliability::PROBLEMS.iter().find(|problem| Some(problem.name) == only.as_deref())
+    {
+        return count(problem, problem.probability, answers, effort);
     }
     let truth: Option<f64> = only.and_then(|text| text.parse().ok());
     for truth in truth.map_or_else(|| vec![1e-3, 1e-6, 1e-9], |truth| vec![truth]) {
-        count(&systems::TwoVectors::of(truth), truth, answers)?;
+        count(&systems::TwoVectors::of(truth), truth, answers, effort)?;
     }
     Ok(())
 }
@@ -96,9 +107,10 @@ fn count<S: System<Error = Infallible> + Sync>(
     system: &S,
     truth: f64,
     answers: u64,
+    effort: Effort,
 ) -> Result<(), Halt<Infallible>> {
     let answer = |seed| {
-        let settings = Settings { seed, ..Settings::default() };
+        let settings = Settings { seed, states: effort.states(), ..Settings::default() };
         let odds = Odds::of(system, &settings, &AtomicBool::new(false), |_| {})?;
         // Thousands of answers with all their tapes would fill the memory.
         Ok(Odds { failures: Vec::new(), ..odds })

@@ -17,6 +17,7 @@ mod moves;
 mod population;
 
 use rayon::prelude::*;
+use standstill_interface::choice;
 use standstill_sim::{Purpose, Streams, Tape};
 
 use crate::{Halt, System, Watch};
@@ -32,8 +33,37 @@ const PLAIN: [f64; 9] = [0.9, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01];
 const UNREAD: Purpose = Purpose::Design;
 const UNREAD_DRAWS: usize = 8;
 
-/// How a run goes about it. The default is what a trial of simulated motors needs; a quarter of the states, or one move
-/// in place of three, loses modes that lie at other angles.
+choice! {
+    /// How much an answer may cost: states of a level.
+    #[derive(Default)]
+    pub enum Effort {
+        /// 1,000 states: a quarter of the trials, for an interval twice as wide; parts at other angles are lost sooner.
+        Quick = "quick",
+        /// 4,000 states: what a trial of simulated motors needs.
+        Normal = "normal" default,
+        /// 16,000 states: four times the trials, for an interval half as wide.
+        High = "high",
+    }
+}
+
+impl Effort {
+    /// States of a level.
+    ///
+    /// ```
+    /// use standstill_analysis::subset::{Effort, Settings};
+    ///
+    /// assert_eq!(Settings::default().states, Effort::default().states());
+    /// ```
+    pub const fn states(self) -> u32 {
+        match self {
+            Self::Quick => 1000,
+            Self::Normal => 4000,
+            Self::High => 16_000,
+        }
+    }
+}
+
+/// How a run goes about it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// States of a level.
@@ -48,7 +78,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { states: 4000, chain: 10, seed: 1, least: 1e-15 }
+        Self { states: Effort::Normal.states(), chain: 10, seed: 1, least: 1e-15 }
     }
 }
 
@@ -157,6 +187,7 @@ pub fn run<S: System>(
         if reached {
             break;
         }
+        watch.came_to(run.levels, run.probability);
         if run.probability < settings.least {
             run.end = End::TooRare;
             break;

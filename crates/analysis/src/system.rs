@@ -53,6 +53,9 @@ pub trait Watch: Sync {
     /// So many further trials are done.
     fn did(&self, trials: u64);
 
+    /// The run at hand has come down to a level of this number, beyond which starts are with this probability.
+    fn came_to(&self, _level: u32, _probability: f64) {}
+
     /// What an interrupted question kept under this key.
     fn recall(&self, _key: &str) -> Option<Vec<u8>> {
         None

@@ -433,6 +433,7 @@ def odds(
     /,
     *,
     event: str,
+    effort: str | None = None,
     seed: int | None = None,
     out: Pathlike | None = None,
     force: bool = False,
@@ -446,7 +447,7 @@ def odds(
     >>> 0.0 < answer["low"] <= answer["probability"] <= answer["high"] < 0.5
     True
     """
-    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, seed=seed, out=out, force=force, threads=threads)
+    answer: dict[str, Any] = _answer("odds", scenario, progress, event=event, effort=effort, seed=seed, out=out, force=force, threads=threads)
     return answer
 
 

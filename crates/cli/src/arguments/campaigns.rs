@@ -5,11 +5,12 @@ use std::path::PathBuf;
 use clap::{Args, ValueEnum};
 use standstill_analysis::Event;
 use standstill_analysis::limit::{LimitError, Limits, Measure, MeasureError, Subject};
+use standstill_analysis::subset::Effort;
 use standstill_campaign::store::Shard;
 use standstill_table::Format;
 
 use super::scenario::{Axes, Keys, Seed, Source, assignment};
-use super::{Force, MOST_ROWS, OUT, trial, whole};
+use super::{Force, MOST_ROWS, OUT, choice, trial, whole};
 use crate::error::Error;
 
 /// Most trials of a run that keeps statistics alone. With as many at as many points as a design may have, the run's rows are
@@ -137,6 +138,10 @@ pub struct Odds {
     /// failed, `|e| > 3 deg` (the axis is off by more; of all starts), `moved > 1 deg`, `peak_current > 8 A`
     #[arg(long, value_name = "EVENT", value_parser = event)]
     pub event: Event,
+    /// quick, normal or high: 1,000, 4,000 or 16,000 states of a level. Each step costs four times the trials and halves the interval;
+    /// quick loses parts of the event that lie at other angles sooner
+    #[arg(long, value_name = "EFFORT", default_value = "normal", value_parser = choice::<Effort>())]
+    pub effort: Effort,
 }
 
 #[derive(Debug, Args)]

@@ -2,10 +2,12 @@
 
 mod words;
 
+use std::sync::{Mutex, PoisonError};
+
 use serde::Serialize;
 use serde_json::json;
-use standstill_analysis::subset::{End, Run, Settings};
-use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, RUNS, Sector, Trials};
+use standstill_analysis::subset::{Effort, End, Run, Settings};
+use standstill_analysis::{Anatomy, Answer as By, Draw, Event, Odds, RUNS, Sector, Trials, Watch};
 use standstill_report::figure::Figure;
 use standstill_scenario::Plan;
 use standstill_scenario::Record;
@@ -22,6 +24,7 @@ use crate::columns;
 use crate::error::Error;
 use crate::figures;
 use crate::output::Output;
+use crate::progress::Watched;
 
 /// Time in s between two points of a waveform at most.
 const RESOLUTION: f64 = 5e-6;
@@ -68,47 +71,107 @@ pub fn run(options: &Options) -> Result<Report, Error> {
         // Made and removed again: what cannot be written shows before the first trial.
         drop(Output::create(&folder, &["odds.csv", "odds.json", "odds.html", "odds.svg", "odds.png"])?);
     }
-    let asked = Identity::new(&plan, [("--event", Some(options.event.to_string()))])?;
-    let settings = Settings { seed: plan.file().seed, ..Settings::default() };
+    let effort = (options.effort != Effort::default()).then(|| options.effort.name().to_owned());
+    let asked = Identity::new(&plan, [("--event", Some(options.event.to_string())), ("--effort", effort)])?;
+    let settings =
+        Settings { seed: plan.file().seed, states: options.effort.states(), ..Settings::default() };
     let watched = question::watched(question, "odds", &asked, expected(&settings, &[]))?;
-    let (mut done, mut found) = (Vec::new(), Vec::new());
+    let listening = Listening { watched: &watched, found: Mutex::default() };
+    let mut done = Vec::new();
     let answered = on_threads(question, || {
-        watched.bar.set_message(format!("run 1 of {RUNS}"));
+        watched.bar.set_message(progress(&SoFar::default()));
         let hear = |run: &Run| {
             done.push((run.levels, run.probability));
             watched.bar.set_length(expected(&settings, &done));
-            found.push((run.end, run.probability));
-            watched.bar.set_message(progress(&found));
+            listening.hear(|so_far| {
+                so_far.runs.push((run.end, run.probability));
+                so_far.level = None;
+            });
         };
-        let odds = trials.odds(options.event, &settings, &watched, hear)?;
+        let odds = trials.odds(options.event, &settings, &listening, hear)?;
         let anatomy = Anatomy::of(&trials, options.event, &odds.failures, &watched)?;
         Ok((odds, anatomy))
     })?;
     watched.bar.finish_and_clear();
     let Some((odds, anatomy)) = unless_stopped(answered)? else {
-        return Ok(interrupted(
-            question,
-            "odds",
-            &watched,
-            &format!("{} of {RUNS} runs were done", done.len()),
-        ));
+        return Ok(interrupted(question, "odds", &watched, &listening.interrupted()));
     };
     answer(&plan, &trials, options.event, &odds, &anatomy)?.report(question, &asked)
 }
 
-/// What is known after these runs: the event's probability once one reached it, before that only how far down the last one came.
-fn progress(done: &[(End, f64)]) -> String {
-    let next = (done.len() + 1).min(RUNS as usize);
-    let reached = done.iter().filter(|(end, _)| *end == End::Reached);
-    let sum: f64 = reached.clone().map(|(_, found)| found).sum();
-    match done.last() {
-        _ if reached.count() > 0 => {
-            format!("run {next} of {RUNS}, so far {}", probability(sum / done.len() as f64))
-        }
-        Some((End::TooRare, level)) => format!("run {next} of {RUNS}, level at {}", probability(*level)),
-        Some((End::Flat, _)) => "nothing leads to the event: plain trials".to_owned(),
-        _ => format!("run {next} of {RUNS}"),
+/// What is known while runs go on.
+#[derive(Default)]
+struct SoFar {
+    /// How the runs that are done ended, and their probabilities.
+    runs: Vec<(End, f64)>,
+    /// The probability of the level to which the one at hand has come.
+    level: Option<f64>,
+}
+
+/// Shows how far runs have come.
+struct Listening<'a> {
+    watched: &'a Watched,
+    found: Mutex<SoFar>,
+}
+
+impl Listening<'_> {
+    fn hear(&self, of: impl FnOnce(&mut SoFar)) {
+        let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        of(&mut found);
+        self.watched.bar.set_message(progress(&found));
     }
+
+    fn interrupted(&self) -> String {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let known = known(&found).map_or_else(String::new, |known| format!(", {known}"));
+        format!("{} of {RUNS} runs were done{known}", found.runs.len())
+    }
+}
+
+impl Watch for Listening<'_> {
+    fn stopped(&self) -> bool {
+        self.watched.stopped()
+    }
+
+    fn did(&self, trials: u64) {
+        self.watched.did(trials);
+    }
+
+    fn came_to(&self, _level: u32, probability: f64) {
+        self.hear(|so_far| so_far.level = Some(probability));
+    }
+
+    fn recall(&self, key: &str) -> Option<Vec<u8>> {
+        self.watched.recall(key)
+    }
+
+    fn keep(&self, key: &str, bytes: &[u8]) {
+        self.watched.keep(key, bytes);
+    }
+}
+
+/// What runs and levels say so far: the event's probability once a run reached it; before that it is rarer than the levels, as far as
+/// these lead to it.
+fn known(so_far: &SoFar) -> Option<String> {
+    let reached = so_far.runs.iter().filter(|(end, _)| *end == End::Reached);
+    let sum: f64 = reached.clone().map(|(_, found)| found).sum();
+    if reached.count() > 0 {
+        return Some(format!("so far {}", probability(sum / so_far.runs.len() as f64)));
+    }
+    let levels = so_far.runs.iter().filter(|(end, _)| *end == End::TooRare).map(|(_, level)| *level);
+    // Of runs that came down, the one that came least far bounds the most.
+    let lowest =
+        levels.fold(None, |most: Option<f64>, level| Some(most.map_or(level, |most| most.max(level))));
+    let level = lowest.or(so_far.level)?;
+    Some(format!("at most {level:.0e} so far, if the levels lead to all of it"))
+}
+
+fn progress(so_far: &SoFar) -> String {
+    if let Some((End::Flat, _)) = so_far.runs.last() {
+        return "nothing leads to the event: plain trials".to_owned();
+    }
+    let run = format!("run {} of {RUNS}", (so_far.runs.len() + 1).min(RUNS as usize));
+    known(so_far).map_or_else(|| run.clone(), |known| format!("{run}, {known}"))
 }
 
 /// About how many trials there will be, from the runs that are done.
@@ -220,10 +283,13 @@ mod tests {
     #[test]
     fn regress_progress_does_not_show_a_level_as_the_event() {
         let (reached, rare) = ((End::Reached, 2e-6), (End::TooRare, 1e-16));
-        assert_eq!(progress(&[]), "run 1 of 8");
-        assert_eq!(progress(&[rare]), "run 2 of 8, level at 1.00e-16");
-        assert_eq!(progress(&[rare, reached]), "run 3 of 8, so far 1.00e-6");
-        assert_eq!(progress(&[reached; 8]), "run 8 of 8, so far 2.00e-6");
-        assert!(!progress(&[(End::Flat, 1.0)]).contains("1.0"));
+        let of = |runs: &[(End, f64)], level| progress(&SoFar { runs: runs.to_vec(), level });
+        assert_eq!(of(&[], None), "run 1 of 8");
+        let bound = "if the levels lead to all of it";
+        assert_eq!(of(&[], Some(1.02e-3)), format!("run 1 of 8, at most 1e-3 so far, {bound}"));
+        assert_eq!(of(&[rare], Some(1e-2)), format!("run 2 of 8, at most 1e-16 so far, {bound}"));
+        assert_eq!(of(&[rare, reached], Some(1e-2)), "run 3 of 8, so far 1.00e-6");
+        assert_eq!(of(&[reached; 8], None), "run 8 of 8, so far 2.00e-6");
+        assert!(!of(&[(End::Flat, 1.0)], None).contains("1.0"));
     }
 }

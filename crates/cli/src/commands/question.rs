@@ -119,9 +119,10 @@ pub fn interrupted(question: &Question, name: &str, watched: &Watched, done: &st
     let kept = notes_of(question, name).filter(|_| watched.has_notes());
     let command = super::run::to_resume();
     let text = match (question.json, kept) {
-        (true, None) => format!("{:#}\n", serde_json::json!({ "interrupted": true })),
+        (true, None) => format!("{:#}\n", serde_json::json!({ "interrupted": true, "done": done })),
         (true, Some(path)) => {
-            let json = serde_json::json!({ "interrupted": true, "journal": path, "resume": command });
+            let json =
+                serde_json::json!({ "interrupted": true, "done": done, "journal": path, "resume": command });
             format!("{json:#}\n")
         }
         (false, None) => format!("Interrupted: {done}; no files were written.\n"),
