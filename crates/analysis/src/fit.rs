@@ -144,7 +144,11 @@ pub fn fit(records: &[Record], start: &Start, did: &(dyn Fn() -> bool + Sync)) -
     let link = pieces.iter().map(|piece| piece.link).sum::<f64>() / pieces.len() as f64;
     let slope = link / point.plant.inductance[0].min(point.plant.inductance[1]);
     let problem = Problem { frame, pieces, channels, free: Vec::new(), edges: Vec::new() };
-    let begin = Begin { plant: point.plant.clone(), switch_is_stated: start.switch_is_stated };
+    let begin = Begin {
+        plant: point.plant.clone(),
+        switch_is_stated: start.switch_is_stated,
+        winding_is_stated: start.motor.is_some(),
+    };
     let mut work = Work { problem, scatter, begin, steps: MOST_STEPS, reach, link, did };
 
     // The axis, by straight cores, from several angles.

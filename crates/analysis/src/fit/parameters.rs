@@ -76,6 +76,8 @@ pub struct Begin {
     pub plant: Plant,
     /// Whether somebody stated the resistance of the switches.
     pub switch_is_stated: bool,
+    /// Whether the winding's resistance is that of a motor like it; if not, it is a guess.
+    pub winding_is_stated: bool,
 }
 
 impl Parameter {
@@ -197,7 +199,7 @@ impl Parameter {
     /// nothing. In a fit of currents up to `reach` A, on a link of so many volts, that began with this plant: shares of a
     /// resistance or a drop are those of the value it began with, wherever the search has come to.
     pub fn plausible(self, point: &Point, begin: &Begin, reach: f64, link: f64) -> f64 {
-        let Begin { plant: begin, switch_is_stated } = begin;
+        let Begin { plant: begin, switch_is_stated, winding_is_stated } = begin;
         let devices = &begin.devices;
         let resistance = begin.resistance.max(1e-3 * link / reach);
         match self {
@@ -205,7 +207,8 @@ impl Parameter {
             Angle => 30_f64.to_radians(),
             Offset(_) => 0.2 * reach,
             Gain(_) => 0.03,
-            // The resistance that the search began with may be a guess, far too low.
+            // Of a guess no more is known than that the link drives the current through it.
+            Resistance if !winding_is_stated => 0.5 * link / reach,
             Resistance => 0.5 * resistance.max(point.plant.resistance),
             Delay => 2e-6,
             Lag => point.lag,

@@ -41,8 +41,10 @@ fn law_a_trace_becomes_a_motor_that_loads() {
     assert!(sheet.matches("source = \"measured\"").count() >= 5, "{sheet}");
     // The pulses reached 7.1 A along −d and 4.8 A along q, and the motor's saturation is stated at 8 A.
     assert_eq!(sheet.matches("extrapolated: the pulses reached").count(), 2, "{sheet}");
-    let at = |name: &str| get(name)["at_A"].as_f64().expect("a current");
-    assert!((at("saturation.d") - 8.0).abs() < 1e-9 && (4.0..5.5).contains(&at("saturation.q")));
+    let stated_at = |name: &str| get(name)["at_A"].as_f64().expect("a current");
+    assert!(
+        (stated_at("saturation.d") - 8.0).abs() < 1e-9 && (4.0..5.5).contains(&stated_at("saturation.q"))
+    );
     let shown = String::from_utf8(standstill(&["motors", "f/motor.toml"], at).stdout).expect("text");
     assert!(shown.lines().any(|line| line.contains("nameplate.L_d") && line.contains("measured")), "{shown}");
     let traced =
