@@ -206,3 +206,19 @@ fn regress_a_mode_that_some_runs_miss_rings_an_alarm() {
     });
     assert!(alarmed.count() >= 3);
 }
+
+#[test]
+fn law_a_likely_event_has_a_curve_on_both_sides_of_it() {
+    for (truth, beyond) in [(0.2, true), (1e-3, false)] {
+        let found = run(&Any(&TwoVectors::of(truth)), &Settings::default(), 0, &NEVER).expect("runs");
+        assert!(found.curve.len() > 4, "{:?}", found.curve);
+        for pair in found.curve.windows(2) {
+            assert!(pair[0].0 <= pair[1].0 && pair[0].1 >= pair[1].1, "{pair:?} of {truth}");
+        }
+        let [above, below] =
+            [found.curve.iter().any(|p| p.0 > 0.01), found.curve.iter().any(|p| p.0 < -0.01)];
+        assert!(below && above == beyond, "{:?} of {truth}", found.curve);
+        // The event's own place is one of the curve's.
+        assert!(found.curve.iter().any(|p| p.1 == found.probability), "{:?}", found.curve);
+    }
+}

@@ -354,3 +354,32 @@ fn law_every_key_has_a_control_and_what_a_method_does_not_have_is_not_there() {
     // Settings are told apart by all that they are.
     assert_ne!(Setting::default().name(), Setting { point: 1, ..Setting::default() }.name());
 }
+
+#[test]
+fn law_what_suits_a_motor_is_looked_for_once_whatever_its_detector() {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+    let asked = Arc::new(AtomicUsize::new(0));
+    let counted = Arc::clone(&asked);
+    let find = move |document: &Document| {
+        counted.fetch_add(1, Ordering::SeqCst);
+        assert_eq!(document.get("detector.method"), None, "it is asked for a detector");
+        let keys = [("detector.method".to_owned(), "bipolar".to_owned())].into_iter().collect();
+        Ok(standstill_lab::Advice { keys: Some(keys), text: "so and so".to_owned() })
+    };
+    let advised = bench(None).advised(Box::new(find));
+    let ask = |set: &str| {
+        let answer =
+            advised.answer("advice", &format!(r#"{{"setting":{{"set":{set}}}}}"#)).expect("an answer");
+        serde_json::from_slice::<Value>(&answer).expect("JSON")
+    };
+    let known = json!({ "keys": { "detector.method": "bipolar" }, "text": "so and so" });
+    for set in ["{}", r#"{"detector.method":"subdivision"}"#, r#"{"detector.pulse":"90 us"}"#] {
+        assert_eq!(ask(set), known);
+    }
+    assert_eq!(asked.load(Ordering::SeqCst), 1, "the same motor and drive");
+    ask(r#"{"errors":"harsh"}"#);
+    assert_eq!(asked.load(Ordering::SeqCst), 2, "another drive");
+    // Nonsense is refused as anywhere, and a lab that has nobody to ask says so.
+    assert!(advised.answer("advice", r#"{"setting":{"set":{"sensors.nois":"1"}}}"#).is_err());
+    assert!(bench(None).answer("advice", r#"{"setting":{}}"#).is_err());
+}
