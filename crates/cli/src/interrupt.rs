@@ -17,7 +17,10 @@ pub fn flag() -> Arc<AtomicBool> {
     }
     let stop = Arc::new(AtomicBool::new(false));
     let seen = Arc::clone(&stop);
-    handle(move || seen.swap(true, Ordering::SeqCst));
+    handle(move || {
+        end_if_hanging();
+        seen.swap(true, Ordering::SeqCst)
+    });
     stop
 }
 
@@ -37,9 +40,28 @@ pub fn then(act: impl Fn() + Send + 'static) {
     handle(move || {
         let again = seen.swap(true, Ordering::SeqCst);
         if !again {
+            end_if_hanging();
             act();
         }
         again
+    });
+}
+
+/// How long a library may take for a call after an interrupt.
+#[cfg(target_os = "linux")]
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(1);
+
+/// Ends the process if a library does not return from a call: the work cannot end then, whatever the flag says.
+fn end_if_hanging() {
+    #[cfg(target_os = "linux")]
+    std::thread::spawn(|| {
+        let hanging = std::iter::repeat_with(|| standstill_foreign::hanging(PATIENCE)).flatten().next();
+        output::abandon();
+        tell(&format!(
+            "Interrupted: {}. With --isolate (run, sweep) that costs its trial alone, after detector.call_timeout.",
+            hanging.unwrap_or_default()
+        ));
+        std::process::exit(i32::from(INTERRUPTED));
     });
 }
 

@@ -50,6 +50,8 @@ pub struct Report {
 /// The program: carries out the command line of this process.
 #[cfg(feature = "program")]
 pub fn main() -> ExitCode {
+    #[cfg(target_os = "linux")]
+    standstill_foreign::keep_output();
     let outcome = arguments(std::env::args_os()).and_then(|arguments| {
         let for_programs = prints_for_programs(&arguments.command);
         let report = command(arguments)?;
@@ -130,13 +132,22 @@ fn command(arguments: Arguments) -> Result<Report, Error> {
 
 /// Writes to standard output. Whoever reads it may stop reading (`| head`); that is no error.
 pub(crate) fn print(text: &str) -> Result<(), Error> {
-    let mut stdout = std::io::stdout();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match write(text) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Error::Write("standard output".into(), error))
         }
         _ => Ok(()),
     }
+}
+
+/// Writes to standard output, or where it went when a library was loaded, which may print there what it likes.
+pub(crate) fn write(text: &str) -> std::io::Result<()> {
+    #[cfg(target_os = "linux")]
+    if let Some(mut output) = standstill_foreign::output() {
+        return output.write_all(text.as_bytes());
+    }
+    let mut output = std::io::stdout();
+    output.write_all(text.as_bytes()).and_then(|()| output.flush())
 }
 
 /// A command line, beginning with the program's name; mistakes in one line.

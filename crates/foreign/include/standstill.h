@@ -88,7 +88,7 @@ typedef struct sts_legs {
 
 typedef struct sts_stage {
     sts_legs legs;
-    uint32_t edge_ns[3]; /* of STS_RISE and STS_FALL */
+    uint32_t edge_ns[3]; /* of STS_RISE and STS_FALL, at most duration_ns */
     uint32_t reserved;
     uint64_t duration_ns;
 } sts_stage;
@@ -102,9 +102,9 @@ typedef struct sts_command {
     uint64_t interval_ns;
 } sts_command;
 
-/* How a detection ends. What the detector does not know stays as it is. */
+/* How a detection ends. What the detector does not know stays as it is; a pole_evidence that is no number is a failure. */
 typedef struct sts_result {
-    float angle;           /* rad */
+    float angle;           /* rad, at most 1000 either way */
     float angle_deviation; /* standard deviation that the angle has, rad */
     float pole_evidence;   /* for the north pole at `angle`, in standard deviations; negative: for the other end */
     float pole_needed;     /* what the detector asks for before it names a pole, 0 or more; goes with pole_evidence */

@@ -25,6 +25,13 @@ fn stage(from: &abi::Stage) -> Result<Stage<f64>, Fault<f64>> {
     let mut legs = [Leg::Off; 3];
     for (k, leg) in legs.iter_mut().enumerate() {
         let edge = Nanos(from.edge_ns[k].into());
+        if [abi::RISE, abi::FALL].contains(&from.legs.leg[k]) && edge.0 > from.duration_ns {
+            let text = format!(
+                "leg {} is to switch at {} ns of a stage of {} ns",
+                PHASES[k], edge.0, from.duration_ns
+            );
+            return Err(broken(&text));
+        }
         *leg = match from.legs.leg[k] {
             abi::OFF => Leg::Off,
             abi::LOW => Leg::Low,

@@ -7,8 +7,8 @@
 
 use std::cell::Cell;
 use std::ptr;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Arc, Once, OnceLock};
+use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
+use std::sync::{Mutex, Once, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What a library is called for.
@@ -22,30 +22,135 @@ pub enum Moment {
     Trial(u64),
 }
 
-/// Whose crash it would be, for whoever must tell of it.
-#[derive(Debug)]
+impl Moment {
+    const fn number(self) -> u64 {
+        match self {
+            Self::Load => u64::MAX,
+            Self::Check => u64::MAX - 1,
+            Self::Trial(trial) => trial,
+        }
+    }
+}
+
+/// Whose crash it would be, for whoever must say so.
+#[derive(Clone, Copy, Debug)]
 pub struct Site {
-    library: Arc<str>,
+    /// The library as messages have it.
+    library: &'static String,
     moment: Moment,
 }
 
 impl Site {
     /// Of a library at this moment.
-    pub fn new(library: &Arc<str>, moment: Moment) -> Self {
-        Self { library: Arc::clone(library), moment }
+    pub fn new(library: &'static String, moment: Moment) -> Self {
+        Self { library, moment }
     }
+}
 
-    /// Writes its parts, without asking for memory: a signal handler may.
-    fn tell(&self, end: &[&str]) {
-        let mut digits = [0; 20];
-        let [before, number] = match self.moment {
-            Moment::Load => [", while it was loaded,", ""],
-            Moment::Check => [", while a first detector of it was tried,", ""],
-            Moment::Trial(trial) => [" in trial ", decimal(trial, &mut digits)],
-        };
-        let begin = ["\nstandstill: the detector ", &self.library, before, number];
-        write(begin.iter().chain(end));
+/// What a thread is doing, for signal handlers and other threads.
+#[derive(Debug)]
+struct Place {
+    /// The library that it is in; null if it is in none.
+    library: AtomicPtr<String>,
+    moment: AtomicU64,
+    /// Calls so far.
+    calls: AtomicU64,
+}
+
+/// The places of all threads that ever were in a library.
+static PLACES: Mutex<Vec<&'static Place>> = Mutex::new(Vec::new());
+
+thread_local! {
+    /// Without destructor, so that a signal handler may read it.
+    static HERE: Cell<Option<&'static Place>> = const { Cell::new(None) };
+}
+
+#[cold]
+fn new_place() -> &'static Place {
+    let place = Place { library: AtomicPtr::default(), moment: AtomicU64::new(0), calls: AtomicU64::new(0) };
+    let place: &'static Place = Box::leak(Box::new(place));
+    PLACES.lock().unwrap_or_else(PoisonError::into_inner).push(place);
+    HERE.set(Some(place));
+    place
+}
+
+/// From here on to its [`Inside::leave`] a crash is that detection's. What unwinds instead is an exception of C++, which may
+/// not pass through this program.
+#[must_use]
+pub struct Inside(&'static Place);
+
+/// See [`Inside`].
+#[inline]
+pub fn enter(site: Site) -> Inside {
+    if ISOLATED.load(Ordering::Relaxed) {
+        BEGAN.store(now(), Ordering::Relaxed);
     }
+    let place = HERE.get().unwrap_or_else(new_place);
+    place.calls.store(place.calls.load(Ordering::Relaxed) + 1, Ordering::Relaxed);
+    place.moment.store(site.moment.number(), Ordering::Relaxed);
+    place.library.store(ptr::from_ref(site.library).cast_mut(), Ordering::Relaxed);
+    Inside(place)
+}
+
+impl Inside {
+    /// See [`enter`].
+    #[inline]
+    pub fn leave(self) {
+        self.0.library.store(ptr::null_mut(), Ordering::Relaxed);
+        BEGAN.store(0, Ordering::Relaxed);
+        std::mem::forget(self);
+    }
+}
+
+impl Drop for Inside {
+    #[cold]
+    fn drop(&mut self) {
+        if ISOLATED.load(Ordering::Relaxed) {
+            // SAFETY: the program ends here, as its parent expects.
+            unsafe { libc::_exit(THREW) };
+        }
+        tell(self.0, &[" let a C++ exception out of its function, where nobody catches it\n"]);
+        // SAFETY: the program ends here; what the signal means has been said.
+        unsafe {
+            libc::signal(libc::SIGABRT, libc::SIG_DFL);
+            libc::abort();
+        }
+    }
+}
+
+/// The library whose call has not returned for so long, and when that is, if there is one.
+pub fn hanging(limit: Duration) -> Option<String> {
+    let all = || PLACES.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    let count = |place: &Place| place.calls.load(Ordering::Relaxed);
+    let before: Vec<(&Place, u64)> = all().into_iter().map(|place| (place, count(place))).collect();
+    std::thread::sleep(limit);
+    before.into_iter().filter(|(place, calls)| count(place) == *calls).find_map(|(place, _)| {
+        let (name, mut digits) = (name_of(place)?, [0; 20]);
+        let [when, number] = when(place, &mut digits);
+        Some(format!("the detector {name}{when}{number} has not returned from a call for {limit:?}"))
+    })
+}
+
+fn name_of(place: &Place) -> Option<&'static str> {
+    let library = place.library.load(Ordering::Relaxed);
+    // SAFETY: null, or the name of a library, which is kept for the rest of the program.
+    unsafe { library.as_ref() }.map(String::as_str)
+}
+
+fn when<'a>(place: &Place, digits: &'a mut [u8; 20]) -> [&'a str; 2] {
+    match place.moment.load(Ordering::Relaxed) {
+        u64::MAX => [", while it was loaded,", ""],
+        number if number == Moment::Check.number() => [", while a first detector of it was tried,", ""],
+        trial => [" in trial ", decimal(trial, digits)],
+    }
+}
+
+/// Writes whose crash it is, without asking for memory: a signal handler may.
+fn tell(place: &Place, end: &[&str]) {
+    let mut digits = [0; 20];
+    let [before, number] = when(place, &mut digits);
+    let begin = ["\nstandstill: the detector ", name_of(place).unwrap_or("?"), before, number];
+    write(begin.iter().chain(end));
 }
 
 /// A number's digits.
@@ -59,27 +164,6 @@ fn decimal(mut number: u64, digits: &mut [u8; 20]) -> &str {
             return std::str::from_utf8(&digits[first..]).unwrap_or("?");
         }
     }
-}
-
-thread_local! {
-    /// The detection that is inside its library in this thread. Without destructor, so that a signal handler may read it.
-    static HERE: Cell<*const Site> = const { Cell::new(ptr::null()) };
-}
-
-/// From here on to [`leave`] a crash is that detection's.
-#[inline]
-pub fn enter(site: &Site) -> *const Site {
-    if ISOLATED.load(Ordering::Relaxed) {
-        BEGAN.store(now(), Ordering::Relaxed);
-    }
-    HERE.replace(site)
-}
-
-/// See [`enter`].
-#[inline]
-pub fn leave(before: *const Site) {
-    HERE.set(before);
-    BEGAN.store(0, Ordering::Relaxed);
 }
 
 /// Whether this is a worker process.
@@ -96,6 +180,9 @@ fn now() -> u64 {
 
 /// The code with which a worker ends whose library called `exit`.
 const CALLED_EXIT: i32 = 98;
+
+/// The code with which a worker ends whose library let an exception out.
+const THREW: i32 = 96;
 
 /// The code with which a worker ends whose library did not return in time.
 const TOO_LONG: i32 = 97;
@@ -136,6 +223,7 @@ pub fn ending(code: Option<i32>, signal: Option<i32>) -> String {
     let known = |number| SIGNALS.iter().find(|(known, _)| Some(*known) == number);
     match (code, signal) {
         (Some(TOO_LONG), _) => "a call took longer than detector.call_timeout".to_owned(),
+        (Some(THREW), _) => "the library let a C++ exception out of its function".to_owned(),
         (Some(CALLED_EXIT), _) => "the library called exit()".to_owned(),
         (Some(code), _) => format!("its process ended with code {code}"),
         (None, signal) => match known(signal) {
@@ -151,7 +239,7 @@ const SIGNALS: [(libc::c_int, &str); 5] = [
     (libc::SIGBUS, "SIGBUS, memory that is not there"),
     (libc::SIGFPE, "SIGFPE, such as a division of whole numbers by zero"),
     (libc::SIGILL, "SIGILL, no instruction"),
-    (libc::SIGABRT, "SIGABRT, abort() or a failed assert()"),
+    (libc::SIGABRT, "SIGABRT, such as abort(), a failed assert() or an exception that nobody catches"),
 ];
 
 /// As many threads may be inside of libraries.
@@ -192,11 +280,9 @@ fn write<'a>(texts: impl Iterator<Item = &'a &'a str>) {
     unsafe { libc::write(libc::STDERR_FILENO, line.as_ptr().cast(), length) };
 }
 
-/// Whose crash it is, if it is a library's.
-fn here() -> Option<&'static Site> {
-    let site = HERE.get();
-    // SAFETY: null, or a detection that is inside its library, which outlives the call.
-    (!site.is_null()).then(|| unsafe { &*site })
+/// Where this thread is, if it is in a library.
+fn here() -> Option<&'static Place> {
+    HERE.get().filter(|place| !place.library.load(Ordering::Relaxed).is_null())
 }
 
 /// Threads may crash or call `exit()` at the same time. The first one goes on, and ends the program for all.
@@ -210,11 +296,11 @@ fn first() {
 
 extern "C" fn on_signal(signal: libc::c_int) {
     first();
-    if let Some(site) = here()
+    if let Some(place) = here()
         && !ISOLATED.load(Ordering::Relaxed)
     {
         let name = SIGNALS.iter().find(|(known, _)| *known == signal).map_or("a signal", |(_, name)| name);
-        site.tell(&[" crashed: ", name, "\n"]);
+        tell(place, &[" crashed: ", name, "\n"]);
     }
     // SAFETY: without the handler the signal ends the program as it would have; sent to this thread itself.
     unsafe {
@@ -224,13 +310,13 @@ extern "C" fn on_signal(signal: libc::c_int) {
 }
 
 extern "C" fn on_exit() {
-    if let Some(site) = here() {
+    if let Some(place) = here() {
         first();
         if ISOLATED.load(Ordering::Relaxed) {
             // SAFETY: the program ends here, as its parent expects.
             unsafe { libc::_exit(CALLED_EXIT) };
         }
-        site.tell(&[" called exit(), which ends the whole program\n"]);
+        tell(place, &[" called exit(), which ends the whole program\n"]);
         // SAFETY: the program ends here; results are not written, as their command is in the middle of its work.
         unsafe { libc::_exit(1) };
     }

@@ -11,7 +11,8 @@ use standstill_interface::{
 };
 
 use crate::command;
-use crate::image::{Image, Moment, Site, during};
+use crate::fenced::Fenced;
+use crate::image::{Image, Moment, Site};
 use crate::interrupt::Interrupts;
 use crate::library::{Level, Library};
 use crate::texts::kept;
@@ -97,8 +98,8 @@ impl Maker {
     pub fn detector(&self, seed: u64, trial: Option<u64>) -> Result<Foreign, String> {
         let mut image = self.library.image().map_err(|error| error.to_string())?;
         let moment = trial.map_or(Moment::Check, Moment::Trial);
-        let site = Box::new(Site::new(self.library.label(), moment));
-        let detector = match during(&site, || image.create(&self.drive, &self.config, seed)) {
+        let site = Site::new(self.library.label(), moment);
+        let detector = match image.create(site, &self.drive, &self.config, seed) {
             Ok(detector) => detector,
             Err(refused) => {
                 self.library.give_back(image);
@@ -129,8 +130,7 @@ pub struct Foreign {
     /// There until it is dropped.
     image: Option<Image>,
     detector: NonNull<c_void>,
-    /// At one place, because a crash handler may point at it.
-    site: Box<Site>,
+    site: Site,
     interrupts: Option<Interrupts>,
     samples: Vec<Sample>,
     /// Number and time of all commands up to now.
@@ -157,6 +157,25 @@ const SHORT_COMMANDS: u64 = 100_000;
 /// A failure because the library did what the header does not allow.
 pub fn broken(text: &str) -> Fault<f64> {
     Fault::Own(Own { code: BROKE_ITS_SIDE, text: kept(text) })
+}
+
+/// Largest angle of a result in rad: beyond it neighbours in single precision are more than 0.003° apart.
+const MOST_ANGLE: f32 = 1000.0;
+
+/// A failure if a library has written beside what it was given.
+fn whole<T>(given: &Fenced<T>, name: &str) -> Result<(), Fault<f64>> {
+    if given.is_whole() { Ok(()) } else { Err(broken(&format!("it wrote beyond its {name}"))) }
+}
+
+/// A field of the result, if the library has written to it.
+fn given(name: &str, value: f32) -> Result<Option<f64>, Fault<f64>> {
+    match value {
+        value if value.to_bits() == Answer::UNSET.to_bits() => Ok(None),
+        value if value.is_nan() => {
+            Err(broken(&format!("{name} is {value}, not a number; what is not known stays as it is")))
+        }
+        value => Ok(Some(f64::from(value))),
+    }
 }
 
 /// A reading as C has it.
@@ -200,25 +219,33 @@ impl Foreign {
     /// The next step, or why there is none.
     fn next(&mut self, readings: &[Reading<f64>]) -> Result<Step<f64>, Fault<f64>> {
         let Some(image) = &mut self.image else { return Err(Fault::UnexpectedReadings) };
-        let (detector, mut answer) = (self.detector, Answer::NONE);
+        let (detector, mut answer) = (self.detector, Fenced::new(Answer::NONE));
         let (status, command) = if let Some(interrupts) = &mut self.interrupts {
             let mut status = abi::GO_ON;
             if let Some(half) = interrupts.half() {
                 let [reading] = readings else { return Err(Fault::UnexpectedReadings) };
                 let sample = sample(reading, interrupts.start(), half);
-                let legs = &mut interrupts.legs;
-                let called = during(&self.site, || image.isr(detector, &sample, legs, &mut answer));
+                let mut legs = Fenced::new(interrupts.legs);
+                let called = image.isr(self.site, detector, &sample, &mut legs.inside, &mut answer.inside);
+                whole(&legs, "sts_legs")?;
+                interrupts.legs = legs.inside;
                 status = called.unwrap_or(abi::FAILED);
             }
             (status, if status == abi::GO_ON { Some(interrupts.command()?) } else { None })
         } else {
             self.samples.clear();
             self.samples.extend(readings.iter().map(|reading| sample(reading, Nanos::ZERO, 0)));
-            let (samples, mut command) = (&self.samples, abi::Command::default());
-            let called = during(&self.site, || image.step(detector, samples, &mut command, &mut answer));
+            let (samples, mut command) = (&self.samples, Fenced::new(abi::Command::default()));
+            let called = image.step(self.site, detector, samples, &mut command.inside, &mut answer.inside);
+            whole(&command, "sts_command")?;
             let status = called.unwrap_or(abi::FAILED);
-            (status, if status == abi::GO_ON { Some(command::command(&command)?) } else { None })
+            (status, if status == abi::GO_ON { Some(command::command(&command.inside)?) } else { None })
         };
+        whole(&answer, "sts_result")?;
+        if image.loaded_late() {
+            let text = "it calls dlopen in a detection; in a constructor or in sts_entry, what it loads is part of the run";
+            return Err(broken(text));
+        }
         if let Some(command) = command {
             self.elapsed = self.elapsed + command.duration();
             if self.elapsed > self.time_limit {
@@ -233,23 +260,31 @@ impl Foreign {
             }
             return Ok(Step::Drive(command));
         }
-        self.done(status, &answer)
+        self.done(status, &answer.inside)
     }
 
     /// The outcome that the library tells.
     fn done(&mut self, status: i32, answer: &Answer) -> Result<Step<f64>, Fault<f64>> {
-        let known = |value: f32| (!value.is_nan()).then(|| f64::from(value));
+        // Of an ideal drive, the root of a sum that rounds to less than 0: not known.
+        let deviation = Some(f64::from(answer.angle_deviation)).filter(|deviation| !deviation.is_nan());
+        if let Some(deviation) = deviation.filter(|deviation| !(0.0..f64::INFINITY).contains(deviation)) {
+            return Err(broken(&format!("angle_deviation is {deviation}, not 0 or more")));
+        }
         let findings = Findings {
-            angle_deviation: known(answer.angle_deviation),
-            pole_evidence: evidence(known(answer.pole_evidence), known(answer.pole_needed))?,
+            angle_deviation: deviation,
+            pole_evidence: evidence(
+                given("pole_evidence", answer.pole_evidence)?,
+                given("pole_needed", answer.pole_needed)?,
+            )?,
             ..Findings::default()
         };
-        let angle = || {
-            if answer.angle.is_finite() {
-                Ok(Angle::from_radians(f64::from(answer.angle)))
-            } else {
-                Err(broken(&format!("the angle is {}, not a finite number", answer.angle)))
-            }
+        let angle = || match answer.angle {
+            angle if angle.abs() <= MOST_ANGLE => Ok(Angle::from_radians(f64::from(angle))),
+            angle if angle.is_finite() => Err(broken(&format!(
+                "the angle is {angle:e} rad, of which single precision does not know where in a turn it is; needed: from \
+                 -{MOST_ANGLE} to {MOST_ANGLE} rad"
+            ))),
+            angle => Err(broken(&format!("the angle is {angle}, not a finite number"))),
         };
         Ok(Step::Done(match status {
             abi::FOUND => Outcome::Found { angle: angle()?, findings },
@@ -267,8 +302,7 @@ impl Foreign {
     }
 
     fn reason(&mut self, code: u32) -> Own {
-        let (site, image) = (&self.site, self.image.as_mut());
-        let text = image.and_then(|image| during(site, || image.reason(code)));
+        let text = self.image.as_mut().and_then(|image| image.reason(self.site, code));
         Own { code, text: kept(&text.unwrap_or_else(|| format!("reason {code}"))) }
     }
 }
@@ -283,7 +317,7 @@ impl Detector<f64> for Foreign {
 impl Drop for Foreign {
     fn drop(&mut self) {
         if let Some(mut image) = self.image.take() {
-            during(&self.site, || image.destroy(self.detector));
+            image.destroy(self.site, self.detector);
             self.library.give_back(image);
         }
     }

@@ -1,11 +1,16 @@
 //! What a shared library is, before anything of it runs: its kind, its writable memory, what it needs.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
+
+use std::path::PathBuf;
 
 use object::elf;
-use object::read::elf::{Dyn as _, FileHeader as _, ProgramHeader as _, SectionHeader as _, Sym as _};
+use object::read::elf::{
+    Dyn as _, FileHeader as _, ProgramHeader as _, Rela as _, SectionHeader as _, SectionTable, Sym as _,
+};
 use object::{Endianness, elf::FileHeader64};
 
 /// What a file says of itself.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Elf {
     /// Writable memory by addresses from where the library is loaded, without what becomes read-only after loading.
     pub writable: Vec<[u64; 2]>,
@@ -13,14 +18,38 @@ pub struct Elf {
     pub thread_local: u64,
     /// Functions and variables that it takes from elsewhere.
     pub undefined: Vec<String>,
-    /// Variables of which there is one in the whole program, however often the library is loaded.
-    pub unique: Vec<String>,
-    /// Address of `sts_entry`.
-    pub entry: Option<u64>,
+    /// Whether it exports `sts_entry`.
+    pub has_entry: bool,
     /// Functions and variables that it has for others.
     pub exported: Vec<String>,
     /// Libraries that it needs.
     pub needed: Vec<String>,
+    /// Folders in which it has these looked for first, with `$ORIGIN` for its own; and whether they come before
+    /// `LD_LIBRARY_PATH`.
+    pub folders: Vec<String>,
+    pub folders_first: bool,
+    /// Functions that run when it is loaded: `DT_INIT`, and where those of `DT_INIT_ARRAY` are listed.
+    pub init: Option<u64>,
+    pub init_array: [u64; 2],
+    /// Addresses at which the loader puts that of a function or variable from elsewhere, with its name.
+    pub taken: Vec<(u64, String)>,
+    /// Where in the file stands what a copy has otherwise.
+    pub places: Places,
+}
+
+/// Where in a file stands what a copy of it in memory has otherwise, in bytes from its begin.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    /// Names of libraries that it needs, each as often as it stands there.
+    pub names: Vec<(usize, String)>,
+    /// Entries that have its functions run when it is loaded and unloaded.
+    pub runs: Vec<usize>,
+    /// The entry of its own name.
+    pub own_name: Option<usize>,
+    /// Bindings of variables of which there is one in the whole program, however often the library is loaded.
+    pub unique: Vec<usize>,
+    /// Address of its table of strings.
+    pub strings: u64,
 }
 
 /// The functions and variables that a shared library of Linux has for others.
@@ -51,6 +80,20 @@ fn machine(number: u16) -> String {
         .iter()
         .find(|(known, _)| known.0 == number)
         .map_or_else(|| format!("machine {number}"), |(_, name)| (*name).to_owned())
+}
+
+/// Bytes of a symbol, and which of them has its binding in its upper half.
+const SYMBOL: usize = 24;
+const BINDING: usize = 4;
+
+/// Kinds of places that the loader fills with the address of a function or variable.
+#[cfg(target_arch = "aarch64")]
+const TAKES: [u32; 3] = [elf::R_AARCH64_ABS64.0, elf::R_AARCH64_GLOB_DAT.0, elf::R_AARCH64_JUMP_SLOT.0];
+#[cfg(not(target_arch = "aarch64"))]
+const TAKES: [u32; 3] = [elf::R_X86_64_64.0, elf::R_X86_64_GLOB_DAT.0, elf::R_X86_64_JUMP_SLOT.0];
+
+fn usize_of(offset: u64) -> usize {
+    usize::try_from(offset).unwrap_or(usize::MAX)
 }
 
 impl Elf {
@@ -96,30 +139,100 @@ impl Elf {
         }
         let sections = header.sections(endian, bytes)?;
         let symbols = sections.symbols(endian, bytes, elf::SHT_DYNSYM)?;
-        for symbol in symbols.iter() {
+        let table = usize_of(sections.section(symbols.section())?.sh_offset(endian));
+        for (index, symbol) in symbols.iter().enumerate() {
             let name = String::from_utf8_lossy(symbol.name(endian, symbols.strings())?).into_owned();
             let (binding, is_here) = (symbol.st_bind(), symbol.st_shndx(endian) != elf::SHN_UNDEF);
+            if binding == elf::STB_GNU_UNIQUE {
+                found.places.unique.push(table + index * SYMBOL + BINDING);
+            }
             if !is_here && binding == elf::STB_GLOBAL && !name.is_empty() {
                 found.undefined.push(name);
-            } else if is_here && binding == elf::STB_GNU_UNIQUE {
-                found.unique.push(name);
             } else if is_here {
-                if name == "sts_entry" {
-                    found.entry = Some(symbol.st_value(endian));
-                }
+                found.has_entry |= name == "sts_entry";
                 found.exported.push(name);
             }
         }
         for section in sections.iter() {
-            if let Some((entries, link)) = section.dynamic(endian, bytes)? {
-                let strings = sections.strings(endian, bytes, link)?;
-                for entry in entries.iter().filter(|entry| entry.tag(endian) == elf::DT_NEEDED) {
-                    let name = entry.string(endian, strings)?;
-                    found.needed.push(String::from_utf8_lossy(name).into_owned());
+            let Some((all, _)) = section.rela(endian, bytes)? else { continue };
+            for one in all {
+                let Some(symbol) = one.symbol(endian, false) else { continue };
+                let symbol = symbols.symbol(symbol)?;
+                if TAKES.contains(&one.r_type(endian, false).0) && symbol.st_shndx(endian) == elf::SHN_UNDEF {
+                    let name = String::from_utf8_lossy(symbol.name(endian, symbols.strings())?).into_owned();
+                    found.taken.push((one.r_offset(endian), name));
                 }
             }
         }
+        found.read_dynamic(&sections, endian, bytes)?;
         Ok(found)
+    }
+
+    /// What the dynamic section says.
+    fn read_dynamic(
+        &mut self,
+        sections: &SectionTable<'_, FileHeader64<Endianness>>,
+        endian: Endianness,
+        bytes: &[u8],
+    ) -> object::read::Result<()> {
+        for section in sections.iter() {
+            if let Some((mut all, link)) = section.gnu_verneed(endian, bytes)? {
+                let (strings, at) = (sections.strings(endian, bytes, link)?, sections.section(link)?);
+                while let Some((one, _)) = all.next()? {
+                    let name = String::from_utf8_lossy(one.file(endian, strings)?).into_owned();
+                    let at = usize_of(at.sh_offset(endian) + u64::from(one.vn_file.get(endian)));
+                    self.places.names.push((at, name));
+                }
+            }
+            let Some((entries, link)) = section.dynamic(endian, bytes)? else { continue };
+            let strings = sections.strings(endian, bytes, link)?;
+            let texts = sections.section(link)?.sh_offset(endian);
+            for (index, entry) in entries.iter().enumerate() {
+                let at = usize_of(section.sh_offset(endian)) + index * size_of::<[u64; 2]>();
+                let (tag, value) = (entry.tag(endian), entry.val(endian));
+                let text =
+                    || entry.string(endian, strings).map(|text| String::from_utf8_lossy(text).into_owned());
+                match tag {
+                    elf::DT_NEEDED => {
+                        self.places.names.push((usize_of(texts + value), text()?));
+                        self.needed.push(text()?);
+                    }
+                    elf::DT_RPATH if self.folders.is_empty() => {
+                        self.folders = text()?.split(':').map(str::to_owned).collect();
+                        self.folders_first = true;
+                    }
+                    elf::DT_RUNPATH => {
+                        self.folders = text()?.split(':').map(str::to_owned).collect();
+                        self.folders_first = false;
+                    }
+                    elf::DT_SONAME => self.places.own_name = Some(at),
+                    elf::DT_STRTAB => self.places.strings = value,
+                    elf::DT_INIT => self.init = Some(value),
+                    elf::DT_INIT_ARRAY => self.init_array[0] = value,
+                    elf::DT_INIT_ARRAYSZ => self.init_array[1] = value,
+                    _ => {}
+                }
+                if [elf::DT_INIT, elf::DT_FINI, elf::DT_INIT_ARRAY, elf::DT_FINI_ARRAY].contains(&tag) {
+                    self.places.runs.push(at);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether it takes this function from elsewhere.
+    pub fn takes(&self, name: &str) -> bool {
+        self.undefined.iter().any(|taken| taken == name)
+    }
+
+    /// The folders in which it has libraries looked for, of the file at a path.
+    pub fn folders_of(&self, path: &std::path::Path) -> Vec<PathBuf> {
+        let origin = std::path::absolute(path).ok();
+        let origin =
+            origin.as_deref().and_then(std::path::Path::parent).unwrap_or(path).display().to_string();
+        let whole =
+            |folder: &String| PathBuf::from(folder.replace("${ORIGIN}", &origin).replace("$ORIGIN", &origin));
+        self.folders.iter().filter(|folder| !folder.is_empty()).map(whole).collect()
     }
 
     fn add_writable(&mut self, [from, to]: [u64; 2], relro: Option<[u64; 2]>) {

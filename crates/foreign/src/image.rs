@@ -1,4 +1,4 @@
-//! One copy of a library in memory: how it is loaded, set back, and called. With `crash.rs` the only place of `unsafe` here.
+//! One copy of a library in memory, with all that it needs: how it is loaded, set back, and called.
 //!
 //! What makes it sound: the functions of the table are called as `standstill.h` declares them, with pointers to whole structs
 //! of this process that live throughout the call; a library that breaks its side of the header can do anything, as any
@@ -9,11 +9,8 @@
 )]
 
 use std::ffi::{CStr, CString, c_char, c_void};
-use std::fs::File;
-use std::io::Write as _;
-use std::os::fd::{AsRawFd as _, FromRawFd as _};
+use std::path::PathBuf;
 use std::ptr::NonNull;
-use std::sync::atomic::{AtomicU32, Ordering};
 
 use libloading::os::unix::{Library, RTLD_LOCAL, RTLD_NOW};
 
@@ -25,8 +22,13 @@ const OWN_FIRST: libc::c_int = 0;
 
 use crate::crash;
 pub use crate::crash::{Moment, Site};
-use crate::elf::Elf;
+use crate::heap::Space;
 use crate::library::LoadError;
+use crate::loading::{base_of, construct, file_in_memory, load_error, path_of, replace};
+use crate::output;
+use crate::parts::{self, Part};
+use crate::runtime;
+use crate::shared::{is_checked, keeps_its_own};
 use standstill_interface::abi::{ABI, Answer, Command, Drive, Entry, Legs, REENTRANT, Sample, Table};
 
 /// Writable memory of an image and what it held after loading.
@@ -39,8 +41,13 @@ struct Memory {
 pub struct Image {
     table: Table,
     memory: Vec<Memory>,
-    /// Last, so that it is unloaded after all that points into it.
-    _library: Library,
+    /// Whether the compiler's checks know what lies between variables, which no copy may touch but byte by byte.
+    is_checked: bool,
+    /// Libraries that it has loaded itself, of which there is one in the program.
+    pub loads: Vec<PathBuf>,
+    /// Before its space, so that it is unloaded before that is gone.
+    _libraries: Vec<Library>,
+    space: Space,
 }
 
 // SAFETY: an image has no thread of its own and, as thread-local memory is refused, nothing that belongs to one.
@@ -53,79 +60,95 @@ struct Head {
     size: u32,
 }
 
-impl Image {
-    /// Loads a copy of these bytes. All symbols are resolved here, never in the middle of a run.
-    pub fn load(bytes: &[u8], elf: &Elf, site: &Site) -> Result<Self, LoadError> {
-        crash::watch();
-        during(site, || Self::open(bytes, elf))
-    }
+/// Calls into an image: what of the C library it has for itself is there, and a crash is that of this site.
+fn during<T>(site: Site, space: &Space, call: impl FnOnce() -> T) -> T {
+    let inside = crash::enter(site);
+    // SAFETY: of an image that is used by one detection at a time, which is this one.
+    let float = unsafe { runtime::enter(space.state()) };
+    let result = call();
+    // SAFETY: as above.
+    unsafe { runtime::leave(space.state(), float) };
+    inside.leave();
+    result
+}
 
-    fn open(bytes: &[u8], elf: &Elf) -> Result<Self, LoadError> {
-        // The loader knows files that it has loaded already: each image is a file of its own, which has no place in any folder,
-        // so that none stays behind. A debugger finds it by the number of this process.
-        let copy = file_in_memory(bytes)
-            .map_err(|error| LoadError::because(format!("no copy of it could be made: {error}")))?;
-        let path = path_of(&copy);
-        // SAFETY: constructors of the library run; whoever names it as the detector wants its code to run.
-        let library = unsafe { Library::open(Some(path), RTLD_NOW | RTLD_LOCAL | OWN_FIRST) };
-        let library = library.map_err(|error| load_error(&error, elf))?;
+impl Image {
+    /// Loads copies of these parts. All symbols are resolved here, never in the middle of a run.
+    pub fn load(parts: &[Part], site: Site) -> Result<Self, LoadError> {
+        crash::watch();
+        output::divert();
+        let no_copy =
+            |error: std::io::Error| LoadError::because(format!("no copy of it could be made: {error}"));
+        let space = Space::new().map_err(no_copy)?;
+        let mut libraries = Vec::new();
+        let mut memory = Vec::new();
+        let memory_is_own = keeps_its_own(parts);
+        // What checks memory wants to be asked first.
+        let how = RTLD_NOW | RTLD_LOCAL | if memory_is_own { OWN_FIRST } else { 0 };
+        for (part, bytes) in parts.iter().zip(parts::copies(parts)?) {
+            // The loader knows files that it has loaded already: each is a file of its own, which has no place in any folder, so
+            // that none stays behind. A debugger finds it by the number of this process.
+            let copy = file_in_memory(&bytes).map_err(no_copy)?;
+            let path = path_of(&copy);
+            // SAFETY: no function of it runs: its constructors were taken out.
+            let library = unsafe { Library::open(Some(path), how) };
+            let library = library.map_err(|error| load_error(&error, parts))?;
+            let base =
+                base_of(&library).ok_or_else(|| LoadError::because("one without address".to_owned()))?;
+            replace(base, &part.elf, memory_is_own);
+            // SAFETY: constructors of the library run, as the loader would have them; whoever names it as the detector wants its
+            // code to run.
+            during(site, &space, || unsafe { construct(base, &part.elf) });
+            memory.push((base, &part.elf.writable));
+            libraries.push(library);
+        }
+        let last = libraries.last().ok_or_else(LoadError::no_entry)?;
         // SAFETY: `sts_entry` is declared so in standstill.h.
-        let entry = unsafe { library.get::<Entry>(b"sts_entry\0") };
-        let entry = entry.map_err(|_| LoadError::no_entry())?;
-        // SAFETY: as above; the table is at least its head, and of this version as large as it says.
-        let table = unsafe {
-            let asked = entry(ABI);
-            if asked.is_null() {
-                return Err(LoadError::new(
-                    format!("a library whose sts_entry({ABI}) gives no table"),
-                    format!("a table of ABI {ABI}"),
-                ));
-            }
-            let head = &*asked.cast::<Head>();
-            if head.abi != ABI {
-                return Err(LoadError::new(
-                    format!("a table of ABI {}", head.abi),
-                    format!("one of ABI {ABI}, as its header standstill.h says"),
-                ));
-            }
-            if (head.size as usize) < size_of::<Table>() {
-                return Err(LoadError::new(
-                    format!("a table of {} bytes", head.size),
-                    format!("at least {} bytes, sizeof(sts_detector)", size_of::<Table>()),
-                ));
-            }
-            *asked
+        let entry = unsafe { last.get::<Entry>(b"sts_entry\0") };
+        let entry = *entry.map_err(|_| LoadError::no_entry())?;
+        let table = during(site, &space, || table_of(entry))?;
+        let mut image = Self {
+            table,
+            memory: Vec::new(),
+            is_checked: is_checked(parts),
+            loads: runtime::loaded(),
+            _libraries: libraries,
+            space,
         };
-        let mut image = Self { table, memory: Vec::new(), _library: library };
-        if table.flags & REENTRANT == 0 {
-            image.memory = Self::writable(*entry as *const c_void, elf)?;
+        // SAFETY: nobody is in the image.
+        let state = unsafe { &mut *image.space.state() };
+        state.loads = false;
+        state.serves = table.flags & REENTRANT == 0;
+        if state.serves {
+            image.memory = memory.iter().flat_map(|(base, writable)| kept(*base, writable)).collect();
+            image.space.keep();
         }
         Ok(image)
     }
 
-    /// Its writable memory as it is now.
-    fn writable(entry: *const c_void, elf: &Elf) -> Result<Vec<Memory>, LoadError> {
-        let offset = elf.entry.ok_or_else(LoadError::no_entry)?;
-        let base = (entry as u64).wrapping_sub(offset);
-        elf.writable
-            .iter()
-            .map(|[from, to]| {
-                let start =
-                    NonNull::new(base.wrapping_add(*from) as *mut u8).ok_or_else(LoadError::no_entry)?;
-                let bytes = usize::try_from(to - from).map_err(|_| LoadError::no_entry())?;
-                // SAFETY: the program header says that so many bytes from here are mapped and can be read.
-                let saved = unsafe { std::slice::from_raw_parts(start.as_ptr(), bytes) }.into();
-                Ok(Memory { start, saved })
-            })
-            .collect()
-    }
-
     /// Sets its writable memory back to what it was after loading.
     pub fn set_back(&mut self) {
-        for Memory { start, saved } in &self.memory {
-            // SAFETY: writable memory of this image, of that length; nobody else uses the image.
-            unsafe { std::ptr::copy_nonoverlapping(saved.as_ptr(), start.as_ptr(), saved.len()) };
+        if self.table.flags & REENTRANT != 0 {
+            return;
         }
+        for Memory { start, saved } in &self.memory {
+            if self.is_checked {
+                for (at, byte) in saved.iter().enumerate() {
+                    // SAFETY: writable memory of this image, of that length; nobody else uses the image.
+                    unsafe { start.as_ptr().add(at).write_volatile(*byte) };
+                }
+            } else {
+                // SAFETY: as above.
+                unsafe { std::ptr::copy_nonoverlapping(saved.as_ptr(), start.as_ptr(), saved.len()) };
+            }
+        }
+        self.space.set_back();
+    }
+
+    /// Whether it wanted to load a library in the middle of a detection.
+    pub fn loaded_late(&self) -> bool {
+        // SAFETY: nobody is in the image.
+        unsafe { (*self.space.state()).loaded_late }
     }
 
     /// Its table.
@@ -140,11 +163,21 @@ impl Image {
     }
 
     /// A detector of it; why it refused.
-    pub fn create(&mut self, drive: &Drive, config: &CString, seed: u64) -> Result<NonNull<c_void>, String> {
+    pub fn create(
+        &mut self,
+        site: Site,
+        drive: &Drive,
+        config: &CString,
+        seed: u64,
+    ) -> Result<NonNull<c_void>, String> {
         let Some(create) = self.table.create else { return Err("it has no `create`".to_owned()) };
         let mut refused = std::ptr::null();
+        // A library may write to what it is given to read: this is its own.
+        let own = *drive;
         // SAFETY: as standstill.h declares it.
-        let detector = unsafe { create(drive, config.as_ptr(), seed, &raw mut refused) };
+        let detector = during(site, &self.space, || unsafe {
+            create(&raw const own, config.as_ptr(), seed, &raw mut refused)
+        });
         NonNull::new(detector).ok_or_else(|| {
             // SAFETY: null, or a C string of the library.
             unsafe { text(refused) }.unwrap_or_else(|| "without saying why".to_owned())
@@ -152,69 +185,91 @@ impl Image {
     }
 
     /// Ends a detector.
-    pub fn destroy(&mut self, detector: NonNull<c_void>) {
+    pub fn destroy(&mut self, site: Site, detector: NonNull<c_void>) {
         if let Some(destroy) = self.table.destroy {
             // SAFETY: what `create` returned, given back once.
-            unsafe { destroy(detector.as_ptr()) };
+            during(site, &self.space, || unsafe { destroy(detector.as_ptr()) });
         }
     }
 
     /// The text of a reason.
-    pub fn reason(&mut self, code: u32) -> Option<String> {
+    pub fn reason(&mut self, site: Site, code: u32) -> Option<String> {
+        let reason = self.table.reason?;
         // SAFETY: as standstill.h declares it; null, or a C string of the library.
-        unsafe { text((self.table.reason?)(code)) }
+        during(site, &self.space, || unsafe { text(reason(code)) })
     }
 
     /// One call at command level.
     pub fn step(
         &mut self,
+        site: Site,
         detector: NonNull<c_void>,
         samples: &[Sample],
         command: &mut Command,
         answer: &mut Answer,
     ) -> Option<i32> {
-        let count = u32::try_from(samples.len()).ok()?;
+        let (count, step) = (u32::try_from(samples.len()).ok()?, self.table.step?);
         // SAFETY: as standstill.h declares it; so many samples.
-        Some(unsafe { (self.table.step?)(detector.as_ptr(), samples.as_ptr(), count, command, answer) })
+        Some(during(site, &self.space, || unsafe {
+            step(detector.as_ptr(), samples.as_ptr(), count, command, answer)
+        }))
     }
 
     /// One call at interrupt level.
     pub fn isr(
         &mut self,
+        site: Site,
         detector: NonNull<c_void>,
         sample: &Sample,
         legs: &mut Legs,
         answer: &mut Answer,
     ) -> Option<i32> {
+        let isr = self.table.isr?;
         // SAFETY: as standstill.h declares it.
-        Some(unsafe { (self.table.isr?)(detector.as_ptr(), sample, legs, answer) })
+        Some(during(site, &self.space, || unsafe { isr(detector.as_ptr(), sample, legs, answer) }))
     }
 }
 
-/// A file with these bytes that is in no folder.
-fn file_in_memory(bytes: &[u8]) -> std::io::Result<File> {
-    // SAFETY: a zero-ended name; the number that is returned is a file of this process, or −1.
-    let file = unsafe {
-        match libc::memfd_create(c"standstill-detector".as_ptr(), libc::MFD_CLOEXEC) {
-            -1 => return Err(std::io::Error::last_os_error()),
-            number => File::from_raw_fd(number),
+/// The table of a library, if it is of this version.
+fn table_of(entry: Entry) -> Result<Table, LoadError> {
+    // SAFETY: as standstill.h declares it; the table is at least its head, and of this version as large as it says.
+    unsafe {
+        let asked = entry(ABI);
+        if asked.is_null() {
+            return Err(LoadError::new(
+                format!("a library whose sts_entry({ABI}) gives no table"),
+                format!("a table of ABI {ABI}"),
+            ));
         }
-    };
-    (&file).write_all(bytes)?;
-    Ok(file)
+        let head = &*asked.cast::<Head>();
+        if head.abi != ABI {
+            return Err(LoadError::new(
+                format!("a table of ABI {}", head.abi),
+                format!("one of ABI {ABI}, as its header standstill.h says"),
+            ));
+        }
+        if (head.size as usize) < size_of::<Table>() {
+            return Err(LoadError::new(
+                format!("a table of {} bytes", head.size),
+                format!("at least {} bytes, sizeof(sts_detector)", size_of::<Table>()),
+            ));
+        }
+        Ok(*asked)
+    }
 }
 
-/// A path of an open file that no other one had before: the loader takes what it has under a path for the same library, and
-/// numbers of files come again. Slashes more or less lead to the same place.
-fn path_of(file: &File) -> String {
-    static COUNT: AtomicU32 = AtomicU32::new(1);
-    let mut count = COUNT.fetch_add(1, Ordering::Relaxed);
-    let mut path = format!("/proc/{}/fd", std::process::id());
-    while count > 0 {
-        path += if count % 2 == 1 { "//." } else { "/." };
-        count /= 2;
-    }
-    path + "/" + &file.as_raw_fd().to_string()
+/// Writable memory as it is now.
+fn kept(base: usize, writable: &[[u64; 2]]) -> Vec<Memory> {
+    let keep = |[from, to]: &[u64; 2]| {
+        let start = NonNull::new(base.wrapping_add(usize::try_from(*from).ok()?) as *mut u8)?;
+        let mut saved = vec![0_u8; usize::try_from(to - from).ok()?].into_boxed_slice();
+        for (at, byte) in saved.iter_mut().enumerate() {
+            // SAFETY: the program header says that so many bytes from here are mapped and can be read.
+            *byte = unsafe { start.as_ptr().add(at).read_volatile() };
+        }
+        Some(Memory { start, saved })
+    };
+    writable.iter().filter_map(keep).collect()
 }
 
 /// A C string.
@@ -224,53 +279,4 @@ fn path_of(file: &File) -> String {
 unsafe fn text(from: *const c_char) -> Option<String> {
     // SAFETY: the caller's.
     (!from.is_null()).then(|| unsafe { CStr::from_ptr(from) }.to_string_lossy().into_owned())
-}
-
-/// What the loader says; all that is missing, where it names only the first.
-fn load_error(error: &libloading::Error, elf: &Elf) -> LoadError {
-    let said = std::error::Error::source(error).map_or_else(|| error.to_string(), ToString::to_string);
-    let absent: Vec<&str> = elf.needed.iter().filter(|name| is_absent(name)).map(String::as_str).collect();
-    if !absent.is_empty() {
-        return LoadError::new(
-            format!("a library that is linked to {}, which cannot be loaded here", absent.join(", ")),
-            "all libraries that it needs (ldd names them): install them, set LD_LIBRARY_PATH, or link what is yours into one file"
-                .to_owned(),
-        );
-    }
-    let missing = missing(elf);
-    if !missing.is_empty() {
-        let names = missing.join(", ");
-        return LoadError::new(
-            format!("a library that needs {names}, which no library has"),
-            "all its functions and variables: compile in what has them, or stub them".to_owned(),
-        );
-    }
-    LoadError::because(said)
-}
-
-/// Whether a library that another one needs is not to be had.
-fn is_absent(name: &str) -> bool {
-    // SAFETY: a library of the system, loaded as the library itself would load it.
-    unsafe { Library::new(name) }.is_err()
-}
-
-/// What neither this program nor any library that it needs has.
-fn missing(elf: &Elf) -> Vec<String> {
-    let mut others = vec![Library::this()];
-    // SAFETY: libraries of the system, loaded as the library itself would load them.
-    others.extend(elf.needed.iter().filter_map(|name| unsafe { Library::new(name) }.ok()));
-    let has = |library: &Library, name: &str| {
-        let name = CString::new(name).unwrap_or_default();
-        // SAFETY: looked up, not used.
-        unsafe { library.get::<*const c_void>(name.as_bytes_with_nul()) }.is_ok()
-    };
-    elf.undefined.iter().filter(|name| !others.iter().any(|library| has(library, name))).cloned().collect()
-}
-
-/// Calls into an image with the crash handler knowing of what trial it is.
-pub fn during<T>(site: &Site, call: impl FnOnce() -> T) -> T {
-    let before = crash::enter(site);
-    let result = call();
-    crash::leave(before);
-    result
 }

@@ -4,31 +4,49 @@
 //!   mine.so ─► Elf: is it one? what does it need? ─► Library ─► an Image for each lane ─► Foreign: a Detector
 //!   (bytes)    before anything of it runs             its table   a copy, memory set back     step() or isr()
 //! ```
-//! A library is loaded from a copy of its bytes, once for each detection that runs at the same time, so that a firmware with
-//! global variables runs in lanes too. Before each trial the writable memory of its image is set back to what it was after
-//! loading. What `malloc` gave is not; thread-local memory cannot be and is refused.
+//! A library is loaded from a copy of its bytes, once for each detection that runs at the same time, with copies of all that it
+//! needs but the C library, so that a firmware with global variables runs in lanes too. Before each trial the writable memory of
+//! its image is set back to what it was after loading, and so is all that it has of the C library which keeps something: `malloc`'s
+//! memory, random numbers, `errno`, rounding. Thread-local memory and threads cannot be and are refused.
 //!
-//! `unsafe` stands in `image.rs` (loading, memory, calls) and `crash.rs` (signals) alone.
+//! `unsafe` stands in `loading.rs` and `image.rs` (loading, memory, calls), `heap.rs` and `runtime.rs` (what an image has in place of the C
+//! library's), `float.rs` (registers), `crash.rs` (signals) and `output.rs` (standard output) alone.
 
 mod command;
 #[cfg(target_os = "linux")]
 mod crash;
 mod detector;
 mod elf;
+mod fenced;
+#[cfg(target_os = "linux")]
+mod float;
+#[cfg(target_os = "linux")]
+mod heap;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;
 #[cfg(test)]
 mod layout;
 mod library;
+#[cfg(target_os = "linux")]
+mod loading;
+#[cfg(target_os = "linux")]
+mod output;
+mod parts;
+#[cfg(target_os = "linux")]
+mod random;
+#[cfg(target_os = "linux")]
+mod runtime;
 mod shared;
 mod texts;
 
 #[cfg(target_os = "linux")]
-pub use crash::{ending, isolate};
+pub use crash::{ending, hanging, isolate};
 pub use detector::{Foreign, Maker, Scale};
 pub use elf::exported;
 pub use library::{Description, Level, Library, LoadError, Timing, load_elsewhere};
+#[cfg(target_os = "linux")]
+pub use output::{keep_output, output};
 pub use standstill_interface::abi::ABI;
 pub use texts::kept;
 

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use crate::elf::Elf;
 use crate::image::{Image, Moment, Site};
+use crate::parts::{self, Part, Read};
 use crate::shared;
 use standstill_interface::abi;
 
@@ -65,6 +66,8 @@ pub struct Description {
     pub name: String,
     /// How it is called.
     pub level: Level,
+    /// Libraries that it loads itself while it is loaded.
+    pub loads: Vec<PathBuf>,
 }
 
 /// How a library is called.
@@ -79,11 +82,11 @@ pub enum Level {
 /// A library that can be a detector.
 pub struct Library {
     path: PathBuf,
-    /// The path as messages have it.
-    label: Arc<str>,
-    bytes: Arc<[u8]>,
+    /// The path as messages have it: a crash may name it at any time.
+    label: &'static String,
     description: Description,
-    elf: Elf,
+    /// What an image consists of; the library itself is the last.
+    parts: Vec<Part>,
     /// Images that no detection uses now; nothing if it is loaded in other processes only.
     images: Option<Mutex<Vec<Image>>>,
 }
@@ -111,24 +114,37 @@ pub fn load_elsewhere(inspect: impl Fn(&Path) -> Result<Description, LoadError> 
 }
 
 impl Library {
-    /// The library with these bytes, which were read from `path`.
+    /// The library with these bytes, which were read from `path`. `read` gives the content of further files: of the libraries
+    /// that it is linked to, but for those of the system, and of those that it loads itself.
     ///
     /// # Errors
     /// What is not a library that exports `sts_entry` of this ABI, on this machine, with all that it needs.
-    pub fn of(path: &Path, bytes: &Arc<[u8]>) -> Result<Arc<Self>, LoadError> {
+    pub fn of(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<Arc<Self>, LoadError> {
         let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
-        let same = |library: &&Arc<Self>| {
-            library.path == path && (Arc::ptr_eq(&library.bytes, bytes) || library.bytes == *bytes)
-        };
-        if let Some(library) = known.iter().find(same) {
+        if let Some(library) = known.iter().find(|library| library.is(path, bytes, read)) {
+            for path in &library.description.loads {
+                read_further(path, read)?;
+            }
             return Ok(Arc::clone(library));
         }
-        let library = Arc::new(Self::load(path, bytes)?);
+        let library = Arc::new(Self::load(path, bytes, read)?);
         known.push(Arc::clone(&library));
         Ok(library)
     }
 
-    fn load(path: &Path, bytes: &Arc<[u8]>) -> Result<Self, LoadError> {
+    /// Whether it was read from there, and all of it has the same bytes.
+    fn is(&self, path: &Path, bytes: &Arc<[u8]>, read: Read) -> bool {
+        let Some((own, others)) = self.parts.split_last() else { return false };
+        let same = |one: &Arc<[u8]>, other: &Arc<[u8]>| Arc::ptr_eq(one, other) || one == other;
+        self.path == path
+            && same(&own.bytes, bytes)
+            && others
+                .iter()
+                .filter(|part| part.is_of_run)
+                .all(|part| read(&part.path).is_ok_and(|bytes| same(&part.bytes, &bytes)))
+    }
+
+    fn load(path: &Path, bytes: &Arc<[u8]>, read: Read) -> Result<Self, LoadError> {
         if !cfg!(target_os = "linux") {
             return Err(LoadError::elsewhere());
         }
@@ -139,26 +155,25 @@ impl Library {
                 "plain variables, which are set back before each trial".to_owned(),
             ));
         }
-        if let Some(name) = elf.unique.first() {
-            return Err(LoadError::new(
-                format!("a library with a variable of which there is one in all its copies ({name})"),
-                "one compiled with -fno-gnu-unique".to_owned(),
-            ));
-        }
-        if elf.entry.is_none() {
+        if !elf.has_entry {
             return Err(LoadError::no_entry());
         }
-        let label: Arc<str> = path.display().to_string().into();
+        let parts = parts::of(path, bytes, elf, read)?;
+        shared::check(&parts)?;
+        let label = &*Box::leak(Box::new(path.display().to_string()));
         let (description, images) = if let Some(inspect) = ELSEWHERE.get() {
             (inspect(path)?, None)
         } else {
-            let image = Image::load(bytes, &elf, &Site::new(&label, Moment::Load))?;
+            let image = Image::load(&parts, Site::new(label, Moment::Load))?;
             let level = level(image.table())?;
             let file = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
             let name = Some(image.name()).filter(|name| !name.is_empty()).unwrap_or(file);
-            (Description { name, level }, Some(Mutex::new(vec![image])))
+            (Description { name, level, loads: image.loads.clone() }, Some(Mutex::new(vec![image])))
         };
-        Ok(Self { path: path.to_owned(), label, bytes: Arc::clone(bytes), description, elf, images })
+        for path in &description.loads {
+            read_further(path, read)?;
+        }
+        Ok(Self { path: path.to_owned(), label, description, parts, images })
     }
 
     /// What it calls itself.
@@ -179,12 +194,12 @@ impl Library {
     /// What it takes from the C library, or from others, that is there once for all copies and is not set back; nothing if
     /// there is none.
     pub fn shared_note(&self) -> Option<String> {
-        shared::note(&self.elf)
+        shared::note(&self.parts, &self.description.loads)
     }
 
     /// Its path as messages have it.
-    pub(crate) fn label(&self) -> &Arc<str> {
-        &self.label
+    pub(crate) fn label(&self) -> &'static String {
+        self.label
     }
 
     /// Where it was read from.
@@ -204,7 +219,7 @@ impl Library {
             return Err(LoadError::new(found.to_owned(), "a trial in one of these".to_owned()));
         };
         let free = images.lock().unwrap_or_else(PoisonError::into_inner).pop();
-        let load = || Image::load(&self.bytes, &self.elf, &Site::new(&self.label, Moment::Load));
+        let load = || Image::load(&self.parts, Site::new(self.label, Moment::Load));
         let mut image = free.map_or_else(load, Ok)?;
         image.set_back();
         Ok(image)
@@ -216,6 +231,16 @@ impl Library {
             images.lock().unwrap_or_else(PoisonError::into_inner).push(image);
         }
     }
+}
+
+/// Reads a library that another one has loaded, and those that it needs: they are part of the run.
+fn read_further(path: &Path, read: Read) -> Result<(), LoadError> {
+    let failed = |error: std::io::Error| {
+        let found = format!("a library that loads {}, which cannot be read: {error}", path.display());
+        LoadError::new(found, "one that it is linked to".to_owned())
+    };
+    let bytes = read(path).map_err(failed)?;
+    parts::read_all(path, &bytes, read)
 }
 
 /// How a table wants to be called.

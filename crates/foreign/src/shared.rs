@@ -1,85 +1,194 @@
-//! What a library takes from elsewhere that keeps something between calls: there is one of it for all copies of the library.
+//! What a library takes from elsewhere that keeps something between calls: what it cannot have for itself is refused, or said.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
 
-use crate::elf::Elf;
+use std::path::PathBuf;
 
-/// Functions of the C library that keep something for the next call, on which records then depend.
-const KEEPS: [&str; 23] = [
+use crate::library::LoadError;
+use crate::parts::Part;
+
+/// Functions of the C library that keep something for the next call, of which no image has its own.
+const KEEPS: [&str; 18] = [
     "asctime",
+    "bindtextdomain",
     "ctime",
-    "drand48",
-    "erand48",
+    "dlmopen",
     "getenv",
     "gmtime",
-    "jrand48",
+    "initstate",
     "lcong48",
     "localtime",
-    "lrand48",
-    "mrand48",
-    "nrand48",
-    "rand",
-    "random",
+    "on_exit",
+    "putenv",
     "seed48",
     "setenv",
-    "setlocale",
     "setstate",
-    "srand",
-    "srand48",
-    "srandom",
-    "strtok",
     "tmpnam",
+    "unsetenv",
+    "uselocale",
+    "_ZNSt6locale6globalERKS_",
 ];
 
-/// Libraries of the system itself: what they keep is above.
-const SYSTEM: [&str; 10] = [
-    "libc.",
-    "libm.",
-    "libgcc_s.",
-    "libstdc++.",
-    "libpthread.",
-    "libdl.",
-    "librt.",
-    "ld-linux",
-    "libc++.",
-    "libmvec.",
+/// Functions that open files, and beginnings of those of C++.
+const OPENS: [&str; 14] = [
+    "creat",
+    "creat64",
+    "fopen",
+    "fopen64",
+    "freopen",
+    "mkstemp",
+    "open",
+    "open64",
+    "openat",
+    "popen",
+    "shm_open",
+    "socket",
+    "tmpfile",
+    "tmpfile64",
 ];
+const OPENS_BY: [&str; 2] = ["_ZNSt13basic_filebuf", "_ZNSt14basic_ifstream"];
 
-/// What a library shares with its copies; nothing if it is only what keeps nothing.
-pub fn note(elf: &Elf) -> Option<String> {
-    let keeps: Vec<&str> =
-        elf.undefined.iter().map(String::as_str).filter(|name| KEEPS.contains(name)).collect();
-    let linked = elf.needed.iter().map(String::as_str);
-    let linked: Vec<&str> =
-        linked.filter(|name| !SYSTEM.iter().any(|system| name.starts_with(system))).collect();
-    let what = match (keeps.is_empty(), linked.is_empty()) {
-        (true, true) => return None,
-        (false, true) => format!("calls {}", keeps.join(", ")),
-        (true, false) => format!("is linked to {}", linked.join(", ")),
-        (false, false) => format!("calls {} and is linked to {}", keeps.join(", "), linked.join(", ")),
+/// Functions whose answers are others each time.
+const CHANGES: [&str; 10] = [
+    "arc4random",
+    "clock",
+    "clock_gettime",
+    "getentropy",
+    "getpid",
+    "getrandom",
+    "gettimeofday",
+    "time",
+    "timespec_get",
+    "times",
+];
+const CHANGES_BY: [&str; 2] = ["_ZNSt13random_device", "_ZNSt6chrono3_V2"];
+
+/// Functions that begin a thread or a process.
+const RUNS: [&str; 6] = ["fork", "posix_spawn", "pthread_create", "system", "thrd_create", "vfork"];
+const RUNS_BY: [&str; 2] = ["_ZNSt6thread15_M_start_thread", "GOMP_parallel"];
+
+/// What parts of the run take from elsewhere of a list, or by one of these beginnings, by name.
+fn taken<'a>(parts: &'a [Part], names: &[&str], beginnings: &[&str]) -> Vec<&'a str> {
+    let all = parts.iter().filter(|part| part.is_of_run).flat_map(|part| &part.elf.undefined);
+    let is = |name: &&String| {
+        names.contains(&name.as_str()) || beginnings.iter().any(|begin| name.starts_with(begin))
     };
-    Some(format!(
-        "it {what}: what these keep is there once for all copies of the library and is not set back, so that results may depend \
-         on the number of threads"
-    ))
+    let mut all: Vec<&str> = all.filter(is).map(String::as_str).collect();
+    all.sort_unstable();
+    all.dedup();
+    all
+}
+
+/// Whether the compiler's AddressSanitizer is in one of them.
+pub fn is_checked(parts: &[Part]) -> bool {
+    !taken(parts, &["__asan_init"], &[]).is_empty()
+}
+
+/// Programs that check memory, by what they put in front of the C library.
+fn checker() -> Option<&'static str> {
+    let first = std::env::var("LD_PRELOAD").unwrap_or_default();
+    [("vgpreload", "valgrind"), ("asan", "AddressSanitizer")]
+        .into_iter()
+        .find_map(|(part, name)| first.contains(part).then_some(name))
+}
+
+/// Whether images have memory of their own from `malloc`: what checks memory has to see it.
+pub fn keeps_its_own(parts: &[Part]) -> bool {
+    !is_checked(parts) && checker().is_none()
+}
+
+/// Refuses what cannot be set back.
+///
+/// # Errors
+/// A library with threads or processes of its own, and one whose checks are not there.
+pub fn check(parts: &[Part]) -> Result<(), LoadError> {
+    let runs = taken(parts, &RUNS, &RUNS_BY);
+    if !runs.is_empty() {
+        return Err(LoadError::new(
+            format!("a library with threads or processes of its own ({})", runs.join(", ")),
+            "one that does its work within the call: stub what begins them".to_owned(),
+        ));
+    }
+    if is_checked(parts) && checker().is_none() {
+        return Err(LoadError::new(
+            "a library that was compiled with -fsanitize=address".to_owned(),
+            "AddressSanitizer in the program too: LD_PRELOAD=$(cc -print-file-name=libasan.so) standstill …"
+                .to_owned(),
+        ));
+    }
+    Ok(())
+}
+
+/// What must be said of results with a library of these parts, which has loaded further ones itself; nothing if all that it keeps is
+/// set back.
+pub fn note(parts: &[Part], loads: &[PathBuf]) -> Option<String> {
+    const SHARED: &str = "is there once for all copies of the library and is not set back, so that results may depend on the \
+                          number of threads";
+    let mut said = Vec::new();
+    let keeps = taken(parts, &KEEPS, &[]);
+    if !keeps.is_empty() {
+        said.push(format!("it calls {}: what these keep {SHARED}", keeps.join(", ")));
+    }
+    if !loads.is_empty() {
+        let names: Vec<String> = loads.iter().map(|path| path.display().to_string()).collect();
+        said.push(format!("it loads {}: what these keep {SHARED}", names.join(", ")));
+    }
+    let opens = taken(parts, &OPENS, &OPENS_BY);
+    if !opens.is_empty() {
+        said.push(format!(
+            "it opens files ({}): where it stands in one is not set back, and its content is not part of the run, so that results \
+             may depend on the number of threads and on what was there",
+            opens.join(", ")
+        ));
+    }
+    let changes = taken(parts, &CHANGES, &CHANGES_BY);
+    if !changes.is_empty() {
+        said.push(format!("it calls {}: its trials cannot be repeated", changes.join(", ")));
+    }
+    if let Some(checker) = checker() {
+        said.push(format!("what malloc gives is left to {checker} and is not set back"));
+    }
+    (!said.is_empty()).then(|| said.join("; "))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::elf::Elf;
+
+    fn part(undefined: &[&str]) -> Part {
+        Part {
+            path: "mine.so".into(),
+            bytes: Vec::new().into(),
+            elf: Elf { undefined: undefined.iter().map(ToString::to_string).collect(), ..Elf::default() },
+            name: None,
+            is_of_run: true,
+        }
+    }
 
     #[test]
     fn law_what_keeps_something_outside_of_the_library_is_named() {
-        let elf = |undefined: &[&str], needed: &[&str]| Elf {
-            undefined: undefined.iter().map(ToString::to_string).collect(),
-            needed: needed.iter().map(ToString::to_string).collect(),
-            ..Elf::default()
-        };
-        assert_eq!(
-            note(&elf(&["sinf", "malloc"], &["libm.so.6", "libc.so.6", "ld-linux-x86-64.so.2"])),
-            None
-        );
-        let calls = note(&elf(&["rand", "sinf", "strtok"], &["libc.so.6"])).expect("keeps");
-        assert!(calls.contains("it calls rand, strtok: "), "{calls}");
-        let linked = note(&elf(&[], &["libc.so.6", "libmotor.so.3"])).expect("keeps");
-        assert!(linked.contains("it is linked to libmotor.so.3: "), "{linked}");
+        let of = |undefined: &[&str]| note(&[part(&[]), part(undefined)], &[]);
+        assert_eq!(of(&["sinf", "malloc", "rand", "strtok", "setlocale", "printf"]), None);
+        let calls = of(&["localtime", "sinf", "ctime"]).expect("keeps");
+        assert!(calls.contains("it calls ctime, localtime: what these keep"), "{calls}");
+        let opens = of(&["fopen", "time"]).expect("keeps");
+        assert!(opens.contains("opens files (fopen): ") && opens.contains("it calls time: "), "{opens}");
+        let loads = note(&[part(&[])], &["/opt/plug.so".into()]).expect("keeps");
+        assert!(loads.contains("it loads /opt/plug.so: "), "{loads}");
+        // A compiler's library has much that nobody calls.
+        let compilers = [Part { is_of_run: false, ..part(&["fopen", "pthread_create"]) }];
+        assert!(note(&compilers, &[]).is_none() && check(&compilers).is_ok());
+    }
+
+    #[test]
+    fn law_what_cannot_be_set_back_is_refused() {
+        for (name, part_of) in [
+            ("pthread_create", "(pthread_create)"),
+            ("_ZNSt6thread15_M_start_threadESt10unique_ptr", "threads"),
+            ("__asan_init", "-fsanitize=address"),
+        ] {
+            let error = check(&[part(&[name])]).expect_err("refused").to_string();
+            assert!(error.contains(part_of), "{error}");
+        }
     }
 }

@@ -101,22 +101,26 @@ pub struct Answer {
 }
 
 impl Answer {
+    /// What a field has that was not written to: no number, and none that a computation has as its result.
+    pub const UNSET: f32 = f32::from_bits(0x7FC5_7500);
+
     /// Nothing known.
     pub const NONE: Self = Self {
-        angle: f32::NAN,
-        angle_deviation: f32::NAN,
-        pole_evidence: f32::NAN,
-        pole_needed: f32::NAN,
+        angle: Self::UNSET,
+        angle_deviation: Self::UNSET,
+        pole_evidence: Self::UNSET,
+        pole_needed: Self::UNSET,
         reason: 0,
     };
 }
 
-pub type Create = unsafe extern "C" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
-pub type Destroy = unsafe extern "C" fn(*mut c_void);
-pub type Reason = unsafe extern "C" fn(u32) -> *const c_char;
-pub type Step = unsafe extern "C" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
-pub type Isr = unsafe extern "C" fn(*mut c_void, *const Sample, *mut Legs, *mut Answer) -> i32;
-pub type Entry = unsafe extern "C" fn(u32) -> *const Table;
+// An exception of C++ that leaves one of them is found out by who calls it.
+pub type Create = unsafe extern "C-unwind" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
+pub type Destroy = unsafe extern "C-unwind" fn(*mut c_void);
+pub type Reason = unsafe extern "C-unwind" fn(u32) -> *const c_char;
+pub type Step = unsafe extern "C-unwind" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
+pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Sample, *mut Legs, *mut Answer) -> i32;
+pub type Entry = unsafe extern "C-unwind" fn(u32) -> *const Table;
 
 #[repr(C)]
 #[derive(Clone, Copy, Debug)]

@@ -60,7 +60,7 @@ impl DetectorTable {
             let needed = "a shared library that exports sts_entry, see standstill.h";
             FileError::key(KEY, &found(&format!("which cannot be read: {error}")), needed)
         })?;
-        let loaded = Library::of(&path, &bytes);
+        let loaded = Library::of(&path, &bytes, &|path| files.read(path));
         loaded.map(Some).map_err(|error| FileError::key(KEY, &found(&error.found), &error.needed))
     }
 

@@ -30,6 +30,7 @@ mod questions;
 mod replaced;
 mod requirements;
 mod scenarios;
+mod states;
 mod terminal;
 mod tuning;
 mod widths;

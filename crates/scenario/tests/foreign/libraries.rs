@@ -1,18 +1,19 @@
 //! What libraries may do, and what is told of those that cannot be a detector.
 
 use standstill_interface::{Angle, Outcome};
-use standstill_scenario::{Record, Verdict};
+use standstill_scenario::{Plan, Record, Verdict};
 use standstill_sim::Ended;
+use tempfile::TempDir;
 
 use crate::{plan, probe, records};
 
-fn asking(what: &str) -> String {
+pub fn asking(what: &str) -> String {
     format!(
         "motor = \"light-vehicle\"\n[detector]\nlibrary = \"mine.so\"\n[detector.config]\nwhat = \"{what}\"\n"
     )
 }
 
-fn angles(records: &[Record]) -> Vec<f64> {
+pub fn angles(records: &[Record]) -> Vec<f64> {
     records.iter().map(|record| record.estimated_angle_deg().expect("found").to_radians()).collect()
 }
 
@@ -104,6 +105,13 @@ fn law_what_the_header_does_not_allow_is_a_failed_record_with_its_reason() {
         ("leg", "leg a is asked for state 9"),
         ("status", "status 17, which is none of 0 to 3"),
         ("angle", "the angle is NaN"),
+        ("angle-huge", "the angle is 1e30 rad"),
+        ("evidence-nan", "pole_evidence is NaN"),
+        ("deviation", "angle_deviation is -1, not 0 or more"),
+        ("beyond-result", "it wrote beyond its sts_result"),
+        ("before-result", "it wrote beyond its sts_result"),
+        ("beyond-legs", "it wrote beyond its sts_legs"),
+        ("opens", "it calls dlopen in a detection"),
         ("evidence-alone", "pole_needed is not given beside a pole_evidence of 4"),
         ("needed-negative", "pole_needed is -1 beside a pole_evidence of -4"),
         ("never", "not done within 0.05 s"),
@@ -128,6 +136,8 @@ fn law_commands_that_are_ever_shorter_do_not_go_on_for_ever() {
     let short = of("short");
     assert_eq!(short.reason(), "more than 100000 commands of less than 1 us on average");
     assert_eq!((short.verdict(), short.run.duration.0), (Verdict::Failed, 100_100));
+    assert_eq!(of("edge").reason(), "leg b is to switch at 2001 ns of a stage of 2000 ns");
+    assert_eq!(of("beyond-command").reason(), "it wrote beyond its sts_command");
     // More commands than that are allowed where they take their time: then it is the time that ends it.
     let long = of("long");
     assert_eq!((long.reason().as_str(), long.run.duration.0), ("not done within 0.3 s", 300_000_000));
@@ -185,13 +195,66 @@ fn refused(options: &[&str], change: impl FnOnce(&mut Vec<u8>), text: &str) -> S
     plan(&folder, text).expect_err("must be refused").to_string()
 }
 
+/// A folder with libother.so, of these options, and one with a library that is linked to it and looks for it in `folders`.
+fn linked(options: &[&str], folders: &str) -> (TempDir, TempDir) {
+    let (first, other) = probe(&[&["-DNO_ENTRY", "-DOTHER=1"], options].concat());
+    std::fs::rename(other, first.path().join("libother.so")).expect("renamed");
+    let at = format!("-L{}", first.path().display());
+    let folders = format!("-Wl,-rpath,{}", folders.replace("THERE", &first.path().display().to_string()));
+    let options = ["-DLINKED", &at, "-Wl,--no-as-needed", "-Wl,--allow-shlib-undefined", "-lother", &folders];
+    let (second, _) = probe(&options);
+    (first, second)
+}
+
+#[test]
+fn law_what_a_library_is_linked_to_is_part_of_the_run_and_is_set_back() {
+    let digests = |plan: &Plan| -> Vec<(String, u32)> {
+        plan.files().into_iter().map(|(path, digest)| (path, digest.crc32)).collect()
+    };
+    // With a name of its own and without, in a folder of its own and beside the library.
+    for (options, folders) in [
+        (&["-Wl,-soname,libother.so"][..], "THERE"),
+        (&[], "THERE"),
+        (&["-Wl,-soname,libother.so"], "$ORIGIN"),
+    ] {
+        let (other, folder) = linked(options, folders);
+        let at = if folders == "THERE" { other.path() } else { folder.path() };
+        std::fs::copy(other.path().join("libother.so"), at.join("libother.so.new")).expect("copied");
+        std::fs::rename(at.join("libother.so.new"), at.join("libother.so")).expect("renamed");
+        let before = plan(&folder, &asking("linked")).expect("valid");
+        assert_eq!(before.files().len(), 2, "{:?}", before.files());
+        assert_eq!(before.library_note(), None);
+        // It counts its calls: the first of each trial.
+        for angle in angles(&records(&before, 0..20)) {
+            assert!((angle - 0.1).abs() < 1e-6, "{angle}");
+        }
+        // Another build of it is another run, also in a program that knows the one of before.
+        let (changed, _) = linked(&[options, &["-UOTHER", "-DOTHER=2"]].concat(), folders);
+        std::fs::copy(changed.path().join("libother.so"), at.join("libother.so.new")).expect("copied");
+        std::fs::rename(at.join("libother.so.new"), at.join("libother.so")).expect("renamed");
+        let after = plan(&folder, &asking("linked")).expect("valid");
+        assert_ne!(digests(&before), digests(&after));
+        assert!((angles(&records(&after, 0..1))[0] - 0.2).abs() < 1e-6);
+        // A run that has begun goes on with what it has read.
+        assert!((angles(&records(&before, 20..21))[0] - 0.1).abs() < 1e-6);
+    }
+}
+
+#[test]
+fn law_what_a_library_loads_itself_is_part_of_the_run_and_is_said() {
+    let (other, library) = probe(&["-DNO_ENTRY", "-DOTHER=1"]);
+    let (folder, _) = probe(&[&format!("-DLOADS=\"{}\"", library.display())]);
+    let plan = plan(&folder, &asking("found")).expect("valid");
+    assert!(plan.files().contains_key(&library.display().to_string()), "{:?}", plan.files());
+    let note = plan.library_note().expect("said");
+    assert!(note.contains("it loads ") && note.contains("number of threads"), "{note}");
+    drop(other);
+}
+
 /// The same of a library that is linked to another one, which is not where the loader looks.
 fn refused_without_its_library(text: &str) -> String {
-    let (folder, other) = probe(&["-DNO_ENTRY", "-DOTHER", "-Wl,-soname,libother.so"]);
-    let (of, at) = (format!("-L{}", folder.path().display()), folder.path().join("libother.so"));
-    std::fs::rename(other, at).expect("renamed");
-    let (folder, _) =
-        probe(&["-DLINKED", &of, "-Wl,--no-as-needed", "-Wl,--allow-shlib-undefined", "-lother"]);
+    let (other, folder) = linked(&["-Wl,-soname,libother.so"], "/nowhere");
+    drop(other);
     plan(&folder, text).expect_err("must be refused").to_string()
 }
 
@@ -202,8 +265,8 @@ fn law_what_a_library_shares_with_its_copies_is_said() {
         plan(&folder, &asking("found")).expect("valid").library_note()
     };
     assert_eq!(note(&[]), None);
-    let said = note(&["-DRAND"]).expect("it calls rand");
-    assert!(said.contains("it calls rand:") && said.contains("number of threads"), "{said}");
+    let said = note(&["-DKEEPS"]).expect("it calls ctime");
+    assert!(said.contains("it calls ctime:") && said.contains("number of threads"), "{said}");
 }
 
 #[test]

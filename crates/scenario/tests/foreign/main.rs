@@ -5,6 +5,7 @@
 mod examples;
 mod libraries;
 mod six_vectors;
+mod states;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,7 +1,9 @@
 /* A library that does what the test asks for: `what=…`. */
 #include "standstill.h"
 
+#include <dlfcn.h>
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -43,11 +45,12 @@ __attribute__((constructor)) static void loaded(void)
 }
 #endif
 
-#ifdef RAND
-int rand_of_the_c_library(void);
-int rand_of_the_c_library(void)
+#ifdef KEEPS
+#include <time.h>
+char *date_of_the_c_library(time_t at);
+char *date_of_the_c_library(time_t at)
 {
-    return rand();
+    return ctime(&at);
 }
 #endif
 
@@ -55,16 +58,21 @@ int rand_of_the_c_library(void)
 int of_another_library(void);
 int of_another_library(void)
 {
-    return 1;
+    static int calls;
+    return OTHER + calls++;
 }
 #endif
 
 #ifdef LINKED
 int of_another_library(void);
-int use_another_library(void);
-int use_another_library(void)
+#else
+#define of_another_library() 0
+#endif
+
+#ifdef LOADS
+__attribute__((constructor)) static void loads_another(void)
 {
-    return of_another_library();
+    dlopen(LOADS, RTLD_NOW);
 }
 #endif
 
@@ -111,6 +119,10 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         result->angle = 0.1f * (float)starts;
         return STS_FOUND;
     }
+    if (is("linked")) {
+        result->angle = 0.1f * (float)of_another_library();
+        return STS_FOUND;
+    }
     if (is("own")) {
         timezone += random();
         result->angle = 0.1f * (float)timezone;
@@ -124,6 +136,41 @@ static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts
         result->angle_deviation = 0.25f;
         result->pole_evidence = 4.0f;
         result->pole_needed = 3.0f;
+        return STS_FOUND;
+    }
+    if (is("angle-huge")) {
+        result->angle = 1e30f;
+        return STS_FOUND;
+    }
+    if (is("evidence-nan")) {
+        result->pole_evidence = 0.0f / (angle - 1.0f);
+        result->pole_needed = 3.0f;
+        return STS_FOUND;
+    }
+    if (is("deviation")) {
+        result->angle_deviation = -1.0f;
+        return STS_FOUND;
+    }
+    if (is("beyond-result")) {
+        *(volatile uint32_t *)(result + 1) = 7;
+        return STS_FOUND;
+    }
+    if (is("beyond-legs")) {
+        ((volatile float *)legs->duty)[3] = 0.5f;
+        return STS_GO_ON;
+    }
+    if (is("before-result")) {
+        ((volatile float *)result)[-1] = 0.5f;
+        return STS_FOUND;
+    }
+    if (is("opens")) {
+        return dlopen("libm.so.6", RTLD_NOW) == NULL ? STS_GO_ON : STS_FOUND;
+    }
+    if (is("abort")) {
+        abort();
+    }
+    if (is("prints")) {
+        puts("{ \"printed\": \"by the library\"");
         return STS_FOUND;
     }
     if (is("evidence-alone")) {
@@ -207,6 +254,13 @@ static int32_t step(void *detector, const sts_sample *samples, uint32_t count, s
     (void)detector, (void)samples, (void)count, (void)result;
     command->stages = 1;
     command->stage[0].duration_ns = is("short") ? 1 : 2000;
+    if (is("edge")) {
+        command->stage[0].legs.leg[1] = STS_RISE;
+        command->stage[0].edge_ns[1] = 2001;
+    }
+    if (is("beyond-command")) {
+        ((volatile uint64_t *)(command + 1))[1] = 7;
+    }
     return STS_GO_ON;
 }
 #else

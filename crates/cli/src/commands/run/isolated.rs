@@ -9,6 +9,7 @@
 //! describe the library, and to make a detector at each point: what crashes then is said as any other mistake is. The process of
 //! the run itself never loads the library.
 
+use std::collections::BTreeMap;
 use std::io::{BufRead as _, BufReader, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
@@ -31,6 +32,8 @@ const MARK: &str = "\u{1}standstill ";
 pub struct Workers {
     /// What each reads first: the scenario's file, and its text with all that was changed of it.
     scenario: String,
+    /// Digests of all files that the run reads, by their paths: a worker that reads others has another run.
+    files: BTreeMap<String, String>,
     free: Mutex<Vec<Worker>>,
 }
 
@@ -44,10 +47,11 @@ struct Worker {
 
 /// The plan of a document whose trials run in processes of their own.
 pub fn plan(document: &Document) -> Result<Plan, Error> {
-    let workers = Workers::of(document)?;
+    let mut workers = Workers::of(document)?;
     let limit = document.load()?.detector.call_limit()?;
     load_elsewhere(move |path| inspected(path, limit));
     let plan = Plan::new(document.clone())?;
+    workers.files = digests(&plan);
     workers.check().map_err(|error| Error::Scenario(document.locate(error)))?;
     Ok(plan.with_remote(Arc::new(workers)))
 }
@@ -74,7 +78,7 @@ impl Workers {
         let folder = std::path::absolute(document.files().folder()).or_else(|_| std::env::current_dir());
         let path = folder.map_err(Error::writing(Path::new("scenario")))?.join("scenario.toml");
         let scenario = json!({ "path": path, "text": file.text()? }).to_string();
-        Ok(Self { scenario, free: Mutex::default() })
+        Ok(Self { scenario, files: BTreeMap::new(), free: Mutex::default() })
     }
 
     fn worker(&self) -> std::io::Result<Worker> {
@@ -92,7 +96,8 @@ impl Workers {
         let of_library = |message: String| refused("detector.library", message);
         let mut worker = self.worker().map_err(|error| of_library(format!("no worker process: {error}")))?;
         match worker.answer() {
-            Some((Answer::Ready, _)) => {
+            Some((Answer::Ready, text)) => {
+                Worker::begin(&text, &self.files).map_err(of_library)?;
                 self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
                 Ok(())
             }
@@ -122,9 +127,14 @@ fn inspected(path: &Path, limit: Duration) -> Result<Description, LoadError> {
     let said: Value = serde_json::from_str(&text).unwrap_or_default();
     let part = |key: &str| said[key].as_str().unwrap_or_default().to_owned();
     match (answer, level(&said["isr"])) {
-        (Answer::Library, Some(level)) => Ok(Description { name: part("name"), level }),
+        (Answer::Library, Some(level)) => Ok(Description { name: part("name"), level, loads: loads(&said) }),
         _ => Err(LoadError::new(part("found"), part("needed"))),
     }
+}
+
+/// The libraries that one has loaded itself, as `described` writes them.
+fn loads(said: &Value) -> Vec<PathBuf> {
+    said["loads"].as_array().into_iter().flatten().filter_map(Value::as_str).map(PathBuf::from).collect()
 }
 
 /// A level as `described` writes it.
@@ -148,7 +158,8 @@ fn described(path: &str) -> String {
     let read = read_at_most(&path, MOST_BYTES).map_err(|error| {
         LoadError::new(format!("a file that cannot be read: {error}"), "a shared library".to_owned())
     });
-    match read.and_then(|bytes| Library::of(&path, &bytes.into())) {
+    let further = |path: &Path| read_at_most(path, MOST_BYTES).map(Into::into);
+    match read.and_then(|bytes| Library::of(&path, &bytes.into(), &further)) {
         Ok(library) => {
             let isr = match library.level() {
                 Level::Command => Value::Null,
@@ -156,7 +167,8 @@ fn described(path: &str) -> String {
                     json!([pwm_hz, twice, sample_at, update_delay])
                 }
             };
-            format!("library {}", json!({ "name": library.name(), "isr": isr }))
+            let loads = &library.description().loads;
+            format!("library {}", json!({ "name": library.name(), "isr": isr, "loads": loads }))
         }
         Err(LoadError { found, needed }) => {
             format!("refused {}", json!({ "found": found, "needed": needed }))
@@ -218,14 +230,32 @@ impl Worker {
         }
     }
 
+    /// It has read these files: whether they are those of the run.
+    fn begin(digests: &str, files: &BTreeMap<String, String>) -> Result<(), String> {
+        let own: BTreeMap<String, String> = serde_json::from_str(digests).unwrap_or_default();
+        let other = files.iter().chain(&own).find(|(path, _)| files.get(*path) != own.get(*path));
+        if let Some((path, _)) = other {
+            return Err(format!("the file {path} is another than when the run began"));
+        }
+        Ok(())
+    }
+
     /// Asks for a trial; nothing if the process ends before it answers.
-    fn ask(&mut self, point: usize, trial: u64) -> Option<Result<Record, Lost>> {
+    fn ask(
+        &mut self,
+        files: &BTreeMap<String, String>,
+        point: usize,
+        trial: u64,
+    ) -> Option<Result<Record, Lost>> {
         // One that ended while it began says so by its end.
         let _ = writeln!(self.input, "{point} {trial}");
         loop {
             let (answer, text) = self.answer()?;
             return Some(match answer {
-                Answer::Ready => continue,
+                Answer::Ready => match Self::begin(&text, files) {
+                    Ok(()) => continue,
+                    Err(other) => Err(Lost::All(other)),
+                },
                 Answer::Record => Record::from_line(&text)
                     .ok_or_else(|| Lost::All(format!("a record that is none: {text}"))),
                 _ => Err(Lost::All(text)),
@@ -256,7 +286,7 @@ fn ending(status: std::process::ExitStatus) -> String {
 impl Remote for Workers {
     fn trial(&self, point: usize, trial: u64) -> Result<Record, Lost> {
         let mut worker = self.worker().map_err(|error| Lost::All(format!("no worker process: {error}")))?;
-        if let Some(answer) = worker.ask(point, trial) {
+        if let Some(answer) = worker.ask(&self.files, point, trial) {
             self.free.lock().unwrap_or_else(PoisonError::into_inner).push(worker);
             return answer;
         }
@@ -291,7 +321,7 @@ pub fn worker() -> Result<Report, Error> {
     }
     let plan = plan_of(&first);
     let said = match &plan {
-        Ok(_) => say("ready"),
+        Ok(plan) => say(&format!("ready {}", json!(digests(plan)))),
         Err(Error::Scenario(FileError::Key { key, message, .. })) => {
             say(&format!("refused {}", json!([key, message])))
         }
@@ -327,8 +357,12 @@ pub fn worker() -> Result<Report, Error> {
 
 /// A line to the parent.
 fn say(answer: &str) -> std::io::Result<()> {
-    let mut output = std::io::stdout();
-    writeln!(output, "{MARK}{answer}").and_then(|()| output.flush())
+    crate::write(&format!("{MARK}{answer}\n"))
+}
+
+/// Digests of all files that a plan reads, by their paths.
+fn digests(plan: &Plan) -> BTreeMap<String, String> {
+    plan.files().into_iter().map(|(path, digest)| (path, digest.to_string())).collect()
 }
 
 /// Libraries that misbehave end this process.

@@ -1,0 +1,32 @@
+//! Guards beside what a library writes.
+#![cfg_attr(not(target_os = "linux"), allow(dead_code, reason = "libraries are loaded on Linux alone"))]
+
+/// A value with guards on both sides, which a library that writes beyond it overwrites.
+#[repr(C)]
+pub struct Fenced<T> {
+    before: [u32; GUARDS],
+    pub inside: T,
+    after: [u32; GUARDS],
+}
+
+/// Words on each side; of four bytes, so that there is no gap between them and a value.
+const GUARDS: usize = 8;
+
+/// No number, and no half of an address.
+const GUARD: u32 = 0x7FFB_5E1D;
+
+impl<T> Fenced<T> {
+    /// This value.
+    #[inline]
+    pub fn new(inside: T) -> Self {
+        Self { before: [GUARD; GUARDS], inside, after: [GUARD; GUARDS] }
+    }
+
+    /// Whether nobody has written beside it.
+    #[inline]
+    pub fn is_whole(&self) -> bool {
+        // The compiler may not assume that nobody did.
+        std::hint::black_box(&self);
+        (self.before, self.after) == ([GUARD; GUARDS], [GUARD; GUARDS])
+    }
+}

@@ -1,0 +1,33 @@
+//! Standard output belongs to the program's answers: what a library prints goes to standard error.
+#![allow(unsafe_code, reason = "what the number of standard output stands for is changed")]
+
+use std::fs::File;
+use std::os::fd::AsFd as _;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+static KEPT: AtomicBool = AtomicBool::new(false);
+static OUTPUT: OnceLock<Option<File>> = OnceLock::new();
+
+/// From the first library on that is loaded, standard output is [`output`], and what anybody else writes there goes to standard
+/// error. For a program whose standard output is its own.
+pub fn keep_output() {
+    KEPT.store(true, Ordering::Relaxed);
+}
+
+/// Where the program's answers go, if that is no longer standard output.
+pub fn output() -> Option<&'static File> {
+    OUTPUT.get()?.as_ref()
+}
+
+/// Before a library runs.
+pub fn divert() {
+    if KEPT.load(Ordering::Relaxed) {
+        OUTPUT.get_or_init(|| {
+            let own = std::io::stdout().as_fd().try_clone_to_owned().ok()?;
+            // SAFETY: two open files of this process; from here on one number stands for the other file.
+            let diverted = unsafe { libc::dup2(libc::STDERR_FILENO, libc::STDOUT_FILENO) };
+            (diverted >= 0).then(|| own.into())
+        });
+    }
+}

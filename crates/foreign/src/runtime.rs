@@ -1,0 +1,349 @@
+//! What an image has of the C library that keeps something between calls: a heap, random numbers, `strtok`, `errno`, the
+//! rounding of floating point. Each image has its own, which is set back with its variables; the functions of the C library that
+//! use them are replaced in the image by those that stand here.
+#![allow(unsafe_code, reason = "functions of the C library are replaced, and registers of the processor set")]
+
+use std::cell::{Cell, RefCell};
+use std::ffi::{CStr, c_char, c_double, c_int, c_long, c_uint, c_void};
+use std::path::PathBuf;
+use std::ptr;
+
+use crate::elf::Elf;
+use crate::float::Float;
+use crate::heap::Heap;
+use crate::random::{Random, Random48};
+
+/// All that an image has besides its variables.
+#[derive(Debug)]
+#[repr(C)]
+pub struct State {
+    pub heap: Heap,
+    /// Whether memory comes from its heap; otherwise from the program's.
+    pub serves: bool,
+    /// Whether it is being loaded, when it may load further libraries.
+    pub loads: bool,
+    /// Whether it wanted to load one later.
+    pub loaded_late: bool,
+    errno: c_int,
+    float: Float,
+    random: Random,
+    random_48: Random48,
+    strtok: *mut c_char,
+}
+
+impl State {
+    /// As a program begins, with this heap.
+    pub fn new(heap: Heap) -> Self {
+        Self {
+            heap,
+            serves: true,
+            loads: true,
+            loaded_late: false,
+            errno: 0,
+            float: Float::default(),
+            random: Random::default(),
+            random_48: Random48::default(),
+            strtok: ptr::null_mut(),
+        }
+    }
+}
+
+thread_local! {
+    /// The image that this thread is in.
+    static HERE: Cell<*mut State> = const { Cell::new(ptr::null_mut()) };
+    /// Libraries that the image at hand has loaded itself.
+    static LOADED: RefCell<Vec<PathBuf>> = const { RefCell::new(Vec::new()) };
+}
+
+/// From here on to [`leave`] this thread is in an image. Returns what the processor's rounding was.
+///
+/// # Safety
+/// The state is that of an image which nobody else is in.
+#[inline]
+pub unsafe fn enter(state: *mut State) -> Float {
+    HERE.set(state);
+    // SAFETY: the caller's; the thread's own errno.
+    unsafe {
+        *libc::__errno_location() = (*state).errno;
+        (*state).float.begin()
+    }
+}
+
+/// See [`enter`].
+///
+/// # Safety
+/// As [`enter`], with the same state and what it returned.
+#[inline]
+pub unsafe fn leave(state: *mut State, float: Float) {
+    // SAFETY: the caller's; the thread's own errno.
+    unsafe {
+        (*state).float.end(float);
+        (*state).errno = *libc::__errno_location();
+    }
+    HERE.set(ptr::null_mut());
+}
+
+/// Libraries that were loaded by images of this thread since it was last asked.
+pub fn loaded() -> Vec<PathBuf> {
+    LOADED.take()
+}
+
+/// The image's state, if this thread is in one.
+fn here<'a>() -> Option<&'a mut State> {
+    // SAFETY: null, or of the image that this thread is in, which nobody else is in; no reference outlives a function below.
+    unsafe { HERE.get().as_mut() }
+}
+
+fn heap<'a>() -> Option<&'a mut Heap> {
+    here().filter(|state| state.serves).map(|state| &mut state.heap)
+}
+
+/// The heap whose block it is.
+fn heap_of<'a>(block: *const c_void) -> Option<&'a mut Heap> {
+    here().map(|state| &mut state.heap).filter(|heap| heap.has(block))
+}
+
+fn asked(block: *mut c_void) -> *mut c_void {
+    if block.is_null() {
+        // SAFETY: the thread's own.
+        unsafe { *libc::__errno_location() = libc::ENOMEM };
+    }
+    block
+}
+
+extern "C" fn malloc(bytes: usize) -> *mut c_void {
+    // SAFETY: the C library's own.
+    heap().map_or_else(|| unsafe { libc::malloc(bytes) }, |heap| asked(heap.ask(bytes, 1)))
+}
+
+extern "C" fn calloc(count: usize, bytes: usize) -> *mut c_void {
+    // SAFETY: the C library's own.
+    let Some(heap) = heap() else { return unsafe { libc::calloc(count, bytes) } };
+    let bytes = count.saturating_mul(bytes);
+    let block = asked(heap.ask(bytes, 1));
+    if !block.is_null() {
+        // SAFETY: a new block of so many bytes.
+        unsafe { block.cast::<u8>().write_bytes(0, bytes) };
+    }
+    block
+}
+
+unsafe extern "C" fn free(block: *mut c_void) {
+    match heap_of(block) {
+        Some(heap) => heap.give(block),
+        // SAFETY: the caller's, as of `free`.
+        None => unsafe { libc::free(block) },
+    }
+}
+
+unsafe extern "C" fn realloc(block: *mut c_void, bytes: usize) -> *mut c_void {
+    if block.is_null() {
+        return malloc(bytes);
+    }
+    // SAFETY: the caller's, as of `realloc`.
+    unsafe {
+        let Some(own) = heap_of(block) else { return libc::realloc(block, bytes) };
+        let room = Heap::room(block);
+        if bytes == 0 {
+            own.give(block);
+            return ptr::null_mut();
+        }
+        if bytes <= room {
+            return block;
+        }
+        let new = malloc(bytes);
+        if !new.is_null() {
+            ptr::copy_nonoverlapping(block.cast::<u8>(), new.cast(), room);
+            free(block);
+        }
+        new
+    }
+}
+
+unsafe extern "C" fn reallocarray(block: *mut c_void, count: usize, bytes: usize) -> *mut c_void {
+    match count.checked_mul(bytes) {
+        // SAFETY: the caller's, as of `reallocarray`.
+        Some(bytes) => unsafe { realloc(block, bytes) },
+        None => asked(ptr::null_mut()),
+    }
+}
+
+extern "C" fn aligned_alloc(align: usize, bytes: usize) -> *mut c_void {
+    // SAFETY: the C library's own.
+    let libcs = || unsafe { libc::memalign(align, bytes) };
+    heap().map_or_else(libcs, |heap| asked(heap.ask(bytes, align.next_power_of_two())))
+}
+
+unsafe extern "C" fn posix_memalign(into: *mut *mut c_void, align: usize, bytes: usize) -> c_int {
+    if !align.is_power_of_two() || !align.is_multiple_of(size_of::<usize>()) {
+        return libc::EINVAL;
+    }
+    let block = aligned_alloc(align, bytes);
+    if block.is_null() {
+        return libc::ENOMEM;
+    }
+    // SAFETY: the caller's, as of `posix_memalign`.
+    unsafe { *into = block };
+    0
+}
+
+unsafe extern "C" fn malloc_usable_size(block: *mut c_void) -> usize {
+    // SAFETY: the caller's, as of `malloc_usable_size`.
+    unsafe { if heap_of(block).is_some() { Heap::room(block) } else { libc::malloc_usable_size(block) } }
+}
+
+unsafe extern "C" fn strdup(text: *const c_char) -> *mut c_char {
+    // SAFETY: the caller's, as of `strdup`.
+    unsafe { strndup(text, libc::strlen(text)) }
+}
+
+unsafe extern "C" fn strndup(text: *const c_char, most: usize) -> *mut c_char {
+    // SAFETY: the caller's, as of `strndup`; a new block of one byte more.
+    unsafe {
+        let length = libc::strnlen(text, most);
+        let copy = malloc(length + 1).cast::<c_char>();
+        if !copy.is_null() {
+            ptr::copy_nonoverlapping(text, copy, length);
+            *copy.add(length) = 0;
+        }
+        copy
+    }
+}
+
+unsafe extern "C" fn strtok(text: *mut c_char, between: *const c_char) -> *mut c_char {
+    // SAFETY: the caller's, as of `strtok`.
+    here().map_or(ptr::null_mut(), |state| unsafe { libc::strtok_r(text, between, &raw mut state.strtok) })
+}
+
+extern "C" fn rand() -> c_int {
+    here().map_or(0, |state| state.random.next())
+}
+
+extern "C" fn random() -> c_long {
+    rand().into()
+}
+
+extern "C" fn srand(seed: c_uint) {
+    if let Some(state) = here() {
+        state.random = Random::of(seed);
+    }
+}
+
+extern "C" fn drand48() -> c_double {
+    here().map_or(0.0, |state| state.random_48.share())
+}
+
+extern "C" fn lrand48() -> c_long {
+    here().map_or(0, |state| state.random_48.positive())
+}
+
+extern "C" fn mrand48() -> c_long {
+    here().map_or(0, |state| state.random_48.signed())
+}
+
+extern "C" fn srand48(seed: c_long) {
+    if let Some(state) = here() {
+        state.random_48 = Random48::of(seed);
+    }
+}
+
+/// There is the locale "C" alone: another one would be that of the whole program.
+unsafe extern "C" fn setlocale(_: c_int, name: *const c_char) -> *mut c_char {
+    // SAFETY: null or a C string, as of `setlocale`.
+    let name = (!name.is_null()).then(|| unsafe { CStr::from_ptr(name) }.to_bytes());
+    match name {
+        None | Some(b"" | b"C" | b"POSIX") => c"C".as_ptr().cast_mut(),
+        Some(_) => ptr::null_mut(),
+    }
+}
+
+/// Nothing of an image runs when the program ends: its variables may be in the middle of a trial, and each trial registers anew.
+extern "C" fn atexit(_: *const c_void) -> c_int {
+    0
+}
+
+extern "C" fn cxa_atexit(_: *const c_void, _: *const c_void, _: *const c_void) -> c_int {
+    0
+}
+
+/// Further libraries are loaded with an image or not at all, so that a run knows them.
+unsafe extern "C" fn dlopen(name: *const c_char, how: c_int) -> *mut c_void {
+    if let Some(state) = here()
+        && !state.loads
+        && !name.is_null()
+    {
+        state.loaded_late = true;
+        return ptr::null_mut();
+    }
+    // SAFETY: the caller's, as of `dlopen`; the loader's own description of a library begins with its address and its name.
+    unsafe {
+        let library = libc::dlopen(name, how);
+        let mut map: *const (usize, *const c_char) = ptr::null();
+        if !library.is_null()
+            && !name.is_null()
+            && libc::dlinfo(library, libc::RTLD_DI_LINKMAP, (&raw mut map).cast()) == 0
+            && !map.is_null()
+            && !(*map).1.is_null()
+        {
+            let path = CStr::from_ptr((*map).1).to_string_lossy().into_owned();
+            LOADED.with_borrow_mut(|all| all.push(path.into()));
+        }
+        library
+    }
+}
+
+/// Functions that ask for memory.
+const MEMORY: [&str; 11] = [
+    "malloc",
+    "calloc",
+    "free",
+    "realloc",
+    "reallocarray",
+    "aligned_alloc",
+    "memalign",
+    "posix_memalign",
+    "malloc_usable_size",
+    "strdup",
+    "strndup",
+];
+
+/// Functions that share a state; where a library asks for the state itself, all of them are the C library's.
+const RANDOM: [&str; 6] = ["rand", "srand", "random", "srandom", "initstate", "setstate"];
+const RANDOM_48: [&str; 6] = ["drand48", "lrand48", "mrand48", "srand48", "seed48", "lcong48"];
+const RANDOM_STATES: [&str; 4] = ["initstate", "setstate", "seed48", "lcong48"];
+
+/// What stands in an image in place of the C library's function of this name; nothing if that serves. `memory`: whether its memory
+/// is its own.
+pub fn in_place_of(name: &str, memory: bool, elf: &Elf) -> Option<usize> {
+    let beside = |set: &[&str]| {
+        set.contains(&name) && set.iter().any(|name| RANDOM_STATES.contains(name) && elf.takes(name))
+    };
+    if !memory && MEMORY.contains(&name) || beside(&RANDOM) || beside(&RANDOM_48) {
+        return None;
+    }
+    Some(match name {
+        "malloc" => malloc as *const () as usize,
+        "calloc" => calloc as *const () as usize,
+        "free" => free as *const () as usize,
+        "realloc" => realloc as *const () as usize,
+        "reallocarray" => reallocarray as *const () as usize,
+        "aligned_alloc" | "memalign" => aligned_alloc as *const () as usize,
+        "posix_memalign" => posix_memalign as *const () as usize,
+        "malloc_usable_size" => malloc_usable_size as *const () as usize,
+        "strdup" | "__strdup" => strdup as *const () as usize,
+        "strndup" | "__strndup" => strndup as *const () as usize,
+        "strtok" => strtok as *const () as usize,
+        "rand" => rand as *const () as usize,
+        "random" => random as *const () as usize,
+        "srand" | "srandom" => srand as *const () as usize,
+        "drand48" => drand48 as *const () as usize,
+        "lrand48" => lrand48 as *const () as usize,
+        "mrand48" => mrand48 as *const () as usize,
+        "srand48" => srand48 as *const () as usize,
+        "setlocale" => setlocale as *const () as usize,
+        "atexit" => atexit as *const () as usize,
+        "__cxa_atexit" => cxa_atexit as *const () as usize,
+        "dlopen" => dlopen as *const () as usize,
+        _ => return None,
+    })
+}

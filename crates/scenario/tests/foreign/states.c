@@ -1,0 +1,185 @@
+/* Kinds of state that a firmware keeps and forgets to clear: `what=…`. Each counts its trials: 1 wherever all is set back. */
+#define _DEFAULT_SOURCE
+#define _XOPEN_SOURCE 700
+#include "standstill.h"
+
+#include <errno.h>
+#include <fenv.h>
+#include <locale.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int global;
+static int *made_at_load, *made_at_call;
+static size_t length;
+static char *text;
+static char words[] = "one two three";
+static FILE *file;
+
+static int first(void);
+static int second(void);
+static int (*table[2])(void) = { first, second };
+
+static int first(void)
+{
+    table[0] = second;
+    return 1;
+}
+
+static int second(void)
+{
+    return 2;
+}
+
+__attribute__((constructor)) static void loaded(void)
+{
+    made_at_load = calloc(16, sizeof *made_at_load);
+    text = strdup("loaded");
+#ifdef OPENS
+    file = fopen("/proc/self/maps", "r");
+#endif
+}
+
+static int local(void)
+{
+    static int calls;
+    return ++calls;
+}
+
+static int heap_at_call(void)
+{
+    if (made_at_call == NULL) {
+        made_at_call = malloc(1000 * sizeof *made_at_call);
+        made_at_call[0] = 0;
+    }
+    return ++made_at_call[0];
+}
+
+/* Grows by as much in each trial as if it were the only one. */
+static int grown(void)
+{
+    int k, *more;
+    length += 1000;
+    more = realloc(made_at_load, (16 + length) * sizeof *more);
+    for (k = 0; k < 1000; k++) {
+        more[16 + (int)length - 1000 + k] = k;
+    }
+    made_at_load = more;
+    free(text);
+    text = malloc(length);
+    return (int)(length / 1000);
+}
+
+/* 1/3 has other last digits when it is rounded up. */
+static int rounding(void)
+{
+    volatile double one = 1, three = 3, to_nearest = one / three;
+    fesetround(FE_UPWARD);
+    return to_nearest == 0x1.5555555555555p-2 ? 1 : 2;
+}
+
+/* The x87 unit and flags of exceptions. */
+static int exceptions(void)
+{
+    volatile long double zero = 0, one = 1, third = one / 3;
+    volatile double small = 0;
+    int seen = fetestexcept(FE_DIVBYZERO) != 0;
+    fesetround(FE_DOWNWARD);
+    one /= zero;
+    small = 1 / small;
+    return seen || third != 1.0L / 3 ? 2 : 1;
+}
+
+static int numbers(void)
+{
+    return rand() == 1804289383 && random() == 846930886 && lrand48() == 0 && drand48() < 1e-3 ? 1 : 2;
+}
+
+static int token(void)
+{
+    const char *word = strtok(local() == 1 ? words : NULL, " ");
+    return word != NULL && strcmp(word, "one") == 0 ? 1 : 2;
+}
+
+static int error_number(void)
+{
+    int before = errno;
+    errno = ERANGE;
+    return before == 0 ? 1 : 2;
+}
+
+static int place(void)
+{
+    return setlocale(LC_ALL, NULL)[0] == 'C' && setlocale(LC_ALL, "de_DE.UTF-8") == NULL ? 1 : 2;
+}
+
+static int ends;
+static void at_end(void)
+{
+    abort();
+}
+
+/* Registered in each trial, as a static variable of C++ is. */
+static int at_exit_of_the_program(void)
+{
+    atexit(at_end);
+    return ++ends;
+}
+
+static const struct {
+    const char *name;
+    int (*of)(void);
+} kinds[] = {
+    { "local", local }, { "heap-at-call", heap_at_call }, { "grown", grown }, { "rounding", rounding },
+    { "exceptions", exceptions }, { "numbers", numbers }, { "token", token }, { "errno", error_number },
+    { "locale", place }, { "at-exit", at_exit_of_the_program },
+};
+
+static int count;
+
+static void *create(const sts_drive *drive, const char *config, uint64_t seed, const char **refused)
+{
+    const char *at = strstr(config, "what=") + 5;
+    size_t size = strcspn(at, "\n"), k;
+    (void)drive, (void)seed;
+    *refused = "no such state";
+    count = 0;
+#define IS(word) (strlen(word) == size && strncmp(at, word, size) == 0)
+    if (IS("global")) {
+        count = ++global;
+    }
+    if (IS("heap-at-load")) {
+        count = ++made_at_load[3];
+    }
+    if (IS("table")) {
+        count = table[0]();
+    }
+    if (IS("file")) {
+        count = file != NULL && ftell(file) == 0 ? 1 : 2;
+    }
+    for (k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        if (IS(kinds[k].name)) {
+            count = kinds[k].of();
+        }
+    }
+    return count == 0 ? NULL : &count;
+}
+
+static int32_t isr(void *detector, const sts_sample *sample, sts_legs *legs, sts_result *result)
+{
+    (void)sample, (void)legs;
+    /* What the trial has set holds from one call to the next. */
+    result->angle = 0.1f * (float)*(int *)detector;
+    return STS_FOUND;
+}
+
+const sts_detector *sts_entry(uint32_t abi)
+{
+    static const sts_detector detector = {
+        STS_ABI, sizeof detector, STS_INTERRUPT, 12500, 0.0f, 1, "states", create, NULL, NULL, NULL, isr,
+    };
+    (void)abi;
+    return &detector;
+}
