@@ -115,10 +115,12 @@ impl Answer {
 }
 
 // An exception of C++ that leaves one of them is found out by who calls it.
-pub type Create = unsafe extern "C-unwind" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
+pub type Create =
+    unsafe extern "C-unwind" fn(*const Drive, *const c_char, u64, *mut *const c_char) -> *mut c_void;
 pub type Destroy = unsafe extern "C-unwind" fn(*mut c_void);
 pub type Reason = unsafe extern "C-unwind" fn(u32) -> *const c_char;
-pub type Step = unsafe extern "C-unwind" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
+pub type Step =
+    unsafe extern "C-unwind" fn(*mut c_void, *const Sample, u32, *mut Command, *mut Answer) -> i32;
 pub type Isr = unsafe extern "C-unwind" fn(*mut c_void, *const Sample, *mut Legs, *mut Answer) -> i32;
 pub type Entry = unsafe extern "C-unwind" fn(u32) -> *const Table;
 
