@@ -20,9 +20,9 @@ mod elf;
 mod fenced;
 #[cfg(target_os = "linux")]
 mod float;
+mod guard;
 #[cfg(target_os = "linux")]
 mod heap;
-mod guard;
 #[cfg_attr(not(target_os = "linux"), path = "elsewhere.rs")]
 mod image;
 mod interrupt;

@@ -31,6 +31,7 @@ mod questions;
 mod replaced;
 mod requirements;
 mod scenarios;
+#[cfg(target_os = "linux")]
 mod states;
 mod terminal;
 mod traces;
