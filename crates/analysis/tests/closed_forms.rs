@@ -216,7 +216,7 @@ fn law_a_likely_event_has_a_curve_on_both_sides_of_it() {
             assert!(pair[0].0 <= pair[1].0 && pair[0].1 >= pair[1].1, "{pair:?} of {truth}");
         }
         let [above, below] =
-            [found.curve.iter().any(|p| p.0 > 0.01), found.curve.iter().any(|p| p.0 < -0.01)];
+            [found.curve.iter().any(|p| p.0 > 1e-9), found.curve.iter().any(|p| p.0 < -1e-9)];
         assert!(below && above == beyond, "{:?} of {truth}", found.curve);
         // The event's own place is one of the curve's.
         assert!(found.curve.iter().any(|p| p.1 == found.probability), "{:?}", found.curve);

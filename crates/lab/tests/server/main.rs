@@ -360,7 +360,7 @@ fn law_what_suits_a_motor_is_looked_for_once_whatever_its_detector() {
     use std::sync::atomic::{AtomicUsize, Ordering};
     let asked = Arc::new(AtomicUsize::new(0));
     let counted = Arc::clone(&asked);
-    let find = move |document: &Document| {
+    let find = move |document: &Document| -> Result<standstill_lab::Advice, String> {
         counted.fetch_add(1, Ordering::SeqCst);
         assert_eq!(document.get("detector.method"), None, "it is asked for a detector");
         let keys = [("detector.method".to_owned(), "bipolar".to_owned())].into_iter().collect();
