@@ -6,11 +6,13 @@ use std::sync::atomic::AtomicBool;
 
 use rayon::ThreadPoolBuilder;
 use rayon::prelude::*;
-use standstill_analysis::subset::{End, Settings, run};
+use standstill_analysis::subset::{Effort, End, Settings, run};
 use standstill_analysis::{Alarm, Answer, Odds, PLAIN, System};
 use standstill_numeric::exp;
 use standstill_sim::{Purpose, Streams, Tape};
 
+#[path = "systems/reliability.rs"]
+mod reliability;
 mod systems;
 use systems::{Hidden, TwoModes, TwoVectors, deviations, upper_tail};
 
@@ -205,4 +207,17 @@ fn regress_a_mode_that_some_runs_miss_rings_an_alarm() {
         !odds.alarms.is_empty()
     });
     assert!(alarmed.count() >= 3);
+}
+
+/// Problems that others compare methods by, of two to a hundred draws: answers of the quickest kind are within a factor of 1.5, which is
+/// four times their error, and none of them rings.
+#[test]
+fn cross_reliability_problems_have_their_probabilities() {
+    reliability::PROBLEMS.into_par_iter().for_each(|problem| {
+        let settings = Settings { states: Effort::Quick.states(), ..Settings::default() };
+        let odds = Odds::of(&Any(&problem), &settings, &NEVER, |_| {}).expect("no trial fails");
+        let ratio = odds.probability.value / problem.probability;
+        assert!((2.0 / 3.0..1.5).contains(&ratio), "{}: {ratio}", problem.name);
+        assert!(odds.alarms.is_empty(), "{}: {:?}", problem.name, odds.alarms);
+    });
 }
