@@ -210,7 +210,7 @@ fn regress_a_mode_that_some_runs_miss_rings_an_alarm() {
 }
 
 /// Problems that others compare methods by, of two to a hundred draws: answers of the quickest kind are within a factor of 1.5, which is
-/// four times their error, and none of them rings.
+/// four times their error. One of the six rings, RP35: it has two parts, and runs of so few states differ in what they find of the second.
 #[test]
 fn cross_reliability_problems_have_their_probabilities() {
     reliability::PROBLEMS.into_par_iter().for_each(|problem| {
@@ -218,6 +218,6 @@ fn cross_reliability_problems_have_their_probabilities() {
         let odds = Odds::of(&Any(&problem), &settings, &NEVER, |_| {}).expect("no trial fails");
         let ratio = odds.probability.value / problem.probability;
         assert!((2.0 / 3.0..1.5).contains(&ratio), "{}: {ratio}", problem.name);
-        assert!(odds.alarms.is_empty(), "{}: {:?}", problem.name, odds.alarms);
+        assert!(odds.alarms.is_empty() || problem.name == "RP35", "{}: {:?}", problem.name, odds.alarms);
     });
 }
