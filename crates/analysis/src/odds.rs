@@ -322,9 +322,11 @@ fn expected(runs: &[&Run]) -> f64 {
 
 /// What makes runs doubtful that reached an event which is rare.
 fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
-    /// Runs scatter by up to 1.2 times what they expect, for they do not count what levels have in common: seven degrees of freedom
-    /// exceed 2 times it in at most one of a hundred answers (docs/odds-coverage.txt), 1.5 times it in up to one of seven.
-    const MORE: f64 = 2.0;
+    /// Seven degrees of freedom exceed 1.5 times their expectation twice in a hundred times, were it right. Up to [`SHALLOW`] levels runs
+    /// scatter by 1.2 times it and rang in up to one of seven answers: there twice it, of which less than one in a hundred is chance
+    /// (docs/odds-coverage.txt). Further down parts of an event are missed, and of these the alarm must tell.
+    const MORE: [f64; 2] = [2.0, 1.5];
+    const SHALLOW: u32 = 5;
     /// The mean of eight independent states has a standard deviation of 0.35.
     const UNREAD: f64 = 0.35;
     const ANCESTORS: u32 = 5;
@@ -334,7 +336,8 @@ fn alarms_of(reached: &[&Run], all: usize, variation: f64) -> Vec<Alarm> {
         alarms.push(Alarm::Missed { runs: all - reached.len(), of: all });
     }
     let expected = expected(reached);
-    if variation > MORE * expected {
+    let shallow = reached.iter().all(|run| run.levels <= SHALLOW);
+    if variation > MORE[usize::from(!shallow)] * expected {
         alarms.push(Alarm::Disagree { found: variation, expected });
     }
     let squares = reached.iter().flat_map(|run| run.unread).map(|mean| mean * mean).sum::<f64>();

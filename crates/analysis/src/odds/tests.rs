@@ -86,3 +86,22 @@ fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
     assert_eq!(of(0.05), (Vec::new(), vec![Alarm::Unled(0.05)]));
     assert_eq!(of(0.5), (vec![Alarm::Unled(0.5)], Vec::new()));
 }
+
+/// Eight runs of which each expects to err by a tenth. That they agree to a hundredth is chance; that they scatter by less than twice
+/// what they expect is none, for levels have more in common than a run counts.
+#[test]
+fn analytic_runs_that_agree_by_chance_have_the_interval_that_they_expect_of_themselves() {
+    let of = |spread: f64| {
+        let alternate = |k: u32| 1e-6 * (1.0 + if k % 2 == 0 { spread } else { -spread });
+        Odds::of_runs(&Settings::default(), (0..8).map(|k| run(alternate(k), End::Reached)).collect())
+    };
+    // t of seven degrees of freedom: 2.365. The standard deviation of ±x is x √(8/7).
+    let factor = |variation: f64| (2.364_624 * variation / 8.0_f64.sqrt()).exp();
+    let high = |odds: &Odds| odds.probability.high / odds.probability.value;
+    let (agreeing, scattering) = (of(0.01), of(0.17));
+    assert!((high(&agreeing) / factor(0.08) - 1.0).abs() < 1e-6, "{:?}", agreeing.probability);
+    let own = 0.17 * (8.0_f64 / 7.0).sqrt();
+    assert!((high(&scattering) / factor(own) - 1.0).abs() < 1e-6, "{:?}", scattering.probability);
+    assert!(agreeing.alarms.is_empty() && scattering.alarms.is_empty(), "{:?}", scattering.alarms);
+    assert!(matches!(of(0.2).alarms[..], [Alarm::Disagree { .. }]));
+}
