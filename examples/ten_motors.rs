@@ -66,7 +66,7 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         let (tried, suffice) = exhaustive(&document, &demands, starts.min(200))?;
         let helps: Vec<String> =
             found.advice.iter().filter(|of| of.helps.is_some()).map(|of| of.change.clone()).collect();
-        let helps = if helps.is_empty() { "nothing tried".to_owned() } else { helps.join("; ") };
+        let helps = if helps.is_empty() { "nothing that was tried".to_owned() } else { helps.join("; ") };
         println!(
             "| {name} | {verdict}; helps: {helps} | {tried} of a grid: {suffice} suffice | | | | | | | {} | {seconds:.0} |",
             suffice == 0

@@ -245,7 +245,7 @@ impl Suitability {
         let open = motor.has_magnet() && motor.pole_knowledge().is_open();
         if open
             && condition::saturating(document, 0.1).is_some()
-            && let Some(found) = Self::with_saturation(document, demands, &methods, hear)?
+            && let Some(found) = Self::with_saturation(document, demands, &condition::quick(&methods), hear)?
         {
             return Ok(found);
         }

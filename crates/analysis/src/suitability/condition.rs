@@ -54,8 +54,8 @@ pub(super) fn least_saturation(
         hear(Progress::Saturation(share));
         let Some((document, motor)) = saturating(document, share) else { return Ok(false) };
         let bench = Bench::new(&document, &motor, demands);
-        for method in methods.iter().copied().filter(|method| QUICK.contains(method)) {
-            if bench.answers(method)? {
+        for method in methods {
+            if bench.answers(*method)? {
                 return Ok(true);
             }
         }
@@ -94,6 +94,12 @@ pub(super) fn minus_d(document: &Document) -> Result<f64, SuitabilityError> {
 /// Methods that are asked: those whose detection is short.
 const QUICK: [MethodName; 3] =
     [MethodName::Bipolar, MethodName::LineInductanceFast, MethodName::MaximumLikelihood];
+
+/// Those of the methods; all of them where none is.
+pub(super) fn quick(methods: &[MethodName]) -> Vec<MethodName> {
+    let quick: Vec<MethodName> = methods.iter().copied().filter(|method| QUICK.contains(method)).collect();
+    if quick.is_empty() { methods.to_vec() } else { quick }
+}
 
 impl Bench<'_> {
     /// Whether a method answers with the strongest pulses or vectors that are allowed.

@@ -89,7 +89,7 @@ fn law_a_sheet_without_saturation_is_suited_from_some_saturation_on() {
     let motor = document.motor().expect("a motor");
     let bench = Bench::new(&document, &motor, &demands);
     let looks = bench.search(MethodName::Bipolar).expect("runs").looks;
-    assert!(looks.len() > 10 && looks.iter().all(|look| !look.margins.is_kept()), "{looks:?}");
+    assert!(!looks.is_empty() && looks.iter().all(|look| !look.margins.is_kept()), "{looks:?}");
 }
 
 #[test]
