@@ -91,16 +91,19 @@ fn judged(sheet: &Path, starts: u64) -> Result<bool, Error> {
         && failed <= demands.without_angle
         && free.max_moved_deg <= demands.movement_deg
         && peak <= found.most_current_a;
+    let of_poles = if poles {
+        format!("{wrong} of {all} | {:.3} %", 100.0 * undetermined)
+    } else {
+        "no poles |".to_owned()
+    };
     println!(
-        "| {name} | {verdict} | {} {} | {p95:.2} | {} | {} | {:.3} % | {:.3} | {} of {} | {holds} | {seconds:.0} |",
+        "| {name} | {verdict} | {} {} | {p95:.2} | {of_poles} | {:.3} % | {:.3} | {:.3} of {:.3} | {holds} | {seconds:.0} |",
         candidate.method(),
         keys.join(", "),
-        if poles { format!("{wrong} of {all}") } else { "no poles".to_owned() },
-        if poles { format!("{:.3} %", 100.0 * undetermined) } else { String::new() },
         100.0 * failed,
         free.max_moved_deg,
-        format!("{peak:.3}"),
-        format!("{:.3}", found.most_current_a),
+        peak,
+        found.most_current_a,
     );
     Ok(holds)
 }

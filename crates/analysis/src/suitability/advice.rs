@@ -39,7 +39,7 @@ pub(super) fn tried(
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let mut advice = Vec::new();
-    let mut changes = changes(bench)?;
+    let mut changes = changes(bench);
     // What does not help together does not help alone, so the last is the first.
     changes.rotate_right(1);
     let mut together = true;
@@ -86,13 +86,13 @@ fn helps(
     Ok(None)
 }
 
-fn changes(bench: &Bench<'_>) -> Result<Vec<Change>, SuitabilityError> {
+fn changes(bench: &Bench<'_>) -> Vec<Change> {
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {
         changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
     }
     let Ok(scenario) = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false) else {
-        return Ok(changes);
+        return changes;
     };
     let (sensors, drive) = (scenario.sensors, scenario.drive);
     let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);
@@ -135,7 +135,7 @@ fn changes(bench: &Bench<'_>) -> Result<Vec<Change>, SuitabilityError> {
     };
     changes.extend(finer);
     changes.push(all);
-    Ok(changes)
+    changes
 }
 
 /// Rounded to so many digits.

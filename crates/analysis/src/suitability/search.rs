@@ -120,13 +120,12 @@ impl Bench<'_> {
         adaptive: bool,
         found: &mut Found,
     ) -> Result<(), SuitabilityError> {
-        let longest = match self.is_set("pulse") {
-            true => None,
-            false => {
-                let (longest, stop) = self.grown(plain, "pulse", first, dead, &microseconds)?;
-                found.stop = stop;
-                longest
-            }
+        let longest = if self.is_set("pulse") {
+            None
+        } else {
+            let (longest, stop) = self.grown(plain, "pulse", first, dead, &microseconds)?;
+            found.stop = stop;
+            longest
         };
         let lengths = longest.map_or(&[1.0][..], |_| &PULSES);
         let with_pulse = |setting: &Setting, share: f64| match longest {

@@ -56,14 +56,12 @@ impl Starts {
     fn failures_in_words(&self) -> String {
         let mut reasons: Vec<(&String, &u64)> = self.failures.iter().collect();
         reasons.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
-        match reasons[..] {
-            [(reason, _)] => reason.clone(),
-            _ => {
-                let counted: Vec<String> =
-                    reasons.iter().map(|(reason, count)| format!("{reason} in {count}")).collect();
-                counted.join(", ")
-            }
+        if let [(reason, _)] = reasons[..] {
+            return reason.clone();
         }
+        let counted: Vec<String> =
+            reasons.iter().map(|(reason, count)| format!("{reason} in {count}")).collect();
+        counted.join(", ")
     }
 
     /// The pole evidence that 99 of 100 starts exceed, in units of what a decision needs: of few starts by mean and deviation.

@@ -1,7 +1,9 @@
 //! What `check` answers to programs, and which command goes on.
 
+use std::fmt::Write as _;
+
 use serde_json::{Map, Value, json};
-use standstill_analysis::{Candidate, Condition, Setting, Suited};
+use standstill_analysis::{Candidate, Condition, Demand, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Asked, settings};
@@ -53,7 +55,7 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
 fn in_a_line(asked: &Asked<'_>) -> String {
     let mut line = format!("  standstill run {} -s rotor.state=free", asked.named);
     for (key, value) in asked.found.recommended().into_iter().flat_map(|candidate| keys(&candidate.setting)) {
-        line += &format!(" -s \"{key}={value}\"");
+        let _ = write!(line, " -s \"{key}={value}\"");
     }
     line
 }
@@ -89,7 +91,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
                 "keys": object(&candidate.setting),
                 "suited": candidate.objections.is_empty(),
                 "objections": candidate.objections,
-                "binding": candidate.binding.map(|demand| demand.name()),
+                "binding": candidate.binding.map(Demand::name),
                 "margin": candidate.margin(),
                 "margins": margins(candidate),
                 "settings_tried": candidate.looks,
@@ -107,7 +109,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
             "method": candidate.method().name(),
             "keys": object(&candidate.setting),
             "margin": candidate.margin(),
-            "binding": candidate.binding.map(|demand| demand.name()),
+            "binding": candidate.binding.map(Demand::name),
             "settings": settings,
             "confirmed": {
                 "starts": fresh.starts,

@@ -45,8 +45,11 @@ pub fn write(
     if path.parent().unwrap_or_else(|| Path::new("")) != folder {
         from_anywhere(&mut recommended, &folder)?;
     }
-    let mut text: String = wrapped(head, COLUMNS).iter().map(|line| format!("# {line}\n")).collect();
-    text += &format!("# Written by `standstill check {}`.\n", options.motor);
+    let written = format!("Written by `standstill check {}`.", options.motor);
+    let mut text = String::new();
+    for line in wrapped(head, COLUMNS).into_iter().chain([written]) {
+        text.extend(["# ", &line, "\n"]);
+    }
     text += &recommended.load()?.text()?;
     match fs::read_to_string(&path) {
         Ok(there) if there == text => return Ok(Written::Done(path)),

@@ -203,10 +203,10 @@ pub fn verdict(candidate: &Candidate) -> String {
         Some(demand) => format!("; {} binds", short(demand)),
         None => "; the link drives no more current".to_owned(),
     };
-    match candidate.objections.is_empty() {
-        true => format!("{at}suited{binds}"),
-        false => format!("{at}{}{binds}", candidate.objections.join("; ")),
+    if candidate.objections.is_empty() {
+        return format!("{at}suited{binds}");
     }
+    format!("{at}{}{binds}", candidate.objections.join("; "))
 }
 
 const fn short(demand: Demand) -> &'static str {

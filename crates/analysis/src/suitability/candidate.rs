@@ -1,0 +1,97 @@
+//! A method at its best settings, and which method is recommended.
+
+use standstill_campaign::Statistics;
+use standstill_detect::MethodName;
+use standstill_scenario::Rotor;
+
+use super::bench::{Bench, Setting};
+use super::search::{Found, is_slow};
+use super::starts::{Starts, stops_when_content};
+use super::{Candidate, Confirmed, Progress, SuitabilityError};
+
+/// Starts of a candidate in each state of the rotor.
+const TRIALS: u64 = 200;
+/// The same of an injection, which takes a hundred times as long.
+const FEW_TRIALS: u64 = 24;
+/// Settings of a method that are tried on fresh starts.
+const TRIED: usize = 3;
+
+impl Bench<'_> {
+    /// A method at the best settings that were found.
+    pub fn candidate(&self, method: MethodName, found: &Found) -> Result<Candidate, SuitabilityError> {
+        let setting = found.looks.first().map_or_else(|| Setting::plain(method), |look| look.setting.clone());
+        let settings = self.scenario(&setting, Rotor::Locked, false)?.detector;
+        let trials = if is_slow(method) { FEW_TRIALS } else { TRIALS };
+        let (mut states, mut objections) = (Vec::new(), Vec::new());
+        for rotor in &self.rotors {
+            match self.starts(&setting, *rotor, false, trials)? {
+                Ok(starts) => states.push(starts),
+                Err(problem) => objections = vec![problem],
+            }
+        }
+        let all: Vec<&Starts> = states.iter().collect();
+        objections.extend(self.objections(&all));
+        let margins = (!all.is_empty()).then(|| self.margins(&all));
+        let of = |wanted: bool| {
+            let state = states.iter().find(|starts| (starts.rotor == Rotor::Locked) == wanted);
+            state.map_or_else(|| Statistics::default().summary(), |starts| starts.summary.clone())
+        };
+        let binding = if objections.is_empty() {
+            margins.map(|margins| margins.binding().0)
+        } else {
+            // What is strong enough for the pole breaks another demand; or nothing is.
+            let strong = found.looks.iter().find(|look| look.margins.pole.is_none_or(|pole| pole >= 1.0));
+            strong.map_or(found.stop, |look| Some(look.margins.binding().0))
+        };
+        let looks = found.looks.len();
+        Ok(Candidate {
+            setting,
+            settings,
+            locked: of(true),
+            free: of(false),
+            objections,
+            margins,
+            binding,
+            looks,
+        })
+    }
+
+    /// The best candidate whose settings hold on fresh starts.
+    pub fn recommended(
+        &self,
+        candidates: &mut [Candidate],
+        found: &[Found],
+        hear: &mut dyn FnMut(Progress<'_>),
+    ) -> Result<Option<(usize, Confirmed)>, SuitabilityError> {
+        let mut order: Vec<usize> = (0..candidates.len()).collect();
+        order.retain(|number| candidates[*number].objections.is_empty());
+        // Those whose wrong poles can be told from few starts first, and injections last.
+        let effort =
+            |candidate: &Candidate| (is_slow(candidate.method()), stops_when_content(candidate.settings));
+        order.sort_by(|a, b| {
+            let (a, b) = (&candidates[*a], &candidates[*b]);
+            effort(a).cmp(&effort(b)).then(b.margin().total_cmp(&a.margin()))
+        });
+        for number in order {
+            // The best is tried even if the few starts of its look were not quite enough.
+            let mut looks = found[number].looks.iter().enumerate();
+            let looks =
+                looks.by_ref().filter(|(rank, look)| *rank == 0 || look.margins.is_kept()).take(TRIED);
+            for (rank, look) in looks {
+                hear(Progress::Confirming(&look.setting));
+                match self.confirm(&look.setting)? {
+                    Ok(confirmed) => {
+                        if rank > 0 {
+                            let one = Found { looks: vec![look.clone()], stop: found[number].stop };
+                            candidates[number] = self.candidate(look.setting.method, &one)?;
+                        }
+                        return Ok(Some((number, confirmed)));
+                    }
+                    Err(objections) if rank == 0 => candidates[number].objections = objections,
+                    Err(_) => {}
+                }
+            }
+        }
+        Ok(None)
+    }
+}
