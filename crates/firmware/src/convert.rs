@@ -62,9 +62,9 @@ pub fn command(of: &Command<f32>) -> abi::Command {
 pub fn outcome(of: &Outcome<f32>) -> (i32, Answer) {
     let findings = of.findings();
     let mut answer = Answer {
-        angle_deviation: findings.angle_deviation.unwrap_or(f32::NAN),
-        pole_evidence: findings.pole_evidence.map_or(f32::NAN, |evidence| evidence.deviations),
-        pole_needed: findings.pole_evidence.map_or(f32::NAN, |evidence| evidence.needed),
+        angle_deviation: findings.angle_deviation.unwrap_or(Answer::UNSET),
+        pole_evidence: findings.pole_evidence.map_or(Answer::UNSET, |evidence| evidence.deviations),
+        pole_needed: findings.pole_evidence.map_or(Answer::UNSET, |evidence| evidence.needed),
         ..Answer::NONE
     };
     let status = match of {

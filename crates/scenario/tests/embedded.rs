@@ -134,14 +134,14 @@ fn ending(steps: &[(Vec<Reading<f32>>, Step<f32>)]) -> (i32, [u32; 4], u32) {
     let (status, angle, reason) = match outcome {
         Outcome::Found { angle, .. } => (abi::FOUND, angle.radians(), 0),
         Outcome::Axis { angle, reason, .. } => (abi::AXIS, angle.radians(), abi::axis_reason(reason)),
-        Outcome::Failed { fault, .. } => (abi::FAILED, f32::NAN, abi::failure_reason(fault)),
+        Outcome::Failed { fault, .. } => (abi::FAILED, abi::Answer::UNSET, abi::failure_reason(fault)),
     };
     let evidence = findings.pole_evidence;
     let known = [
         angle,
-        findings.angle_deviation.unwrap_or(f32::NAN),
-        evidence.map_or(f32::NAN, |evidence| evidence.deviations),
-        evidence.map_or(f32::NAN, |evidence| evidence.needed),
+        findings.angle_deviation.unwrap_or(abi::Answer::UNSET),
+        evidence.map_or(abi::Answer::UNSET, |evidence| evidence.deviations),
+        evidence.map_or(abi::Answer::UNSET, |evidence| evidence.needed),
     ];
     (status, known.map(f32::to_bits), reason)
 }

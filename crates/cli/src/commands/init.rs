@@ -152,7 +152,10 @@ mod tests {
         for key in ["rotor", "inverter", "sensors", "detector", "stop_at", "design"] {
             let reference = schema["properties"][key]["$ref"].as_str().expect("a table of its own");
             let Value::Table(below) = &table[key] else { panic!("{key} is no table") };
-            assert_eq!(keys(below), properties(&schema, reference.trim_start_matches('#')), "{key}");
+            let mut known = properties(&schema, reference.trim_start_matches('#'));
+            // Python writes it into the records of its runs: nobody else does.
+            known.remove("python");
+            assert_eq!(keys(below), known, "{key}");
         }
     }
 

@@ -117,8 +117,10 @@ pub fn run(options: &Magnetics) -> Result<Report, Error> {
         let most = covered(range);
         if reach > most * (1.0 + 1e-9) {
             let [[d_low, d_high], [q_low, q_high]] = range.map(|ends| ends.map(short));
-            // A little less, which the map has however its last digit is rounded.
-            let most = short(most * (1.0 - 5e-6));
+            // Six digits of a current that the map has: rounded down where they would lie beyond it.
+            let nearest = short(most);
+            let beyond = nearest.parse::<f64>().is_ok_and(|nearest| nearest > most * (1.0 + 1e-9));
+            let most = if beyond { short(most * (1.0 - 5e-6)) } else { nearest };
             let message = format!(
                 "--current {reach}: the map {} covers i_d from {d_low} to {d_high} A, i_q from {q_low} to {q_high} A; needed: at most {most} A",
                 map.file

@@ -63,7 +63,10 @@ fn regress_a_page_without_answers_says_so_first_and_nothing_of_poles() {
     assert!(said(&["report", "good"], at).starts_with(GOOD), "{GOOD}");
 
     let text = said(&["report", "good", "none", "--out", "both"], at);
-    assert!(text.contains("Answered rightly: 100 % at A, 0 % at B; rms 0.") && text.contains("no axis at B"));
+    assert!(
+        text.contains("Answered rightly: 100 % at A, 0 % at B; A is better: it answers more; rms 0.")
+            && text.contains("no axis at B")
+    );
     let page = fs::read_to_string(at.join("both/comparison.html")).expect("the page");
     assert!(shown(&page).contains("class=\"verdict warning\""), "{page}");
     let rows = fs::read_to_string(at.join("both/comparison.csv")).expect("the table");

@@ -21,6 +21,7 @@ fn prepared(at: &Path) {
     for (scenario, out) in [("s.toml", "r"), ("t.toml", "u")] {
         said(&["run", scenario, "--out", out, "--force"], at);
     }
+    fs::copy(TRACE, at.join("trace.csv")).expect("copied");
     for shard in ["2/5", "4/5"] {
         said(&["run", "s.toml", "--shard", shard, "--out", "shards", "--force"], at);
     }
@@ -40,7 +41,7 @@ const PRINT: [&[&str]; 8] = [
 
 /// Pages that take a while to be answered: once, where there is less room.
 const DEAR: [&[&str]; 4] = [
-    &["fit", TRACE, "--motor", "paper-5k5", "--out", "f", "--force"],
+    &["fit", "trace.csv", "--motor", "paper-5k5", "--out", "f", "--force"],
     &["odds", "s.toml", "--event", "|e| > 1 deg", "--out", "o", "--force"],
     &[
         "require",

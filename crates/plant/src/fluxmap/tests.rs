@@ -305,7 +305,8 @@ fn law_the_end_of_a_map_is_that_of_its_own_currents_also_with_a_hot_magnet() {
         for current in [low - 0.02, high + 0.02] {
             let error =
                 circuit.flux_at(Dq::new(current, 0.0), Heading::ZERO).expect_err("beyond").to_string();
-            assert!(error.contains(&format!("i_d from {low} to {high} A")), "{error}");
+            let range = [low, high].map(standstill_quantity::short);
+            assert!(error.contains(&format!("i_d from {} to {} A", range[0], range[1])), "{error}");
         }
     }
 }

@@ -56,22 +56,27 @@ impl<V: Wide> Bank<'_, V> {
 
     /// Finds the mode of a machine that ends first within the step just tried, and when.
     pub(super) fn find_end(&mut self, lane: usize) {
-        let tried = &self.tried;
-        let one = |pack: &V| pack.get(lane);
-        let mut first = (f64::INFINITY, None);
-        let ends = |first: &mut (f64, Option<Guard>), which: Guard, cubic: Cubic<f64>, slack: f64| {
-            let to = if cubic.value[1] < -slack {
-                1.0
-            } else if cubic.dip() < -slack {
-                cubic.slope[0] / (cubic.slope[0] - cubic.slope[1])
-            } else {
-                return;
-            };
-            let share = cubic.falls_to(-0.5 * slack, 0.0, to);
-            if share < first.0 {
-                *first = (share, Some(which));
-            }
-        };
+        let mut first = First { share: f64::INFINITY, guard: None };
+        self.legs_end(lane, &mut first);
+        if self.machine.rotors.is_some() {
+            self.motion_ends(lane, &mut first);
+        }
+        self.core_ends(lane, &mut first);
+        let First { share, guard } = first;
+        let share = if guard.is_some() { share } else { 1.0 };
+        let (from, to) = (self.begin.time.get(lane), self.tried.end.time.get(lane));
+        let end = (from + (to - from) * share).min(to);
+        self.mode_end.put(lane, end);
+        self.to_mode_end |= 1 << lane;
+        // The potential of a terminal may rise by more than what is near to its bound in the shortest time that is a number.
+        let nearest = end >= to && guard.is_some() && self.machine.legs.elastance.is_some();
+        self.nearest = self.nearest & !(1 << lane) | u32::from(nearest) << lane;
+        self.ending_mode[lane] = guard;
+    }
+
+    /// Currents of legs that conduct, potentials of others.
+    fn legs_end(&self, lane: usize, first: &mut First) {
+        let (tried, one) = (&self.tried, |pack: &V| pack.get(lane));
         // Of two legs that conduct, both currents end at once.
         let legs = &self.machine.legs;
         let safe = |k: usize| tried.floating.is_some_and(|floating| floating.safe[k].bits() >> lane & 1 == 1);
@@ -82,19 +87,14 @@ impl<V: Wide> Bank<'_, V> {
             {
                 let value = [0, 1].map(|end: usize| direction * one(&tried.phases[end][k]));
                 let slope = [0, 1].map(|end: usize| direction * one(&tried.phase_rise[end][k]));
-                ends(&mut first, Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
+                first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.leg[k].get(lane));
             }
         }
         if let Some(floating) = &tried.floating {
             for k in (0..3).filter(|k| legs.direction(lane, *k) == 0.0 && !safe(*k)) {
                 for side in floating.sides(k) {
                     let [value, slope] = [side.value, side.slope].map(|pair| pair.each_ref().map(one));
-                    ends(
-                        &mut first,
-                        Guard::Leg(k),
-                        Cubic { value, slope },
-                        self.bounds.slack.blocked.get(lane),
-                    );
+                    first.ends(Guard::Leg(k), Cubic { value, slope }, self.bounds.slack.blocked.get(lane));
                 }
             }
         }
@@ -102,35 +102,34 @@ impl<V: Wide> Bank<'_, V> {
         let slack_of_blocked = self.bounds.slack.blocked.get(lane);
         if margin.value[1] < -slack_of_blocked {
             let share = margin.falls_to(-0.5 * slack_of_blocked, 0.0, 1.0).max(LEAST_SHARE);
-            if share < first.0 {
-                first = (share, Some(Guard::Blocked));
-            }
+            first.take(share, Guard::Blocked);
         }
-        let slack = &self.bounds.slack;
-        if self.machine.rotors.is_some() {
-            let torque = tried.torque_margin(&self.machine, &self.bounds);
-            let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
-            ends(&mut first, Guard::Motion, Cubic { value, slope }, one(&slack.motion));
-            let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
-            let rise = [one(&self.begin.state.speed), one(&tried.end.state.speed)]
-                .map(|speed| speed * one(&tried.h));
-            let [lower, upper] = self.bounds.stops.each_ref().map(one);
-            ends(
-                &mut first,
-                Guard::Stop,
-                Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
-                one(&slack.stop),
-            );
-            ends(
-                &mut first,
-                Guard::Stop,
-                Cubic { value: turned.map(|a| a - lower), slope: rise },
-                one(&slack.stop),
-            );
-        }
+    }
+
+    /// The rotor starts, stops, or reaches the end of the brake's play.
+    fn motion_ends(&self, lane: usize, first: &mut First) {
+        let (tried, slack, one) = (&self.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
+        let torque = tried.torque_margin(&self.machine, &self.bounds);
+        let [value, slope] = [torque.value, torque.slope].map(|pair| pair.each_ref().map(one));
+        first.ends(Guard::Motion, Cubic { value, slope }, one(&slack.motion));
+        let turned = [one(&self.begin.state.turned), one(&tried.end.state.turned)];
+        let rise =
+            [one(&self.begin.state.speed), one(&tried.end.state.speed)].map(|speed| speed * one(&tried.h));
+        let [lower, upper] = self.bounds.stops.each_ref().map(one);
+        first.ends(
+            Guard::Stop,
+            Cubic { value: turned.map(|a| upper - a), slope: rise.map(|s| -s) },
+            one(&slack.stop),
+        );
+        first.ends(Guard::Stop, Cubic { value: turned.map(|a| a - lower), slope: rise }, one(&slack.stop));
+    }
+
+    /// The core's range, its kinks, and the play cells of its iron.
+    fn core_ends(&self, lane: usize, first: &mut First) {
+        let (tried, slack, one) = (&self.tried, &self.bounds.slack, |pack: &V| pack.get(lane));
         let [begin, end] = tried.margins.each_ref().map(|margins| one(&margins.domain));
         if end < -one(&slack.domain) {
-            ends(&mut first, Guard::Domain, straight(begin, end), one(&slack.domain));
+            first.ends(Guard::Domain, straight(begin, end), one(&slack.domain));
         }
         if let Some(sides) = &self.bounds.sides {
             // While the rotor stands, the core's flux changes as the winding's.
@@ -148,7 +147,7 @@ impl<V: Wide> Bank<'_, V> {
                     if self.machine.rotors.is_some() {
                         cubic = straight(value[0], value[1]);
                     }
-                    ends(&mut first, Guard::Kink(axis), cubic, slack);
+                    first.ends(Guard::Kink(axis), cubic, slack);
                 }
             }
         }
@@ -156,18 +155,37 @@ impl<V: Wide> Bank<'_, V> {
             for (cell, cubic) in moved.cubic.iter().enumerate() {
                 if cells.ended(moved, lane, cell) {
                     let [value, slope] = [cubic.value, cubic.slope].map(|pair| pair.each_ref().map(one));
-                    ends(&mut first, Guard::Cell, Cubic { value, slope }, moved.slack[cell].get(lane));
+                    first.ends(Guard::Cell, Cubic { value, slope }, moved.slack[cell].get(lane));
                 }
             }
         }
-        let (share, which) = if first.0.is_finite() { first } else { (1.0, None) };
-        let (from, to) = (self.begin.time.get(lane), tried.end.time.get(lane));
-        let end = (from + (to - from) * share).min(to);
-        self.mode_end.put(lane, end);
-        self.to_mode_end |= 1 << lane;
-        // A terminal may rise by more than what is near to its bound in the shortest time that is a number.
-        self.nearest = self.nearest & !(1 << lane) | u32::from(end >= to && which.is_some()) << lane;
-        self.ending_mode[lane] = which;
+    }
+}
+
+/// The mode that ends first, of those looked at so far.
+struct First {
+    /// Share of the step.
+    share: f64,
+    guard: Option<Guard>,
+}
+
+impl First {
+    fn take(&mut self, share: f64, guard: Guard) {
+        if share < self.share {
+            *self = Self { share, guard: Some(guard) };
+        }
+    }
+
+    /// A margin over the step, and how far beyond zero it must be to count as crossed.
+    fn ends(&mut self, guard: Guard, margin: Cubic<f64>, slack: f64) {
+        let to = if margin.value[1] < -slack {
+            1.0
+        } else if margin.dip() < -slack {
+            margin.slope[0] / (margin.slope[0] - margin.slope[1])
+        } else {
+            return;
+        };
+        self.take(margin.falls_to(-0.5 * slack, 0.0, to), guard);
     }
 }
 

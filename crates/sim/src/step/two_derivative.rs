@@ -76,6 +76,7 @@ pub struct Tried<V: Wide> {
 }
 
 /// Effects over a step, as both ways to take one leave them.
+#[derive(Clone, Copy)]
 pub(super) struct Parts<V: Wide> {
     /// Slopes of flux and current at both ends.
     pub change: [Change<V>; 2],
