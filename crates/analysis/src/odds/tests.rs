@@ -92,7 +92,7 @@ fn law_a_part_that_nothing_leads_to_is_told_and_a_large_one_is_an_alarm() {
 #[test]
 fn analytic_runs_that_agree_by_chance_have_the_interval_that_they_expect_of_themselves() {
     let of = |spread: f64| {
-        let alternate = |k: u32| 1e-6 * (1.0 + if k % 2 == 0 { spread } else { -spread });
+        let alternate = |k: u32| 1e-6 * (1.0 + if k.is_multiple_of(2) { spread } else { -spread });
         Odds::of_runs(&Settings::default(), (0..8).map(|k| run(alternate(k), End::Reached)).collect())
     };
     // t of seven degrees of freedom: 2.365. The standard deviation of ±x is x √(8/7).

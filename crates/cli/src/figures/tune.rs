@@ -54,10 +54,6 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
     let subtitle = std::iter::once(subtitle).chain(missing).collect::<Vec<_>>().join("; ");
     // What the answer is about: start, best and what may be chosen between them. What was looked at beside them may be far off.
     let told = || front.iter().copied().chain(start).chain(best);
-    let ends = |numbers: Vec<f64>| {
-        let usable = numbers.into_iter().filter(|number| number.is_finite());
-        usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
-    };
     let xs = ends(told().map(|p| p.0).collect());
     let ys = ends(told().flat_map(|p| [p.1, p.2, p.3]).collect());
     let drawn = |k: usize| {
@@ -69,13 +65,6 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
                 .chain(if k == 0 { [xs.0, xs.1] } else { [ys.0, ys.1] })
                 .collect(),
         )
-    };
-    let around = |(low, high): (f64, f64)| {
-        if low > high {
-            return (0.0, 1.0);
-        }
-        let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
-        (low - room, high + room)
     };
     // Logarithmic where that is more than a factor of three.
     let scaled = |k: usize, (low, high): (f64, f64)| {
@@ -126,6 +115,21 @@ pub fn tune(asked: &Question<'_>, tuned: &Tuned, subtitle: String) -> Figure {
         height: 860,
         panels: vec![marked(close), marked(looks)],
     }
+}
+
+/// The least and the largest of the finite numbers.
+fn ends(numbers: Vec<f64>) -> (f64, f64) {
+    let usable = numbers.into_iter().filter(|number| number.is_finite());
+    usable.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)))
+}
+
+/// A range with some room on both sides.
+fn around((low, high): (f64, f64)) -> (f64, f64) {
+    if low > high {
+        return (0.0, 1.0);
+    }
+    let room = if high > low { 0.08 * (high - low) } else { 0.02 * high.abs().max(1e-12) };
+    (low - room, high + room)
 }
 
 #[cfg(test)]

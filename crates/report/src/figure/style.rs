@@ -185,8 +185,8 @@ mod tests {
         let css = include_str!("../../../lab/page/lab.css");
         let shades = palette();
         let of = |name: &str| shades.iter().find(|shade| shade.name == name).expect("a shade");
-        let themes: [(fn(&Shade) -> Colour, usize); 2] = [(|s| s.light, 1), (|s| s.dark, 2)];
-        for (theme, times) in themes {
+        for (is_dark, times) in [(false, 1), (true, 2)] {
+            let theme = |shade: &Shade| if is_dark { shade.dark } else { shade.light };
             let phases = ["a", "b", "c"].map(|letter| {
                 let colour = theme(of(&format!("phase-{letter}")));
                 let written = format!("--{letter}:{};", colour.hex());
