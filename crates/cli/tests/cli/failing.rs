@@ -64,7 +64,7 @@ fn regress_a_page_without_answers_says_so_first_and_nothing_of_poles() {
 
     let text = said(&["report", "good", "none", "--out", "both"], at);
     assert!(
-        text.contains("Answered rightly: 100 % at A, 0 % at B; A is better: it answers more; rms 0.")
+        text.contains("Answered rightly: 100 % at A, 0 % at B; B is worse: it answers less; rms 0.")
             && text.contains("no axis at B")
     );
     let page = fs::read_to_string(at.join("both/comparison.html")).expect("the page");
