@@ -7,21 +7,28 @@ use crate::library::LoadError;
 use crate::parts::Part;
 
 /// Functions of the C library that keep something for the next call, of which no image has its own.
-const KEEPS: [&str; 18] = [
+const KEEPS: [&str; 25] = [
     "asctime",
     "bindtextdomain",
     "ctime",
     "dlmopen",
     "getenv",
+    "getopt",
+    "getopt_long",
     "gmtime",
     "initstate",
     "lcong48",
     "localtime",
+    "mmap",
+    "mmap64",
     "on_exit",
     "putenv",
+    "sbrk",
     "seed48",
     "setenv",
     "setstate",
+    "sigaction",
+    "signal",
     "tmpnam",
     "unsetenv",
     "uselocale",
@@ -63,16 +70,54 @@ const CHANGES: [&str; 10] = [
 const CHANGES_BY: [&str; 2] = ["_ZNSt13random_device", "_ZNSt6chrono3_V2"];
 
 /// Functions that begin a thread or a process.
-const RUNS: [&str; 6] = ["fork", "posix_spawn", "pthread_create", "system", "thrd_create", "vfork"];
+const RUNS: [&str; 12] = [
+    "clone",
+    "execv",
+    "execve",
+    "execvp",
+    "fork",
+    "posix_spawn",
+    "posix_spawnp",
+    "pthread_create",
+    "pthread_key_create",
+    "system",
+    "thrd_create",
+    "vfork",
+];
 const RUNS_BY: [&str; 2] = ["_ZNSt6thread15_M_start_thread", "GOMP_parallel"];
+
+/// Functions that allocate in the C library, whose blocks are not those of an image's heap: they are not set back with the variables that
+/// point to them, and neither heap can free the other's.
+const ALLOCATES: [&str; 18] = [
+    "__asprintf_chk",
+    "__getdelim",
+    "__vasprintf_chk",
+    "asprintf",
+    "canonicalize_file_name",
+    "get_current_dir_name",
+    "getcwd",
+    "getdelim",
+    "getline",
+    "hcreate",
+    "open_memstream",
+    "open_wmemstream",
+    "realpath",
+    "scandir",
+    "tsearch",
+    "vasprintf",
+    "wcsdup",
+    "__realpath_chk",
+];
 
 /// What parts of the run take from elsewhere of a list, or by one of these beginnings, by name.
 fn taken<'a>(parts: &'a [Part], names: &[&str], beginnings: &[&str]) -> Vec<&'a str> {
-    let all = parts.iter().filter(|part| part.is_of_run).flat_map(|part| &part.elf.undefined);
-    let is = |name: &&String| {
-        names.contains(&name.as_str()) || beginnings.iter().any(|begin| name.starts_with(begin))
+    // Weak names that a relocation uses are called as others are.
+    let of = |part: &'a Part| {
+        let used = part.elf.taken.iter().map(|(_, name)| name.as_str());
+        part.elf.undefined.iter().map(String::as_str).chain(used)
     };
-    let mut all: Vec<&str> = all.filter(is).map(String::as_str).collect();
+    let is = |name: &&str| names.contains(name) || beginnings.iter().any(|begin| name.starts_with(begin));
+    let mut all: Vec<&str> = parts.iter().filter(|part| part.is_of_run).flat_map(of).filter(is).collect();
     all.sort_unstable();
     all.dedup();
     all
@@ -83,12 +128,17 @@ pub fn is_checked(parts: &[Part]) -> bool {
     !taken(parts, &["__asan_init"], &[]).is_empty()
 }
 
+/// Whether a list of libraries has one whose file's name has this part.
+fn named(list: &str, part: &str) -> bool {
+    list.split([':', ' ']).any(|path| path.rsplit('/').next().is_some_and(|name| name.contains(part)))
+}
+
 /// Programs that check memory, by what they put in front of the C library.
 fn checker() -> Option<&'static str> {
     let first = std::env::var("LD_PRELOAD").unwrap_or_default();
     [("vgpreload", "valgrind"), ("asan", "AddressSanitizer")]
         .into_iter()
-        .find_map(|(part, name)| first.contains(part).then_some(name))
+        .find_map(|(part, name)| named(&first, part).then_some(name))
 }
 
 /// Whether images have memory of their own from `malloc`: what checks memory has to see it.
@@ -106,6 +156,14 @@ pub fn check(parts: &[Part]) -> Result<(), LoadError> {
         return Err(LoadError::new(
             format!("a library with threads or processes of its own ({})", runs.join(", ")),
             "one that does its work within the call: stub what begins them".to_owned(),
+        ));
+    }
+    let allocates = taken(parts, &ALLOCATES, &[]);
+    if !allocates.is_empty() && keeps_its_own(parts) {
+        return Err(LoadError::new(
+            format!("a library with memory that the C library allocates ({})", allocates.join(", ")),
+            "one that allocates by malloc or writes into buffers of its own (snprintf, fgets): only these are set back"
+                .to_owned(),
         ));
     }
     if is_checked(parts) && checker().is_none() {

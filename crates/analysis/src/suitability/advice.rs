@@ -39,7 +39,12 @@ pub(super) fn tried(
     hear: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Vec<Advice>, SuitabilityError> {
     let mut advice = Vec::new();
-    let mut changes = changes(bench);
+    let short: Vec<MethodName> = METHODS.into_iter().filter(|method| methods.contains(method)).collect();
+    let methods = if short.is_empty() { methods } else { &short[..] };
+    let mut changes = changes(bench, methods);
+    if changes.is_empty() {
+        return Ok(advice);
+    }
     // What does not help together does not help alone, so the last is the first.
     changes.rotate_right(1);
     let mut together = true;
@@ -72,8 +77,8 @@ fn helps(
 ) -> Result<Option<Setting>, SuitabilityError> {
     let mut changed = Bench::new(document, bench.motor, demands);
     changed.has_pole = bench.has_pole;
-    for method in METHODS.into_iter().filter(|method| methods.contains(method)) {
-        let found = match changed.search(method) {
+    for method in methods {
+        let found = match changed.search(*method) {
             Err(SuitabilityError::File(_)) => continue,
             found => found?,
         };
@@ -86,14 +91,13 @@ fn helps(
     Ok(None)
 }
 
-fn changes(bench: &Bench<'_>) -> Vec<Change> {
+fn changes(bench: &Bench<'_>, methods: &[MethodName]) -> Vec<Change> {
     let mut changes = Vec::new();
     if bench.rotors.contains(&Rotor::Free) {
         changes.push(keyed("a brake that holds the rotor", "rotor.state", "locked".to_owned()));
     }
-    let Ok(scenario) = bench.scenario(&Setting::plain(METHODS[0]), Rotor::Locked, false) else {
-        return changes;
-    };
+    let of = |method: &MethodName| bench.scenario(&Setting::plain(*method), Rotor::Locked, false).ok();
+    let Some(scenario) = methods.iter().find_map(of) else { return changes };
     let (sensors, drive) = (scenario.sensors, scenario.drive);
     let range = sensors.adc.map_or(f64::INFINITY, |adc| adc.high);
     for factor in [1.5, 2.0] {
@@ -127,14 +131,14 @@ fn changes(bench: &Bench<'_>) -> Vec<Change> {
         let dead = format!("{} us", digits(dead / 4.0, 2));
         finer.push(keyed(&format!("a quarter of the dead time, {dead}"), "inverter.dead_time", dead));
     }
-    let all = Change {
+    let all = (finer.len() > 1).then(|| Change {
         words: "converter, noise, calibration and dead time together".to_owned(),
         option: finer.iter().map(|change| change.option.as_str()).collect::<Vec<_>>().join(" "),
         keys: finer.iter().flat_map(|change| change.keys.clone()).collect(),
         current: None,
-    };
+    });
     changes.extend(finer);
-    changes.push(all);
+    changes.extend(all);
     changes
 }
 

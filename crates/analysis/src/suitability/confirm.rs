@@ -1,6 +1,5 @@
 //! Whether settings hold on starts that nobody chose them by.
 
-use standstill_detect::MethodName;
 use standstill_scenario::Rotor;
 
 use super::SuitabilityError;
@@ -14,7 +13,8 @@ const LOOKS: [u64; 2] = [500, 4000];
 /// Starts after which none with a wrong pole says that there are at most one in ten thousand.
 const COUNTED: u64 = 37_000;
 
-/// What fresh starts showed of settings: demands hold with 95 % confidence each.
+/// Results of fresh starts. The bounds of error and of starts without an answer have 95 % confidence each, for these settings; movement
+/// and current are the largest of these starts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Confirmed {
     /// Starts in each state of the rotor.
@@ -29,8 +29,8 @@ pub struct Confirmed {
     pub wrong_poles: u64,
     /// Starts in which they were counted where the evidence does not tell how rare they are; none where it does.
     pub counted: Option<u64>,
-    /// At most this share has one, by their number and by how far the pole evidence of all starts is from it. None where poles are
-    /// not judged.
+    /// At most this share has one: by their number where they were counted, else by the distance of the pole evidence, if that is
+    /// normally distributed. None where poles are not judged.
     pub wrong_poles_at_most: Option<f64>,
     /// The furthest that a free rotor moved, in electrical degrees.
     pub moved_deg: f64,
@@ -62,21 +62,21 @@ impl Bench<'_> {
             let wrong = confirmed.wrong_poles_at_most.unwrap_or(0.0);
             let holds = confirmed.p95_at_most_deg <= self.demands.error_deg
                 && confirmed.without_angle_at_most <= self.demands.without_angle;
-            let long = is_slow(setting.method) || setting.method == MethodName::MaximumLikelihoodAdaptive;
-            if holds && wrong > self.demands.wrong_poles && !long {
-                self.count_wrong_poles(setting, &mut confirmed)?;
+            let to_count = holds && wrong > self.demands.wrong_poles && !is_slow(setting.method);
+            if to_count && let Some(objections) = self.count_wrong_poles(setting, &mut confirmed)? {
+                return Ok(Err(objections));
             }
-            // Of a method that takes long, what was counted is said and must do.
-            let counted = long && confirmed.wrong_poles == 0;
-            if holds && (counted || confirmed.wrong_poles_at_most.unwrap_or(0.0) <= self.demands.wrong_poles)
-            {
+            if holds && confirmed.wrong_poles_at_most.unwrap_or(0.0) <= self.demands.wrong_poles {
                 return Ok(Ok(confirmed));
             }
             undecided = vec![format!(
-                "in {trials} fresh starts 95 of 100 errors are within {:.2}°, at most {:.2} % end without a pole, at most {:.3} % with a wrong one",
+                "{trials} fresh starts leave room for a p95 of {:.2}° ({}° demanded), {:.2} % without an angle or a pole ({} % demanded), {:.3} % wrong poles ({} % demanded)",
                 confirmed.p95_at_most_deg,
+                self.demands.error_deg,
                 100.0 * confirmed.without_angle_at_most,
+                100.0 * self.demands.without_angle,
                 100.0 * confirmed.wrong_poles_at_most.unwrap_or(0.0),
+                100.0 * self.demands.wrong_poles,
             )];
         }
         Ok(Err(undecided))
@@ -108,20 +108,39 @@ impl Bench<'_> {
         })
     }
 
-    /// Counts wrong poles where the evidence does not tell how rare they are.
+    /// Counts wrong poles where the evidence does not tell how rare they are; what these starts speak against.
     fn count_wrong_poles(
         &self,
         setting: &Setting,
         confirmed: &mut Confirmed,
-    ) -> Result<(), SuitabilityError> {
+    ) -> Result<Option<Vec<String>>, SuitabilityError> {
         let rotor = self.rotors.last().copied().unwrap_or(Rotor::Locked);
-        if let Ok(starts) = self.starts(setting, rotor, true, COUNTED)? {
-            confirmed.wrong_poles += starts.summary.wrong_poles;
-            confirmed.counted = Some(COUNTED);
-            confirmed.wrong_poles_at_most = Some(starts.wrong_poles_at_most());
+        let starts = match self.starts(setting, rotor, true, COUNTED)? {
+            Ok(starts) => starts,
+            Err(problem) => return Ok(Some(vec![problem])),
+        };
+        confirmed.wrong_poles += starts.summary.wrong_poles;
+        confirmed.counted = Some(COUNTED);
+        let most = starts.wrong_poles_at_most();
+        confirmed.wrong_poles_at_most = Some(most);
+        if rotor == Rotor::Free {
             confirmed.moved_deg = confirmed.moved_deg.max(starts.summary.max_moved_deg);
-            confirmed.peak_current_a = confirmed.peak_current_a.max(starts.summary.peak_current_a);
         }
-        Ok(())
+        confirmed.peak_current_a = confirmed.peak_current_a.max(starts.summary.peak_current_a);
+        let mut objections = self.objections(&[&starts]);
+        if objections.is_empty() && most > self.demands.wrong_poles {
+            objections.push(format!(
+                "{} wrong poles in {COUNTED} fresh starts, where {} % are allowed",
+                starts.summary.wrong_poles,
+                100.0 * self.demands.wrong_poles
+            ));
+        }
+        if confirmed.moved_deg > self.demands.movement_deg || confirmed.peak_current_a > self.most_current {
+            objections.push(format!(
+                "of {COUNTED} fresh starts the largest movement is {:.2}° and the largest current {:.4} A",
+                confirmed.moved_deg, confirmed.peak_current_a
+            ));
+        }
+        Ok((!objections.is_empty()).then_some(objections))
     }
 }

@@ -9,7 +9,7 @@ use standstill_interface::Choice;
 use standstill_scenario::Document;
 
 use crate::Report;
-use crate::arguments::Check;
+use crate::arguments::{Check, Temperatures};
 use crate::doubts;
 use crate::error::Error;
 use crate::host;
@@ -28,6 +28,7 @@ fn document(options: &Check) -> Result<Document, Error> {
 
 pub fn run(options: &Check) -> Result<Report, Error> {
     interrupt::at_once();
+    file::free(options)?;
     let document = document(options)?;
     let file = document.load_single()?;
     if let Some(library) = &file.detector.library {
@@ -64,6 +65,8 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         sheet: &document.data_sheet()?,
         demands: &demands,
         found: &found,
+        keys: keys(options),
+        options: demanded(options),
     };
     let is_shown = !options.json && host::current().is_none();
     let written = match found.document(&document)? {
@@ -79,6 +82,33 @@ pub fn run(options: &Check) -> Result<Report, Error> {
         words::text(&asked, &next)
     };
     Ok(Report { text, code: u8::from(found.suited() != Suited::Yes) })
+}
+
+/// Keys that the options set.
+fn keys(options: &Check) -> Vec<(String, String)> {
+    let Temperatures { winding_temperature, magnet_temperature } = options.temperature;
+    let celsius = |value: f64| format!("{value} °C");
+    let shorthands = [
+        ("errors", options.errors.map(|errors| errors.name().to_owned())),
+        ("seed", options.seed.seed.map(|seed| seed.to_string())),
+        ("rotor.winding_temperature", winding_temperature.map(celsius)),
+        ("rotor.magnet_temperature", magnet_temperature.map(celsius)),
+    ];
+    let shorthands = shorthands.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+    shorthands.chain(options.keys.set.iter().cloned()).collect()
+}
+
+/// Options of demands that are not those by default.
+fn demanded(options: &Check) -> String {
+    let usual = Demands::default();
+    let differing = |name: &str, value: f64, usual: f64| {
+        if value == usual { String::new() } else { format!(" {name} {value}") }
+    };
+    let current = options.current.map_or_else(String::new, |current| format!(" --current {current}"));
+    differing("--tolerance", options.tolerance, usual.error_deg)
+        + &differing("--movement", options.movement, usual.movement_deg)
+        + &differing("--time", options.time, usual.time_s * 1e3)
+        + &current
 }
 
 /// What is said of progress: a line that stays, and what is being done.

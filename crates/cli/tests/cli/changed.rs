@@ -83,7 +83,7 @@ fn regress_a_run_that_ended_between_its_table_and_its_summary_goes_on() {
     let identity: Identity = serde_json::from_value(json["run"].clone()).expect("what was run");
     drop(Journal::create(&path.join("r/run.journal"), &identity).expect("a journal"));
     fs::copy(path.join("whole/trials.csv"), path.join("r/trials.csv")).expect("copied");
-    assert!(mistake(&["report", "r"], path).contains("standstill run SCENARIO --resume --out r"));
+    assert!(mistake(&["report", "r"], path).contains("with --resume: the journal has its trials"));
     succeed(&[&longer[..], &["r", "--resume"]].concat(), path);
     for file in ["trials.csv", "summary.json"] {
         let [resumed, whole] = ["r", "whole"].map(|out| fs::read(path.join(out).join(file)).expect("there"));

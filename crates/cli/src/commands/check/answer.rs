@@ -7,6 +7,7 @@ use standstill_analysis::{Candidate, Condition, Demand, Setting, Suited};
 
 use super::file::Written;
 use super::words::{Asked, settings};
+use crate::commands::run::quoted;
 
 /// Lines that say how to go on.
 pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
@@ -15,7 +16,7 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
     if found.suited() == Suited::No {
         let helps = found.advice.iter().filter(|advice| advice.helps.is_some());
         let commands: Vec<String> =
-            helps.map(|advice| format!("  standstill check {} {}", asked.named, advice.option)).collect();
+            helps.map(|advice| format!("{} {}", again(asked), advice.option)).collect();
         if !commands.is_empty() {
             lines.extend([String::new(), "Go on with one of".to_owned()]);
             lines.extend(commands);
@@ -26,7 +27,7 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
         lines.extend([
             String::new(),
             "Once the saturation is measured:".to_owned(),
-            format!("  standstill check {} -s \"motor.nameplate.saturation=… %\"", asked.named),
+            format!("{} -s \"motor.nameplate.saturation=… %\"", again(asked)),
         ]);
     }
     lines.push(String::new());
@@ -34,6 +35,10 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
         Some(Written::Done(path)) => {
             lines.push(format!("{} has these settings. Go on with", path.display()));
             lines.push(format!("  standstill run {}", path.display()));
+        }
+        Some(Written::Failed(why)) => {
+            lines.push(format!("No scenario is written: {why}. Go on with"));
+            lines.push(in_a_line(asked));
         }
         Some(Written::InTheWay(path)) => {
             let path = path.display();
@@ -51,13 +56,34 @@ pub fn next(asked: &Asked<'_>, written: Option<&Written>) -> Vec<String> {
     lines
 }
 
-/// The run of what is recommended without a file.
+/// The question once more.
+fn again(asked: &Asked<'_>) -> String {
+    format!("  standstill check {}{}{}", quoted(asked.named), set(&asked.keys), asked.options)
+}
+
+/// The run of the recommended settings without a file.
 fn in_a_line(asked: &Asked<'_>) -> String {
-    let mut line = format!("  standstill run {} -s rotor.state=free", asked.named);
-    for (key, value) in asked.found.recommended().into_iter().flat_map(|candidate| keys(&candidate.setting)) {
-        let _ = write!(line, " -s \"{key}={value}\"");
+    let mut all = asked.keys.clone();
+    if !all.iter().any(|(key, _)| key == "rotor.state") {
+        all.push(("rotor.state".to_owned(), "free".to_owned()));
     }
-    line
+    if let Some(Condition::Saturation { least, .. }) = &asked.found.condition {
+        let share = format!("{} %", standstill_quantity::rounded(*least, 2));
+        all.push(("motor.nameplate.saturation".to_owned(), share));
+    }
+    let recommended: Vec<_> =
+        asked.found.recommended().into_iter().flat_map(|candidate| keys(&candidate.setting)).collect();
+    all.retain(|(key, _)| !recommended.iter().any(|(other, _)| other == key));
+    all.extend(recommended);
+    format!("  standstill run {}{}", quoted(asked.named), set(&all))
+}
+
+/// Keys as options.
+fn set(keys: &[(String, String)]) -> String {
+    keys.iter().fold(String::new(), |mut line, (key, value)| {
+        let _ = write!(line, " -s {}", quoted(&format!("{key}={value}")));
+        line
+    })
 }
 
 /// Its keys as a scenario has them.
@@ -120,6 +146,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
                 "wrong_poles": fresh.wrong_poles,
                 "counted": fresh.counted,
                 "wrong_poles_at_most": fresh.wrong_poles_at_most,
+                "wrong_poles_by": if fresh.counted.is_some() { "count" } else { "normal evidence" },
                 "moved_deg": fresh.moved_deg,
                 "peak_current_A": fresh.peak_current_a,
             },
@@ -146,6 +173,7 @@ pub fn json(asked: &Asked<'_>, written: Option<&Written>, next: &[String]) -> Va
         "pole_judged": !found.pole_is_open(),
         "pole": found.pole,
         "reasons": asked.reasons(),
+        "doubts": asked.motor.doubtful().map(|doubtful| doubtful.said()),
         "demands": {
             "error_deg": asked.demands.error_deg,
             "movement_deg": asked.demands.movement_deg,

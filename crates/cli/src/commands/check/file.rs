@@ -1,7 +1,7 @@
 //! The scenario that `check` writes: what it recommends, ready to be run.
 
-use std::fs;
 use std::path::{Path, PathBuf};
+use std::{fs, io};
 
 use standstill_plant::DataSheet;
 use standstill_scenario::{Document, Origin};
@@ -14,12 +14,17 @@ use crate::terminal::wrapped;
 /// Columns of its comment.
 const COLUMNS: usize = 98;
 
+/// How the line of its comment begins that says where it is from.
+const WRITTEN: &str = "Written by `standstill check";
+
 /// What became of it.
 pub enum Written {
     /// It is there.
     Done(PathBuf),
     /// Another one is there and stays.
     InTheWay(PathBuf),
+    /// Nobody asked for it, and it cannot be written.
+    Failed(String),
 }
 
 impl Written {
@@ -27,7 +32,7 @@ impl Written {
     pub fn path(&self) -> Option<&Path> {
         match self {
             Self::Done(path) => Some(path),
-            Self::InTheWay(_) => None,
+            Self::InTheWay(_) | Self::Failed(_) => None,
         }
     }
 }
@@ -51,8 +56,8 @@ pub fn write(
         text.extend(["# ", &line, "\n"]);
     }
     text += &recommended.load()?.text()?;
-    match fs::read_to_string(&path) {
-        Ok(there) if there == text => return Ok(Written::Done(path)),
+    match fs::read(&path) {
+        Ok(there) if there == text.as_bytes() => return Ok(Written::Done(path)),
         Ok(_) if !options.force && options.write.is_some() => {
             return Err(Error::InTheWay {
                 path,
@@ -61,10 +66,35 @@ pub fn write(
             });
         }
         Ok(_) if !options.force => return Ok(Written::InTheWay(path)),
+        Err(error) if error.kind() != io::ErrorKind::NotFound && options.write.is_none() => {
+            return Ok(Written::Failed(format!("{}: {error}", path.display())));
+        }
         _ => {}
     }
-    fs::write(&path, text).map_err(|error| Error::Write(path.clone(), error))?;
-    Ok(Written::Done(path))
+    match fs::write(&path, text) {
+        Ok(()) => Ok(Written::Done(path)),
+        Err(error) if options.write.is_none() => Ok(Written::Failed(format!("{}: {error}", path.display()))),
+        Err(error) => Err(Error::Write(path, error)),
+    }
+}
+
+/// Refuses a place that `--write` names where nothing can be written, before anything is computed.
+///
+/// # Errors
+/// A folder that is not there; a file that is there, without `--force`.
+pub fn free(options: &Check) -> Result<(), Error> {
+    let Some(path) = &options.write else { return Ok(()) };
+    let refused = |is, needed| Err(Error::InTheWay { path: path.clone(), is, needed });
+    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        return refused("in a folder that is not there", "a folder that is");
+    }
+    // An earlier answer may be that of this question: that is seen once there is an answer.
+    let is_answer = || fs::read(path).is_ok_and(|text| String::from_utf8_lossy(&text).contains(WRITTEN));
+    if path.exists() && !options.force && !is_answer() {
+        return refused("there already", "a new file, or --force given");
+    }
+    Ok(())
 }
 
 /// `check-` and what was asked about.

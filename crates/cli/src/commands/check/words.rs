@@ -20,6 +20,10 @@ pub struct Asked<'a> {
     pub sheet: &'a DataSheet,
     pub demands: &'a Demands,
     pub found: &'a Suitability,
+    /// Keys that were set beside what was named.
+    pub keys: Vec<(String, String)>,
+    /// Options of the demands, as they were given.
+    pub options: String,
 }
 
 impl Asked<'_> {
@@ -120,22 +124,31 @@ fn kept(demand: Demand, margin: f64) -> String {
     }
 }
 
-/// What fresh starts showed.
+/// Results of fresh starts.
 fn confirmed(found: &Suitability) -> Option<String> {
-    let fresh = found.confirmed()?;
-    let states = found.candidates[0].locked.trials.min(found.candidates[0].free.trials);
-    let states = if states > 0 { "with the rotor locked and as many free" } else { "of the rotor as it is" };
+    let (fresh, candidate) = (found.confirmed()?, found.recommended()?);
+    let (locked, free) = (candidate.locked.trials > 0, candidate.free.max_moved_deg > 0.0);
+    let states = if locked { "with the rotor locked and as many free" } else { "of the rotor as it is" };
     let poles = fresh.wrong_poles_at_most.map_or_else(String::new, |most| match fresh.counted {
-        Some(starts) => format!(", {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
-        None => format!(", {} wrong poles, by their evidence at most {}", fresh.wrong_poles, share(most)),
+        Some(starts) => format!("; {} wrong poles in {starts}, at most {}", fresh.wrong_poles, share(most)),
+        None => format!(
+            "; {} wrong poles, at most {} if their evidence is normally distributed",
+            fresh.wrong_poles,
+            share(most)
+        ),
     });
+    let without = if fresh.wrong_poles_at_most.is_some() { "an angle or a pole" } else { "an angle" };
+    let moved = if free {
+        format!("A free rotor moved by {:.3}° at most; ", fresh.moved_deg)
+    } else {
+        String::new()
+    };
     Some(format!(
-        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without an angle or a pole{poles} (95 % confidence each); a free rotor moved by {:.3}° at most, {} A flowed at most.",
+        "On {} fresh starts {states} (seed {}): 95 of 100 errors within {:.2}°, at most {} without {without} (95 % confidence each){poles}. {moved}{} A flowed at most.",
         fresh.starts,
         fresh.seed,
         fresh.p95_at_most_deg,
         share(fresh.without_angle_at_most),
-        fresh.moved_deg,
         amperes(fresh.peak_current_a),
     ))
 }
@@ -160,7 +173,7 @@ fn advice(found: &Suitability) -> String {
         "No settings suffice: {looks} were tried, up to {} A. {}",
         amperes(found.most_current_a),
         if helps.is_empty() {
-            "Nor does any of these changes, each tried on the bench:"
+            "Nor does any of these changes, tried on the bench (those of sensors and dead time together):"
         } else {
             "Each of these changes suffices, as tried on the bench:"
         }
@@ -224,7 +237,7 @@ const fn short(demand: Demand) -> &'static str {
 fn condition(asked: &Asked<'_>) -> Option<String> {
     let Some(Condition::Saturation { least, minus_d }) = &asked.found.condition else { return None };
     Some(format!(
-        "Saturation is not given. The verdict is that of the least that suffices, found on the bench: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. To measure it: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
+        "Saturation is not given. The verdict is that of the least that suffices, found on the bench: L_d falls by {} at rated current along +d; along −d it then grows by {:.2} %, as iron that saturates alike either way does, L_q does not change. The settings below are for that value: more saturation draws more current, so ask again with the measured one. To measure it: `standstill fit` on scope traces of six pulses (docs/own-motor.md, ten minutes), then `saturation = \"… %\"` in [nameplate].",
         percent(*least),
         -100.0 * minus_d,
     ))

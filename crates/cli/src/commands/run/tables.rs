@@ -48,16 +48,25 @@ impl Tables {
         }
         let folder = table.parent().unwrap_or(Path::new(""));
         // A run that ended between its table and its summary has all trials in its journal.
-        let option = if folder.join(Shard::WHOLE.file_name()).exists() { "resume" } else { "force" };
-        let kept = kept.map_or("no such table", String::as_str);
+        let way = if folder.join(Shard::WHOLE.file_name()).exists() {
+            format!(
+                "delete {} and repeat the command of the run with --resume: the journal has its trials",
+                quoted(&table.to_string_lossy())
+            )
+        } else {
+            format!(
+                "repeat the command of the run with --force --out {}: `run` in {SUMMARY} says which",
+                quoted(&folder.to_string_lossy())
+            )
+        };
+        let needed = match kept {
+            Some(kept) => format!("{kept}, as {SUMMARY} beside it says: put that file back, or {way}"),
+            None => format!("a table of which {SUMMARY} beside it knows: {way}"),
+        };
         Err(Error::Results {
             path: table.to_owned(),
             found: format!("{found}, which is not what the run wrote"),
-            needed: format!(
-                "{kept}, as {SUMMARY} beside it says: put that file back, or compute it again with \
-                 `standstill run SCENARIO --{option} --out {}`",
-                quoted(&folder.to_string_lossy())
-            ),
+            needed,
         })
     }
 }
