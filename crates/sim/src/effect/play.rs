@@ -12,15 +12,13 @@
 //! A cell's mode holds over a whole step. It ends where |e| reaches r, or where a sliding cell's flux turns back; steps end there
 //! as at the end of any mode, and at the begin of each step modes are found anew.
 
+mod step;
+
 use standstill_numeric::{Mask, Symmetric, Wide};
 use standstill_plant::{Cell, MOST_CELLS};
 
-use super::{Begin, Looked};
-use crate::physics::machine::Change;
 use crate::physics::plane::Plane;
-use crate::step::error::Accuracy;
 use crate::step::hermite::Cubic;
-use crate::step::two_derivative::Here;
 
 /// Elastic fluxes e in Wb of the cells, in the run's plane.
 pub type Elastic<V> = [Plane<V>; MOST_CELLS];
@@ -358,44 +356,6 @@ impl<V: Wide> Cells<V> {
             all = all + V::only(self.slides[k], both * self.stiffness[k] * self.inductance);
         }
         all
-    }
-
-    /// Current and stiffness where a step predicts its end.
-    #[inline(always)]
-    pub fn ahead(&self, begin: &Begin<'_, '_, V>, there: &Here<V>) -> Iron<V> {
-        self.iron(&self.away_at(there.state.flux, Some(begin.change.flux * begin.h)))
-    }
-
-    /// Corrects the current, which the cells' tangent carried on from where the core was evaluated: a sliding cell turns all along the
-    /// way. The elastic fluxes in Wb at the end, and the stiffness in 1/H that is part of Γ there.
-    #[inline(always)]
-    pub fn correct(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        looked: &Looked<V>,
-        iron: &Iron<V>,
-        there: &mut Here<V>,
-    ) -> (Elastic<V>, Symmetric<V>) {
-        let (along, flux) = (begin.change.flux * begin.h, there.state.flux);
-        let by_tangent = iron.current + (flux - looked.flux).through(iron.tangent);
-        let turned = self.iron(&self.away_at(flux, Some(along))).current - by_tangent;
-        there.at.current = there.at.current + turned;
-        looked.settle(begin.legs, there);
-        (self.away_at(there.state.flux, Some(along)), iron.tangent)
-    }
-
-    /// Their share of the step's error, relative to the tolerance; the core was evaluated `off` in Wb from the end.
-    #[inline(always)]
-    pub fn share_of_error(
-        &self,
-        begin: &Begin<'_, '_, V>,
-        change: &Change<V>,
-        off: Plane<V>,
-        there: &Here<V>,
-        accuracy: &Accuracy<V>,
-    ) -> V {
-        let rise = [begin.change.flux * begin.h, change.flux * begin.h];
-        self.error(there.state.flux - begin.here.state.flux, rise, off) * accuracy.per_flux
     }
 
     /// The cells' energy over 3/2, in J.
