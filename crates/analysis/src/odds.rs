@@ -217,7 +217,7 @@ impl Odds {
     }
 
     /// What runs say together: the mean of their probabilities m, and as its interval m·exp(± t s/(m √R)) with the
-    /// standard deviation s of R runs and Student's t. Where runs agree more closely than [`LEAST`] times what they expect of
+    /// standard deviation s of R runs and Student's t. Where runs agree more closely than `LEAST` times what they expect of
     /// themselves, that is by chance, and s is so much.
     pub fn of_runs(settings: &Settings, mut runs: Vec<Run>) -> Self {
         let all = runs.len();
