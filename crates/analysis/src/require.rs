@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 use standstill_campaign::Estimate;
-use standstill_detect::{Kind, keys};
 use standstill_quantity::si_value;
 use standstill_scenario::{Document, FileError, Origin, Plan, Record, seed_value};
 use toml::Value;
@@ -220,41 +219,9 @@ impl<'a> Bench<'a> {
             Some(Value::String(text)) => si_value(text),
             _ => None,
         };
-        value.or_else(|| self.resolved(key))
-    }
-
-    /// What the error set, or what suits the motor, makes of it.
-    fn resolved(&self, key: &str) -> Option<f64> {
-        let plan = Plan::new(self.document.clone()).ok()?;
-        let scenario = plan.scenario(0).ok()?;
-        let (sensors, drive) = (&scenario.sensors, &scenario.drive);
-        let devices = drive.bridge.devices;
-        if let Some(name) = key.strip_prefix("detector.") {
-            let setting = keys::ALL.iter().find(|setting| setting.name == name)?;
-            return scenario.detector.get(setting).map(standstill_detect::Value::number);
-        }
-        Some(match key {
-            "sensors.noise" => sensors.noise,
-            "sensors.gain_error" => sensors.gain_error,
-            "sensors.offset" => sensors.offset,
-            "sensors.jitter" => sensors.jitter.seconds(),
-            "sensors.sample_delay" => sensors.sample_delay.seconds(),
-            "sensors.bits" => f64::from(sensors.adc?.bits),
-            "sensors.range" => sensors.adc?.high,
-            "sensors.dc_link_gain_error" => sensors.dc_link.gain_error,
-            "sensors.dc_link_offset" => sensors.dc_link.offset,
-            "sensors.dc_link_noise" => sensors.dc_link.noise,
-            "inverter.dc_link" => drive.link.voltage,
-            "inverter.ripple" => drive.link.ripple,
-            "inverter.dead_time" => drive.dead_time.seconds(),
-            "inverter.delay_mismatch" => drive.delay_mismatch,
-            "inverter.switch_drop" => devices.switch_drop,
-            "inverter.switch_resistance" => devices.switch_resistance,
-            "inverter.diode_drop" => devices.diode_drop,
-            "inverter.diode_resistance" => devices.diode_resistance,
-            _ => return None,
-        })
-        .filter(|value| *value > 0.0)
+        // Without it, the number that the error set has or that suits the motor.
+        let resolved = || Plan::new(self.document.clone()).ok()?.scenario(0).ok()?.value(key)?.as_float();
+        value.or_else(|| resolved().filter(|value| *value > 0.0))
     }
 }
 
@@ -287,15 +254,12 @@ fn is_whole(document: &Document, key: &str) -> Result<bool, FileError> {
         document.set_value(key, value, Origin::CommandLine)?;
         document.load().map(|_| ())
     };
-    // Which settings of methods are whole numbers, their descriptions say.
-    let setting =
-        key.strip_prefix("detector.").and_then(|name| keys::ALL.iter().find(|key| key.name == name));
-    if let Some(Kind::Number { whole, .. }) = setting.map(|setting| setting.kind) {
-        return Ok(whole);
+    if let Some(range) = standstill_scenario::key(key).and_then(|key| key.range) {
+        return Ok(range.whole);
     }
     // What is no number of the key's fails both ways, and the second says why.
     match accepts(Value::Float(4.5)) {
-        Ok(()) => Ok(["sensors.bits", "sensors.dc_link_bits"].contains(&key)),
+        Ok(()) => Ok(false),
         Err(_) => accepts(Value::Integer(4)).map(|()| true).or_else(|error| {
             // A number that is out of the key's range is a number.
             if accepts(Value::Float(1e-6)).is_ok() { Ok(false) } else { Err(no_number(error)) }

@@ -373,7 +373,7 @@ fn methods(
     demands: &Demands,
 ) -> Result<Vec<MethodName>, SuitabilityError> {
     if document.origin("detector.method").is_some() {
-        return Ok(vec![document.load()?.detector.method.0]);
+        return Ok(vec![document.load()?.detector.method()]);
     }
     let bench = Bench::new(document, motor, demands);
     let (mut methods, mut unsuitable) = (Vec::new(), None);

@@ -1,24 +1,15 @@
 //! Values that can be simulated, but that hardly anybody means: a line of warning each, before the first trial.
 
+use standstill_detect::Method;
 use standstill_plant::Motor;
 use standstill_quantity::listed;
-use standstill_scenario::Scenario;
+use standstill_scenario::{Key, Scenario, Usual, Values, keys};
 
 use crate::host;
 use crate::terminal::tell;
 
-/// A value, what is unusual, and compared with what.
-struct Doubt {
-    key: &'static str,
-    value: f64,
-    unit: &'static str,
-    /// More than this share of `of` is doubtful.
-    share: f64,
-    of: (f64, &'static str),
-}
-
 /// Says on standard error what is doubtful about a scenario. A host has other ways to look at its scenario.
-pub fn warn<S>(scenario: &Scenario<S>) {
+pub fn warn(scenario: &Scenario<Method<f64>>) {
     if host::current().is_none() {
         for doubt in of(scenario) {
             tell(&format!("warning: {doubt}"));
@@ -31,66 +22,58 @@ pub fn of_motor(motor: &Motor) -> Option<String> {
     motor.doubtful().map(|doubtful| format!("{}: {}", motor.name, doubtful.said()))
 }
 
-/// What is doubtful.
-pub fn of<S>(scenario: &Scenario<S>) -> Vec<String> {
-    let (motor, drive, sensors) = (&scenario.motor, &scenario.drive, &scenario.sensors);
-    let rated = (motor.rated_current, "the motor's rated current of");
-    let link = (drive.link.voltage, "the DC link of");
-    let one = (1.0, "");
-    let carrier = (drive.carrier_period.seconds(), "the carrier's period of");
-    let usual_link = (motor.dc_link.unwrap_or(drive.link.voltage), "the motor's own DC link of");
-    let devices = &drive.bridge.devices;
-    let doubt = |key, value, unit, share, of| Doubt { key, value, unit, share, of };
-    let mut doubts = vec![
-        doubt("sensors.noise", sensors.noise, "A", 0.2, rated),
-        doubt("sensors.offset", sensors.offset, "A", 0.2, rated),
-        doubt("sensors.gain_error", sensors.gain_error, "", 0.2, one),
-        doubt("sensors.jitter", sensors.jitter.seconds(), "s", 0.2, carrier),
-        doubt("sensors.sample_delay", sensors.sample_delay.seconds(), "s", 0.5, carrier),
-        doubt("sensors.dc_link_noise", sensors.dc_link.noise, "V", 0.2, link),
-        doubt("sensors.dc_link_offset", sensors.dc_link.offset, "V", 0.2, link),
-        doubt("sensors.dc_link_gain_error", sensors.dc_link.gain_error, "", 0.2, one),
-        doubt("inverter.dead_time", drive.dead_time.seconds(), "s", 0.2, carrier),
-        doubt("inverter.delay_mismatch", drive.delay_mismatch, "s", 0.1, carrier),
-        doubt("inverter.switch_drop", devices.switch_drop, "V", 0.2, link),
-        doubt("inverter.diode_drop", devices.diode_drop, "V", 0.2, link),
-        doubt("inverter.switch_resistance", devices.switch_resistance * rated.0, "V", 0.2, link),
-        doubt("inverter.diode_resistance", devices.diode_resistance * rated.0, "V", 0.2, link),
-        doubt("inverter.ripple", drive.link.ripple, "", 0.5, one),
-        doubt("inverter.dc_link", drive.link.voltage, "V", 5.0, usual_link),
-    ];
-    doubts.retain(|doubt| doubt.value > doubt.share * doubt.of.0);
-    let mut said: Vec<String> = of_motor(motor).into_iter().chain(doubts.iter().map(Doubt::said)).collect();
+/// What is doubtful: numbers that are a large share of what their keys compare them with.
+pub fn of(scenario: &Scenario<Method<f64>>) -> Vec<String> {
+    let (motor, sensors) = (&scenario.motor, &scenario.sensors);
+    let rated = motor.rated_current;
+    let unusual = keys().filter_map(|key| unusual(scenario, key));
+    let mut said: Vec<String> = of_motor(motor).into_iter().chain(unusual).collect();
     if let Some(adc) = sensors.adc {
         let reach = listed(&[adc.high], "A");
-        if adc.high < 0.5 * rated.0 {
-            let rated = listed(&[rated.0], "A");
+        if adc.high < 0.5 * rated {
+            let rated = listed(&[rated], "A");
             said.push(format!(
                 "sensors.range is {reach}: currents beyond are cut off, and the motor is rated for {rated}"
             ));
-        } else if adc.high > 100.0 * rated.0 {
+        } else if adc.high > 100.0 * rated {
             said.push(format!(
                 "sensors.range is {reach}, {:.0} times the motor's rated current",
-                adc.high / rated.0
+                adc.high / rated
             ));
         }
     }
     said
 }
 
-impl Doubt {
-    fn said(&self) -> String {
-        let Self { key, value, unit, of: (whole, name), .. } = *self;
-        let times = value / whole;
-        let times = if times < 1.0 { format!("{:.0} %", 100.0 * times) } else { format!("{times:.1} times") };
-        if name.is_empty() {
-            return format!("{key} is {:.0} %", 100.0 * value);
+/// A number that is more than the usual share.
+fn unusual(scenario: &Scenario<Method<f64>>, key: &Key) -> Option<String> {
+    let (motor, drive) = (&scenario.motor, &scenario.drive);
+    let value = scenario.value(key.path)?.as_float()?;
+    let (share, usual) = key.usual?;
+    let Values::Number { unit, .. } = key.values() else { return None };
+    let link = (drive.link.voltage, "the DC link of");
+    let (is, value, unit, at, (whole, name)) = match usual {
+        Usual::Whole => ("is", value, unit, "", (1.0, "")),
+        Usual::RatedCurrent => ("is", value, unit, "", (motor.rated_current, "the motor's rated current of")),
+        Usual::Link => ("is", value, unit, "", link),
+        Usual::LinkByDrop => ("drops", value * motor.rated_current, "V", " at rated current", link),
+        Usual::NominalLink => {
+            ("is", value, unit, "", (motor.dc_link.unwrap_or(value), "the motor's own DC link of"))
         }
-        let drop = if key.ends_with("_resistance") { "drops " } else { "is " };
-        let at = if key.ends_with("_resistance") { " at rated current" } else { "" };
-        format!("{key} {drop}{}{at}, {times} of {name} {}", listed(&[value], unit), listed(&[whole], unit))
-            .replace("times of", "times")
+        Usual::Carrier => {
+            ("is", value, unit, "", (drive.carrier_period.seconds(), "the carrier's period of"))
+        }
+    };
+    let times = value / whole;
+    if times <= share {
+        return None;
     }
+    let path = key.path;
+    if name.is_empty() {
+        return Some(format!("{path} is {:.0} %", 100.0 * value));
+    }
+    let times = if times < 1.0 { format!("{:.0} % of", 100.0 * times) } else { format!("{times:.1} times") };
+    Some(format!("{path} {is} {}{at}, {times} {name} {}", listed(&[value], unit), listed(&[whole], unit)))
 }
 
 #[cfg(test)]

@@ -49,8 +49,10 @@ pub enum Kind {
         whole: bool,
         /// From this to this.
         range: [f64; 2],
-        /// The same in words.
+        /// The range in words.
         needed: &'static str,
+        /// Why not beyond.
+        reason: &'static str,
     },
     /// Yes or no.
     Flag,
@@ -105,114 +107,103 @@ pub trait Keyed: Sized + 'static {
     }
 }
 
-const fn number(unit: &'static str, range: [f64; 2], needed: &'static str) -> Kind {
-    Kind::Number { unit, share: false, whole: false, range, needed }
+/// The unit of a key, as files have it: its symbol, whether the values are shares, whether they are whole.
+macro_rules! unit {
+    (Second) => {
+        ("s", false, false)
+    };
+    (Ampere) => {
+        ("A", false, false)
+    };
+    (Volt) => {
+        ("V", false, false)
+    };
+    (Hertz) => {
+        ("Hz", false, false)
+    };
+    (Degree) => {
+        ("deg", false, false)
+    };
+    (Share) => {
+        ("", true, false)
+    };
+    (One) => {
+        ("", false, true)
+    };
 }
 
-const fn share(range: [f64; 2], needed: &'static str) -> Kind {
-    Kind::Number { unit: "", share: true, whole: false, range, needed }
+/// A key of each entry, and the list of all.
+macro_rules! entries {
+    ($($(#[doc = $about:literal])+ $key:ident = $name:ident: $unit:tt $([$($range:tt)*] because $reason:literal)?, as $example:literal;)+) => {
+        $($(#[doc = $about])+
+        pub static $key: Key = Key {
+            name: stringify!($name),
+            about: concat!($($about),+).trim_ascii(),
+            kind: entries!(@kind $unit $([$($range)*] $reason)?),
+        };)+
+
+        /// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
+        pub static ALL: [&Key; [$(stringify!($name)),+].len()] = [$(&$key),+];
+    };
+    (@kind Flag) => {
+        Kind::Flag
+    };
+    (@kind $unit:ident [$low:expr, $high:expr, $needed:literal] $reason:literal) => {
+        Kind::Number {
+            unit: unit!($unit).0,
+            share: unit!($unit).1,
+            whole: unit!($unit).2,
+            range: [$low, $high],
+            needed: $needed,
+            reason: $reason,
+        }
+    };
 }
 
-const MORE_THAN_ZERO: ([f64; 2], &str) = ([f64::MIN_POSITIVE, 1e12], "more than zero");
+/// The entries of all keys, handed to a macro: a sentence, the name of the static and of the key, the unit (`Flag`: yes or no), the least
+/// and the largest value, both in words, the reason for them, an example as TOML has it. Whoever reads files makes a field of each.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! method_keys {
+    ($then:ident) => {
+        $then! {
+            /// Length of the line pulses.
+            PULSE = pulse: Second [1e-6, 10e-3, "from 1 µs to 10 ms"]
+                because "a bridge switches no faster than 1 µs, and 10 ms exceed the time constant of most windings", as "\"120 us\"";
+            /// How long all switches are open after each line pulse both ways, as a share of the pulse; the current needs a little less than the pulse to decay.
+            REST = rest: Share [1.001, 10.0, "from 100.1 % to 1000 % of the pulse"]
+                because "one per mille of the shortest pulse is the nanosecond by which a rest must be longer", as "\"160 %\"";
+            /// Times that all lines are pulsed, or pulses per line.
+            ROUNDS = rounds: One [0.0, 255.0, "a whole number from 0 to 255"]
+                because "the count is a byte in a drive's memory", as "4";
+            /// |L_B| / L_A below which no angle is named.
+            LEAST_SALIENCY = least_saliency: Share [0.0, 1.0, "a share from 0 to 1"]
+                because "the second harmonic of an inductance is at most its mean", as "\"2 %\"";
+            /// Probability of a wrong pole that is allowed.
+            POLE_ERROR = pole_error: Share [1e-30, 0.5, "a probability from 1e-30 to 0.5"]
+                because "a guess is wrong in half of all starts", as "\"0.01 %\"";
+            /// Current of a polarity test's vectors.
+            VECTOR_CURRENT = vector_current: Ampere [f64::MIN_POSITIVE, 1e12, "more than zero"]
+                because "without current nothing saturates; the motor's rating is the limit", as "\"8 A\"";
+            /// Standard deviation of the current sensors' gains that the detector assumes; 0: equal.
+            GAIN_TOLERANCE = gain_tolerance: Share [0.0, 1e12, "zero or more"]
+                because "a standard deviation has no sign", as "\"0.5 %\"";
+            /// Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.
+            BANDWIDTH = bandwidth: Hertz [0.0, 1e12, "zero or more"]
+                because "a frequency has no sign", as "\"200 kHz\"";
+            /// Standard deviation of the angle at which an adaptive method is content.
+            DEVIATION = deviation: Degree [f64::MIN_POSITIVE, 1e12, "more than zero"]
+                because "no number of pulses makes an angle exact", as "\"0.1 deg\"";
+            /// Amplitude of an injected voltage.
+            VOLTAGE = voltage: Volt [f64::MIN_POSITIVE, 1e12, "more than zero"]
+                because "without voltage no current answers; the DC link is the limit", as "\"30 V\"";
+            /// Whether an injection compensates dead time and drops.
+            COMPENSATION = compensation: Flag, as "true";
+        }
+    };
+}
 
-/// Length of the line pulses.
-pub static PULSE: Key = Key {
-    name: "pulse",
-    about: "Length of the line pulses.",
-    kind: number("s", [1e-6, 10e-3], "from 1 µs to 10 ms"),
-};
-
-/// Rest after each line pulse.
-pub static REST: Key = Key {
-    name: "rest",
-    about: "How long all switches are open after each line pulse both ways, as a share of the pulse; the current needs a little less than the pulse to decay.",
-    // One per mille of the shortest pulse is one nanosecond, by which a rest must be longer.
-    kind: share([1.001, 10.0], "from 100.1 % to 1000 % of the pulse"),
-};
-
-/// Times that all lines are pulsed.
-pub static ROUNDS: Key = Key {
-    name: "rounds",
-    about: "Times that all lines are pulsed, or pulses per line.",
-    kind: Kind::Number {
-        unit: "",
-        share: false,
-        whole: true,
-        range: [0.0, 255.0],
-        needed: "a whole number from 0 to 255",
-    },
-};
-
-/// |L_B| / L_A below which no angle is named.
-pub static LEAST_SALIENCY: Key = Key {
-    name: "least_saliency",
-    about: "|L_B| / L_A below which no angle is named.",
-    kind: share([0.0, 1.0], "a share from 0 to 1"),
-};
-
-/// Current of a polarity test's vectors.
-pub static VECTOR_CURRENT: Key = Key {
-    name: "vector_current",
-    about: "Current of a polarity test's vectors.",
-    kind: number("A", MORE_THAN_ZERO.0, MORE_THAN_ZERO.1),
-};
-
-/// Probability of a wrong pole that is allowed.
-pub static POLE_ERROR: Key = Key {
-    name: "pole_error",
-    about: "Probability of a wrong pole that is allowed.",
-    kind: share([1e-30, 0.5], "a probability from 1e-30 to 0.5"),
-};
-
-/// Spread of the current sensors' gains.
-pub static GAIN_TOLERANCE: Key = Key {
-    name: "gain_tolerance",
-    about: "Standard deviation of the current sensors' gains that the detector is told; 0: equal.",
-    kind: share([0.0, 1e12], "zero or more"),
-};
-
-/// Nominal bandwidth of the current sensors.
-pub static BANDWIDTH: Key = Key {
-    name: "bandwidth",
-    about: "Corner frequency of the current sensors' filters as their data sheet states it; 0: no filter.",
-    kind: number("Hz", [0.0, 1e12], "zero or more"),
-};
-
-/// When an adaptive method is content.
-pub static DEVIATION: Key = Key {
-    name: "deviation",
-    about: "Standard deviation of the angle at which an adaptive method is content.",
-    kind: number("deg", MORE_THAN_ZERO.0, MORE_THAN_ZERO.1),
-};
-
-/// Amplitude of an injected voltage.
-pub static VOLTAGE: Key = Key {
-    name: "voltage",
-    about: "Amplitude of an injected voltage.",
-    kind: number("V", MORE_THAN_ZERO.0, MORE_THAN_ZERO.1),
-};
-
-/// Whether PWM is compensated.
-pub static COMPENSATION: Key = Key {
-    name: "compensation",
-    about: "Whether an injection compensates dead time and drops.",
-    kind: Kind::Flag,
-};
-
-/// All keys, in the order in which they are set: a pulse chooses its samples, which a later key may want otherwise.
-pub static ALL: [&Key; 11] = [
-    &PULSE,
-    &REST,
-    &ROUNDS,
-    &LEAST_SALIENCY,
-    &POLE_ERROR,
-    &VECTOR_CURRENT,
-    &GAIN_TOLERANCE,
-    &BANDWIDTH,
-    &DEVIATION,
-    &VOLTAGE,
-    &COMPENSATION,
-];
+method_keys!(entries);
 
 impl Value {
     /// A number.

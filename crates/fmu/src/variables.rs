@@ -6,7 +6,7 @@ use standstill_detect::{Method, longest_dead_time};
 use standstill_interface::Nanos;
 use standstill_plant::Motor;
 use standstill_quantity::rounded;
-use standstill_scenario::{Document, Packed, Scenario, Values, allowed, keys, range};
+use standstill_scenario::{Document, Key, Packed, Scenario, Values, keys};
 use standstill_sim::RotorState;
 use toml::Value;
 
@@ -289,16 +289,15 @@ fn of_drive(scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let is = |key: &str| {
         (key.starts_with("inverter.") || key.starts_with("sensors.")) && !NOT_INSIDE.contains(&key)
     };
-    let all = keys().into_iter().filter(|of| is(&of.key));
-    let variable = |of: standstill_scenario::KeyOf| {
-        let variable = of_key(&of, number(scenario.value(&of.key))?)?;
-        if of.key != "inverter.dead_time" {
+    let variable = |key: &Key| {
+        let variable = of_key(key, number(scenario.value(key.path))?)?;
+        if key.path != "inverter.dead_time" {
             return Some(variable);
         }
         let (most, allowed) = dead_time(scenario.drive.carrier_period);
         Some(variable.limits([0.0, rounded(most.seconds(), 0)], &allowed))
     };
-    all.filter_map(variable).collect()
+    keys().filter(|key| is(key.path)).filter_map(variable).collect()
 }
 
 /// The longest dead time for a PWM, as every run has it too, and that in words.
@@ -318,18 +317,14 @@ fn about(of: &str) -> String {
     about.split(" Without it").next().unwrap_or_default().to_owned()
 }
 
-/// A key that is a number, in a unit that FMI is told of.
-fn of_key(of: &standstill_scenario::KeyOf, start: f64) -> Option<Variable> {
-    let Values::Number { unit, .. } = &of.values else { return None };
+/// A key that is a number, in a unit that FMI has.
+fn of_key(key: &Key, start: f64) -> Option<Variable> {
+    let Values::Number { unit, .. } = key.values() else { return None };
     units::unit(unit)?;
-    let whole = of.key.ends_with("bits");
-    let kind = if whole { Kind::Integer } else { Kind::Real };
-    let variable =
-        Variable::new(&of.key, &about(&of.about), kind, Role::Key(of.key.clone())).unit(unit).start(start);
-    match (range(&of.key), allowed(&of.key)) {
-        (Some(limits), Some(words)) => Some(variable.limits(limits, words)),
-        _ => Some(variable),
-    }
+    let range = key.range?;
+    let kind = if range.whole { Kind::Integer } else { Kind::Real };
+    let variable = Variable::new(key.path, &about(key.about), kind, Role::Key(key.path.to_owned()));
+    Some(variable.unit(unit).start(start).limits([range.low, range.high], range.needed))
 }
 
 /// What differs from one motor to the next of its kind, and with what is coupled to its shaft.

@@ -170,7 +170,7 @@ impl Bench {
         Ok(json!({
             "version": env!("CARGO_PKG_VERSION"),
             "motors": standstill_plant::built_in_names().collect::<Vec<_>>(),
-            "controls": controls::controls(&self.given.document)?,
+            "controls": controls::controls(),
             "has_method": self.given.document.get("detector").is_some(),
             "scenario": self.given.file.as_ref().map(|file| file.display().to_string()),
             "folder": self.folder.as_ref().map(|folder| folder.path().display().to_string()),

@@ -1,14 +1,13 @@
 //! What all keys come to in a setting: what the controls show.
 
 use std::collections::BTreeMap;
-use std::sync::LazyLock;
 
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 use standstill_detect::keys as methods;
 use standstill_plant::Motor;
 use standstill_quantity::{Scale, any_quantity, rounded};
-use standstill_scenario::{KeyOf, ScenarioFile, Values, keys, written};
+use standstill_scenario::{Key, ScenarioFile, Values, keys, written};
 use toml::Value;
 
 use crate::bench::{Bench, Ready};
@@ -41,18 +40,6 @@ struct Shown {
     there: bool,
 }
 
-static KEYS: LazyLock<Vec<KeyOf>> = LazyLock::new(keys);
-
-/// Keys of things that not every scenario has.
-const OPTIONAL: [&str; 6] = [
-    "inverter.channel_resistance",
-    "inverter.switch_drop",
-    "inverter.switch_resistance",
-    "rotor.load",
-    "sensors.pick_up_decay",
-    "sensors.pick_up_frequency",
-];
-
 pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Value, LabError> {
     let Request { setting, trial, angle, trials } = request;
     let ready = bench.ready(setting)?;
@@ -66,19 +53,19 @@ pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Val
         defaults.insert(key.as_str(), (without, file));
     }
     let mut values = BTreeMap::new();
-    for of in KEYS.iter() {
-        let value = value(&of.key, &ready, &file);
-        let text = value.as_ref().map_or_else(String::new, |value| text(value, &of.values));
-        let own = setting.set.contains_key(&of.key);
-        let default = match defaults.get(of.key.as_str()) {
-            Some((ready, file)) => self::value(&of.key, ready, file),
+    for key in keys() {
+        let value = value(key.path, &ready, &file);
+        let text = value.as_ref().map_or_else(String::new, |value| text(value, key));
+        let own = setting.set.contains_key(key.path);
+        let default = match defaults.get(key.path) {
+            Some((ready, file)) => self::value(key.path, ready, file),
             None if own => None,
             None => value.clone(),
         };
-        let slider = slider(of, default.as_ref().or(value.as_ref()), value.as_ref(), motor);
-        let default = default.as_ref().map_or_else(String::new, |value| self::text(value, &of.values));
-        let there = is_there(&of.key, value.is_some(), &ready);
-        values.insert(of.key.clone(), Shown { value, text, default, slider, there });
+        let slider = slider(key, default.as_ref().or(value.as_ref()), value.as_ref(), motor);
+        let default = default.as_ref().map_or_else(String::new, |value| self::text(value, key));
+        let there = is_there(key, value.is_some(), &ready);
+        values.insert(key.path, Shown { value, text, default, slider, there });
     }
     let sheet = ready.document.data_sheet()?;
     let entries: Vec<_> = sheet
@@ -99,7 +86,7 @@ pub(crate) fn answer(bench: &Bench, request: &Request) -> Result<serde_json::Val
         })
         .collect();
     let place = bench.written(setting);
-    let method = file.detector.method.0.name();
+    let method = file.detector.method().name();
     Ok(json!({
         "values": values,
         "sheet": entries,
@@ -126,7 +113,7 @@ fn toml(ready: &Ready, trials: u64) -> Result<String, LabError> {
 fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
     ready.scenario.value(key).or_else(|| match key {
         "errors" => Some(file.errors.0.name().into()),
-        "detector.method" => Some(file.detector.method.0.name().into()),
+        "detector.method" => Some(file.detector.method().name().into()),
         "trials" => i64::try_from(file.trials).ok().map(Value::Integer),
         "seed" => Some(standstill_scenario::seed_value(file.seed)),
         _ => {
@@ -139,25 +126,25 @@ fn value(key: &str, ready: &Ready, file: &ScenarioFile) -> Option<Value> {
 }
 
 /// Whether the scenario has such a thing.
-fn is_there(key: &str, has_value: bool, ready: &Ready) -> bool {
+fn is_there(key: &Key, has_value: bool, ready: &Ready) -> bool {
     let detector = &ready.scenario.detector;
-    match key.strip_prefix("detector.") {
+    match key.path.strip_prefix("detector.") {
         Some("call_timeout") => has_value,
         Some("polarity") => detector.clone().polarity_mut().is_some(),
         Some(name) => methods::ALL
             .into_iter()
             .find(|key| key.name == name)
             .is_none_or(|key| detector.get(key).is_some()),
-        None => has_value || !OPTIONAL.contains(&key),
+        None => key.applies_to(&ready.scenario),
     }
 }
 
 /// A value with the unit that suits it.
-fn text(value: &Value, values: &Values) -> String {
-    let (Values::Number { unit, share }, Some(number)) = (values, number(value)) else {
+fn text(value: &Value, key: &Key) -> String {
+    let (Values::Number { unit, share }, Some(number)) = (key.values(), number(value)) else {
         return written(value);
     };
-    let scale = if *share { Scale::percent() } else { Scale::suiting(unit, number.abs()) };
+    let scale = if share { Scale::percent() } else { Scale::suiting(unit, number.abs()) };
     format!("{} {}", rounded(scale.number(number), 0), scale.unit).trim_end().to_owned()
 }
 
@@ -170,13 +157,13 @@ fn number(value: &Value) -> Option<f64> {
 }
 
 /// From nothing to four times what it is by itself, which is where the hand looks first; any value can be typed.
-fn slider(of: &KeyOf, default: Option<&Value>, now: Option<&Value>, motor: &Motor) -> Option<[f64; 2]> {
-    let Values::Number { unit, share } = &of.values else { return None };
+fn slider(key: &Key, default: Option<&Value>, now: Option<&Value>, motor: &Motor) -> Option<[f64; 2]> {
+    let Values::Number { unit, share } = key.values() else { return None };
     let known = default.and_then(number).map(f64::abs).filter(|value| *value > 0.0);
-    let [mut low, mut high] = match (of.key.as_str(), unit.as_str()) {
+    let [mut low, mut high] = match (key.path, unit) {
         ("rotor.angle", _) => [0.0, 360.0],
         ("rotor.load", _) => [-2.0, 2.0],
-        ("sensors.bits" | "sensors.dc_link_bits", _) => [0.0, 16.0],
+        _ if key.range.is_some_and(|range| range.whole) => [0.0, 16.0],
         (_, "°C") => [-40.0, 180.0],
         (_, unit) => {
             let usual = match unit {
@@ -192,7 +179,7 @@ fn slider(of: &KeyOf, default: Option<&Value>, now: Option<&Value>, motor: &Moto
             [0.0, nice(4.0 * known.unwrap_or(usual))]
         }
     };
-    if *share {
+    if share {
         high = high.min(1.0);
     }
     if let Some(now) = now.and_then(number) {

@@ -6,14 +6,14 @@ use standstill_inverter::{DeviceKind, Devices};
 use standstill_numeric::Heading;
 use standstill_plant::{Files, Motor, Temperature};
 use standstill_quantity::Quantity;
+use standstill_quantity::unit::One;
 use standstill_sim::{Adc, Case, PickUp, RotorState, SensorSettings};
 
-use super::detector::{DetectorTable, unworkable};
 use super::document::FileError;
+use super::keys::{DetectorTable, InverterTable, SensorsTable, Table, check, unworkable};
 use super::named::Named;
-use super::ranges::{checked, checked_bits, checked_time, in_range, start_angle};
 use super::rotor::Memory;
-use super::tables::{InverterTable, ScenarioFile, SensorsTable};
+use super::tables::ScenarioFile;
 use crate::errors::{PICK_UP, device_kind};
 use crate::scenario::{nameplate, tolerance};
 use crate::{DriveSettings, Scenario};
@@ -45,13 +45,6 @@ impl ScenarioFile {
         Ok(scenario)
     }
 
-    /// The sensors beside this motor on a DC link of this many volts.
-    pub(super) fn sensors_of(&self, motor: &Motor, dc_link: f64) -> Result<SensorSettings, FileError> {
-        let mut sensors = self.errors.0.sensors(motor.rated_current, dc_link);
-        self.sensors.apply(&mut sensors)?;
-        Ok(sensors)
-    }
-
     /// Temperatures of winding and magnets, where they are told.
     pub(super) fn temperature(&self) -> Temperature {
         Temperature {
@@ -60,88 +53,85 @@ impl ScenarioFile {
         }
     }
 
-    /// The same, also where the method's settings cannot work.
+    /// The scenario, also where the method's settings cannot work.
     pub(super) fn assemble(&self, motor: &Motor, files: &Files) -> Result<Scenario<Method<f64>>, FileError> {
-        if self.trials == 0 {
-            return Err(FileError::key("trials", "0", "at least 1"));
-        }
-        if let Some(limit) = self.limit {
-            in_range("limit", limit, [0.0, 180.0], "from 0 to 180 degrees")?;
-        }
-        let precisions =
-            [("stop_at.rms", self.stop_at.rms), ("stop_at.wrong_poles", self.stop_at.wrong_poles)];
-        for (key, precision) in precisions {
-            if let Some(precision) = precision {
-                in_range(key, precision, [1e-6, 1.0], "from 1e-6 to 1, or 0.0001 % to 100 %")?;
-            }
-        }
-        let errors = self.errors.0;
+        check("trials", &Quantity::<One>::si(self.trials as f64))?;
+        self.limit.iter().try_for_each(|limit| check("limit", limit))?;
+        self.stop_at.check()?;
+        self.rotor.check()?;
+        self.inverter.check()?;
+        self.sensors.check()?;
+        self.detector.check()?;
         let kind = self.inverter.devices.map_or_else(|| device_kind(motor), |Named(kind)| kind);
-        let mut drive = errors.drive(motor, kind);
-        self.inverter.apply(&mut drive)?;
-        self.inverter.apply_terminals(&mut drive.bridge, motor)?;
-        let hosted = self.detector.is_hosted()?;
+        let drive = self.errors.0.drive(motor, kind);
+        let mut scenario = Scenario {
+            motor: motor
+                .at_temperature(self.temperature())
+                .map_err(|error| FileError::temperature(&error))?,
+            rotor: self.rotor_state(motor)?,
+            start_angle: self.rotor.angle.map(|angle| angle.value().to_radians()),
+            load_torque: 0.0,
+            memory: self.rotor.memory.is_some_and(|Named(memory)| memory == Memory::Former),
+            drive,
+            sensors: self.errors.0.sensors(motor.rated_current, drive.link.voltage),
+            // Until the drive is known that the settings suit.
+            detector: Method::Foreign(ForeignSettings::new()),
+            foreign: None,
+            time_limit: Case::TIME_LIMIT,
+            tolerance: tolerance(motor),
+            seed: self.seed,
+        };
+        if scenario.memory {
+            check_memory(&scenario.motor)?;
+        }
+        self.rotor.set(&mut scenario);
+        if scenario.load_torque != 0.0 && scenario.rotor == RotorState::Locked {
+            let found = "a load on a locked rotor, which it cannot move";
+            return Err(FileError::key("rotor.load", found, "`rotor.state` \"free\" or \"brake\""));
+        }
+        self.inverter.set(&mut scenario);
+        self.inverter.apply_rules(&mut scenario.drive)?;
+        self.inverter.apply_terminals(&mut scenario.drive.bridge, motor)?;
+        let hosted = self.detector.is_hosted(self.hosted)?;
         let library = self.detector.load_library(files)?;
         if let Some(library) = &library {
-            DetectorTable::adopt_pwm(library, &mut drive, self.inverter.carrier.is_some())?;
+            DetectorTable::adopt_pwm(library, &mut scenario.drive, self.inverter.carrier.is_some())?;
         }
-        check_channel(&drive.bridge.devices, motor.rated_current)?;
-        let sensors = self.sensors_of(motor, drive.link.voltage)?;
-        let hot = motor.at_temperature(self.temperature()).map_err(|error| FileError::temperature(&error))?;
-        let rotor = self.rotor.state.0.state(motor).ok_or_else(|| {
-            let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
-            FileError::key("rotor.state", "\"brake\"", needed)
-        })?;
-        let memory = self.rotor.memory.is_some_and(|Named(memory)| memory == Memory::Former);
-        if memory {
-            check_memory(&hot)?;
-        }
-        let load_torque = self.rotor.load.map_or(0.0, Quantity::value);
-        if load_torque != 0.0 && rotor == RotorState::Locked {
-            return Err(FileError::key(
-                "rotor.load",
-                "a load on a locked rotor, which it cannot move",
-                "`rotor.state` \"free\" or \"brake\"",
-            ));
-        }
-        // The drive is told of the motor of the data sheet, whatever its temperature is.
-        let mut nameplate = nameplate(motor, &drive, &sensors);
+        check_channel(&scenario.drive.bridge.devices, motor.rated_current)?;
+        self.sensors.set(&mut scenario);
+        self.sensors.apply_rules(&mut scenario.sensors)?;
+        scenario.sensors.dc_link.adc = self.link_converter(motor, scenario.drive.link.voltage)?;
+        self.detector.set(&mut scenario);
+        // The drive knows the motor of the data sheet, whatever its temperature is.
+        let mut nameplate = nameplate(motor, &scenario.drive, &scenario.sensors);
         if let Some(Named(signature)) = self.detector.signature {
             (nameplate.signature, nameplate.pulse_signature) = (signature, signature);
         }
         if let Some(dead_time) = self.detector.dead_time {
-            let seconds = in_range("detector.dead_time", dead_time, [0.0, 1.0], "from 0 to 1 s")?;
-            nameplate.dead_time = Nanos::from_seconds(seconds);
+            nameplate.dead_time = Nanos::from_seconds(dead_time.value());
         }
-        let time_limit = match self.detector.time_limit {
-            Some(limit) => {
-                let needed = "from 1 ms to 1000 s of simulated time";
-                Nanos::from_seconds(in_range("detector.time_limit", limit, [1e-3, 1e3], needed)?)
-            }
-            None => Case::TIME_LIMIT,
-        };
-        self.detector.call_limit()?;
-        let maker = |library| self.detector.maker(library, &nameplate, &sensors, time_limit);
-        let foreign = library.map(maker).transpose()?;
-        let mut detector = Method::Foreign(ForeignSettings::new());
-        if foreign.is_none() && !hosted {
-            detector = Method::suited(self.detector.method.0, &nameplate);
-            self.detector.apply(&mut detector, nameplate.polarity_difference)?;
+        let maker =
+            |library| self.detector.maker(library, &nameplate, &scenario.sensors, scenario.time_limit);
+        scenario.foreign = library.map(maker).transpose()?;
+        if scenario.foreign.is_none() && !hosted {
+            scenario.detector = Method::suited(self.detector.method(), &nameplate);
+            self.detector.apply(&mut scenario.detector, nameplate.polarity_difference)?;
         }
-        Ok(Scenario {
-            motor: hot,
-            rotor,
-            start_angle: self.rotor.angle.map(start_angle).transpose()?,
-            load_torque,
-            memory,
-            drive,
-            sensors,
-            detector,
-            foreign,
-            time_limit,
-            tolerance: tolerance(motor),
-            seed: self.seed,
+        Ok(scenario)
+    }
+
+    fn rotor_state(&self, motor: &Motor) -> Result<RotorState, FileError> {
+        self.rotor.state().state(motor).ok_or_else(|| {
+            let needed = "a motor whose data sheet has `rotor.brake_backlash`, or \"locked\"";
+            FileError::key("rotor.state", "\"brake\"", needed)
         })
+    }
+
+    /// The converter of a DC link of this many volts.
+    pub(super) fn link_converter(&self, motor: &Motor, dc_link: f64) -> Result<Option<Adc>, FileError> {
+        let adc = self.errors.0.sensors(motor.rated_current, dc_link).dc_link.adc;
+        let range = self.sensors.dc_link_range.map(|range| [0.0, range.value()]);
+        converter("sensors.dc_link", adc, range, self.sensors.dc_link_bits)
     }
 }
 
@@ -167,15 +157,6 @@ pub(super) fn check_memory(motor: &Motor) -> Result<(), FileError> {
     Ok(())
 }
 
-/// Sets what the table has.
-macro_rules! set {
-    ($table:literal, $self:ident, $($key:ident => $to:expr, $with:expr;)*) => {
-        $(if let Some(value) = $self.$key {
-            $to = $with(concat!($table, ".", stringify!($key)), value)?;
-        })*
-    };
-}
-
 /// Beyond this current, as a multiple of the rated one, the sensors see nothing.
 const MOST_CURRENT: f64 = 2.5;
 
@@ -196,7 +177,8 @@ pub(super) fn check_channel(devices: &Devices, rated_current: f64) -> Result<(),
 }
 
 impl InverterTable {
-    fn apply(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
+    /// Rules between the keys of the inverter, and numbers that follow from several.
+    fn apply_rules(&self, drive: &mut DriveSettings) -> Result<(), FileError> {
         let igbt = [
             ("inverter.switch_drop", self.switch_drop.map(|value| value.to_string())),
             ("inverter.switch_resistance", self.switch_resistance.map(|value| value.to_string())),
@@ -207,32 +189,13 @@ impl InverterTable {
                 return Err(FileError::key(key, &value, needed));
             }
         }
-        set!("inverter", self,
-            dc_link => drive.link.voltage, checked;
-            ripple => drive.link.ripple, checked;
-            ripple_frequency => drive.link.ripple_frequency, checked;
-            dead_time => drive.dead_time, checked_time;
-            delay_mismatch => drive.delay_mismatch, checked;
-            switch_drop => drive.bridge.devices.switch_drop, checked;
-            switch_resistance => drive.bridge.devices.switch_resistance, checked;
-            diode_drop => drive.bridge.devices.diode_drop, checked;
-            diode_resistance => drive.bridge.devices.diode_resistance, checked;
-        );
-        if let Some(carrier) = self.carrier {
-            let frequency = checked("inverter.carrier", carrier)?;
-            drive.carrier_period = Nanos::from_seconds(1.0 / frequency);
+        if let (DeviceKind::Igbt, Some(value)) = (drive.bridge.devices.kind, self.channel_resistance) {
+            let needed =
+                "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel";
+            return Err(FileError::key("inverter.channel_resistance", &value.to_string(), needed));
         }
-        let devices = &mut drive.bridge.devices;
-        match (devices.kind, self.channel_resistance) {
-            (DeviceKind::Mosfet, Some(value)) => {
-                devices.switch_resistance = checked("inverter.channel_resistance", value)?;
-            }
-            (DeviceKind::Igbt, Some(value)) => {
-                let needed =
-                    "`inverter.devices` \"mosfet\", or `inverter.switch_resistance`: an IGBT has no channel";
-                return Err(FileError::key("inverter.channel_resistance", &value.to_string(), needed));
-            }
-            (_, None) => {}
+        if let Some(carrier) = self.carrier {
+            drive.carrier_period = Nanos::from_seconds(1.0 / carrier.value());
         }
         drive.link.storage = self.storage()?;
         drive.link.sag = self.sag()?;
@@ -244,52 +207,25 @@ impl InverterTable {
 }
 
 impl SensorsTable {
-    fn apply(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
-        set!("sensors", self,
-            gain_error => sensors.gain_error, checked;
-            offset => sensors.offset, checked;
-            noise => sensors.noise, checked;
-            bandwidth_tolerance => sensors.bandwidth_tolerance, checked;
-            bandwidth_mismatch => sensors.bandwidth_mismatch, checked;
-            skew => sensors.skew, checked_time;
-            jitter => sensors.jitter, checked_time;
-            sample_delay => sensors.sample_delay, checked_time;
-            dc_link_gain_error => sensors.dc_link.gain_error, checked;
-            dc_link_offset => sensors.dc_link.offset, checked;
-            dc_link_noise => sensors.dc_link.noise, checked;
-        );
-        if let Some(bandwidth) = self.bandwidth {
-            let corner = checked("sensors.bandwidth", bandwidth)?;
-            sensors.bandwidth = (corner > 0.0).then_some(corner);
-        }
+    /// Rules between the keys of the sensors, and numbers that follow from several.
+    fn apply_rules(&self, sensors: &mut SensorSettings) -> Result<(), FileError> {
         sensors.pick_up = self.pick_up(sensors.pick_up)?;
         if let Some(error) = self.resolver_error {
-            sensors.resolver.error = checked("sensors.resolver_error", error)?.to_radians();
+            sensors.resolver.error = error.value().to_radians();
         }
         if let Some(Named(arrangement)) = self.arrangement {
             sensors.arrangement = arrangement;
         }
-        let range = self.range.map(|range| checked("sensors.range", range)).transpose()?;
-        let bits = self.bits.map(|bits| checked_bits("sensors.bits", bits)).transpose()?;
-        sensors.adc = converter("sensors", sensors.adc, range.map(|range| [-range, range]), bits)?;
-        let range = self.dc_link_range.map(|range| checked("sensors.dc_link_range", range)).transpose()?;
-        let bits = self.dc_link_bits.map(|bits| checked_bits("sensors.dc_link_bits", bits)).transpose()?;
-        sensors.dc_link.adc =
-            converter("sensors.dc_link", sensors.dc_link.adc, range.map(|range| [0.0, range]), bits)?;
+        let range = self.range.map(|range| [-range.value(), range.value()]);
+        sensors.adc = converter("sensors", sensors.adc, range, self.bits)?;
         Ok(())
     }
-}
 
-impl SensorsTable {
     fn pick_up(&self, pick_up: Option<PickUp>) -> Result<Option<PickUp>, FileError> {
         let mut of = pick_up.unwrap_or(PICK_UP);
-        set!("sensors", self, pick_up => of.amplitude, checked;);
-        if let Some(decay) = self.pick_up_decay {
-            of.decay = checked("sensors.pick_up_decay", decay)?;
-        }
-        if let Some(frequency) = self.pick_up_frequency {
-            of.frequency = checked("sensors.pick_up_frequency", frequency)?;
-        }
+        of.amplitude = self.pick_up.map_or(of.amplitude, Quantity::value);
+        of.decay = self.pick_up_decay.map_or(of.decay, Quantity::value);
+        of.frequency = self.pick_up_frequency.map_or(of.frequency, Quantity::value);
         let only = [
             ("sensors.pick_up_decay", self.pick_up_decay.map(|value| value.to_string())),
             ("sensors.pick_up_frequency", self.pick_up_frequency.map(|value| value.to_string())),
@@ -304,13 +240,16 @@ impl SensorsTable {
     }
 }
 
-/// A converter with what was changed; of one that was none, both must be told. Without bits it rounds nothing, and its range stays.
+/// A converter with another range or other bits; where there is none, both are needed. Without bits it rounds nothing, and its range stays.
 fn converter(
     key: &str,
     adc: Option<Adc>,
     range: Option<[f64; 2]>,
-    bits: Option<u8>,
+    bits: Option<Quantity<One>>,
 ) -> Result<Option<Adc>, FileError> {
+    // Whole and from 0 to 24.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bits = bits.map(|bits| bits.value() as u8);
     match (adc, range, bits) {
         (None, None, None | Some(0)) => Ok(None),
         (None, Some([low, high]), Some(bits)) => Ok(Some(Adc { bits, low, high })),

@@ -327,7 +327,7 @@ impl Document {
         let mut file: ScenarioFile = read_keyed(Value::Table(self.table.clone()))
             .map_err(|TableError { key, message }| FileError::serde(&key, &message))
             .map_err(|error| self.locate(error))?;
-        file.detector.hosted = self.hosted;
+        file.hosted = self.hosted;
         Ok(file)
     }
 

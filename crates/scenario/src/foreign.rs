@@ -12,9 +12,8 @@ use standstill_sim::{Adc, SensorSettings};
 use toml::Value;
 
 use super::document::FileError;
-use super::ranges::in_range;
+use super::keys::{DetectorTable, check};
 use crate::DriveSettings;
-use crate::detector::DetectorTable;
 
 /// A detector of a trial: a method's, or a library's in its place.
 #[derive(Debug)]
@@ -41,7 +40,7 @@ impl DetectorTable {
     pub(super) fn load_library(&self, files: &Files) -> Result<Option<Arc<Library>>, FileError> {
         const KEY: &str = "detector.library";
         let Some(library) = &self.library else {
-            return match self.config.first() {
+            return match self.config().next() {
                 Some((key, _)) => Err(FileError::key(
                     &format!("detector.config.{key}"),
                     "a setting of a library",
@@ -69,10 +68,9 @@ impl DetectorTable {
     /// # Errors
     /// No time that makes sense.
     pub fn call_limit(&self) -> Result<Duration, FileError> {
-        let needed = "from 1 ms to 1000 s";
-        let limit =
-            self.call_timeout.map(|limit| in_range("detector.call_timeout", limit, [1e-3, 1e3], needed));
-        Ok(Duration::from_secs_f64(limit.transpose()?.unwrap_or(1.0)))
+        let Some(limit) = self.call_timeout else { return Ok(Duration::from_secs(1)) };
+        check("detector.call_timeout", &limit)?;
+        Ok(Duration::from_secs_f64(limit.value()))
     }
 
     /// The library's PWM is the drive's, unless the scenario says another.
@@ -103,7 +101,7 @@ impl DetectorTable {
     ) -> Result<Maker, FileError> {
         let scale = |adc: Adc| Scale { bits: adc.bits, per_count: adc.step(), at_zero: adc.low };
         let mut lines = String::new();
-        for (key, value) in &self.config {
+        for (key, value) in self.config() {
             let text = match value {
                 Value::String(text) => text.clone(),
                 Value::Integer(_) | Value::Float(_) | Value::Boolean(_) => value.to_string(),

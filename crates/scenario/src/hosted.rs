@@ -1,7 +1,7 @@
 //! A detector that the program has which runs the trials, such as a class of Python: the key `detector.python`.
 
-use super::detector::DetectorTable;
 use super::document::{Document, FileError, Origin};
+use super::keys::{DetectorTable, Table};
 
 /// The key under which the record of a run names the class.
 const KEY: &str = "detector.python";
@@ -39,13 +39,13 @@ impl Document {
 }
 
 impl DetectorTable {
-    /// Whether a class is the detector, which the program has that runs the trials.
+    /// Whether a class is the detector; `hosted`: the program that runs the trials has that class.
     ///
     /// # Errors
     /// A program that does not have it, and settings beside it that do not reach it.
-    pub(super) fn is_hosted(&self) -> Result<bool, FileError> {
+    pub(super) fn is_hosted(&self, hosted: bool) -> Result<bool, FileError> {
         let Some(class) = &self.python else { return Ok(false) };
-        if !self.hosted {
+        if !hosted {
             let found = format!("\"{class}\", a class that this run does not have");
             let name = self.name().rsplit('.').next().unwrap_or_default();
             let needed = format!(
@@ -53,26 +53,14 @@ impl DetectorTable {
             );
             return Err(FileError::key(KEY, &found, &needed));
         }
-        if let Some(key) = self.beside_python() {
+        let other = self.set_values().find(|(key, _)| ![KEY, "detector.time_limit"].contains(&key.path));
+        if let Some((key, _)) = other {
             let found =
                 format!("a setting that does not reach the class {} (the argument `detector`)", self.name());
             let needed = "either a table [detector] or the argument; beside it only `time_limit`";
-            return Err(FileError::key(&format!("detector.{key}"), &found, needed));
+            return Err(FileError::key(key.path, &found, needed));
         }
         Ok(true)
-    }
-
-    /// The first setting that means nothing to a class.
-    fn beside_python(&self) -> Option<&'static str> {
-        let others = [
-            (self.signature.is_some(), "signature"),
-            (self.dead_time.is_some(), "dead_time"),
-            (self.library.is_some(), "library"),
-            (self.call_timeout.is_some(), "call_timeout"),
-            (!self.config.is_empty(), "config"),
-        ];
-        let other = others.into_iter().find(|(set, _)| *set).map(|(_, key)| key);
-        self.foreign_to_library().or(other)
     }
 }
 

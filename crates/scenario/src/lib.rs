@@ -11,12 +11,11 @@
 
 mod axes;
 mod build;
-mod detector;
 mod document;
-mod effective;
 mod errors;
 mod foreign;
 mod hosted;
+mod keys;
 mod link;
 mod motor;
 mod named;
@@ -24,7 +23,6 @@ mod number;
 mod packed;
 mod plan;
 mod pole_rule;
-mod ranges;
 mod record;
 mod remote;
 mod rotor;
@@ -49,10 +47,10 @@ mod units;
 pub use axes::{AxisSpec, DesignKind, Point};
 pub use document::{Document, FileError, Origin};
 pub use errors::{DriveSettings, ErrorSet};
+pub use keys::{Key, Range, Usual, Values, key, keys};
 pub use packed::Packed;
 pub use plan::Plan;
 pub use pole_rule::PoleRule;
-pub use ranges::{allowed, range};
 pub use record::{Record, TrialError, Verdict};
 pub use rotor::{Memory, Rotor};
 pub use scenario::{Scenario, Specimen};
@@ -61,15 +59,15 @@ pub use specimen::{specimen, written};
 pub use suggestion::{nearest, quoted};
 pub use tables::ScenarioFile;
 pub use tolerances::Tolerance;
-pub use units::{keys, schema, unit};
+pub use units::{schema, unit};
 
 // What the sister crates need of each other.
 #[doc(hidden)]
 pub use axes::{DesignTable, RangeSpec};
 #[doc(hidden)]
-pub use detector::DetectorTable;
-#[doc(hidden)]
 pub use foreign::Made;
+#[doc(hidden)]
+pub use keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTable};
 #[doc(hidden)]
 pub use motor::MotorSpec;
 #[doc(hidden)]
@@ -79,6 +77,4 @@ pub use remote::{Lost, Remote};
 #[doc(hidden)]
 pub use seed::value as seed_value;
 #[doc(hidden)]
-pub use tables::{InverterTable, RotorTable, SensorsTable, StopTable};
-#[doc(hidden)]
-pub use units::{KeyOf, Values, has_numbers, is_share};
+pub use units::{has_numbers, is_share};

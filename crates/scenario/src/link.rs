@@ -4,10 +4,10 @@
 mod tests;
 
 use standstill_inverter::{Sag, Storage};
+use standstill_quantity::Quantity;
 
 use super::document::FileError;
-use super::ranges::checked;
-use super::tables::InverterTable;
+use super::keys::InverterTable;
 
 /// Shortest time constant in s of a link: a shorter one is a stiff link, followed at the cost of its time constant.
 const LEAST_TIME_CONSTANT: f64 = 1e-6;
@@ -15,11 +15,7 @@ const LEAST_TIME_CONSTANT: f64 = 1e-6;
 impl InverterTable {
     /// The capacitor, where there is one.
     pub(super) fn storage(&self) -> Result<Option<Storage>, FileError> {
-        let ohms = |resistance| checked("inverter.source_resistance", resistance);
-        let source_resistance = self.source_resistance.map(ohms).transpose()?;
-        let farads = |capacitance| checked("inverter.capacitance", capacitance);
-        let capacitance = self.capacitance.map(farads).transpose()?;
-        match (capacitance, source_resistance) {
+        match (self.capacitance.map(Quantity::value), self.source_resistance.map(Quantity::value)) {
             (Some(0.0), _) | (None, None) => Ok(None),
             (Some(capacitance), Some(source_resistance)) => {
                 let time_constant = capacitance * source_resistance;
@@ -47,10 +43,11 @@ impl InverterTable {
 
     /// The sag, where there is one.
     pub(super) fn sag(&self) -> Result<Option<Sag>, FileError> {
-        let depth = self.sag_depth.map(|depth| checked("inverter.sag_depth", depth)).transpose()?;
-        let start = self.sag_start.map(|start| checked("inverter.sag_start", start)).transpose()?;
-        let duration = |duration| checked("inverter.sag_duration", duration);
-        let duration = self.sag_duration.map(duration).transpose()?;
+        let [depth, start, duration] = [
+            self.sag_depth.map(Quantity::value),
+            self.sag_start.map(Quantity::value),
+            self.sag_duration.map(Quantity::value),
+        ];
         match (depth, duration) {
             (Some(0.0), _) => Ok(None),
             (Some(depth), Some(duration)) => Ok(Some(Sag { depth, start: start.unwrap_or(0.0), duration })),

@@ -5,22 +5,17 @@ use std::fmt::Write as _;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
-use standstill_inverter::{DeviceKind, OpenLeg};
 use standstill_quantity::Quantity;
-use standstill_quantity::unit::{
-    Ampere, Celsius, Degree, Farad, Hertz, NewtonMetre, Ohm, One, Second, Share, Volt,
-};
-use standstill_sim::Arrangement;
+use standstill_quantity::unit::Degree;
 use toml::Value;
 
 use super::axes::{AxisSpec, DesignTable, Point, points};
-use super::detector::DetectorTable;
 use super::document::FileError;
+use super::keys::{DetectorTable, InverterTable, RotorTable, SensorsTable, StopTable};
 use super::motor::MotorSpec;
 use super::named::Named;
-use super::rotor::Memory;
 use super::tolerances::Tolerance;
-use crate::{ErrorSet, Rotor};
+use crate::ErrorSet;
 
 /// A scenario: motor, drive, sensors, rotor, detector, how many trials.
 #[derive(Clone, Debug, Deserialize, Serialize, JsonSchema)]
@@ -58,6 +53,9 @@ pub struct ScenarioFile {
     /// The method and its settings.
     #[serde(default)]
     pub detector: DetectorTable,
+    /// Whether the program that runs the trials has the class of Python that `detector.python` names.
+    #[serde(skip)]
+    pub(super) hosted: bool,
     /// Keys that are varied, such as `"sensors.noise"`.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub axes: IndexMap<String, AxisSpec>,
@@ -81,187 +79,6 @@ const fn seed() -> u64 {
     1
 }
 
-/// How narrow the 95 % intervals must be for a point to end; all that are given count. They are looked at when 100
-/// trials are done, and again each time a quarter more are, so that a run ends with the same trial on any machine.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct StopTable {
-    /// Half the interval of the rms error, as a share of the rms error.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub rms: Option<Quantity<Share>>,
-    /// Half the interval of the probability of a wrong pole.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub wrong_poles: Option<Quantity<Share>>,
-}
-
-impl StopTable {
-    /// Whether nothing is asked for.
-    pub fn is_empty(&self) -> bool {
-        *self == Self::default()
-    }
-}
-
-/// The rotor and what pulls at it.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct RotorTable {
-    /// Whether it can move.
-    pub state: Named<Rotor>,
-    /// Electrical angle at the start, the same in all trials. Without it each trial draws its own, uniformly.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub angle: Option<Quantity<Degree>>,
-    /// Torque that a load exerts against forward motion, also at standstill.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub load: Option<Quantity<NewtonMetre>>,
-    /// What the stator's iron remembers at the start, of a motor whose data sheet has a `[hysteresis]`.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub memory: Option<Named<Memory>>,
-    /// Temperature of the winding. The drive is not told.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub winding_temperature: Option<Quantity<Celsius>>,
-    /// Temperature of the magnets. The drive is not told.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub magnet_temperature: Option<Quantity<Celsius>>,
-}
-
-/// The inverter and its DC link.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct InverterTable {
-    /// Voltage of the DC link. Without it, the motor's.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link: Option<Quantity<Volt>>,
-    /// Amplitude of the DC link's ripple, a share of its voltage.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ripple: Option<Quantity<Share>>,
-    /// Frequency of the DC link's ripple.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub ripple_frequency: Option<Quantity<Hertz>>,
-    /// Capacitor of the DC link; 0: none, the link has the source's voltage whatever flows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub capacitance: Option<Quantity<Farad>>,
-    /// Resistance through which the source feeds the capacitor.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub source_resistance: Option<Quantity<Ohm>>,
-    /// Depth of a sag of the source, a share of the voltage: a smooth trough, deepest in its middle. 0: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sag_depth: Option<Quantity<Share>>,
-    /// When the sag begins, after the start of the detection. Without it, at once.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sag_start: Option<Quantity<Second>>,
-    /// How long the sag lasts.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sag_duration: Option<Quantity<Second>>,
-    /// Dead time.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dead_time: Option<Quantity<Second>>,
-    /// Standard deviation of the legs' switching delays.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub delay_mismatch: Option<Quantity<Second>>,
-    /// Frequency of the PWM carrier.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub carrier: Option<Quantity<Hertz>>,
-    /// What the switches are. Without it, MOSFETs where the motor's DC link is at most 60 V, else IGBTs.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub devices: Option<Named<DeviceKind>>,
-    /// Resistance of a MOSFET's channel, which conducts both ways while its gate is on.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub channel_resistance: Option<Quantity<Ohm>>,
-    /// Voltage across a conducting IGBT.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub switch_drop: Option<Quantity<Volt>>,
-    /// Slope of the voltage across a conducting IGBT over its current.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub switch_resistance: Option<Quantity<Ohm>>,
-    /// Voltage across a conducting diode.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diode_drop: Option<Quantity<Volt>>,
-    /// Slope of the voltage across a conducting diode over its current.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub diode_resistance: Option<Quantity<Ohm>>,
-    /// Capacitance of each terminal to the negative rail, of switches and cable: a leg in which no device conducts charges it and
-    /// rings with the winding. 0: none.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub terminal_capacitance: Option<Quantity<Farad>>,
-    /// Resistance of the winding, one phase against the two others, to what rings with the terminals' capacitance: eddy currents in sheets and
-    /// conductors make it far larger than for direct current. An LCR meter reads it in series with the inductance, at the frequency
-    /// of the ringing.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub terminal_resistance: Option<Quantity<Ohm>>,
-    /// What a leg with both switches off does. Where terminals have a capacitance its diodes conduct, in every error set.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub open_leg: Option<Named<OpenLeg>>,
-}
-
-/// The sensors. Deviations are those between specimens, of which each trial draws one.
-#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize, JsonSchema)]
-#[serde(deny_unknown_fields, default)]
-pub struct SensorsTable {
-    /// Where the current sensors sit.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub arrangement: Option<Named<Arrangement>>,
-    /// Standard deviation of each phase's gain.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub gain_error: Option<Quantity<Share>>,
-    /// Standard deviation of each phase's offset.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub offset: Option<Quantity<Ampere>>,
-    /// Noise of each sample, rms.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub noise: Option<Quantity<Ampere>>,
-    /// Nominal corner frequency of the current sensors' first-order filters, which the drive knows.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bandwidth: Option<Quantity<Hertz>>,
-    /// By how much, either way and uniformly, a specimen's corner frequencies are off in common.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bandwidth_tolerance: Option<Quantity<Share>>,
-    /// By how much, either way and uniformly, each phase's corner frequency is off beside what all are off in common.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bandwidth_mismatch: Option<Quantity<Share>>,
-    /// How much later than phase a the converter takes phase b, and phase c than phase b.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub skew: Option<Quantity<Second>>,
-    /// Amplitude of what an edge of a leg's potential adds to all readings of current.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pick_up: Option<Quantity<Ampere>>,
-    /// Time constant with which decays what an edge adds to the readings.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pick_up_decay: Option<Quantity<Second>>,
-    /// Frequency with which rings what an edge adds to the readings.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub pick_up_frequency: Option<Quantity<Hertz>>,
-    /// Range of the current converters, either way.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub range: Option<Quantity<Ampere>>,
-    /// Bits of the current converters; 0: nothing is rounded, the range stays.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub bits: Option<Quantity<One>>,
-    /// A trigger is off by up to this much, uniformly, either way.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub jitter: Option<Quantity<Second>>,
-    /// All triggers are late by this much.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub sample_delay: Option<Quantity<Second>>,
-    /// Standard deviation of the DC-link sensor's gain.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link_gain_error: Option<Quantity<Share>>,
-    /// Standard deviation of the DC-link sensor's offset.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link_offset: Option<Quantity<Volt>>,
-    /// Noise of the DC-link sensor's samples, rms.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link_noise: Option<Quantity<Volt>>,
-    /// Range of the DC link's converter, from zero.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link_range: Option<Quantity<Volt>>,
-    /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub dc_link_bits: Option<Quantity<One>>,
-    /// Standard deviation of the resolver that stands for "measured angle" in traces.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub resolver_error: Option<Quantity<Degree>>,
-}
-
 impl ScenarioFile {
     /// As a file would say it. Axes stay in their order, which is that of the points: tables of their own would be moved
     /// behind plain values.
@@ -272,7 +89,10 @@ impl ScenarioFile {
         let wrong =
             |error: toml::ser::Error| FileError::key("scenario", &error.to_string(), "values that TOML has");
         let mut table = Self { axes: IndexMap::new(), ..self.clone() };
-        table.detector.library_is_an_axis = self.axes.contains_key("detector.library");
+        let other = table.detector.library.is_some() || table.detector.python.is_some();
+        if !other && !self.axes.contains_key("detector.library") {
+            table.detector.method = Some(Named(table.detector.method()));
+        }
         // By way of values: what is derived for the tables is then compiled for them, and not for each way in which TOML writes a table.
         let mut text = toml::to_string(&Value::try_from(table).map_err(wrong)?).map_err(wrong)?;
         if !self.axes.is_empty() {

@@ -4,9 +4,8 @@ use standstill_inverter::{Bridge, OpenLeg};
 use standstill_plant::Motor;
 
 use super::document::FileError;
+use super::keys::{InverterTable, Written};
 use super::named::Named;
-use super::ranges::{checked, in_range};
-use super::tables::InverterTable;
 
 /// Quality of the ringing where nobody has measured the winding's resistance to it: the swing falls to half in a period.
 const QUALITY: f64 = 5.0;
@@ -30,11 +29,7 @@ pub(crate) fn damp(bridge: &mut Bridge, motor: &Motor) {
 impl InverterTable {
     pub(super) fn apply_terminals(&self, bridge: &mut Bridge, motor: &Motor) -> Result<(), FileError> {
         if let Some(value) = self.terminal_capacitance {
-            let key = "inverter.terminal_capacitance";
-            bridge.terminal_capacitance = checked(key, value)?;
-            if bridge.terminal_capacitance > 0.0 {
-                in_range(key, value, [1e-10, 1e-8], "0, or from 0.1 nF to 10 nF")?;
-            }
+            bridge.terminal_capacitance = value.value();
         }
         let resistance = "inverter.terminal_resistance";
         if bridge.terminal_capacitance == 0.0 {
@@ -45,8 +40,7 @@ impl InverterTable {
                     Err(FileError::key(resistance, &value.to_string(), needed))
                 }
                 // One of several capacitances: nothing rings, so that nothing meets it.
-                Some(value) => checked(resistance, value).map(drop),
-                None => Ok(()),
+                _ => Ok(()),
             };
         }
         // What ends a swing is a diode: a leg without would raise its terminal to the 25 kV that the winding's energy makes of it.
@@ -59,10 +53,12 @@ impl InverterTable {
         }
         damp(bridge, motor);
         if let Some(value) = self.terminal_resistance {
-            checked(resistance, value)?;
             let most = impedance(bridge, motor) / LEAST_QUALITY;
-            let needed = format!("from 0 to {most:.3} Ω, half of √(1.5 L/C): with more nothing rings");
-            bridge.terminal_resistance = in_range(resistance, value, [0.0, most], &needed)?;
+            if value.value() > most {
+                let needed = format!("from 0 to {most:.3} Ω, half of √(1.5 L/C): with more nothing rings");
+                return Err(FileError::key(resistance, &value.readable(&needed), &needed));
+            }
+            bridge.terminal_resistance = value.value();
         }
         Ok(())
     }

@@ -4,7 +4,6 @@
 //! between the least and the largest that the document was tried with. What it makes otherwise, such as a motor whose winding
 //! does not agree with its core, is left to the document too, which says what is wrong.
 
-mod setters;
 #[cfg(test)]
 mod tests;
 
@@ -12,12 +11,32 @@ use standstill_detect::Method;
 use standstill_plant::{DataSheet, Motor, Temperature};
 use standstill_sim::Streams;
 
-use self::setters::{Set, setter};
 use crate::build::{check_channel, check_memory};
+use crate::keys::{self, motor};
 use crate::scenario::tolerance;
 use crate::tables::ScenarioFile;
 use crate::tolerances::Drawn;
 use crate::{FileError, Scenario};
+
+/// The number that a drawn key sets.
+#[derive(Clone, Copy, Debug)]
+enum Set {
+    /// Of drive, sensors or load, by itself.
+    Number(fn(&mut Scenario<Method<f64>>, f64)),
+    /// The DC link's voltage, to which the range of its sensor is in proportion.
+    Link,
+    /// Of the motor, which is made anew.
+    Motor(motor::Set),
+}
+
+/// The setter of a key, if it has one.
+fn setter(key: &str) -> Option<Set> {
+    if key == "inverter.dc_link" {
+        return Some(Set::Link);
+    }
+    let motor = motor::SETTERS.iter().find(|(of, _)| *of == key).map(|(_, set)| Set::Motor(*set));
+    motor.or_else(|| Some(Set::Number(keys::key(key)?.set?)))
+}
 
 /// A setter for each tolerance.
 #[derive(Clone, Debug)]
@@ -102,21 +121,17 @@ impl Drawer<'_> {
             let value = drawn.si(number)?;
             match set {
                 Set::Number(set) => set(&mut scenario, value),
-                Set::Sheet(set) => {
-                    set(sheet.tables_mut(), value)?;
-                    other_motor = true;
-                }
-                Set::Nameplate(number) => {
-                    sheet.set_nameplate(*number, value)?;
-                    other_motor = true;
-                }
-                Set::Temperature(set) => {
-                    set(&mut temperature, value);
-                    other_motor = true;
-                }
                 Set::Link => {
                     scenario.drive.link.voltage = value;
-                    scenario.sensors.dc_link.adc = base.file.sensors_of(&base.motor, value).ok()?.dc_link.adc;
+                    scenario.sensors.dc_link.adc = base.file.link_converter(&base.motor, value).ok()?;
+                }
+                Set::Motor(set) => {
+                    match set {
+                        motor::Set::Sheet(set) => set(sheet.tables_mut(), value)?,
+                        motor::Set::Nameplate(number) => sheet.set_nameplate(*number, value)?,
+                        motor::Set::Temperature(set) => set(&mut temperature, value),
+                    }
+                    other_motor = true;
                 }
             }
         }
@@ -138,7 +153,7 @@ impl Base {
     ) -> Option<()> {
         let motor = sheet.motor_beside(&self.motor).ok()?;
         scenario.tolerance = tolerance(&motor);
-        scenario.rotor = self.file.rotor.state.0.state(&motor)?;
+        scenario.rotor = self.file.rotor.state().state(&motor)?;
         self.file.inverter.apply_terminals(&mut scenario.drive.bridge, &motor).ok()?;
         let hot = if temperature == Temperature::default() {
             motor

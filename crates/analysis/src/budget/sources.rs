@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use standstill_sim::{Adc, Purpose, RotorState, Tape};
+use standstill_scenario::keys;
+use standstill_sim::{Adc, Purpose, Tape};
 
 use crate::Trials;
 use crate::subset::of_samples;
@@ -81,41 +82,13 @@ impl Source {
     /// resolver's error is left out, because a detection does not depend on it.
     pub(crate) fn drawn(trials: &Trials<'_>) -> Vec<Self> {
         let scenario = trials.scenario();
-        let (sensors, drive) = (&scenario.sensors, &scenario.drive);
-        let (whole, filters) = (0..usize::MAX, sensors.bandwidth.is_some());
-        let known = [
-            ("sensors.noise", Purpose::CurrentNoise, whole.clone(), sensors.noise > 0.0),
-            ("sensors.gain_error", Purpose::CurrentGain, 0..3, sensors.gain_error > 0.0),
-            ("sensors.offset", Purpose::CurrentOffset, 0..3, sensors.offset > 0.0),
-            (
-                "sensors.bandwidth_tolerance",
-                Purpose::Bandwidth,
-                0..1,
-                filters && sensors.bandwidth_tolerance > 0.0,
-            ),
-            (
-                "sensors.bandwidth_mismatch",
-                Purpose::Bandwidth,
-                1..4,
-                filters && sensors.bandwidth_mismatch > 0.0,
-            ),
-            ("sensors.jitter", Purpose::Jitter, whole.clone(), sensors.jitter.0 > 0),
-            ("sensors.dc_link_gain_error", Purpose::LinkError, 0..1, sensors.dc_link.gain_error > 0.0),
-            ("sensors.dc_link_offset", Purpose::LinkError, 1..2, sensors.dc_link.offset > 0.0),
-            ("sensors.dc_link_noise", Purpose::LinkNoise, whole, sensors.dc_link.noise > 0.0),
-            ("inverter.delay_mismatch", Purpose::GateDelay, 0..6, drive.delay_mismatch > 0.0),
-            ("inverter.ripple", Purpose::Ripple, 0..2, drive.link.ripple > 0.0),
-            ("rotor.memory", Purpose::Memory, 0..2, scenario.memory),
-            ("rotor.state", Purpose::Backlash, 0..1, matches!(scenario.rotor, RotorState::Braked(_))),
-        ];
         let source = |key: &str, purpose, name: &str, range| Self {
             key: key.to_owned(),
             of: Of::Draws { purpose, name: name.to_owned(), range },
         };
-        let mut sources: Vec<Self> = known
-            .into_iter()
-            .filter(|(.., draws)| *draws)
-            .map(|(key, purpose, draws, _)| source(key, purpose, "", draws))
+        let drawn = keys().filter(|key| key.is_drawn(scenario));
+        let mut sources: Vec<Self> = drawn
+            .filter_map(|key| key.draws.clone().map(|(purpose, range)| source(key.path, purpose, "", range)))
             .collect();
         let tolerances = trials.plan().file().tolerances.keys();
         sources.extend(tolerances.map(|key| source(key, Purpose::Tolerance, key, 0..1)));

@@ -74,7 +74,7 @@ impl<'a> Bench<'a> {
     /// A document's bench. A state of the rotor that is set beside the scenario is the only one that is judged: held by a brake, say.
     pub fn new(document: &'a Document, motor: &'a Motor, demands: &'a Demands) -> Self {
         let state =
-            document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state.0);
+            document.origin("rotor.state").and_then(|_| document.load().ok()).map(|file| file.rotor.state());
         Self {
             document,
             motor,

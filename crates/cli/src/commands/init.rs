@@ -3,6 +3,7 @@
 mod vesc;
 
 use std::borrow::Cow;
+use std::fmt::Write as _;
 use std::fs::OpenOptions;
 use std::io::{ErrorKind, Write};
 use std::path::Path;
@@ -13,8 +14,45 @@ use crate::Report;
 use crate::arguments::Init;
 use crate::error::Error;
 
-/// An example with every key.
-pub const SCENARIO: &str = include_str!("init/scenario.toml");
+/// The example with every key, but those of the tables: they follow from the registry of keys.
+const SCENARIO: &str = include_str!("init/scenario.toml");
+
+/// The example with every key: each of a table with an example and the begin of its sentence.
+pub fn scenario() -> String {
+    let mut text = String::new();
+    for line in SCENARIO.lines() {
+        match line.strip_prefix("#keys ") {
+            Some(table) => {
+                let keys = file::keys().filter(|key| !key.example.is_empty());
+                for key in keys {
+                    if let Some(name) = key.path.strip_prefix(table).and_then(|path| path.strip_prefix('.')) {
+                        let set = format!("# {name} = {}", key.example);
+                        let _ = writeln!(text, "{set:<32}# {}", remark(key));
+                    }
+                }
+            }
+            None => {
+                let _ = writeln!(text, "{line}");
+            }
+        }
+    }
+    text
+}
+
+/// The first sentence about a key, and the names of a choice.
+fn remark(key: &file::Key) -> String {
+    let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
+    // `0: none` is no end.
+    let ends = about.match_indices([':', '.']).map(|(at, _)| at);
+    let mut ends = ends.filter(|at| about[at + 1..].starts_with(' ') && !about[..*at].ends_with('0'));
+    let first = ends.next().map_or(about.trim_end_matches('.'), |end| &about[..end]);
+    let names = match key.values() {
+        file::Values::Choice(names) => names,
+        _ => Vec::new(),
+    };
+    let names: Vec<String> = names.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+    if names.is_empty() { first.to_owned() } else { format!("{first}: {}", names.join(", ")) }
+}
 
 /// A data sheet to fill in.
 pub const MOTOR: &str = include_str!("init/motor.toml");
@@ -40,7 +78,7 @@ pub fn run(options: &Init) -> Result<Report, Error> {
                 None => MOTOR.into(),
             },
         ),
-        None => (&options.file, SCENARIO.into()),
+        None => (&options.file, scenario().into()),
     };
     write_new(path, &text)?;
     let path = path.display();
@@ -102,7 +140,7 @@ mod tests {
 
     /// The example with all that is commented out, but for the motor in place of the one that it names.
     fn everything() -> String {
-        with_comments(SCENARIO.split("# A motor that differs").next().unwrap_or_default())
+        with_comments(scenario().split("# A motor that differs").next().unwrap_or_default())
     }
 
     #[test]
@@ -161,7 +199,7 @@ mod tests {
 
     #[test]
     fn law_the_example_is_valid_as_it_is() {
-        let document = Document::parse(Path::new("scenario.toml"), SCENARIO).expect("TOML");
+        let document = Document::parse(Path::new("scenario.toml"), &scenario()).expect("TOML");
         assert_eq!(Plan::new(document).expect("valid").points().len(), 1);
         let (_, motor) = SCENARIO.split_once("# [motor]").expect("the motor in place");
         let motor: Vec<&str> = motor.lines().filter_map(|line| line.strip_prefix("# ")).collect();

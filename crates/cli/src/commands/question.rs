@@ -143,7 +143,7 @@ pub fn setting(file: &ScenarioFile, scenario: &Scenario<Method<f64>>) -> String 
         scenario.motor.name,
         file.detector.name(),
         file.errors.0.name(),
-        file.rotor.state.0.name(),
+        file.rotor.state().name(),
         file.seed
     )
 }

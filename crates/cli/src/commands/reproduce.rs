@@ -129,7 +129,7 @@ struct Study {
 impl Study {
     fn new(document: &Document) -> Result<Self, Error> {
         let file = document.load_single()?;
-        let method = file.detector.method.0;
+        let method = file.detector.method();
         if let Some(library) = &file.detector.library {
             let needed = "a method whose tables these are";
             return Err(document.refuse("detector.library", &format!("\"{library}\""), needed).into());
@@ -145,7 +145,7 @@ impl Study {
             scenario.motor.name,
             file.errors.0.name(),
             decay.name(),
-            file.rotor.state.0.name()
+            file.rotor.state().name()
         );
         Ok(Self { file, scenario, setting })
     }

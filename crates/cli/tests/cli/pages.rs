@@ -42,13 +42,19 @@ fn golden_the_reference_is_what_help_says() {
         .collect();
     assert!(commands.len() > 15, "{help}");
     let mut page = "# Reference\n\nThe options of every command, as `standstill COMMAND --help` prints them\n\
-         (`STANDSTILL_WRITE=1 cargo test -p standstill --test cli reference` writes this page). The keys of scenario files stand in the\n\
-         file that `standstill init` writes, those of methods in [methods.md](methods.md); what is written where, in [files.md](files.md).\n"
+         (`STANDSTILL_WRITE=1 cargo test -p standstill --test cli reference` writes this page), and the [keys of scenario\n\
+         files](#keys-of-a-scenario), which stand in the file that `standstill init` writes, too. The keys of methods are explained in\n\
+         [methods.md](methods.md); what is written where, in [files.md](files.md).\n"
         .to_owned();
     for command in commands {
         let help = said(&[command, "--help"], folder.path());
         let lines: Vec<&str> = help.trim_end().lines().map(str::trim_end).collect();
         let _ = write!(page, "\n## {command}\n\n```text\n{}\n```\n", lines.join("\n"));
+    }
+    page += "\n## Keys of a scenario\n\nNumbers are texts with a unit, or plain numbers in the unit of the table. `standstill schema` has them for editors.\n\n\
+             | key | values | the reason for the range | meaning |\n|---|---|---|---|\n";
+    for key in standstill_scenario::keys() {
+        let _ = writeln!(page, "{}", row(key));
     }
     let path = Path::new(ROOT).join("docs/reference.md");
     if std::env::var_os("STANDSTILL_WRITE").is_some() {
@@ -60,6 +66,34 @@ fn golden_the_reference_is_what_help_says() {
         assert_eq!(is, should, "docs/reference.md, line {}", k + 1);
     }
     assert_eq!(written.lines().count(), page.lines().count());
+}
+
+/// The row of a key in the table of the reference.
+fn row(key: &standstill_scenario::Key) -> String {
+    use standstill_scenario::Values;
+    let values = match key.values() {
+        Values::Number { unit, share } => {
+            let unit = if share {
+                "share"
+            } else if unit.is_empty() {
+                "number"
+            } else {
+                unit
+            };
+            format!("{unit}, {}", key.allowed().unwrap_or_default())
+        }
+        Values::Choice(names) => {
+            names.iter().map(|(name, _)| format!("`{name}`")).collect::<Vec<_>>().join(", ")
+        }
+        Values::Flag => "true or false".to_owned(),
+        Values::Whole => {
+            key.allowed().map_or("whole numbers".to_owned(), |needed| format!("whole numbers, {needed}"))
+        }
+        Values::Text => "text or table".to_owned(),
+    };
+    let reason = key.range.map_or("", |range| range.reason);
+    let about = key.about.split_whitespace().collect::<Vec<_>>().join(" ");
+    format!("| `{}` | {values} | {reason} | {} |", key.path, about.replace('|', "\\|"))
 }
 
 #[test]

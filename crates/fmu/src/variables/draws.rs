@@ -46,16 +46,16 @@ const TURN: &str = "from -6.2832 to 6.2832 rad, a turn either way: 1° is 0.0174
 
 pub(super) fn of_rotor(document: &Document, scenario: &Scenario<Method<f64>>) -> Vec<Variable> {
     let mut all = Vec::new();
-    for of in keys() {
-        let start = match of.key.as_str() {
-            "rotor.load" => number(scenario.value(&of.key)),
+    for key in keys() {
+        let start = match key.path {
+            "rotor.load" => number(scenario.value(key.path)),
             // Without it the motor is as its data sheet says.
             "rotor.winding_temperature" | "rotor.magnet_temperature" => document
-                .get(&of.key)
+                .get(key.path)
                 .and_then(|value| value.as_float().or(value.as_integer().map(|n| n as f64))),
             _ => None,
         };
-        all.extend(start.and_then(|start| of_key(&of, start)));
+        all.extend(start.and_then(|start| of_key(key, start)));
     }
     all
 }

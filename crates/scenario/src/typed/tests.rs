@@ -2,7 +2,7 @@
 
 use standstill_sim::{Purpose, Streams, Tape};
 
-use super::setters::SETTERS;
+use crate::keys::{keys, motor::SETTERS};
 use crate::tests::plan;
 use crate::{Document, FileError, Plan};
 
@@ -109,7 +109,8 @@ fn spread(key: &str) -> &'static str {
         key if key.starts_with("motor.nameplate.") => "normal = \"5 %\", truncated = 3",
         key if key.starts_with("motor.winding.") => "normal = \"0.3 %\", truncated = 3",
         key if key.starts_with("motor.rotor.") => "uniform = \"10 %\"",
-        _ => panic!("`{key}` has a setter and no spread in this test"),
+        // The motor's, and that of a brake.
+        _ => "uniform = \"10 %\"",
     }
 }
 
@@ -121,22 +122,23 @@ fn tried(motor: &str, tolerances: &str) -> Result<Plan, FileError> {
 
 #[test]
 fn law_each_setter_makes_what_the_document_makes_on_all_kinds_of_motors() {
-    for (key, _) in SETTERS {
+    let by_themselves = keys().filter(|key| key.set.is_some()).map(|key| key.path);
+    for key in SETTERS.iter().map(|(key, _)| *key).chain(by_themselves) {
         let mut motors = 0;
         for (motor, text) in MOTORS {
             // About no flux there is nothing to spread.
-            if (*key, motor) == ("motor.winding.magnet_flux", "without a magnet") {
+            if (key, motor) == ("motor.winding.magnet_flux", "without a magnet") {
                 continue;
             }
             // Not every motor has, and not every scenario allows, each key.
             let Ok(plan) = tried(text, &format!("\"{key}\" = {{ {} }}", spread(key))) else { continue };
             // Of friction that is assumed, stiction and sliding friction are one number, which the document alone sets in both.
             let both = motor == "by a nameplate alone"
-                && ["motor.rotor.stiction", "motor.rotor.coulomb"].contains(key);
+                && ["motor.rotor.stiction", "motor.rotor.coulomb"].contains(&key);
             assert_eq!(compared(&plan, 12), if both { 0 } else { 12 }, "{key} of a motor {motor}");
             motors += 1;
         }
-        let least = match *key {
+        let least = match key {
             "motor.rotor.brake_backlash" | "motor.rotor.cogging_torque" | "inverter.channel_resistance" => 1,
             "motor.winding.leakage" | "rotor.load" => 2,
             key if key.starts_with("motor.nameplate.") => 2,

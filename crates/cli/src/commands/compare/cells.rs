@@ -66,7 +66,7 @@ impl Comparison {
         // A scenario's conditions are those of all methods. Which method it is about by itself does not matter.
         let told = |key: &str| comparison.document.get(key).is_some();
         let rotors = match &options.rotor[..] {
-            [] if told("rotor.state") => vec![file.rotor.state.0],
+            [] if told("rotor.state") => vec![file.rotor.state()],
             [] => vec![Rotor::Locked, Rotor::Free],
             given => each_once(given),
         };
@@ -75,7 +75,7 @@ impl Comparison {
             [] => vec![ErrorSet::Default, ErrorSet::Harsh],
             given => each_once(given),
         };
-        let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method.0]);
+        let one = comparison.document.origin("detector.method").map(|_| vec![file.detector.method()]);
         let asked = if options.method.is_empty() { one } else { Some(each_once(&options.method)) };
         let trials = told("trials").then_some(file.trials);
         // A library beside all methods, or beside those that are asked for.

@@ -6,7 +6,7 @@ use std::path::Path;
 use indexmap::IndexMap;
 use standstill_quantity::{listed, number};
 use standstill_report::page::{Block, Section, Table, TableColumn};
-use standstill_scenario::{Document, FileError, Plan, Point, ScenarioFile};
+use standstill_scenario::{Document, FileError, Key, Plan, Point, ScenarioFile, Values, keys};
 
 use crate::commands::run::quoted;
 
@@ -42,7 +42,7 @@ pub fn heading(file: &ScenarioFile, varied: &[String]) -> Vec<(String, String)> 
         fact("Motor", "motor", &file.motor.name()),
         fact("Method", "detector.method", file.detector.name()),
         fact("Errors of drive and sensors", "errors", file.errors.0.name()),
-        fact("Rotor", "rotor.state", file.rotor.state.0.name()),
+        fact("Rotor", "rotor.state", file.rotor.state().name()),
     ]
 }
 
@@ -197,39 +197,21 @@ fn together(all: impl Iterator<Item = Vec<(String, String)>>) -> Vec<(String, St
     values.into_iter().map(one).collect()
 }
 
-/// What a point of a scenario has.
+/// The numbers of drive and sensors that a point of a scenario has.
 fn facts(plan: &Plan, point: usize) -> Vec<(String, String)> {
     let Ok(scenario) = plan.scenario(point) else { return Vec::new() };
-    let (drive, sensors) = (&scenario.drive, &scenario.sensors);
-    let one = |value: f64, unit: &str| listed(&[value], unit).trim_end().to_owned();
-    let percent = |share: f64| format!("{} %", number(3, 100.0 * share));
-    let devices = drive.bridge.devices;
-    let mut facts = vec![
-        ("inverter.dc_link", one(drive.link.voltage, "V")),
-        ("inverter.ripple", percent(drive.link.ripple)),
-        ("inverter.dead_time", one(drive.dead_time.seconds(), "s")),
-        ("inverter.delay_mismatch", one(drive.delay_mismatch, "s")),
-        ("inverter.switch_drop", one(devices.switch_drop, "V")),
-        ("inverter.switch_resistance", one(devices.switch_resistance, "Ω")),
-        ("inverter.diode_drop", one(devices.diode_drop, "V")),
-        ("inverter.diode_resistance", one(devices.diode_resistance, "Ω")),
-        ("sensors.noise", one(sensors.noise, "A")),
-        ("sensors.gain_error", percent(sensors.gain_error)),
-        ("sensors.offset", one(sensors.offset, "A")),
-        ("sensors.jitter", one(sensors.jitter.seconds(), "s")),
-        ("sensors.sample_delay", one(sensors.sample_delay.seconds(), "s")),
-        ("sensors.dc_link_noise", one(sensors.dc_link.noise, "V")),
-        ("sensors.dc_link_gain_error", percent(sensors.dc_link.gain_error)),
-        ("sensors.dc_link_offset", one(sensors.dc_link.offset, "V")),
-    ];
-    if let Some(adc) = sensors.adc {
-        facts.push(("sensors.bits", adc.bits.to_string()));
-        facts.push(("sensors.range", one(adc.high, "A")));
-    }
-    if let Some(bandwidth) = sensors.bandwidth {
-        facts.push(("sensors.bandwidth", one(bandwidth, "Hz")));
-    }
-    facts.into_iter().map(|(key, value)| (key.to_owned(), value)).collect()
+    let fact = |key: &Key| {
+        let Values::Number { unit, share } = key.values() else { return None };
+        let value = scenario.value(key.path)?.as_float().filter(|value| *value > 0.0)?;
+        let text = if share {
+            format!("{} %", number(3, 100.0 * value))
+        } else {
+            listed(&[value], unit).trim_end().to_owned()
+        };
+        Some((key.path.to_owned(), text))
+    };
+    let of_drive = |key: &&Key| ["inverter.", "sensors."].iter().any(|table| key.path.starts_with(table));
+    keys().filter(of_drive).filter_map(fact).collect()
 }
 
 #[cfg(test)]

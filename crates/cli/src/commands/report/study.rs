@@ -62,7 +62,7 @@ pub fn conditions(file: &ScenarioFile, is_varied: impl Fn(&str) -> bool) -> Stri
         fixed("motor", file.motor.name()),
         fixed("detector.method", file.detector.name().to_owned()),
         fixed("errors", format!("{} errors", file.errors.0.name())),
-        fixed("rotor.state", format!("rotor {}", file.rotor.state.0.name())),
+        fixed("rotor.state", format!("rotor {}", file.rotor.state().name())),
         fixed("seed", format!("seed {}", file.seed)),
     ];
     parts.into_iter().flatten().collect::<Vec<_>>().join(", ")

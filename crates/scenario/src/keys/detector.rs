@@ -1,0 +1,175 @@
+//! The keys of the detector: its method, its settings, and those of a library or a class in its place.
+
+use indexmap::IndexMap;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use standstill_detect::{Kind, Method, MethodName, SettingsError, Signature, keys, method_keys};
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
+
+use super::{Range, TIME, Table, Values, Written, table};
+use crate::PoleRule;
+use crate::document::FileError;
+use crate::named::Named;
+
+/// Settings of a library, under any keys.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(transparent)]
+pub struct Config(pub IndexMap<String, toml::Value>);
+
+/// A setting of a library: a text, a number, or true or false.
+#[derive(JsonSchema)]
+#[serde(untagged)]
+#[expect(dead_code, reason = "only its schema is used")]
+enum Scalar {
+    Text(String),
+    Number(f64),
+    Flag(bool),
+}
+
+impl JsonSchema for Config {
+    fn inline_schema() -> bool {
+        true
+    }
+
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Config".into()
+    }
+
+    fn json_schema(generator: &mut schemars::SchemaGenerator) -> schemars::Schema {
+        IndexMap::<String, Scalar>::json_schema(generator)
+    }
+}
+
+impl Written for Config {
+    fn values() -> Values {
+        Values::Text
+    }
+}
+
+/// The type of the field of a method's key.
+macro_rules! field {
+    (Flag) => {
+        bool
+    };
+    ($unit:ident) => {
+        Quantity<$unit>
+    };
+}
+
+macro_rules! detector {
+    ($($(#[doc = $about:literal])+ $key:ident = $name:ident: $unit:tt $([$($range:tt)*] because $reason:literal)?, as $example:literal;)+) => {
+        table! {
+            /// The method and its settings. What is left out suits the motor; a setting that the method does not have is an error.
+            pub struct DetectorTable = "detector" of scenario {
+                /// The method.
+                method: Named<MethodName> {};
+                /// Which pole draws more current, as the detector assumes, right or wrong.
+                signature: Named<Signature> { example: "\"normal\"" };
+                /// How poles are decided.
+                polarity: Named<PoleRule> { example: "\"sequential\"" };
+                $($(#[doc = $about])+ $name: field!($unit) { range: of_method(&keys::$key), example: $example };)+
+                /// Dead time that the detector assumes.
+                dead_time: Quantity<Second> { range: Some(TIME), example: "\"2 us\"" };
+                /// Longest time that a detection may take, in simulated time: one that is not done by then fails. Without it, 20 s.
+                time_limit: Quantity<Second> [scenario.time_limit] {
+                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s of simulated time", "a pulse; more than any start takes")),
+                    example: "\"20 s\"",
+                };
+                /// A shared library that is the detector in place of a method, by its path: see docs/firmware.md.
+                library: String { example: "\"./mine.so\"" };
+                /// A class of Python in place of a method, as `module.Class@digest`. `standstill.run(..., detector=Class)` writes it into the record
+                /// of its run, and runs it: see docs/python.md.
+                python: String {};
+                /// With --isolate, the longest time that a call of the library may take on the clock. Without it, 1 s.
+                call_timeout: Quantity<Second> {
+                    range: Some(Range::new(1e-3, 1e3, "from 1 ms to 1000 s", "shorter is the scheduler's; nobody waits longer")),
+                    example: "\"1 s\"",
+                };
+                /// Settings of the library, handed over as lines KEY=VALUE.
+                config: Config { example: "{ voltage = 20 }" };
+            }
+        }
+    };
+}
+
+method_keys!(detector);
+
+/// The numbers of a method's key.
+const fn of_method(key: &keys::Key) -> Option<Range> {
+    match key.kind {
+        Kind::Number { whole, range: [low, high], needed, reason, .. } => {
+            let range = Range::new(low, high, needed, reason);
+            Some(if whole { range.whole() } else { range })
+        }
+        Kind::Flag => None,
+    }
+}
+
+impl DetectorTable {
+    /// Its method; `suited` to nothing in particular where none is named.
+    pub fn method(&self) -> MethodName {
+        self.method.unwrap_or_default().0
+    }
+
+    /// Its name for people: the class, the library's file, or the method.
+    pub fn name(&self) -> &str {
+        let stem = |library| std::path::Path::new(library).file_stem().and_then(|stem| stem.to_str());
+        match (&self.python, &self.library) {
+            (Some(class), _) => class.split('@').next().unwrap_or(class),
+            (None, Some(library)) => stem(library).unwrap_or(library),
+            (None, None) => self.method().name(),
+        }
+    }
+
+    /// Settings of a library.
+    pub(crate) fn config(&self) -> impl Iterator<Item = (&String, &toml::Value)> {
+        self.config.iter().flat_map(|Config(settings)| settings)
+    }
+
+    /// The keys of methods that are set, with their values.
+    fn settings(&self) -> impl Iterator<Item = (&'static keys::Key, keys::Value)> {
+        let values: IndexMap<&str, &dyn Written> =
+            self.set_values().map(|(key, value)| (key.path.trim_start_matches("detector."), value)).collect();
+        // In the order in which they are set.
+        keys::ALL.into_iter().filter_map(move |key| {
+            let value = values.get(key.name)?;
+            Some((key, value.number().map_or_else(|| keys::Value::Flag(value.flag()), keys::Value::Number)))
+        })
+    }
+
+    /// A setting of methods beside a library, which has none of theirs.
+    pub(crate) fn foreign_to_library(&self) -> Option<&'static str> {
+        let [method, polarity] = [self.method.map(|_| "method"), self.polarity.map(|_| "polarity")];
+        method.or(polarity).or_else(|| self.settings().next().map(|(key, _)| key.name))
+    }
+
+    /// Sets the table's settings in those of a method, for a motor whose poles' currents differ by `difference`.
+    pub(crate) fn apply(&self, method: &mut Method<f64>, difference: f64) -> Result<(), FileError> {
+        let foreign = |key: &str| FileError::foreign_setting(key, self.method());
+        if let Some(Named(rule)) = self.polarity {
+            let polarity = method.polarity_mut().ok_or_else(|| foreign("polarity"))?;
+            polarity.rule = rule.settings(difference);
+        }
+        for (key, value) in self.settings() {
+            if !method.set(key, value) {
+                return Err(foreign(key.name));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The error of settings with which a method cannot work: of a key with the value that it has.
+pub(crate) fn unworkable(method: &Method<f64>, error: &SettingsError) -> FileError {
+    let Some(of) = keys::ALL.iter().find(|key| key.name == error.setting) else {
+        return FileError::settings(error);
+    };
+    let path = format!("detector.{}", of.name);
+    match (method.get(of), super::key(&path)) {
+        (Some(value), Some(key)) => {
+            FileError::key(&path, &key.readable(value.number(), error.needed), error.needed)
+        }
+        _ => FileError::settings(error),
+    }
+}

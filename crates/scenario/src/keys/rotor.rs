@@ -1,0 +1,57 @@
+//! The keys of the rotor.
+
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::{Celsius, Degree, NewtonMetre};
+use standstill_sim::{Purpose, RotorState};
+
+use super::{Range, TEMPERATURE, number, table};
+use crate::named::Named;
+use crate::rotor::{Memory, Rotor};
+
+table! {
+    /// The rotor and what pulls at it.
+    pub struct RotorTable = "rotor" of scenario {
+        /// Whether it can move.
+        state: Named<Rotor> {
+            get: |scenario| Some(match scenario.rotor {
+                RotorState::Locked => Rotor::Locked,
+                RotorState::Free => Rotor::Free,
+                RotorState::Braked(_) => Rotor::Brake,
+            }.name().into()),
+            draws: Some((Purpose::Backlash, 0..1)),
+            drawn: |scenario| matches!(scenario.rotor, RotorState::Braked(_)),
+        };
+        /// Electrical angle at the start, one for all trials. Without it each trial draws its own, uniformly.
+        angle: Quantity<Degree> {
+            range: Some(Range::new(-360.0, 360.0, "from -360 deg to 360 deg, electrical", "more than a turn is a mistake")),
+            get: |scenario| scenario.start_angle.map(|angle| number(angle.to_degrees())),
+            example: "\"43.2 deg\"",
+        };
+        /// Torque that a load exerts against forward motion, also at standstill.
+        load: Quantity<NewtonMetre> [scenario.load_torque] {
+            range: Some(Range::new(-1e12, 1e12, "a torque, of either sign", "a load pulls either way")),
+            applies: |scenario| scenario.rotor != RotorState::Locked,
+            example: "\"2 N m\"",
+        };
+        /// Magnetisation of the stator's iron at the start, of a motor whose data sheet has a `[hysteresis]`.
+        memory: Named<Memory> {
+            get: |scenario| scenario.motor.magnetics.hysteresis().map(|_| {
+                (if scenario.memory { Memory::Former } else { Memory::Virgin }).name().into()
+            }),
+            draws: Some((Purpose::Memory, 0..2)),
+            drawn: |scenario| scenario.memory,
+            example: "\"former\"",
+        };
+        /// Temperature of the winding. The drive does not know it.
+        winding_temperature: Quantity<Celsius> { range: Some(TEMPERATURE), example: "\"90 °C\"" };
+        /// Temperature of the magnets. The drive does not know it.
+        magnet_temperature: Quantity<Celsius> { range: Some(TEMPERATURE), example: "\"80 °C\"" };
+    }
+}
+
+impl RotorTable {
+    /// Whether it can move.
+    pub fn state(&self) -> Rotor {
+        self.state.unwrap_or_default().0
+    }
+}

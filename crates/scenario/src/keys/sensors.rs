@@ -1,0 +1,133 @@
+//! The keys of the sensors.
+
+use standstill_quantity::Quantity;
+use standstill_quantity::unit::{Ampere, Degree, Hertz, One, Second, Share, Volt};
+use standstill_sim::{Adc, Arrangement, Purpose};
+
+use super::{NOT_NEGATIVE, POSITIVE, Range, SHARE, TIME, Usual, number, table};
+use crate::named::Named;
+
+const SPREAD: Range = Range::new(
+    0.0,
+    0.9,
+    "a share from 0 to 0.9: a corner frequency is more than zero",
+    "a corner frequency is more than zero",
+);
+const BITS: Range =
+    Range::new(0.0, 24.0, "a whole number from 0 to 24", "converters have up to 24 bits").whole();
+const SKEW: &str = "from 0 to 100 us: the next sample waits until all phases are converted";
+const DECAY: &str = "from 1 ns to 100 us: what rings longer is no pick-up of an edge";
+const RINGING: &str = "from 0 to 1000 MHz: samples are taken in whole nanoseconds";
+
+/// All draws of a purpose: one for each sample.
+const EACH: std::ops::Range<usize> = 0..usize::MAX;
+
+fn bits(adc: Option<Adc>) -> Option<toml::Value> {
+    Some(number(adc.map_or(0.0, |adc| adc.bits.into())))
+}
+
+table! {
+    /// The sensors. Deviations are those between specimens, of which each trial draws one.
+    pub struct SensorsTable = "sensors" of scenario {
+        /// Place of the current sensors.
+        arrangement: Named<Arrangement> {
+            get: |scenario| Some(scenario.sensors.arrangement.name().into()),
+            example: "\"three-in-line\"",
+        };
+        /// Standard deviation of each phase's gain.
+        gain_error: Quantity<Share> [scenario.sensors.gain_error] {
+            range: Some(SHARE), usual: Some((0.2, Usual::Whole)), draws: Some((Purpose::CurrentGain, 0..3)), example: "\"0.5 %\"",
+        };
+        /// Standard deviation of each phase's offset.
+        offset: Quantity<Ampere> [scenario.sensors.offset] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::CurrentOffset, 0..3)),
+            example: "\"20 mA\"",
+        };
+        /// Noise of each sample, rms.
+        noise: Quantity<Ampere> [scenario.sensors.noise] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::RatedCurrent)), draws: Some((Purpose::CurrentNoise, EACH)),
+            example: "\"10 mA\"",
+        };
+        /// Nominal corner frequency of the current sensors' first-order filters, which the drive knows. 0: no filter.
+        bandwidth: Quantity<Hertz> {
+            range: Some(NOT_NEGATIVE),
+            get: |scenario| Some(number(scenario.sensors.bandwidth.unwrap_or(0.0))),
+            set: Some(|scenario, corner| scenario.sensors.bandwidth = (corner > 0.0).then_some(corner)),
+            example: "\"200 kHz\"",
+        };
+        /// Largest deviation that a specimen's corner frequencies have in common, uniform, either way.
+        bandwidth_tolerance: Quantity<Share> [scenario.sensors.bandwidth_tolerance] {
+            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 0..1)), drawn: |scenario| scenario.sensors.bandwidth.is_some(),
+            example: "\"20 %\"",
+        };
+        /// Largest deviation of each phase's corner frequency beside the common one, uniform, either way.
+        bandwidth_mismatch: Quantity<Share> [scenario.sensors.bandwidth_mismatch] {
+            range: Some(SPREAD), draws: Some((Purpose::Bandwidth, 1..4)), drawn: |scenario| scenario.sensors.bandwidth.is_some(),
+            example: "\"3 %\"",
+        };
+        /// Time from the conversion of phase a to that of phase b, and from b to c.
+        skew: Quantity<Second> [scenario.sensors.skew] {
+            range: Some(Range::new(0.0, 1e-4, SKEW, "the next sample waits")), example: "\"0.5 us\"",
+        };
+        /// Amplitude that an edge of a leg's potential adds to all readings of current.
+        pick_up: Quantity<Ampere> {
+            range: Some(NOT_NEGATIVE),
+            get: |scenario| Some(number(scenario.sensors.pick_up.map_or(0.0, |of| of.amplitude))),
+            example: "\"0.2 A\"",
+        };
+        /// Time constant with which the pick-up of an edge decays.
+        pick_up_decay: Quantity<Second> {
+            range: Some(Range::new(1e-9, 1e-4, DECAY, "longer ringing is no pick-up of an edge")),
+            get: |scenario| scenario.sensors.pick_up.map(|of| number(of.decay)),
+            applies: |scenario| scenario.sensors.pick_up.is_some(),
+            example: "\"0.5 us\"",
+        };
+        /// Frequency with which the pick-up of an edge rings.
+        pick_up_frequency: Quantity<Hertz> {
+            range: Some(Range::new(0.0, 1e9, RINGING, "samples are taken in whole nanoseconds")),
+            get: |scenario| scenario.sensors.pick_up.map(|of| number(of.frequency)),
+            applies: |scenario| scenario.sensors.pick_up.is_some(),
+            example: "\"5 MHz\"",
+        };
+        /// Range of the current converters, either way.
+        range: Quantity<Ampere> {
+            range: Some(POSITIVE), get: |scenario| scenario.sensors.adc.map(|adc| number(adc.high)), example: "\"20 A\"",
+        };
+        /// Bits of the current converters; 0: nothing is rounded, the range stays.
+        bits: Quantity<One> { range: Some(BITS), get: |scenario| bits(scenario.sensors.adc), example: "12" };
+        /// Largest deviation of a trigger's instant, uniform, either way.
+        jitter: Quantity<Second> [scenario.sensors.jitter] {
+            range: Some(TIME), usual: Some((0.2, Usual::Carrier)), draws: Some((Purpose::Jitter, EACH)), example: "\"50 ns\"",
+        };
+        /// Delay of all triggers.
+        sample_delay: Quantity<Second> [scenario.sensors.sample_delay] {
+            range: Some(TIME), usual: Some((0.5, Usual::Carrier)), example: "\"0 us\"",
+        };
+        /// Standard deviation of the DC-link sensor's gain.
+        dc_link_gain_error: Quantity<Share> [scenario.sensors.dc_link.gain_error] {
+            range: Some(SHARE), usual: Some((0.2, Usual::Whole)), draws: Some((Purpose::LinkError, 0..1)), example: "\"0.5 %\"",
+        };
+        /// Standard deviation of the DC-link sensor's offset.
+        dc_link_offset: Quantity<Volt> [scenario.sensors.dc_link.offset] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)), draws: Some((Purpose::LinkError, 1..2)), example: "\"1 V\"",
+        };
+        /// Noise of the DC-link sensor's samples, rms.
+        dc_link_noise: Quantity<Volt> [scenario.sensors.dc_link.noise] {
+            range: Some(NOT_NEGATIVE), usual: Some((0.2, Usual::Link)), draws: Some((Purpose::LinkNoise, EACH)), example: "\"0.5 V\"",
+        };
+        /// Range of the DC link's converter, from zero.
+        dc_link_range: Quantity<Volt> {
+            range: Some(POSITIVE), get: |scenario| scenario.sensors.dc_link.adc.map(|adc| number(adc.high)), example: "\"1000 V\"",
+        };
+        /// Bits of the DC link's converter; 0: nothing is rounded, the range stays.
+        dc_link_bits: Quantity<One> {
+            range: Some(BITS), get: |scenario| bits(scenario.sensors.dc_link.adc), example: "12",
+        };
+        /// Standard deviation of the resolver that stands for "measured angle" in traces.
+        resolver_error: Quantity<Degree> {
+            range: Some(NOT_NEGATIVE),
+            get: |scenario| Some(number(scenario.sensors.resolver.error.to_degrees())),
+            example: "\"0.3 deg\"",
+        };
+    }
+}
